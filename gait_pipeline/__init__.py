@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pipeline import (
         InvalidInput,
+        calibrate,
         fit,
         from_view,
         joints,
@@ -29,7 +30,8 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
-    "InvalidInput", "fit", "from_view", "joints", "read", "reconstruct", "represent", "to_dataframe", "to_xarray",
+    "InvalidInput", "calibrate", "fit", "from_view", "joints", "read", "reconstruct", "represent", "to_dataframe",
+    "to_xarray",
 ]  # fmt: skip
 
 _INIT = Path(__file__).resolve().parent.parent / "pipeline" / "__init__.py"

@@ -81,8 +81,8 @@ the name.  Arrays are ordered (walker, harmonic or frame, joint, space).  World:
 +y, +x to the walker's right; view angle 0 is the frontal view, -90 degrees the left profile; image right is then the
 walker's right, so a video taken from the front has to be mirrored.
 
-The module `api` is the library: read, joints, represent, fit, from_view, to_dataframe, to_xarray.  The package
-`reconstruct` may be called, with a file of keypoints.  What cannot be used raises `InvalidInput`.
+The module `api` is the library: read, joints, represent, fit, calibrate, from_view, to_dataframe, to_xarray.  The
+package `reconstruct` may be called, with a file of keypoints.  What cannot be used raises `InvalidInput`.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ TYPE_CHECKING = False  # typing takes a while to load, in which Ctrl-C would end
 if TYPE_CHECKING:
     from typing import Any
 
-    from pipeline.api import fit, from_view, joints, read, represent, to_dataframe, to_xarray
+    from pipeline.api import calibrate, fit, from_view, joints, read, represent, to_dataframe, to_xarray
     from pipeline.reconstruct import CallablePackage
     from pipeline.validation import InvalidInput
 
@@ -99,7 +99,8 @@ if TYPE_CHECKING:
     reconstruct: CallablePackage
 
 __all__ = [
-    "InvalidInput", "fit", "from_view", "joints", "read", "reconstruct", "represent", "to_dataframe", "to_xarray",
+    "InvalidInput", "calibrate", "fit", "from_view", "joints", "read", "reconstruct", "represent", "to_dataframe",
+    "to_xarray",
 ]  # fmt: skip
 
 

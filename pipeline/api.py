@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -39,9 +39,12 @@ class WalkersModel(LinearModel):
     Attributes
     ----------
     samples : (R, D)
+    laboratory : sequence of (5, 15, 3)
+        Walks of another laboratory's people, by `calibrate`; the model is then one for people of that laboratory.
     """
 
     samples: np.ndarray
+    laboratory: Sequence[np.ndarray] = ()
 
 
 def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
@@ -111,6 +114,52 @@ def fit(walks: Sequence[FourierRepresentation], components: int = 30) -> Walkers
     return WalkersModel(**vars(linear_model.fit(samples, components)), samples=samples)
 
 
+def calibrate(
+    model: WalkersModel, walks: Sequence[FourierRepresentation], people: Sequence[str] = ()
+) -> WalkersModel:
+    """Return the model for people of another laboratory, of whom a few are known in 3D.
+
+    Where that laboratory puts its joints, and how tall its people are, is what these walks differ by from the model's
+    average walker, as far as persons do not differ by as much.  `from_view` then reconstructs its other people.
+
+    Parameters
+    ----------
+    model : WalkersModel
+        Of other laboratories.
+    walks : sequence of FourierRepresentation
+    people : sequence of str
+        Whose each walk is; if not given, everybody's own.
+
+    Raises
+    ------
+    InvalidInput
+        If there is no walk, not a name to each, one of the model's own, or the model is not from `fit`.
+    """
+    if not isinstance(model, WalkersModel):
+        raise InvalidInput("must be what fit(walks) returns", where="model", received=repr(model))
+    if not walks:
+        raise InvalidInput("needs a walk or more", where="walks", received="none")
+    names = np.array(people or range(len(walks)))
+    if len(names) != len(walks):
+        raise InvalidInput("must be a name to each walk", where="people", received=str(len(names)))
+    for walk in walks:
+        _require_other(model, walk)
+    of_person = [
+        np.mean([walk.coefficients for walk, who in zip(walks, names, strict=True) if who == name], axis=0)
+        for name in dict.fromkeys(names.tolist())
+    ]
+    return replace(model, laboratory=of_person)
+
+
+def _require_other(model: WalkersModel, walk: FourierRepresentation) -> np.ndarray:
+    """The walk (D,), if it is none of those that the model was learnt from."""
+    sample = linear_model.flatten(walk.coefficients[None])[0]
+    known = [model.samples, *(linear_model.flatten(own[None]) for own in model.laboratory)]
+    if any((abs(each - sample).max(axis=1) < SAME_WALK_MM).any() for each in known):
+        raise InvalidInput("must be learnt from other walks", where="model", received="this one among them")
+    return sample
+
+
 def from_view(
     model: LinearModel,
     walk: FourierRepresentation,
@@ -135,7 +184,8 @@ def from_view(
         sigma² of [zhang2007 3.12].
     laboratory : {"known", "unknown"}
         Whether the walker was measured as those of the model; ``unknown``: joints may lie elsewhere and people be of
-        another size, and bones keep their lengths (the anatomical method, with a noise of its own).
+        another size, and bones keep their lengths (the anatomical method, with a noise of its own).  A model that
+        was calibrated is for its own laboratory, and always so.
 
     Raises
     ------
@@ -147,13 +197,15 @@ def from_view(
         require_choice("hidden", joint, WALKER15.joints)
     seen = np.array([joint not in hidden for joint in WALKER15.joints])
     angle = np.radians(require_range("view_angle_deg", view_angle_deg))
-    sample = linear_model.flatten(walk.coefficients[None])[0]
-    if isinstance(model, WalkersModel) and (abs(model.samples - sample).max(axis=1) < SAME_WALK_MM).any():
-        raise InvalidInput("must be learnt from other walks", where="model", received="this one among them")
-    if require_choice("laboratory", laboratory, ("known", "unknown")) == "unknown":
-        if not isinstance(model, WalkersModel):
-            raise InvalidInput("must be what fit(walks) returns", where="model", received=repr(model))
-        return _of_unknown_laboratory(model, walk, angle, ~seen)
+    unknown = require_choice("laboratory", laboratory, ("known", "unknown")) == "unknown"
+    if isinstance(model, WalkersModel):
+        sample = _require_other(model, walk)
+        if unknown or model.laboratory:
+            return _of_unknown_laboratory(model, walk, angle, ~seen)
+    elif unknown:
+        raise InvalidInput("must be what fit(walks) returns", where="model", received=repr(model))
+    else:
+        sample = linear_model.flatten(walk.coefficients[None])[0]
     found = from_known_views(
         linear_model.of_measured(model, seen),
         linear_model.without_joints(sample, seen),
@@ -168,11 +220,11 @@ def from_view(
 def _of_unknown_laboratory(
     model: WalkersModel, walk: FourierRepresentation, angle: float, hidden: np.ndarray
 ) -> np.ndarray:
-    """Return the coefficients (5, 15, 3) of a walk of another laboratory, seen from one view."""
+    """Return the coefficients (5, 15, 3) of a walk of another laboratory, of which the model may know people."""
     walkers = linear_model.unflatten(model.samples)
     weights = np.full(len(walkers), 1.0 / len(walkers))
     learnt = anatomical.fit(walkers, weights, anatomical.Shrinkage())
-    prior = anatomical.unfamiliar(learnt, anatomical.Differences())
+    prior = anatomical.unfamiliar(learnt, anatomical.Differences(), known=model.laboratory)
     conditional = anatomical.condition(
         anatomical.turned(prior, np.array([angle])), noise=anatomical.Noise(), hidden=hidden
     )

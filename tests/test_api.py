@@ -15,7 +15,7 @@ import pytest
 
 import gait_pipeline
 import pipeline
-from pipeline import fit, from_view, joints, read, represent, to_dataframe, to_xarray
+from pipeline import calibrate, fit, from_view, joints, read, represent, to_dataframe, to_xarray
 from pipeline.core import camera, errors, fourier
 from pipeline.core.linear_model import LinearModel
 from pipeline.formats import c3d
@@ -233,3 +233,41 @@ def test_a_walker_of_an_unknown_laboratory_is_nearer_than_as_if_it_were_known() 
             20.0,
             laboratory="unknown",
         )
+
+
+def test_two_known_people_of_a_laboratory_bring_its_others_nearer() -> None:
+    made = walkers.walking_population(
+        np.random.default_rng(9), male=9, female=9, duration_s=3.0, frame_rate_hz=40.0
+    )
+    series = [fourier.represent(walk, 40.0) for walk in made.positions_mm]
+    moved = np.random.default_rng(3).normal(0.0, 20.0, (15, 3))
+    moved[WALKER15.index("pelvis")] = 0.0
+    theirs = [replace(walk, coefficients=1.1 * walk.coefficients) for walk in series[:6]]
+    for walk in theirs:
+        walk.coefficients[0] += moved
+    model = fit(series[6:])
+    calibrated = calibrate(model, theirs[4:])
+    off = [
+        sum(
+            float(((from_view(m, own, 60.0, laboratory="unknown") - own.coefficients) ** 2).sum())
+            for own in theirs[:4]
+        )
+        for m in (model, calibrated)
+    ]
+    assert off[1] < 0.7 * off[0]
+    assert np.array_equal(
+        from_view(calibrated, theirs[0], 20.0), from_view(calibrated, theirs[0], 20.0, laboratory="unknown")
+    )
+    # Two walks of one person are one person.
+    one = calibrate(model, [theirs[4], theirs[4], theirs[5]], people=["a", "a", "b"])
+    np.testing.assert_allclose(from_view(one, theirs[0], 20.0), from_view(calibrated, theirs[0], 20.0))
+    with pytest.raises(InvalidInput, match="learnt from other walks"):
+        from_view(calibrated, theirs[4], 20.0)
+    with pytest.raises(InvalidInput, match="learnt from other walks"):
+        calibrate(model, [series[7]])
+    with pytest.raises(InvalidInput, match="a walk or more"):
+        calibrate(model, [])
+    with pytest.raises(InvalidInput, match="a name to each"):
+        calibrate(model, theirs[4:], people=["a"])
+    with pytest.raises(InvalidInput, match=r"what fit\(walks\) returns"):
+        calibrate("model.npz", theirs[4:])  # type: ignore[arg-type]

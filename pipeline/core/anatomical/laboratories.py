@@ -6,7 +6,9 @@ Symbols
 ``s``        that of the size of their people, as a share
 ``omega_l``  weight of laboratory l among the training walks
 ``J_g``      one on the constant coefficients of the joints of group g, zero elsewhere
-``C'``       ``C + sum_l omega_l² (sum_g o_g² J_g + s² m m^T)``
+``L``        ``sum_l omega_l² (sum_g o_g² J_g + s² m m^T)``, covariance of what sets a new laboratory apart
+``C'``       ``C + L``; with k of its people known in 3D, of mean y: mean ``m + L (L + C/k)^-1 (y - m)``, covariance
+             ``C + L - L (L + C/k)^-1 L``
 
 A laboratory's offset has half the variance of a difference, B.  The new offset differs from the mean of the training
 ones by ``B (1 + sum omega²)``, of which the training walks show ``B (1 - sum omega²)``: what they lack is
@@ -16,13 +18,14 @@ pelvis, which therefore has no offset.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pipeline.core import fourier
 from pipeline.core.anatomical.bars import GROUP_OF_JOINT, GROUPS
-from pipeline.core.anatomical.prior import JOINTS, Prior
+from pipeline.core.anatomical.prior import JOINTS, Prior, by_joint
 from pipeline.skeleton import WALKER15
 from pipeline.validation import require_range, require_shape
 
@@ -66,7 +69,9 @@ def concentration(weights: np.ndarray, laboratories: np.ndarray) -> float:
     return min(float((np.bincount(of, weights) ** 2).sum()), 1.0)
 
 
-def unfamiliar(prior: Prior, differences: Differences, share: float = 1.0) -> Prior:
+def unfamiliar(
+    prior: Prior, differences: Differences, share: float = 1.0, known: Sequence[np.ndarray] = ()
+) -> Prior:
     """Return the prior of a walker of a laboratory that is not among the training walks.
 
     Parameters
@@ -75,23 +80,32 @@ def unfamiliar(prior: Prior, differences: Differences, share: float = 1.0) -> Pr
     differences : Differences
     share : float
         As `concentration` gives it.
+    known : sequence of (1 + 2H, 15, 3)
+        Walks of other people of that laboratory, one to each, about the mean pelvis, mm: they fix most of what sets
+        the laboratory apart.
 
     Notes
     -----
     Bones turn in the cycle about joints that lie elsewhere, so that their lengths are less constant, too: each joint's
-    own offset has half the variance of a difference.
+    own offset has half the variance of a difference.  They are so where the offset is known, too.
     """
     require_range("the concentration of laboratories", share, above=0, at_most=1)
     offset = np.array(differences.offset_mm)[GROUP_OF_JOINT] * _PLACED
     constant = np.zeros(prior.mean.shape)
     constant[..., 0] = share * offset[:, None] ** 2
     mean = prior.mean.ravel()
-    C = prior.covariance.reshape(mean.size, mean.size) + share * differences.size**2 * np.outer(mean, mean)
-    C[np.diag_indices_from(C)] += constant.ravel()
+    C = prior.covariance.reshape(mean.size, mean.size)
+    L = np.diag(constant.ravel()) + share * differences.size**2 * np.outer(mean, mean)
     own = 0.5 * share * float((offset[_PLACED] ** 2).mean())
+    if len(known):
+        walks = require_shape("the known walks", np.stack(known), ("K", prior.mean.shape[-1], JOINTS, 3))
+        gain = np.linalg.solve(L + C / len(walks), L).T
+        mean = mean + gain @ (by_joint(walks).reshape(len(walks), -1).mean(axis=0) - mean)
+        L = L - gain @ L
     return replace(
         prior,
-        covariance=C.reshape(prior.covariance.shape),
+        mean=mean.reshape(prior.mean.shape),
+        covariance=(C + L).reshape(prior.covariance.shape),
         definition_variance=prior.definition_variance + own,
     )
 

@@ -40,6 +40,29 @@ def test_constants_of_joints_gain_the_offset_and_everything_the_size(
     np.testing.assert_allclose(found.definition_variance, 0.5 * share * offset**2)
 
 
+@given(seed=seeds, count=st.integers(1, 4), share=st.floats(0.1, 1.0), offset=st.floats(1.0, 60.0))
+@settings(max_examples=6, deadline=None)
+def test_known_people_fix_what_sets_their_laboratory_apart(
+    seed: int, count: int, share: float, offset: float
+) -> None:
+    # The oracle: one normal distribution of what sets the laboratory apart, its k people and one more, conditioned.
+    prior = prior_of(seed)
+    differences = Differences(offset_mm=(offset,) * 7, size=0.1)
+    known = walkers(np.random.default_rng(seed + 1), count) + 30.0
+    n = prior.mean.size
+    C = prior.covariance.reshape(n, n)
+    L = anatomical.unfamiliar(prior, differences, share).covariance.reshape(n, n) - C
+    together = np.kron(np.ones((count + 1, count + 1)), L) + np.kron(np.eye(count + 1), C)
+    y = anatomical.by_joint(known).reshape(count, n) - prior.mean.ravel()
+    gain = np.linalg.solve(together[n:, n:], together[n:, :n]).T
+    found = anatomical.unfamiliar(prior, differences, share, list(known))
+    np.testing.assert_allclose(found.mean.ravel() - prior.mean.ravel(), gain @ y.ravel(), atol=1e-6)
+    expected = together[:n, :n] - gain @ together[n:, :n]
+    np.testing.assert_allclose(found.covariance.reshape(n, n), expected, atol=1e-6 * abs(expected).max())
+    # Bones turn about joints that lie elsewhere, wherever that is.
+    assert found.definition_variance == anatomical.unfamiliar(prior, differences, share).definition_variance
+
+
 def test_a_prior_of_no_differences_is_the_same() -> None:
     prior = prior_of(3)
     found = anatomical.unfamiliar(prior, Differences(offset_mm=(0.0,) * 7, size=0.0))

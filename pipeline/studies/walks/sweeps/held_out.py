@@ -98,8 +98,8 @@ class People:
         covariance = self.data.residual_covariance[self.model.tested[person]]
         return np.einsum("aij,kjl,ail->aki", axes, covariance, axes)
 
-    def learn(self, setting: Setting, without: Iterable[int]) -> Prior:
-        """What is learnt without some people."""
+    def learn(self, setting: Setting, without: Iterable[int], known: Iterable[int] = ()) -> Prior:
+        """What is learnt without some people; some of their laboratory are known to belong to it."""
         kept = ~np.isin(self._person, list(without))
         if not setting.all_walks:
             kept &= np.isin(np.arange(len(kept)), self.model.tested)
@@ -119,12 +119,13 @@ class People:
             who, laboratories = self.data.person[walks], self.data.source[walks]
             learnt = anatomical.learn_differences(coefficients, who, laboratories, setting.differences)
             share = anatomical.concentration(weights, laboratories)
-            prior = anatomical.unfamiliar(prior, learnt, share)
+            of_laboratory = [self.walker(person)[: coefficients.shape[1]] for person in known]
+            prior = anatomical.unfamiliar(prior, learnt, share, of_laboratory)
         return prior
 
-    def fold(self, *without: int) -> Fold:
-        """What can be learnt without these people."""
-        return Fold(self, without)
+    def fold(self, *without: int, known: tuple[int, ...] = ()) -> Fold:
+        """What can be learnt without these people; `known` are of the tested laboratory, and tell where it differs."""
+        return Fold(self, without, known)
 
     def beyond(self, person: int, view_rad: np.ndarray, harmonics: int) -> np.ndarray:
         """Power (A, 15) in the missing dimension of what a number of harmonics does not hold, mm²."""
@@ -234,8 +235,8 @@ class People:
 class Fold:
     """What is learnt without some people; settings that learn or look alike share their priors and conditionals."""
 
-    def __init__(self, people: People, without: tuple[int, ...]) -> None:
-        self._people, self._without = people, without
+    def __init__(self, people: People, without: tuple[int, ...], known: tuple[int, ...]) -> None:
+        self._people, self._without, self._known = people, without, known
         self._priors: dict[object, Prior] = {}
         self._conditionals: dict[object, Conditional] = {}
         self._last_turned: tuple[object, TurnedPrior] | None = None
@@ -246,7 +247,7 @@ class Fold:
         varied = (setting.stance, setting.proportions, setting.differences)
         learnt = (setting.harmonics, more, setting.shrinkage, *varied)
         if learnt not in self._priors:
-            self._priors[learnt] = self._people.learn(setting, self._without)
+            self._priors[learnt] = self._people.learn(setting, self._without, self._known)
         return self._priors[learnt]
 
     def conditional(self, setting: Setting, view_rad: np.ndarray, hidden: np.ndarray) -> Conditional:

@@ -35,6 +35,8 @@ PERSON, LABORATORY = "all but the person", "all other laboratories"
 """What is learnt from, besides each other laboratory alone."""
 METHODS = ("average_walker", "map_tuned", "anatomical", "anybody")
 """The last two: as if measured as those who train, and with what laboratories differ by."""
+KNOWN = (1, 3, 8)
+"""Other people of the tested laboratory whose walks are known in 3D: method ``anybody_k``."""
 LEAST_PEOPLE = 4
 """That are learnt from."""
 CURVE = (4, 6, 8, 12, 16, 24, 32, 41, 64)
@@ -52,7 +54,8 @@ class LaboratoryErrors:
     Attributes
     ----------
     rows : DataFrame
-        A row to each person, `learnt_from` and method: mean square error; shares within 95 % bars as computed, and with
+        A row to each person, `learnt_from` and method (with k people of the laboratory known, ``anybody_k``): mean
+        square error; shares within 95 % bars as computed, and with
         multipliers learnt on people who were left out in the same way, none of them of this laboratory if that is left
         out (`covered_95`, `covered_95_calibrated`; NaN of methods without bars or where only one laboratory trains).
     curve : DataFrame
@@ -118,6 +121,7 @@ class Laboratories(Sweep):
                     for method, value in zip(METHODS, error.tolist(), strict=True)
                 ]
                 z += [_standardised(people, fold, of[method], person) for method in METHODS[2:]]
+            rows += [{**key, **row} for row in _of_known_people(people, anybody, person, orders[person])]
             return rows, z, _curve(people, of, person, orders[person])
 
         found = map_processes(one, range(people.count), inputs.workers)
@@ -146,6 +150,30 @@ def left_out(sources: np.ndarray, person: int) -> Iterator[tuple[str, np.ndarray
     for learnt_from, left in [(LABORATORY, sources == mine), *alone]:
         if (~left).sum() >= LEAST_PEOPLE:
             yield learnt_from, left
+
+
+def _of_known_people(
+    people: People, anybody: Setting, person: int, order: np.ndarray
+) -> Iterator[dict[str, object]]:
+    """Errors of a person whose laboratory is left out, but for some of its people who are known in 3D.
+
+    Theirs are only the mean and the covariance of what sets the laboratory apart: nobody of it is learnt from.
+    """
+    mine = people.model.sources == people.model.sources[person]
+    theirs = order[mine[order] & (order != person)]
+    if (~mine).sum() < LEAST_PEOPLE:
+        return
+    for count in (k for k in KNOWN if k <= len(theirs)):
+        fold = people.fold(*np.flatnonzero(mine).tolist(), known=tuple(theirs[:count].tolist()))
+        method = f"anybody_{count}"
+        error = float(errors_of(people, fold, {method: anybody}, person, VIEWS).mean())
+        covered = float((_standardised(people, fold, anybody, person) <= NORMAL_95).mean())
+        yield {
+            "learnt_from": LABORATORY,
+            "method": method,
+            "absolute_error_mm2": error,
+            "covered_95": covered,
+        }
 
 
 def _standardised(people: People, fold: Fold, setting: Setting, person: int) -> np.ndarray:
