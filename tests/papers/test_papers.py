@@ -690,6 +690,22 @@ def worked_walks() -> dict[str, dict[str, np.ndarray]]:
             joint_group=["knee"] * 2 + ["hip"] * 2,
             covered_percent=[90.0, 92.0, 95.0, 95.0],
         ),
+        "zhang2007_sources": columns(method=["anatomical"]),
+        "zhang2007_sources/table_walkers": columns(
+            person=["a", "b"] * 4,
+            tested=["cmu", "biomechzoo"] * 4,
+            learnt_from=["all other laboratories"] * 4 + ["all but the person"] * 4,
+            method=["anatomical"] * 2 + ["anybody"] * 2 + ["anatomical"] * 2 + ["anybody"] * 2,
+            absolute_error_mm2=[1000.0, 1200.0, 800.0, 600.0, 400.0, 400.0, 410.0, 414.0],
+            covered_95=[0.7, 0.6, 0.94, 0.95, 0.9, 0.9, 0.98, 0.97],
+        ),
+        "keypoints_laboratories": columns(
+            laboratory=["cmu", "everybody"] * 2,
+            method=["keypoint_walk"] * 2 + [AVERAGE] * 2,
+            error_mm=[30.0, 35.0, 60.0, 50.0],
+            knee_error_deg=[6.0, 7.0, 12.0, 11.0],
+        ),
+        "keypoints_laboratories/table_clips": columns(person=["a", "b"], covered_95_percent=[90.0, 94.0]),
         "zhang2007_noise": columns(condition=["bias_10_slow_3"]),
         "zhang2007_noise/table_walkers": columns(
             person=["a", "b"] * 4,
@@ -1105,6 +1121,13 @@ WORKED = {
     "zhang2007_structure_synthetic_below_map": 28,
     "zhang2007_structure_error": 360,
     "zhang2007_structure_walkers_better": 50,
+    "zhang2007_sources_children": 50,  # 1200 and 600 mm²
+    "zhang2007_sources_adults": 20,  # 1000 and 800 mm²
+    "zhang2007_sources_price": 3,  # 400 and 412 mm²
+    "zhang2007_sources_bars": 94.5,
+    "keypoints_laboratories_error": 35,
+    "keypoints_laboratories_knee": 7,
+    "keypoints_laboratories_coverage": 92,
     "zhang2007_coverage_of_bars": 94.5,
     "zhang2007_coverage_of_every_view": 92,
     "zhang2007_coverage_of_every_joint": 91,

@@ -6,9 +6,9 @@ Symbols
 ``s``        that of the size of their people, as a share
 ``omega_l``  weight of laboratory l among the training walks
 ``J_g``      one on the constant coefficients of the joints of group g, zero elsewhere
-``L``        ``sum_l omega_l² (sum_g o_g² J_g + s² m m^T)``, covariance of what sets a new laboratory apart
-``C'``       ``C + L``; with k of its people known in 3D, of mean y: mean ``m + L (L + C/k)^-1 (y - m)``, covariance
-             ``C + L - L (L + C/k)^-1 L``
+``L``        ``sum_l omega_l² (sum_g o_g² J_g + s² m m^T)``, covariance of what sets a new laboratory's walker apart
+``C'``       ``C + L``; with k people known in 3D, of mean y, and half of L in common to all people of the laboratory:
+             mean ``m + G (y - m)``, covariance ``C + L - G L/2``, ``G = L/2 (L/2 + (C + L/2)/k)^-1``
 
 A laboratory's offset has half the variance of a difference, B.  The new offset differs from the mean of the training
 ones by ``B (1 + sum omega²)``, of which the training walks show ``B (1 - sum omega²)``: what they lack is
@@ -31,6 +31,8 @@ from pipeline.validation import require_range, require_shape
 
 WORTH = 4.0
 """Contrasts between laboratories that what is assumed of them counts as, beside those that are measured."""
+COMMON = 0.5
+"""Share of L that all people of a laboratory have in common; the rest is each one's own, as markers are placed anew."""
 _PLACED = np.array([joint != "pelvis" for joint in WALKER15.joints])
 
 
@@ -99,9 +101,10 @@ def unfamiliar(
     own = 0.5 * share * float((offset[_PLACED] ** 2).mean())
     if len(known):
         walks = require_shape("the known walks", np.stack(known), ("K", prior.mean.shape[-1], JOINTS, 3))
-        gain = np.linalg.solve(L + C / len(walks), L).T
+        alike, own_ways = COMMON * L, (1.0 - COMMON) * L
+        gain = np.linalg.solve(alike + (C + own_ways) / len(walks), alike).T
         mean = mean + gain @ (by_joint(walks).reshape(len(walks), -1).mean(axis=0) - mean)
-        L = L - gain @ L
+        L = own_ways + alike - gain @ alike
     return replace(
         prior,
         mean=mean.reshape(prior.mean.shape),

@@ -52,7 +52,7 @@ def test_known_people_fix_what_sets_their_laboratory_apart(
     n = prior.mean.size
     C = prior.covariance.reshape(n, n)
     L = anatomical.unfamiliar(prior, differences, share).covariance.reshape(n, n) - C
-    together = np.kron(np.ones((count + 1, count + 1)), L) + np.kron(np.eye(count + 1), C)
+    together = np.kron(np.ones((count + 1, count + 1)), L / 2.0) + np.kron(np.eye(count + 1), C + L / 2.0)
     y = anatomical.by_joint(known).reshape(count, n) - prior.mean.ravel()
     gain = np.linalg.solve(together[n:, n:], together[n:, :n]).T
     found = anatomical.unfamiliar(prior, differences, share, list(known))
