@@ -66,11 +66,8 @@ def run() -> list[Row]:
     def with_paths() -> synchronization.AllPairs:
         return synchronization.synchronize_all(sequences, max_disparity=BAND, smoothness=mu)
 
-    def costs_alone() -> np.ndarray:
-        return synchronization.distances(sequences, max_disparity=BAND, smoothness=mu)
-
     def unpenalised(pairs: Sequence[tuple[int, int]] = few) -> np.ndarray:
-        found = synchronization.distances(sequences, max_disparity=BAND, smoothness=0.0)
+        found = synchronization.synchronize_all(sequences, max_disparity=BAND, smoothness=0.0).cost
         return np.array([found[n, m] for n, m in pairs])
 
     def loops() -> np.ndarray:
@@ -80,7 +77,7 @@ def run() -> list[Row]:
         found = with_paths()
         return synchronization.warp(sequences, found.disparity[synchronization.median_sequence(found.cost)])
 
-    seconds = [min(cpu_seconds(job) for _ in range(ROUNDS)) for job in (with_median, costs_alone)]
+    seconds = min(cpu_seconds(with_median) for _ in range(ROUNDS))
     rows = [
         in_turns(
             f"{whole} ordered pairs with paths",
@@ -90,17 +87,13 @@ def run() -> list[Row]:
             rounds=3,
             scaled=whole / FEW,
             agreement=relative_difference(unpenalised(), loops(), at_most=1e-9),
-            note=f"peer: {FEW} pairs, time × {whole // FEW}; ours with median and warp {seconds[0]:.2g} s, "
-            f"costs alone {seconds[1]:.2g} s",
+            note=f"peer: {FEW} pairs, time × {whole // FEW}; ours with median and warp {seconds:.2g} s",
         )
     ]
     peers: tuple[tuple[str, Callable[[Any], list[Row]]], ...] = (
         ("dtw", lambda dtw: _dtw_python(dtw, sequences, few, whole, with_paths, unpenalised)),
-        (
-            "dtaidistance.dtw_ndim",
-            lambda dtw_ndim: _dtaidistance(dtw_ndim, sequences, with_paths, costs_alone),
-        ),
-        ("tslearn.metrics", lambda metrics: _tslearn(metrics, sequences, with_paths, costs_alone)),
+        ("dtaidistance.dtw_ndim", lambda dtw_ndim: _dtaidistance(dtw_ndim, sequences, with_paths)),
+        ("tslearn.metrics", lambda metrics: _tslearn(metrics, sequences, with_paths)),
     )
     for name, measure in peers:
         try:
@@ -151,7 +144,6 @@ def _dtaidistance(
     dtw_ndim: Any,
     sequences: np.ndarray,
     with_paths: Callable[[], object],
-    costs_alone: Callable[[], object],
 ) -> list[Row]:
     best_path = import_module("dtaidistance.dtw").best_path
 
@@ -166,12 +158,10 @@ def _dtaidistance(
             _, costs = dtw_ndim.warping_paths_fast(sequences[0], sequences[m], window=BAND + 1)
             best_path(costs)
 
-    return _another_problem("dtaidistance (C)", matrix, paths, with_paths, costs_alone)
+    return _another_problem("dtaidistance (C)", matrix, paths, with_paths)
 
 
-def _tslearn(
-    metrics: Any, sequences: np.ndarray, with_paths: Callable[[], object], costs_alone: Callable[[], object]
-) -> list[Row]:
+def _tslearn(metrics: Any, sequences: np.ndarray, with_paths: Callable[[], object]) -> list[Row]:
     def matrix() -> np.ndarray:
         return metrics.cdist_dtw(sequences, global_constraint="sakoe_chiba", sakoe_chiba_radius=BAND)
 
@@ -181,7 +171,7 @@ def _tslearn(
                 sequences[0], sequences[m], global_constraint="sakoe_chiba", sakoe_chiba_radius=BAND
             )
 
-    return _another_problem("tslearn (numba)", matrix, paths, with_paths, costs_alone)
+    return _another_problem("tslearn (numba)", matrix, paths, with_paths)
 
 
 def _another_problem(
@@ -189,16 +179,15 @@ def _another_problem(
     matrix: Callable[[], object],
     paths: Callable[[], object],
     with_paths: Callable[[], object],
-    costs_alone: Callable[[], object],
 ) -> list[Row]:
     """Rows against a peer whose distance is another one, for all pairs and for pairs with their paths."""
     pairs = PERFORMANCES * (PERFORMANCES - 1)
     unlike = float("nan")
     rows = [
         in_turns(
-            f"{pairs} ordered pairs, costs alone",
+            f"{pairs} ordered pairs with paths",
             f"{peer}, {pairs // 2} pairs, distances",
-            costs_alone,
+            with_paths,
             matrix,
             rounds=ROUNDS,
             agreement=unlike,
@@ -221,10 +210,8 @@ def _another_problem(
 def _growth() -> list[Row]:
     """Time per node with performances, with frames at a fixed band and a growing one, and with the band."""
     jobs: list[tuple[str, Callable[..., object], list[tuple[int, int, int]]]] = [
-        ("performances, costs", synchronization.distances, [(m, FRAMES, BAND) for m in (40, 100, 300, 1000)]),
         ("performances, paths", synchronization.synchronize_all, [(m, FRAMES, BAND) for m in (40, 100, 300)]),
         ("frames, paths", synchronization.synchronize_all, [(12, p, BAND) for p in (100, 500, 1000, 2000)]),
-        ("frames and band, costs", synchronization.distances, [(12, p, p // 3) for p in (100, 500, 2000)]),
         (
             "frames and band, paths",
             synchronization.synchronize_all,

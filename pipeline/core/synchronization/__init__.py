@@ -12,7 +12,7 @@ Symbols
 ``E``         disparity space image, squared distances of x_n(p) and x_m(p + d)
 """
 
-from pipeline.core.synchronization.all_pairs import AllPairs, distances, median_sequence, synchronize_all
+from pipeline.core.synchronization.all_pairs import AllPairs, median_sequence, synchronize_all
 from pipeline.core.synchronization.key_frames import (
     KeyFrames,
     KeyFrameSynchronization,
@@ -41,7 +41,6 @@ __all__ = [
     "allowed_disparities",
     "choose_key_frames",
     "disparity_space_image",
-    "distances",
     "median_sequence",
     "normalise",
     "rate_to_rate",

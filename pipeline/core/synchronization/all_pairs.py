@@ -129,7 +129,8 @@ def synchronize_all(
     Raises
     ------
     InvalidInput
-        As `distances`.
+        If there are fewer than two sequences, they differ in length or dimension, a value is not finite (the
+        sequence and the frame are named), or a switch is none.
 
     Notes
     -----
@@ -139,44 +140,9 @@ def synchronize_all(
     count, frames = rows.shape[:2]
     dtype = np.int16 if frames <= np.iinfo(np.int16).max else np.int32
     found = AllPairs(np.empty((count, count, frames), dtype=dtype), np.empty((count, count)))
-    for n, m, cost, S in _tiles(rows, nodes, keep=True):
+    for n, m, cost, S in _tiles(rows, nodes):
         found.cost[n, m] = cost.T
         found.disparity[n, m] = backtrack(nodes, S).reshape(frames, *cost.shape).T
-    return found
-
-
-def distances(
-    sequences: Sequence[np.ndarray] | np.ndarray,
-    *,
-    max_disparity: int,
-    smoothness: float,
-    penalty: str = "change",
-    start: str = "fixed",
-    steps: Sequence[int] = STEPS,
-) -> np.ndarray:
-    """Synchronization distances C(n, m) of all ordered pairs (M, M), zero on the diagonal.
-
-    Parameters
-    ----------
-    sequences : (M, P, b), or M arrays (P, b)
-        At least two, with linearly normalised time.
-    max_disparity, smoothness, penalty, start, steps
-        As for `synchronize`.
-
-    Raises
-    ------
-    InvalidInput
-        If there are fewer than two sequences, they differ in length or dimension, a value is not finite (the
-        sequence and the frame are named), or a switch is none.
-
-    Notes
-    -----
-    No paths are kept, so that beside the result memory does not grow with M.  The distance is not symmetric.
-    """
-    rows, nodes = _prepared(sequences, max_disparity, smoothness, penalty, start, steps)
-    found = np.empty((len(rows), len(rows)))
-    for n, m, cost, _ in _tiles(rows, nodes, keep=False):
-        found[n, m] = cost.T
     return found
 
 
@@ -208,9 +174,7 @@ def _prepared(
     return rows - postures[nearest], nodes
 
 
-def _tiles(
-    rows: np.ndarray, nodes: Trellis, *, keep: bool
-) -> Iterator[tuple[slice, slice, np.ndarray, list[np.ndarray]]]:
+def _tiles(rows: np.ndarray, nodes: Trellis) -> Iterator[tuple[slice, slice, np.ndarray, list[np.ndarray]]]:
     """Ranges of n and of m that together cover all pairs, with the costs (m, n) and S of each, soon reused."""
     count, _, dimension = rows.shape
     squared = np.einsum("mpb,mpb->mp", rows, rows)[..., None]
@@ -222,7 +186,7 @@ def _tiles(
     ones = np.ones_like(squared)
     base = np.concatenate([-2.0 * rows, squared, ones], axis=2).transpose(1, 2, 0)
     moved = np.concatenate([rows, ones, squared], axis=2).transpose(1, 0, 2)
-    bases, others = _tile_size(count, nodes, keep=keep)
+    bases, others = _tile_size(count, nodes)
     memory, S = np.empty((0, 0)), [np.empty((0, 0))]
     for first_m in range(0, count, others):
         right = np.ascontiguousarray(moved[:, first_m : first_m + others])
@@ -232,7 +196,7 @@ def _tiles(
             if S[0].shape[1] != size[0] * size[1]:
                 # Memory that is new to the process costs more than all that is done in it.
                 memory = np.empty(int(nodes.widths.max()) * size[0] * size[1])
-                S = allocate_costs(nodes, size[0] * size[1], keep=keep)
+                S = allocate_costs(nodes, size[0] * size[1])
             misfit = partial(_misfit, left, right, rounding, memory)
             cost = accumulate(nodes, misfit, S).reshape(size)
             yield slice(first_n, first_n + size[1]), slice(first_m, first_m + size[0]), cost, S
@@ -250,11 +214,10 @@ def _misfit(
     return E.reshape(high - low + 1, -1)
 
 
-def _tile_size(count: int, nodes: Trellis, *, keep: bool) -> tuple[int, int]:
+def _tile_size(count: int, nodes: Trellis) -> tuple[int, int]:
     """Numbers of bases n and of others m in one tile."""
-    pairs = _TILE_BYTES // (3 * 8 * int(nodes.widths.max()))
-    if keep:
-        pairs = min(pairs, _KEPT_BYTES // (8 * int(nodes.widths.sum())))
+    cached, kept = 3 * 8 * int(nodes.widths.max()), 8 * int(nodes.widths.sum())
+    pairs = min(_TILE_BYTES // cached, _KEPT_BYTES // kept)
     bases = max(1, min(count, pairs, 40))
     return bases, max(1, min(count, pairs // bases))
 

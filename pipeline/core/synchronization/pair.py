@@ -256,6 +256,6 @@ def synchronize(
     )
     band = int(max(nodes.high.max(), -nodes.low.min()))
     image = disparity_space_image(x_n, x_m, max_disparity=band)[..., None]
-    S = allocate_costs(nodes, 1, keep=True)
+    S = allocate_costs(nodes, 1)
     cost = accumulate(nodes, lambda p, low, high: image[p, low + band : high + band + 1], S)
     return Synchronization(disparity=backtrack(nodes, S)[:, 0], cost=float(cost[0]))

@@ -160,19 +160,8 @@ def allowed_disparities(
     return Trellis(low, high, float(smoothness), penalty, ordered)
 
 
-def allocate_costs(nodes: Trellis, pairs: int, *, keep: bool) -> list[np.ndarray]:
-    """Allocate uninitialised cost arrays (width, pairs), one for each sample.
-
-    Parameters
-    ----------
-    nodes : Trellis
-    pairs : int
-    keep : bool
-        Otherwise two samples are held, in turns in the same memory: enough for the least cost, not for its path.
-    """
-    if not keep:
-        turns = np.empty((2, nodes.widths.max(), pairs))
-        return [turns[p % 2, :width] for p, width in enumerate(nodes.widths)]
+def allocate_costs(nodes: Trellis, pairs: int) -> list[np.ndarray]:
+    """Allocate uninitialised cost arrays (width, pairs), one for each sample."""
     ends = np.cumsum(nodes.widths)
     memory = np.empty((ends[-1], pairs))
     return [memory[end - width : end] for end, width in zip(ends, nodes.widths, strict=True)]

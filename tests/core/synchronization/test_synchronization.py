@@ -15,7 +15,6 @@ from pipeline.core.synchronization import (
     all_pairs,
     allowed_disparities,
     disparity_space_image,
-    distances,
     median_sequence,
     normalise,
     rate_to_rate,
@@ -146,7 +145,6 @@ def test_one_pair_and_all_pairs_equal_the_plain_double_loop(
         "start": start,
     }
     pairs = synchronize_all(sequences, **switch)
-    assert np.array_equal(distances(sequences, **switch), pairs.cost)
     for n, m in itertools.permutations(range(3), 2):
         path, cost = plain_loop(sequences[n], sequences[m], **switch)
         found = synchronize(sequences[n], sequences[m], **switch)
@@ -181,7 +179,7 @@ def test_without_smoothness_it_is_dynamic_time_warping_with_the_asymmetric_step_
     assert synchronize(x_n, x_m, max_disparity=window, smoothness=0).cost == pytest.approx(
         expected, rel=1e-12
     )
-    assert distances([x_n, x_m], max_disparity=window, smoothness=0)[0, 1] == pytest.approx(
+    assert synchronize_all([x_n, x_m], max_disparity=window, smoothness=0).cost[0, 1] == pytest.approx(
         expected, rel=1e-9
     )
 
@@ -271,7 +269,9 @@ def test_one_frame_is_matched_with_the_other() -> None:
         )
         assert found.disparity.tolist() == [0]
         assert found.cost == 25.0
-    assert distances(np.array([[[1.0, 2.0]], [[4.0, 6.0]]]), max_disparity=20, smoothness=1.0).tolist() == [
+    assert synchronize_all(
+        np.array([[[1.0, 2.0]], [[4.0, 6.0]]]), max_disparity=20, smoothness=1.0
+    ).cost.tolist() == [
         [0.0, 25.0],
         [25.0, 0.0],
     ]
@@ -376,7 +376,9 @@ def test_a_step_longer_than_the_sequence_takes_no_memory() -> None:
 
 def test_the_distance_is_not_symmetric() -> None:
     generator = np.random.default_rng(0)
-    found = distances([performance(generator, 50) for _ in range(4)], max_disparity=16, smoothness=0.5)
+    found = synchronize_all(
+        [performance(generator, 50) for _ in range(4)], max_disparity=16, smoothness=0.5
+    ).cost
     apart = np.abs(found - found.T)[~np.eye(4, dtype=bool)]
     assert apart.min() > 0
 
@@ -407,18 +409,16 @@ def test_the_size_of_a_tile_is_no_matter(monkeypatch: pytest.MonkeyPatch, tile: 
     found = synchronize_all(sequences, max_disparity=9, smoothness=0.7)
     assert np.array_equal(found.disparity, expected.disparity)
     assert np.allclose(found.cost, expected.cost, rtol=1e-12)
-    costs = distances(sequences, max_disparity=9, smoothness=0.7)
-    assert np.allclose(costs, expected.cost, rtol=1e-12)
 
 
 def test_memory_beside_the_result_does_not_grow_with_the_pairs() -> None:
     def peak(count: int) -> int:
         sequences = np.random.default_rng(0).standard_normal((count, 20, 2))
         tracemalloc.start()
-        distances(sequences, max_disparity=6, smoothness=1.0)
+        found = synchronize_all(sequences, max_disparity=6, smoothness=1.0)
         most = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
-        return most - 8 * count**2 - 10 * sequences.nbytes
+        return most - found.cost.nbytes - found.disparity.nbytes - 10 * sequences.nbytes
 
     # Nine times the pairs; the inputs and the result are taken off.
     assert peak(180) < 1.5 * peak(60)
@@ -432,7 +432,7 @@ def test_disparities_of_all_pairs_are_small_numbers() -> None:
 
 def test_all_identical_is_allowed_and_the_median_is_the_first() -> None:
     same = np.tile(performance(np.random.default_rng(2), 30), (5, 1, 1))
-    found = distances(same, max_disparity=10, smoothness=0.1)
+    found = synchronize_all(same, max_disparity=10, smoothness=0.1).cost
     assert not found.any()
     assert median_sequence(found) == 0
 
@@ -464,7 +464,7 @@ def test_the_median_of_warped_performances_is_the_one_in_the_middle() -> None:
     t = np.linspace(0, 1, 60)
     strengths = [-0.2, -0.1, 0.01, 0.1, 0.2]
     sequences = np.stack([movement(t + a * np.sin(np.pi * t)) for a in strengths])
-    assert median_sequence(distances(sequences, max_disparity=20, smoothness=0.5)) == 2
+    assert median_sequence(synchronize_all(sequences, max_disparity=20, smoothness=0.5).cost) == 2
 
 
 # --- time, image, warp ------------------------------------------------------------------------------------
@@ -553,10 +553,9 @@ def test_a_sequence_that_cannot_be_used_is_named_with_its_frame(x_m: np.ndarray,
     with pytest.raises(InvalidInput) as told:
         synchronize(GOOD, x_m, max_disparity=2, smoothness=1.0)
     assert str(told.value) == f"x_m: {sentence}"
-    for function in (distances, synchronize_all):
-        with pytest.raises(InvalidInput) as told:
-            function([GOOD, GOOD, x_m], max_disparity=2, smoothness=1.0)
-        assert str(told.value) == f"sequence 2: {sentence.replace('x_n', 'sequence 0')}"
+    with pytest.raises(InvalidInput) as told:
+        synchronize_all([GOOD, GOOD, x_m], max_disparity=2, smoothness=1.0)
+    assert str(told.value) == f"sequence 2: {sentence.replace('x_n', 'sequence 0')}"
 
 
 @pytest.mark.parametrize(
@@ -604,7 +603,6 @@ def test_a_switch_that_is_none_is_refused_in_a_sentence(name: str, value: Any, s
     told: dict[str, Any] = {"max_disparity": 2, "smoothness": 1.0, name: value}
     for call in (
         lambda: synchronize(GOOD, GOOD, **told),
-        lambda: distances([GOOD, GOOD], **told),
         lambda: synchronize_all([GOOD, GOOD], **told),
     ):
         with pytest.raises(InvalidInput) as raised:
@@ -614,9 +612,8 @@ def test_a_switch_that_is_none_is_refused_in_a_sentence(name: str, value: Any, s
 
 @pytest.mark.parametrize("count", [0, 1])
 def test_one_alone_has_nothing_to_be_synchronized_with(count: int) -> None:
-    for function in (distances, synchronize_all):
-        with pytest.raises(InvalidInput, match=r"there is nothing to synchronize with .* two or more"):
-            function(np.zeros((count, 5, 2)), max_disparity=2, smoothness=1.0)
+    with pytest.raises(InvalidInput, match=r"there is nothing to synchronize with .* two or more"):
+        synchronize_all(np.zeros((count, 5, 2)), max_disparity=2, smoothness=1.0)
 
 
 @pytest.mark.parametrize(
