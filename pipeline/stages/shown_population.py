@@ -12,7 +12,7 @@ from pipeline.storage.store import Store
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs
 from pipeline.studies.replicated import POPULATION
-from pipeline.studies.study import Figure, SweepInputs
+from pipeline.studies.study import Figure, NoSweep, SweepInputs
 
 Inputs = FigureInputs[Any, Any, Any]
 
@@ -46,7 +46,11 @@ def _inputs(experiment: Experiment, population: int, store: Store) -> FigureInpu
     clips = experiment.data.request(corpus, experiment.skeleton, seed, workers).make()
     samples = options.of_shared(populations.sampled(experiment, population - 1, store).value)
     learnt = model.learn(samples, workers=workers)
-    measured = experiment.sweep.measure(SweepInputs(clips, samples, learnt, options, model, workers, seed))
+    sweep = experiment.sweep
+    if sweep.of_populations() == sweep and not isinstance(sweep, NoSweep):  # of which all are measured
+        measured = populations.swept(experiment, population - 1, store).value
+    else:
+        measured = sweep.measure(SweepInputs(clips, samples, learnt, options, model, workers, seed))
     return FigureInputs(experiment, clips, samples, learnt, measured, population)
 
 

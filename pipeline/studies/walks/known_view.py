@@ -27,6 +27,8 @@ from pipeline.studies.walks.stacked import stacked
 from pipeline.validation import Distinct, Finite, Positive
 
 Inputs = SweepInputs[object, FourierSamples, Eigenwalkers]
+AT_A_TIME = 32
+"""Walkers of which every view and sigma² is held, a megabyte of each."""
 
 
 class Truth(StrEnum):
@@ -122,12 +124,22 @@ class KnownView(Sweep):
         sigma2 = self.sigma2_mm2.values("sweep.sigma2_mm2")
         data, options = inputs.dataset, inputs.model_options
         third = AnatomicalApproach(data) if Method.anatomical in self.methods else None
-        walkers = range(len(inputs.model.samples))
-        folds = map_processes(lambda r: self._fold(inputs, r, third), walkers, inputs.workers)
-        frames, missing, average, paths = zip(*folds, strict=True)
-        found = {name: stacked([rows for of in frames for rows in of[name]]) for name in frames[0]}
-        path = np.stack(paths)  # (R, A, S), no S if MAP is not tried
-        chosen = np.zeros((len(path), path.shape[2]), dtype=bool)
+        count = len(inputs.model.samples)
+        parts: dict[str, list[dict[str, Any]]] = defaultdict(list)
+        missing, average = [], []
+        total: np.ndarray = np.zeros((1, 1))
+        for start in range(0, count, AT_A_TIME):
+            block = range(start, min(start + AT_A_TIME, count))
+            for frames, shown, mean, path in map_processes(
+                lambda r: self._fold(inputs, r, third), block, inputs.workers
+            ):
+                for name, rows in frames.items():
+                    parts[name] += rows
+                missing.append(shown)
+                average.append(mean)
+                total = total + path  # (A, S), no S if MAP is not tried
+        found = {name: stacked(rows) for name, rows in parts.items()}
+        chosen = np.zeros((count, total.shape[1]), dtype=bool)
         if chosen.size:
             by_others = nested_choice(data, options, np.radians(view_deg), sigma2, inputs.workers)
             chosen[np.arange(len(by_others)), by_others] = True  # of nobody, where people are too few
@@ -137,7 +149,7 @@ class KnownView(Sweep):
             methods=np.array(self.methods, dtype=str),
             view_angle_deg=view_deg,
             sigma2_mm2=sigma2,
-            sigma2_view_mm2=path.mean(axis=0),
+            sigma2_view_mm2=total / count,
             demonstration_view_deg=np.array(self.demonstration_views_deg),
             missing=np.stack(missing, axis=1),
             average_walker=np.stack(average),
