@@ -102,7 +102,7 @@ class NoiseVariance(Figure):
         added = sigma2(
             table="table_paired",
             y="added_error_mm2",
-            label=f"error added to that at {here:g} mm²",
+            label="error added to the least",
             styles={"map": Style("", "map")},
             references=[PUBLISHED],
         )
