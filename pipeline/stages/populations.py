@@ -36,7 +36,7 @@ def tables(experiment: Experiment, store: Store) -> dict[str, pd.DataFrame]:
         return {}
 
     def one(number: int) -> dict[str, pd.DataFrame]:
-        inputs = _inputs(experiment, number, store)
+        inputs = _inputs(experiment, number, store.forgetful())
         with without_intervals():
             found = figure.tables(inputs)
         return {name: _without_intervals(found[name], number) for name in figure.over_people}

@@ -80,6 +80,12 @@ class Store:
         remove_stale(self.cache)
         remove_unheld(self.cache, f"{_LOCK}*")
 
+    def forgetful(self) -> Store:
+        """Return the same store with a memory of its own: what it finds there is let go with it."""
+        other = copy.copy(self)
+        other._memory = {}
+        return other
+
     def artefact(
         self,
         stage: str,
