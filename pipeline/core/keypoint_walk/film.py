@@ -28,11 +28,15 @@ WINDOW_STRIDES = 1.5
 """Strides that a window needs: of many windows one may fit a single stride by chance."""
 ONE_HEADING_RAD = np.radians(40.0)
 OTHER_RATES = (2.0, 4.0, 0.5)
-"""Factors on the frame rate that are tried if nobody walks: slow motion, and rates that were halved or doubled."""
+"""Factors on the frame rate that are tried if nobody walks: slow motion, and rates that were halved or doubled.
+
+The walk that is nearest to its image counts."""
 USUAL_STRIDE_HZ = (0.6, 1.3)
 """Stride frequencies outside of which a wrong frame rate is more likely than such a walk."""
 MOST_TRIED = 2
 """Stretches that are tried so."""
+SAME_PERIOD = 0.1
+"""Share by which two periods that are one may differ."""
 RATE_STRIDE_HZ, RATE_STRIDES = (0.7, 1.2), 2.0
 """Strides a second, and strides, that a walk at another frame rate must have to be believed."""
 
@@ -181,32 +185,51 @@ class Watched:
 
 
 def watch(film: Film) -> Watched:
-    """Find, reconstruct and judge the walking in a film; if there is none, at other frame rates, too."""
+    """Find, reconstruct and judge the walking in a film; if there is none, at other frame rates, too.
+
+    A walk that is too slow counts as none if one at another rate is nearer to the image and has another period: of slow
+    motion from the front a step may pass for a stride.  With the same period it may be slow, or slow motion.
+    """
     told = _watch(film)
-    if told.walks:
+    walked = [stretch for stretch in told.stretches if stretch.walks]
+    if walked and _stride_hz(walked[0]) >= USUAL_STRIDE_HZ[0]:
         return told
-    parts = sorted((s.first_frame - film.first, s.last_frame - film.first + 1) for s in told.stretches)
+    parts = sorted(
+        (s.first_frame - film.first, s.last_frame - film.first + 1) for s in walked[:1] or told.stretches
+    )
     parts = sorted(parts, key=lambda part: part[0] - part[1])[:MOST_TRIED]
-    for factor in OTHER_RATES:
-        other = replace(film, frame_rate_hz=factor * film.frame_rate_hz)
-        if any(_plain_walk(other.stretch(*part, quick=True)) for part in parts):
-            watched = _watch(other)
-            why = f"at {film.frame_rate_hz:g} frames a second nobody walks, at {other.frame_rate_hz:g} somebody does"
-            stretches = tuple(_doubted(stretch, why) for stretch in watched.stretches)
-            said = f"The frame rate is taken to be {other.frame_rate_hz:g} Hz: {why}. Give the true one."
-            return Watched(stretches, other.frame_rate_hz, (said, *watched.notes))
-    return told
+    others = [replace(film, frame_rate_hz=factor * film.frame_rate_hz) for factor in OTHER_RATES]
+    tried = [(other.stretch(*part, quick=True), other) for other in others for part in parts]
+    stretch, other = min(tried, key=lambda rate: _off(rate[0]), default=(None, film))
+    if stretch is None or not np.isfinite(_off(stretch)):
+        return told
+    if walked:
+        nearer = walked[0].found is not None and _off(stretch) < walked[0].found.rms_residual_px
+        frames = film.frame_rate_hz / _stride_hz(walked[0]), other.frame_rate_hz / _stride_hz(stretch)
+        if not nearer or abs(frames[0] / frames[1] - 1.0) < SAME_PERIOD:
+            return told
+    watched = _watch(other)
+    why = f"at {film.frame_rate_hz:g} frames a second nobody walks, at {other.frame_rate_hz:g} somebody does"
+    stretches = tuple(_doubted(stretch, why) for stretch in watched.stretches)
+    said = f"The frame rate is taken to be {other.frame_rate_hz:g} Hz: {why}. Give the true one."
+    return Watched(stretches, other.frame_rate_hz, (said, *watched.notes))
 
 
-def _plain_walk(stretch: Stretch) -> bool:
-    """Whether nothing speaks against a walk of a usual cadence."""
+def _off(stretch: Stretch) -> float:
+    """Residual of a walk of a usual cadence that nothing speaks against, px; infinite of anything else."""
     found = stretch.found
-    return (
+    plain = (
         found is not None
         and stretch.judgement.verdict == Verdict.walk
         and found.strides >= RATE_STRIDES
         and RATE_STRIDE_HZ[0] <= found.candidates[0].frequency_hz <= RATE_STRIDE_HZ[1]
     )
+    return found.rms_residual_px if plain and found is not None else np.inf
+
+
+def _stride_hz(stretch: Stretch) -> float:
+    assert stretch.found is not None
+    return float(stretch.found.candidates[0].frequency_hz)
 
 
 def _doubted(stretch: Stretch, why: str) -> Stretch:

@@ -100,6 +100,18 @@ def test_a_walk_that_is_none_at_the_rate_that_was_told_is_found_at_another(told:
     assert stride == pytest.approx(walks()[0].frequency_hz, rel=0.03)
 
 
+def test_a_step_of_slow_motion_from_the_front_is_no_stride() -> None:
+    # At the rate that was told a step, of half the truth's period, passes for a slow stride.
+    walk = lasting(motions()[5], RATE, 4.0)
+    sim = filmed(walk, 5, 180.0, speed_mm_s=1200.0, frame_rate_hz=120.0)
+    found = watched(sim, 0.25)
+    best = found.stretches[0].found
+    assert best is not None
+    assert found.stretches[0].judgement.verdict == "doubtful"
+    stride = best.candidates[0].frequency_hz * sim.frame_rate_hz / found.frame_rate_hz
+    assert stride == pytest.approx(walks()[5].frequency_hz, rel=0.03)
+
+
 def test_a_path_on_a_circle_turns_by_its_angle_and_a_straight_one_does_not() -> None:
     heights = prior().mean[:, 2, 0]
     turn = np.radians(np.linspace(-25.0, 25.0, 90))
