@@ -369,12 +369,26 @@ def _is_usual(value: Any, usual: Any) -> bool:
     return value is None or (isinstance(value, str | float | bool) and value == usual)
 
 
-def from_json(plain: Mapping[str, Any]) -> Chart:
-    """Return a chart from its plain values."""
+def from_json(plain: Mapping[str, Any], where: str = "") -> Chart:
+    """Return a chart from its plain values; `where` says which figure's.
+
+    Raises
+    ------
+    InvalidInput
+        If another version of this software wrote them.
+    """
     values = dict(plain)
-    values["also"] = [Lines(**_restored(one)) for one in values.get("also", [])]
-    values["references"] = [Reference(**one) for one in values.get("references", [])]
-    return Chart(**_restored(values))
+    try:
+        values["also"] = [Lines(**_restored(one)) for one in values.get("also", [])]
+        values["references"] = [Reference(**one) for one in values.get("references", [])]
+        return Chart(**_restored(values))
+    except TypeError as error:  # a field that there is no more
+        raise InvalidInput(
+            "a chart of another version of this software",
+            where=where,
+            expected="the figure, made again",
+            received=str(error),
+        ) from None
 
 
 def _restored(values: Mapping[str, Any]) -> dict[str, Any]:

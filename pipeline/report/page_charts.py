@@ -16,7 +16,7 @@ from pipeline.report.published import PublishedFigure
 
 def declared(figure: PublishedFigure) -> list[Chart]:
     """Return the charts that a figure was published with."""
-    return [from_json(plain) for plain in figure.manifest.get("charts", [])]
+    return [from_json(plain, figure.name) for plain in figure.manifest.get("charts", [])]
 
 
 def charts_of(figure: PublishedFigure) -> list[dict[str, Any]]:

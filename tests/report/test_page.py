@@ -310,6 +310,8 @@ def test_charts_are_kept_as_they_are_declared() -> None:
     assert to_json(kept) == to_json(chart)
     assert kept.references == chart.references
     assert kept.styles == chart.styles
+    with pytest.raises(InvalidInput, match=r"^fig5: a chart of another version .* made again"):
+        from_json({**to_json(chart), "colour_of_the_sky": "blue"}, "fig5")
 
 
 def test_published_numbers_stand_in_the_ledger_alone() -> None:
