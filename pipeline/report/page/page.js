@@ -32,6 +32,10 @@
     for (const entry of entries) if (entry.isIntersecting) { near.unobserve(entry.target); show(entry.target); }
   }, { rootMargin: "400px" });
   [...charts, ...pictures].forEach(at => near.observe(at));
+  // Printing does not wait for what is unpacked: pictures are, one after the other, when there is nothing else to do.
+  const idle = window.requestIdleCallback ?? (task => setTimeout(task, 200)), packed = [...pictures];
+  const next = () => { const image = packed.shift(); if (image) Promise.resolve(unpacked(image)).then(() => idle(next)); };
+  addEventListener("load", () => idle(next));
   // A link to a claim opens the drawer that it is in.
   function open(place) { for (let up = place; up; up = up.parentElement) if (up.tagName === "DETAILS") up.open = true; }
   document.addEventListener("click", event => {
