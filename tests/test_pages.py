@@ -59,6 +59,12 @@ def test_the_examples_on_files_run(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     (tmp_path / "my_walks").mkdir()
     for k, walk in enumerate(people.positions_mm):
         c3d.write(tmp_path / "my_walks" / f"p{k}.c3d", WALKER15.joints, walk, 40.0)
+    (tmp_path / "my_laboratory").mkdir()
+    theirs = walkers.walking_population(
+        np.random.default_rng(9), male=2, female=1, duration_s=3.0, frame_rate_hz=40.0
+    )
+    for k, walk in enumerate(theirs.positions_mm):
+        c3d.write(tmp_path / "my_laboratory" / f"q{k}.c3d", WALKER15.joints, walk, 40.0)
     (tmp_path / "walk.c3d").write_bytes((tmp_path / "my_walks" / "p0.c3d").read_bytes())
     alphapose(tmp_path / "walk.json", in_layout(clip(60.0, ERROR), "coco17"))
     monkeypatch.chdir(tmp_path)

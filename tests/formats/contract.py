@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from pathlib import Path
 
 import numpy as np
@@ -42,8 +43,8 @@ def replace(path: Path, old: str, new: str) -> None:
 
 
 def source_mapping(name: str) -> SourceMapping:
-    """The mapping of ``conf/skeleton/<name>.yaml``."""
-    return shipped()[name]
+    """The mapping of ``conf/skeleton/<name>.yaml``, the test's own copy."""
+    return copy.deepcopy(shipped()[name])
 
 
 def recording(names: tuple[str, ...], positions_mm: np.ndarray) -> MotionCapture:

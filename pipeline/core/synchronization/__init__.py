@@ -1,6 +1,6 @@
 """One performance brought to the rate of another: mozerov2006 section 3.
 
-`synchronize` does it for a pair, `synchronize_all` and `distances` for all ordered pairs, `median_sequence` chooses
+`synchronize` does it for a pair, `synchronize_all` for all ordered pairs, `median_sequence` chooses
 the pattern to which all are brought; `normalise` aligns ends alone, and `choose_key_frames` with
 `resample_by_key_frames` is the paper's comparison.
 
