@@ -71,16 +71,26 @@ def _require(path: Path, digest: str) -> None:
 
 
 def _fetch(kept: Path) -> None:
-    kept.mkdir(parents=True, exist_ok=True)
+    try:
+        kept.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InvalidInput(
+            "no folder for the pose networks can be made", where=str(kept),
+            expected=f"a folder that {CACHE} names", received=str(error.strerror),
+        ) from None  # fmt: skip
     with tempfile.TemporaryDirectory(dir=kept) as name:
         command = [
             sys.executable, "-m", "pip", "download", "--no-deps", "--quiet", "--only-binary=:all:",
             "--python-version", "3.11", "--platform", "manylinux_2_28_x86_64", "--dest", name, PACKAGE,
         ]  # fmt: skip
-        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=WAIT_S)
+        try:
+            done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=WAIT_S)
+            heard = done.stderr.strip().splitlines() or ["no wheel came"]
+        except subprocess.TimeoutExpired:
+            heard = [f"nothing within {WAIT_S} s"]
         wheel = Path(name) / WHEEL
-        if done.returncode or not wheel.is_file():
-            why = (done.stderr.strip().splitlines() or ["no wheel came"])[-1]
+        if not wheel.is_file():
+            why = heard[-1]
             raise InvalidInput(
                 "the pose networks are not here and could not be fetched", where=str(kept),
                 expected=f"{', '.join(FILES)}, or a network from which pip gets {PACKAGE}", received=why,

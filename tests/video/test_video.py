@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -88,6 +89,20 @@ def test_files_other_than_the_published_ones_are_refused(
         (networks.folder() / name).write_bytes(b"something else")
     with pytest.raises(InvalidInput, match="not the file that was published"):
         networks.networks()
+
+
+def test_networks_that_do_not_come_are_told_in_a_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(networks.CACHE, str(tmp_path))
+
+    def nothing(*_: object, **__: object) -> None:
+        raise subprocess.TimeoutExpired("pip", networks.WAIT_S)
+
+    monkeypatch.setattr(networks.subprocess, "run", nothing)
+    with pytest.raises(InvalidInput, match=r"could not be fetched .*received nothing within 600 s"):
+        networks.networks()
+    assert list(networks.folder().iterdir()) == []
 
 
 @pytest.mark.thorough
