@@ -94,7 +94,6 @@ def test_a_walk_is_reconstructed_and_what_is_not_written_is_said(base: Path, wal
         *("walk.c3d", "walk.trc", "walk.csv", "walk.bvh", "walk_cycle.bvh", "motion.txt"),
     }
     for file, package in (
-        ("picture.png", "matplotlib"),
         ("recording.rrd", "rerun-sdk"),
         ("walk.html", "jinja2"),
     ):

@@ -1,4 +1,4 @@
-"""Files of a reconstructed walk in one folder: summary, joints with bars, 3D motion, picture, recording, page."""
+"""Files of a reconstructed walk in one folder: summary, joints with bars, 3D motion, recording, page."""
 
 from __future__ import annotations
 
@@ -32,7 +32,6 @@ class Output:
     )  # of the walk in 3D
     names: Names = Names.ours  # of a BVH's joints, for retargeting: ours, mixamo, rokoko
     in_place: bool = False  # a BVH without the path
-    picture: bool = True  # PNG of the walk
     recording: bool = True  # for the rerun viewer
     page: bool = True  # HTML with a player
     overlay: bool = True  # of a video: the skeleton over it
@@ -128,13 +127,6 @@ def _fill(folder: Path, walk: Walk, summary: dict[str, Any], options: Reconstruc
             summary["notes"].append(f"No {name}: it needs {package}, which is not installed.")
 
 
-def _picture(walk: Walk, summary: dict[str, Any], options: Reconstruct, path: Path) -> None:
-    from pipeline.pictures.keypoint_walk import draw_keypoint_walk
-    from pipeline.reconstruct.picture import picture_of
-
-    draw_keypoint_walk(path, picture_of(walk, options.input))
-
-
 def _recording(walk: Walk, summary: dict[str, Any], options: Reconstruct, path: Path) -> None:
     from pipeline.reconstruct.recording import write_recording
 
@@ -156,7 +148,6 @@ def _overlay(walk: Walk, summary: dict[str, Any], options: Reconstruct, path: Pa
 
 _VIEWS = (
     (video.OVERLAY, "overlay", _overlay),
-    ("picture.png", "picture", _picture),
     ("recording.rrd", "recording", _recording),
     (PAGE, "page", _page),
 )

@@ -47,7 +47,6 @@ def test_what_is_written_can_be_read(model: Path, tmp_path: Path) -> None:
     legs = [table[a][table["joint"] == "left_knee"] - table[a][table["joint"] == "left_ankle"] for a in "xyz"]
     assert 300.0 < np.sqrt(np.sum(np.square(legs), axis=0)).mean() < 500.0
     assert set(table["observed"][table["joint"] == "sternum"]) == {0}
-    assert (folder / "picture.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_motion_is_read_back(model: Path, tmp_path: Path) -> None:
@@ -55,9 +54,7 @@ def test_motion_is_read_back(model: Path, tmp_path: Path) -> None:
     path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
     options = Reconstruct(
         input=given(path, focal_px=sim.focal_px, stature_mm=1700.0),
-        output=Output(
-            path=str(tmp_path / "out"), formats=list(Format), picture=False, recording=False, page=False
-        ),
+        output=Output(path=str(tmp_path / "out"), formats=list(Format), recording=False, page=False),
         model_folder=str(model),
     )
     walk, summary, folder = run(options)
@@ -99,7 +96,7 @@ def test_one_cycle_loops(model: Path, tmp_path: Path, in_place: bool) -> None:
     options = Reconstruct(
         input=given(path, focal_px=sim.focal_px, stature_mm=1700.0),
         output=Output(path=str(tmp_path / "out"), formats=[Format.bvh], names=Names.rokoko, in_place=in_place,
-                      picture=False, recording=False, page=False),
+                      recording=False, page=False),
         model_folder=str(model),
     )  # fmt: skip
     _, summary, folder = run(options)
@@ -128,7 +125,7 @@ def test_input_and_files_of_others_are_kept(model: Path, tmp_path: Path) -> None
     def again(source: Path, folder: Path) -> None:
         options = Reconstruct(
             input=given(source, focal_px=sim.focal_px),
-            output=Output(path=str(folder), formats=[Format.csv], picture=False, recording=False, page=False),
+            output=Output(path=str(folder), formats=[Format.csv], recording=False, page=False),
             model_folder=str(model),
         )
         run(options)
@@ -138,11 +135,11 @@ def test_input_and_files_of_others_are_kept(model: Path, tmp_path: Path) -> None
         again(path, out)
     assert [p.name for p in out.iterdir()] == ["walk.json"]
     path = path.rename(tmp_path / "walk.json")
-    (out / "picture.png").write_text("mine")
+    (out / "portrait.png").write_text("mine")
     with pytest.raises(InvalidInput, match="not published by this program"):
         again(path, out)
-    assert [p.name for p in out.iterdir()] == ["picture.png"]
-    (out / "picture.png").unlink()
+    assert [p.name for p in out.iterdir()] == ["portrait.png"]
+    (out / "portrait.png").unlink()
     again(path, out)  # an empty folder
     (out / "notes.txt").write_text("mine")
     again(path, out)  # ours, with a file of the reader's
@@ -161,7 +158,7 @@ def test_recording_and_page_show_image_mean_samples_and_view(model: Path, tmp_pa
     path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
     options = Reconstruct(
         input=given(path, focal_px=sim.focal_px),
-        output=Output(path=str(tmp_path / "out"), formats=[], picture=False),
+        output=Output(path=str(tmp_path / "out"), formats=[]),
         model_folder=str(model),
     )
     walk, summary, folder = run(options)
