@@ -79,7 +79,7 @@ def motion(tmp_path: Path) -> MotionCapture:
     """A recording of two points over three frames, one sample of which is missing."""
     positions = np.arange(18.0).reshape(3, 2, 3)
     valid = np.array([[True, True], [True, False], [True, True]])
-    return MotionCapture(("a", "b"), positions, valid, 50.0, "mm", (), np.zeros((3, 0)))
+    return MotionCapture(("a", "b"), positions, valid, 50.0, "mm")
 
 
 def test_a_recording_as_a_table(motion: MotionCapture) -> None:

@@ -24,8 +24,6 @@ def motion(names: tuple[str, ...], positions: object) -> MotionCapture:
         valid=np.isfinite(array).all(axis=-1),
         frame_rate_hz=100.0,
         units="mm",
-        channels=(),
-        angles_deg=np.empty((len(array), 0)),
     )
 
 

@@ -50,7 +50,6 @@ class Display:
     noise: Noise = Noise.scrambled_walker
     field: float = 1.5
     gender: float | None = None
-    mood: str = ""
     walker: str = ""
     method: str = ""
     from_view_deg: float | None = None
@@ -172,10 +171,6 @@ def _walk(source: str, options: Display) -> Walk:
     """The walker that is named: synthetic, of a figure, of keypoints, or of a recording."""
     path = Path(source)
     harmonics = options.harmonics
-    if options.mood:
-        raise InvalidInput(
-            "no walker of any data set is labelled by mood, so that there is no such axis", where="mood"
-        )
     if source == "synthetic" and not path.exists():
         gender = options.gender or 0.0
         coefficients, stride_hz = pointlight.synthetic_walker(gender)

@@ -83,8 +83,7 @@ def motion_capture(
     units: str,
     notes: Iterable[str],
     *,
-    channels: Sequence[str] = (),
-    angles_deg: np.ndarray | None = None,
+    of_angles: bool = False,
     units_assumed: bool = False,
 ) -> MotionCapture:
     """Build the result of a reader: a point with a coordinate that is not finite is invalid, and NaN throughout.
@@ -100,10 +99,8 @@ def motion_capture(
     units : str
         Unit of length of the file.
     notes : iterable of str
-    channels : sequence of str
-        Names of C angle channels, for files of joint angles.
-    angles_deg : (T, C) float64, optional
-        Degrees, for files of joint angles; frames with invalid points are noted.
+    of_angles : bool
+        Whether the file holds joint angles: frames with invalid points are noted.
     units_assumed : bool
         Whether neither the file nor the caller stated the unit.
     """
@@ -119,7 +116,7 @@ def motion_capture(
     if changed := [name for name in names if name not in stated]:
         notes.append(f"Names that a spreadsheet would run begin with an apostrophe: {_listed(changed)}.")
     _tell_apart(names, positions_mm, notes)
-    if angles_deg is not None and not valid.all():
+    if of_angles and not valid.all():
         gaps = int((~valid).any(axis=1).sum())
         notes.append(f"{gaps} of {len(valid)} frames have NaN; the points that depend on them are invalid.")
     return MotionCapture(
@@ -128,8 +125,6 @@ def motion_capture(
         valid=valid,
         frame_rate_hz=float(frame_rate_hz),
         units=units,
-        channels=tuple(map(harmless, channels)),
-        angles_deg=np.empty((len(valid), 0)) if angles_deg is None else angles_deg,
         notes=tuple(notes),
         units_assumed=units_assumed,
     )

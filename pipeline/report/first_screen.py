@@ -12,7 +12,7 @@ from pipeline.charts import Chart, Sheet
 from pipeline.core import camera, fourier
 from pipeline.palette import Style
 from pipeline.papers import Agreement, Beyond, Kind
-from pipeline.report.players import nearest_to_medians
+from pipeline.report.players import errors_of_walkers, nearest_to_medians
 from pipeline.report.published import Published, PublishedFigure
 from pipeline.report.verdicts import answers
 from pipeline.skeleton import WALKER15
@@ -118,13 +118,8 @@ def _walker(figure: PublishedFigure, to: Path) -> list[Path]:
                            expected=f"map at {VIEW_DEG:g}°", received=", ".join(methods))  # fmt: skip
     view, angle = int(views[0]), np.radians(VIEW_DEG)
     method = methods.index("map")
-    table = figure.table("table_people") or {}
-    of = {}
-    for name in dict.fromkeys(table["method"].tolist()):
-        here = (table["method"] == name) & (table["view_angle_deg"] == VIEW_DEG)
-        found = dict(zip(table["walker"][here], table["rms_error_mm"][here], strict=True))
-        of[name] = np.array([found[walker] for walker in arrays["walker"]])
-    r = nearest_to_medians(np.stack(list(of.values())))
+    of = errors_of_walkers(figure.table("table_people") or {}, arrays["walker"], VIEW_DEG)
+    r = nearest_to_medians(of)
     truth = arrays["original"][r]
     again = camera.combine(camera.project(truth, angle), arrays["missing"][method, r, view], angle)
     cycle = np.arange(_FRAMES) / _FRAMES

@@ -16,10 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.core import anatomical, errors, linear_model
 from pipeline.core.limb_chain import WALKER14
 from pipeline.core.reconstructibility import confidence_of_mirror_margin
-from pipeline.core.reconstruction import from_known_views
 from pipeline.report.published import PublishedFigure
 
 _LARGEST = 32767
@@ -123,9 +121,11 @@ def walkers(figure: PublishedFigure | None) -> tuple[dict[str, Any], str]:
     """
     if figure is None:
         return {}, "zhang2007_fig5 is not made yet"
-    arrays = figure.arrays
-    if absent := [name for name in WALKER_ARRAYS if name not in arrays]:
-        return {}, f"zhang2007_fig5 was made before its walkers were published ({absent[0]}): make it again"
+    arrays, people = figure.arrays, figure.table("table_people")
+    absent = [name for name in WALKER_ARRAYS if name not in arrays]
+    if absent or people is None:
+        lacking = (*absent, "table_people")[0]
+        return {}, f"zhang2007_fig5 was made before its walkers were published ({lacking}): make it again"
     for option, wanted in _AS_COMPUTED.items():
         group, name = option.split(".")
         if (value := figure.option(group, name)) != wanted:
@@ -133,15 +133,8 @@ def walkers(figure: PublishedFigure | None) -> tuple[dict[str, Any], str]:
     if arrays["samples"].shape[1] != 225:
         return {}, f"the browser computes with 225 numbers to a walker, not {arrays['samples'].shape[1]}"
     _, person = np.unique(arrays["person"], return_inverse=True)
-    components = int(figure.option("model", "components"))
-    noise_variance = float(figure.option("sweep", "noise_variance_mm2"))
-    residual = _horizontal(arrays["residual_covariance_mm2"])
     return {
-        "shown": nearest_to_medians(
-            errors_at_zero(
-                arrays["samples"], residual, person, components=components, noise_variance=noise_variance
-            )
-        ),
+        "shown": nearest_to_medians(errors_of_walkers(people, arrays["walker"], 0.0)),
         "names": [str(name) for name in arrays["walker"]],
         "person": person.tolist(),
         "estimated": arrays["unmeasured"].astype(int).tolist()
@@ -149,10 +142,10 @@ def walkers(figure: PublishedFigure | None) -> tuple[dict[str, Any], str]:
         else [],
         "frequency_hz": np.round(arrays["walker_frequency_hz"], 4).tolist(),
         "samples": encoded(arrays["samples"], "<f4"),
-        "residual": encoded(residual, "<f4"),
+        "residual": encoded(_horizontal(arrays["residual_covariance_mm2"]), "<f4"),
         "temporal": encoded(_horizontal(arrays["temporal_covariance_mm2"]), "<f4"),
-        "components": components,
-        "sigma2_mm2": noise_variance,
+        "components": int(figure.option("model", "components")),
+        "sigma2_mm2": float(figure.option("sweep", "noise_variance_mm2")),
         "sigma2_range_mm2": [float(arrays["sigma2_mm2"][0]), float(arrays["sigma2_mm2"][-1])],
         "views_deg": arrays["view_angle_deg"].tolist(),
     }, ""
@@ -173,53 +166,35 @@ def _horizontal(covariance: np.ndarray) -> np.ndarray:
     return np.stack([covariance[..., 0, 0], covariance[..., 0, 1], covariance[..., 1, 1]], axis=-1)
 
 
-def nearest_to_medians(errors_of: np.ndarray) -> int:
-    """Return the walk whose errors (M, R) by M methods are nearest to the medians, by the ratio: the one that is shown.
+def nearest_to_medians(errors_of: Mapping[str, np.ndarray]) -> int:
+    """Return the walk whose errors (R,) by each method are nearest to the medians, by the ratio: the one that is shown.
 
     Examples
     --------
-    >>> nearest_to_medians(np.array([[1.0, 2.0, 9.0], [8.0, 5.0, 4.0]]))
+    >>> nearest_to_medians({"map": np.array([1.0, 2.0, 9.0]), "least_squares": np.array([8.0, 5.0, 4.0])})
     1
     """
-    off = np.abs(np.log(errors_of / np.median(errors_of, axis=1, keepdims=True)))
-    return int(np.argmin(off.sum(axis=0)))
+    off = sum(np.abs(np.log(error / np.median(error))) for error in errors_of.values())
+    return int(np.argmin(off))
 
 
-def errors_at_zero(
-    samples: np.ndarray, residual: np.ndarray, person: np.ndarray, *, components: int, noise_variance: float
-) -> np.ndarray:
-    """Return the mean square errors (4, R) of every walk at 0°, mm².
-
-    Of the average walker, least squares, MAP and the anatomical method with two harmonics.
+def errors_of_walkers(
+    people: Mapping[str, np.ndarray], walkers: np.ndarray, view_deg: float
+) -> dict[str, np.ndarray]:
+    """Return the errors (R,) in depth of walkers from the view nearest to one, mm, by method.
 
     Parameters
     ----------
-    samples : (R, 225) float
-    residual : (R, 15, 3) float
-        Horizontal covariance of what no Fourier series has, mm².
-    person : (R,)
-    components : int
-    noise_variance : float
-        mm².
+    people : mapping of str to array
+        ``table_people`` of zhang2007_fig5.
+    walkers : (R,) str
+    view_deg : float
     """
-    walkers, view = samples.reshape(len(samples), -1, 15, 3), np.zeros(1)
-    found = []
-    for fold, r in linear_model.leave_one_out(samples, components, groups=person):
-        others = person != person[r]
-        prior = anatomical.fit(
-            walkers[others], anatomical.person_weights(person[others]), anatomical.Shrinkage()
-        )
-        given = anatomical.condition(anatomical.turned(prior, view), noise=anatomical.Noise())
-        whole = anatomical.by_joint(walkers[r]).reshape(1, 1, -1)  # at 0° the axes are those of the walk
-        fitted = anatomical.fit_lengths(given, whole[..., ~given.unknown], anatomical.tolerances(prior))
-        deltas = [
-            (walkers[r] - fold.mean.reshape(walkers[r].shape))[..., 1],
-            from_known_views(fold, samples[r], view, noise_variance=None).delta[0],
-            from_known_views(fold, samples[r], view, noise_variance=noise_variance).delta[0],
-            (whole[..., given.unknown] - fitted.unknown).reshape(15, -1).T,
-        ]
-        found.append([errors.walker_error(errors.absolute_error(d, residual[r, :, 2])) for d in deltas])
-    return np.array(found).T
+    views = people["view_angle_deg"]
+    rows = np.flatnonzero(views == views[np.abs(views - view_deg).argmin()])
+    error = {(people["method"][n], people["walker"][n]): people["rms_error_mm"][n] for n in rows}
+    methods = dict.fromkeys(people["method"].tolist())
+    return {method: np.array([error[method, walker] for walker in walkers]) for method in methods}
 
 
 def clips(figure: PublishedFigure | None) -> tuple[dict[str, Any], str]:

@@ -28,10 +28,6 @@ class MotionCapture:
     frame_rate_hz : float
     units : str
         The unit of length that the file declares or that the caller gave (``"mm"``, ``"m"``, ``"in/0.45"``…).
-    channels : tuple of str
-        Names of the C angle channels, e.g. ``"lfemur.rx"``; empty for files of points.
-    angles_deg : (T, C) float64
-        The channels as written in the file, before forward kinematics; ``(T, 0)`` for files of points.
     notes : tuple of str
         What is odd in the file but readable, one sentence each (a frame count that disagrees, …).
     units_assumed : bool
@@ -43,7 +39,5 @@ class MotionCapture:
     valid: np.ndarray
     frame_rate_hz: float
     units: str
-    channels: tuple[str, ...]
-    angles_deg: np.ndarray
     notes: tuple[str, ...] = ()
     units_assumed: bool = False

@@ -140,7 +140,6 @@ def test_a_recording_is_exported_as_so_many_cycles(recording: Path, tmp_path: Pa
         ([], "one source is needed .*received nothing"),
         (["synthetic", "to=a.mp4"], r"no library for videos .*ffmpeg -i walker\.gif"),
         (["synthetic", "to=a.txt"], "the format is unknown"),
-        (["synthetic", "mood=2"], "labelled by mood"),
         (["RECORDING", "gender=1"], "recordings do not say who is a man"),
         (["synthetic", "gender=9"], "gender must be .*at most 6"),
         (["synthetic", "inverted=maybe"], "inverted must be true or false"),

@@ -29,7 +29,6 @@ def check_contract(motion: MotionCapture) -> None:
     assert points > 0
     assert np.array_equal(motion.valid, np.isfinite(motion.positions_mm).all(axis=-1))
     assert np.isnan(motion.positions_mm[~motion.valid]).all()
-    assert motion.angles_deg.shape == (frames, len(motion.channels))
     assert np.isfinite(motion.frame_rate_hz)
     assert motion.frame_rate_hz > 0
     assert motion.units
@@ -55,6 +54,4 @@ def recording(names: tuple[str, ...], positions_mm: np.ndarray) -> MotionCapture
         valid=np.isfinite(positions_mm).all(axis=-1),
         frame_rate_hz=120.0,
         units="mm",
-        channels=(),
-        angles_deg=np.empty((len(positions_mm), 0)),
     )

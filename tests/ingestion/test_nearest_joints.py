@@ -28,7 +28,7 @@ def people() -> np.ndarray:
 
 def recorded(names: list[str], positions: np.ndarray) -> MotionCapture:
     valid = np.isfinite(positions).all(axis=-1)
-    return MotionCapture(tuple(names), positions, valid, HZ, "mm", (), np.empty((len(positions), 0)))
+    return MotionCapture(tuple(names), positions, valid, HZ, "mm")
 
 
 def found(motion: MotionCapture) -> dict[str, list[str]]:

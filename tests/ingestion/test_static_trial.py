@@ -27,7 +27,7 @@ LEGS = [WALKER15.index(f"{side}_{part}") for side in ("left", "right") for part 
 def recorded(points: dict[str, np.ndarray]) -> MotionCapture:
     positions = np.stack(list(points.values()), axis=1)
     valid = np.isfinite(positions).all(axis=-1)
-    return MotionCapture(tuple(points), positions, valid, HZ, "mm", (), np.empty((len(positions), 0)))
+    return MotionCapture(tuple(points), positions, valid, HZ, "mm")
 
 
 def save(path: Path, points: dict[str, np.ndarray]) -> Path:

@@ -24,7 +24,7 @@ def body(names: dict[str, str]) -> MotionCapture:
     joints = [WALKER15.index(joint) for joint in names]
     positions = np.array([[SIDE[j], 0.0, HEIGHT[j]] for j in joints])[None].repeat(5, axis=0)
     valid = np.ones(positions.shape[:2], dtype=bool)
-    return MotionCapture(tuple(names.values()), positions, valid, 100.0, "mm", (), np.empty((5, 0)))
+    return MotionCapture(tuple(names.values()), positions, valid, 100.0, "mm")
 
 
 def named(pattern: str, words: dict[str, str]) -> MotionCapture:
@@ -154,4 +154,4 @@ def placed(points: list[str]) -> MotionCapture:
     low = [0.0 if "AN" in point.upper() or "MED" in point.upper() else 900.0 for point in points]
     positions = np.array([[40.0 * k, 10.0 * (k % 3), z] for k, z in enumerate(low)])[None].repeat(3, axis=0)
     valid = np.ones(positions.shape[:2], dtype=bool)
-    return MotionCapture(tuple(points), positions, valid, 100.0, "mm", (), np.empty((3, 0)))
+    return MotionCapture(tuple(points), positions, valid, 100.0, "mm")

@@ -126,7 +126,7 @@ def test_a_browser_draws_it(browser: str, tmp_path: Path) -> None:
 def test_it_prints_on_two_pages(browser: str, model: Path, tmp_path: Path) -> None:
     sim = clip(-30.0, ERROR)
     path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
-    output = Output(path=str(tmp_path / "out"), formats=[], picture=False, recording=False)
+    output = Output(path=str(tmp_path / "out"), formats=[], recording=False)
     _, _, folder = run(Reconstruct(input=given(path), output=output, model_folder=str(model)))
     command = [
         browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'user'}",

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.formats.acclaim.asf import SHIFTS, TURNS, AsfSkeleton, forward_kinematics, read_skeleton
+from pipeline.formats.acclaim.asf import SHIFTS, AsfSkeleton, forward_kinematics, read_skeleton
 from pipeline.formats.acclaim.sections import text_without_comments
 from pipeline.formats.budget import require_points
 from pipeline.formats.contract import damaged, motion_capture
@@ -41,9 +41,8 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     Returns
     -------
     MotionCapture
-        Points: ``root``, then the bones as the skeleton lists them.  Channels: in the order of the motion,
-        without the root's translation, which is the position of ``root``.  Angles: degrees.  A NaN in the
-        file makes the points that depend on it invalid, and is noted.
+        Points: ``root``, then the bones as the skeleton lists them.  A NaN in the file makes the points that depend
+        on it invalid, and is noted.
 
     Raises
     ------
@@ -76,15 +75,13 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     for axis, shift in enumerate(SHIFTS):
         if f"root.{shift}" in at:
             root_mm[:, axis] = values[:, at[f"root.{shift}"]] * skeleton.millimetres
-    turns = [c for c, channel in enumerate(written) if channel[-2:] in TURNS]
     return motion_capture(
         skeleton.names,
         forward_kinematics(skeleton, angles, root_mm),
         rate,
         skeleton.units,
         notes,
-        channels=[written[c] for c in turns],
-        angles_deg=values[:, turns] * (1.0 if radians == np.pi / 180 else np.degrees(radians)),
+        of_angles=True,
     )
 
 

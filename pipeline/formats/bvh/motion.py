@@ -36,8 +36,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     Returns
     -------
     MotionCapture
-        Channels: the rotations in the order of the file, e.g. ``"LeftLeg.rx"``.  A NaN in the file makes the
-        points that depend on it invalid, and is noted.
+        A NaN in the file makes the points that depend on it invalid, and is noted.
 
     Raises
     ------
@@ -92,17 +91,14 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
         notes.append(f"The file declares {declared} frames and has {len(rows)}; all {len(rows)} were read.")
     notes.extend(_notes_on_positions(skeleton))
 
-    turns = [c for c, label in enumerate(labels) if label[-2] == "r"]
-    scales = np.full(len(labels), millimetres)
-    scales[turns] = np.pi / 180
+    scales = np.array([np.pi / 180 if label[-2] == "r" else millimetres for label in labels])
     return motion_capture(
         skeleton.names,
         forward_kinematics(skeleton, values * scales),
         1.0 / seconds,
         units,
         notes,
-        channels=[labels[c] for c in turns],
-        angles_deg=values[:, turns],
+        of_angles=True,
         units_assumed=assumed,
     )
 

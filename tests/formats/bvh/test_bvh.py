@@ -47,8 +47,6 @@ def test_the_hand_made_file_has_the_positions_worked_out_by_hand() -> None:
     assert motion.valid.all()
     assert motion.frame_rate_hz == 50
     assert motion.units == "cm"
-    assert motion.channels == ("Hips.rz", "Hips.rx", "Hips.ry", "Spine.rz", "Spine.rx", "Left Arm.rz")
-    assert motion.angles_deg[1].tolist() == [0, 0, 0, 90, 90, 0]
     assert motion.units_assumed
     (note,) = motion.notes
     assert "OFFSET of Leg" in note
