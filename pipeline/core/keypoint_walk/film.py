@@ -15,7 +15,7 @@ from pipeline.core.keypoint_walk.objective import FOCAL_SD
 from pipeline.core.keypoint_walk.prior import Prior
 from pipeline.core.keypoint_walk.reconstruction import Reconstruction, reconstruct_followed
 from pipeline.core.keypoint_walk.tracks import moving_parts, straight_stretches
-from pipeline.core.keypoint_walk.verdict import Judgement, Verdict, judge
+from pipeline.core.keypoint_walk.verdict import MOST_DISTANCE, Judgement, Verdict, judge
 from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput
 
@@ -26,6 +26,8 @@ WINDOW_S, MOST_WINDOWS = 3.0, 12
 """Length and number of windows in which walking is looked for where a whole stretch is none; they overlap by half."""
 WINDOW_STRIDES = 1.5
 """Strides that a window needs: of many windows one may fit a single stride by chance."""
+FAR_OFF = 2.0
+"""Times the largest distance of a walk: of windows, and at other frame rates, nothing farther is refined."""
 ONE_HEADING_RAD = np.radians(40.0)
 OTHER_RATES = (2.0, 4.0, 0.5)
 """Factors on the frame rate that are tried if nobody walks: slow motion, and rates that were halved or doubled.
@@ -101,7 +103,7 @@ class Film:
     focal_sd: float = FOCAL_SD
 
     def stretch(self, start: int, stop: int, *, quick: bool = False) -> Stretch:
-        """Reconstruct frames from `start` to `stop` (exclusive); `quick`: as labelled only."""
+        """Reconstruct frames from `start` to `stop` (exclusive); `quick`: as labelled, and nothing that is far off."""
         pixels, confidence = self.pixels[start:stop], self.confidence[start:stop]
         found = None
         try:
@@ -113,6 +115,7 @@ class Film:
                 self.prior,
                 both_labellings=self.both_labellings and not quick,
                 focal_sd=self.focal_sd,
+                most_distance=FAR_OFF * MOST_DISTANCE if quick else np.inf,
             )
             judgement = judge(found)
         except InvalidInput as refusal:

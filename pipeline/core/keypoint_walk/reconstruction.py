@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
 
 from pipeline.core.anatomical import JOINTS
 from pipeline.core.keypoint_walk.cycle import GaitCycle, gait_cycle
-from pipeline.core.keypoint_walk.exchanged import exchange, exchange_all
+from pipeline.core.keypoint_walk.exchanged import exchange_all
 from pipeline.core.keypoint_walk.objective import HEADING, LOG_F, NU, PHASE, Keypoints, Noise, Setting
 from pipeline.core.keypoint_walk.path import SEEN_SHARE, TRUNK
 from pipeline.core.keypoint_walk.posterior import Posterior, posterior
 from pipeline.core.keypoint_walk.prior import Prior
-from pipeline.core.keypoint_walk.refinement import Fit, refine
+from pipeline.core.keypoint_walk.refinement import Fit, Refinement
 from pipeline.core.keypoint_walk.start import Starts, find_starts
 from pipeline.core.keypoint_walk.training import HEIGHT_MM
 from pipeline.core.keypoint_walk.view import level_axes
@@ -40,6 +41,8 @@ SLOWEST_WHITE_HZ = 20.0
 """Below this frame rate the next frame's residual is not nearly the same one, and none of it is called white."""
 COSINES_PER_STRIDE = 0.8
 """Cosines for each stride of the clip: the fastest has a period of 2.5 strides."""
+RACES = ((5, 400.0), (3, 200.0))
+"""Steps of every start, and the difference of cost then beyond which it is given up: the best never was."""
 LABELS_UNSURE = 100.0
 """A difference of cost between labellings below which both are returned."""
 
@@ -72,7 +75,6 @@ class Reconstruction:
     Attributes
     ----------
     fit : Fit
-    posterior : Posterior
     starts : Starts
     candidates : tuple of Candidate
         All of them, the chosen one first.
@@ -93,7 +95,6 @@ class Reconstruction:
     """
 
     fit: Fit
-    posterior: Posterior
     starts: Starts
     candidates: tuple[Candidate, ...]
     labels_exchanged: bool
@@ -125,6 +126,11 @@ class Reconstruction:
             return 0.0
         moved, usual = np.sum(power, axis=0)
         return float(np.sqrt(moved / usual))
+
+    @cached_property
+    def posterior(self) -> Posterior:
+        """The walk and its error bars; computed when it is asked for: most that is tried is not told."""
+        return posterior(self.fit.objective.prior, self.fit, self.keypoints, self.noise)
 
     @property
     def focal_px(self) -> float:
@@ -174,6 +180,7 @@ def reconstruct(
     cosines: int = 0,
     nu: float = NU,
     focal_sd: float = 0.0,
+    most_distance: float = np.inf,
 ) -> Reconstruction:
     """Reconstruct a straight walk.
 
@@ -198,11 +205,13 @@ def reconstruct(
         Degrees of freedom of the residuals' Student's t.
     focal_sd : float
         Standard deviation of the logarithm of the focal length, which is then an unknown of the fit; 0: it is known.
+    most_distance : float
+        Distance from walkers beyond which nothing is refined: see `Starts.least_distance`.
 
     Raises
     ------
     InvalidInput
-        If the arrays do not fit, too little is seen, or nobody stands upright.
+        If the arrays do not fit, too little is seen, nobody stands upright, or no walker looks like this.
     """
     pixels = require_shape("pixels", np.asarray(pixels, dtype=float), ("T", JOINTS, 2))
     weights = require_shape("weights", np.asarray(weights, dtype=float), (len(pixels), JOINTS))
@@ -220,26 +229,37 @@ def reconstruct(
         labelled = [Keypoints(pixels, weights)]
         if both_labellings:
             labelled.append(Keypoints(exchange_all(pixels), exchange_all(weights)))
-        fits: list[_Refined] = []
+        begun: list[_Begun] = []
         for other, keypoints in enumerate(labelled):
             starts = find_starts(keypoints.pixels, keypoints.weights, times, focal_px, prior, cosines)
             if overground is not None:
                 starts = replace(starts, overground=overground)
             setting = Setting(times, focal_px, starts.overground, cosines, nu, focal_sd)
             trunk = trunk_of(keypoints)
-            for start in starts.starts[:most_starts]:
-                fit = refine(prior, setting, keypoints, start, starts.path, trunk, relabel=relabel)
-                used = Keypoints(
-                    exchange(keypoints.pixels, fit.exchanged), exchange(keypoints.weights, fit.exchanged)
+            begun += [
+                _Begun(
+                    bool(other), starts,
+                    Refinement(prior, setting, keypoints, start, starts.path, trunk, relabel=relabel),
                 )
-                fits.append(_Refined(bool(other), fit, starts, used))
-        return _best_of(fits)
+                for start in starts.starts[:most_starts]
+            ]  # fmt: skip
+        if min(one.starts.least_distance for one in begun) > most_distance:
+            raise InvalidInput("a walker looks like this from no side")
+        return _best_of(begun)
 
     best, candidates = best_of(pixels)
     shake = find_shake(best.fit, best.starts, best.used, prior)
     if shake.any():
         best, candidates = best_of(pixels - shake[:, None])
-    return _reconstruction(best, candidates, shake, prior)
+    return _reconstruction(best, candidates, shake)
+
+
+class _Begun(NamedTuple):
+    """A start: whether labels are exchanged throughout, where it comes from, and how far it is refined."""
+
+    exchanged: bool
+    starts: Starts
+    on_its_way: Refinement
 
 
 class _Refined(NamedTuple):
@@ -256,12 +276,26 @@ def trunk_of(keypoints: Keypoints) -> list[int]:
     return [j for j in TRUNK if (keypoints.weights[:, j] > 0).mean() >= SEEN_SHARE] or list(range(JOINTS))
 
 
-def _best_of(fits: list[_Refined]) -> tuple[_Refined, list[Candidate]]:
-    """The fit of least cost, and all that differ, the best first."""
-    # Costs are compared at one noise: that of the fit with the smallest residual.
-    noise = min(fits, key=lambda one: one.fit.noise.sigma_px).fit.noise
-    costs = np.array([one.fit.objective.cost(one.fit.x, one.used, noise) for one in fits])
+def _costs(begun: Sequence[_Begun]) -> np.ndarray:
+    """Costs at one noise: that of the start with the smallest residual."""
+    refined = [one.on_its_way for one in begun]
+    noise = min((one.noise for one in refined), key=lambda noise: noise.sigma_px)
+    return np.array([one.objective.cost(one.x, one.used, noise) for one in refined])
+
+
+def _best_of(begun: Sequence[_Begun]) -> tuple[_Refined, list[Candidate]]:
+    """The fit of least cost, and all that differ, the best first; what falls far behind is not refined to the end."""
+    racing = list(begun)
+    for steps, behind in RACES:
+        for one in racing:
+            one.on_its_way.advance(steps)
+        costs = _costs(racing)
+        racing = [one for one, cost in zip(racing, costs, strict=True) if cost <= costs.min() + behind]
+    for one in racing:
+        one.on_its_way.advance()
+    costs = _costs(begun)
     order = np.argsort(costs, kind="stable")
+    fits = [_Refined(one.exchanged, one.on_its_way.fit(), one.starts, one.on_its_way.used) for one in begun]
     candidates: list[Candidate] = []
     for number in order:
         exchanged, fit, _, _ = fits[int(number)]
@@ -291,23 +325,22 @@ def find_shake(fit: Fit, starts: Starts, used: Keypoints, prior: Prior) -> np.nd
             break
         shake += common
         used = Keypoints(used.pixels - common[:, None], used.weights)
-        fit = refine(
-            prior, fit.objective.setting, used, fit.start, starts.path, trunk_of(used),
-            relabel=False, unknowns=fit.x,
+        fit = (
+            Refinement(
+                prior, fit.objective.setting, used, fit.start, starts.path, trunk_of(used),
+                relabel=False, unknowns=fit.x,
+            ).advance().fit()
         )  # fmt: skip
     return shake
 
 
-def _reconstruction(
-    best: _Refined, candidates: list[Candidate], shake: np.ndarray, prior: Prior
-) -> Reconstruction:
+def _reconstruction(best: _Refined, candidates: list[Candidate], shake: np.ndarray) -> Reconstruction:
     exchanged, fit, starts, used = best
     x = fit.x
     rivals = [c for c in candidates[1:] if c.labels_exchanged != exchanged]
     depth = fit.objective.camera_points(x)[..., 2].mean()
     return Reconstruction(
         fit=fit,
-        posterior=posterior(prior, fit, used, fit.noise),
         starts=starts,
         candidates=tuple(candidates),
         labels_exchanged=exchanged,
@@ -343,22 +376,24 @@ def reconstruct_followed(
     *,
     both_labellings: bool = True,
     focal_sd: float = 0.0,
+    most_distance: float = np.inf,
 ) -> Reconstruction:
     """Reconstruct a walk; if much is left, with a path that wanders, too, as before a camera that follows.
 
     Parameters
     ----------
-    pixels, weights, frame_rate_hz, focal_px, prior, both_labellings, focal_sd
+    pixels, weights, frame_rate_hz, focal_px, prior, both_labellings, focal_sd, most_distance
         As `reconstruct` has them.
     """
     given = pixels, weights, frame_rate_hz, focal_px, prior
-    still = reconstruct(*given, both_labellings=both_labellings, focal_sd=focal_sd)
     strides = (len(pixels) - 1) / frame_rate_hz * float(np.exp(prior.model.log_frequency[0]))
     cosines = int(COSINES_PER_STRIDE * strides)
+    once = partial(reconstruct, *given, both_labellings=both_labellings, most_distance=most_distance)
+    still = once(focal_sd=focal_sd)
     if still.relative_residual <= FOLLOWED_RESIDUAL or strides < 2.0:
         return still
     # A camera that follows turns: where in the image somebody is says nothing of its focal length, which is held.
-    followed = reconstruct(*given, both_labellings=both_labellings, cosines=cosines)
+    followed = once(cosines=cosines)
     better = followed.relative_residual < FOLLOWED_GAIN * still.relative_residual
     return followed if better else still
 

@@ -126,18 +126,8 @@ def find_exchanged(kept: np.ndarray, swapped: np.ndarray) -> dict[str, np.ndarra
     return found
 
 
-def refine(
-    prior: Prior,
-    setting: Setting,
-    keypoints: Keypoints,
-    start: Start,
-    path: Path,
-    trunk: list[int],
-    *,
-    relabel: bool = True,
-    unknowns: np.ndarray | None = None,
-) -> Fit:
-    """Refine one start.
+class Refinement:
+    """One start on its way.
 
     Parameters
     ----------
@@ -155,54 +145,81 @@ def refine(
     unknowns : (n,), optional
         Of another fit of the same setting, from which the search goes on; None: it begins at the start.
     """
-    objective = Objective(prior, setting, start.frequency_hz)
-    if unknowns is None:
-        x = np.zeros(objective.unknowns)
-        x[:UNKNOWNS] = initial_unknowns(prior, start, path, setting.focal_px, trunk)
-    else:
-        x = unknowns
-    none = {limb: np.zeros(len(setting.times), dtype=bool) for limb in LIMBS}
-    exchanged, used = none, keypoints
-    whole = {limb: ~none[limb] for limb in LIMBS}
-    swapped = Keypoints(exchange(keypoints.pixels, whole), exchange(keypoints.weights, whole))
-    noise = Noise(1.0, 1.0)
-    cost = np.inf
-    converged = False
-    most_steps = MOST_FOCAL_STEPS if setting.focal_sd else MOST_STEPS
-    for step in range(1, most_steps + 1):
-        residual = objective.residual(x, used)
-        noise = estimate_noise(residual, used.weights)
-        if relabel and step in RELABEL_STEPS:
-            costs = [
-                point_costs(objective.residual(x, points), noise.sigma_px, setting.nu) * points.weights
-                for points in (keypoints, swapped)
-            ]
-            exchanged = find_exchanged(costs[0], costs[1])
-            if any(frames.any() for frames in exchanged.values()):
-                used = Keypoints(
-                    exchange(keypoints.pixels, exchanged), exchange(keypoints.weights, exchanged)
-                )
-            else:
-                used = keypoints
-            noise = estimate_noise(objective.residual(x, used), used.weights)
-        here = objective.quadratic(x, used, noise)
-        move = -_solve(here.matrix, here.gradient)
-        limits = (*STEP_LIMITS, (-1, FOCAL_STEP)) if setting.focal_sd else STEP_LIMITS
-        longest = max(abs(move[index]) / limit for index, limit in limits)
-        move /= max(longest, 1.0)
-        cost = here.cost
-        for _ in range(MOST_HALVINGS):
-            moved = objective.moved(x, move)
-            there = objective.cost(moved, used, noise)
-            if there < here.cost:
-                x, cost = moved, there
-                break
-            move /= 2.0
-        converged = here.cost - cost < ENOUGH
-        if converged and step >= LEAST_STEPS:
-            break
-    x = x.copy()
-    x[HEADING] = (x[HEADING] + np.pi) % (2.0 * np.pi) - np.pi
-    x[PHASE] = (x[PHASE] + np.pi) % (2.0 * np.pi) - np.pi
-    noise = estimate_noise(objective.residual(x, used), used.weights)
-    return Fit(x, noise, objective.cost(x, used, noise), exchanged, start, converged, objective)
+
+    def __init__(
+        self,
+        prior: Prior,
+        setting: Setting,
+        keypoints: Keypoints,
+        start: Start,
+        path: Path,
+        trunk: list[int],
+        *,
+        relabel: bool = True,
+        unknowns: np.ndarray | None = None,
+    ) -> None:
+        self.objective = Objective(prior, setting, start.frequency_hz)
+        if unknowns is None:
+            self.x = np.zeros(self.objective.unknowns)
+            self.x[:UNKNOWNS] = initial_unknowns(prior, start, path, setting.focal_px, trunk)
+        else:
+            self.x = unknowns.copy()
+        none = np.zeros(len(setting.times), dtype=bool)
+        self._start, self._given, self._relabel = start, keypoints, relabel
+        self._exchanged, self.used = dict.fromkeys(LIMBS, none), keypoints
+        self._swapped = _exchanged(keypoints, dict.fromkeys(LIMBS, ~none))
+        self._step, self._converged = 0, False
+
+    def advance(self, steps: int | None = None) -> Refinement:
+        """Go so many steps further, or until the cost hardly falls."""
+        focal = self.objective.setting.focal_sd > 0
+        most = MOST_FOCAL_STEPS if focal else MOST_STEPS
+        limits = (*STEP_LIMITS, (-1, FOCAL_STEP)) if focal else STEP_LIMITS
+        last = most if steps is None else min(self._step + steps, most)
+        while self._step < last and not (self._converged and self._step >= LEAST_STEPS):
+            self._step += 1
+            noise = self.noise
+            if self._relabel and self._step in RELABEL_STEPS:
+                self._look_for_exchanged(noise)
+                noise = self.noise
+            here = self.objective.quadratic(self.x, self.used, noise)
+            move = -_solve(here.matrix, here.gradient)
+            move /= max(*(abs(move[index]) / limit for index, limit in limits), 1.0)
+            cost = here.cost
+            for _ in range(MOST_HALVINGS):
+                moved = self.objective.moved(self.x, move)
+                there = self.objective.cost(moved, self.used, noise)
+                if there < here.cost:
+                    self.x, cost = moved, there
+                    break
+                move /= 2.0
+            self._converged = here.cost - cost < ENOUGH
+        return self
+
+    @property
+    def noise(self) -> Noise:
+        """Scale of the residuals as they are."""
+        return estimate_noise(self.objective.residual(self.x, self.used), self.used.weights)
+
+    def _look_for_exchanged(self, noise: Noise) -> None:
+        costs = [
+            point_costs(self.objective.residual(self.x, points), noise.sigma_px, self.objective.setting.nu)
+            * points.weights
+            for points in (self._given, self._swapped)
+        ]
+        self._exchanged = find_exchanged(costs[0], costs[1])
+        self.used = _exchanged(self._given, self._exchanged)
+
+    def fit(self) -> Fit:
+        """Return the walker so far."""
+        x, noise = self.x.copy(), self.noise
+        for angle in (HEADING, PHASE):
+            x[angle] = (x[angle] + np.pi) % (2.0 * np.pi) - np.pi
+        cost = self.objective.cost(x, self.used, noise)
+        return Fit(x, noise, cost, self._exchanged, self._start, self._converged, self.objective)
+
+
+def _exchanged(keypoints: Keypoints, frames: dict[str, np.ndarray]) -> Keypoints:
+    if not any(limb.any() for limb in frames.values()):
+        return keypoints
+    return Keypoints(exchange(keypoints.pixels, frames), exchange(keypoints.weights, frames))

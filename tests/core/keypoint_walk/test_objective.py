@@ -23,7 +23,7 @@ from pipeline.core.keypoint_walk.objective import (
     Setting,
 )  # fmt: skip
 from pipeline.core.keypoint_walk.path import TRUNK
-from pipeline.core.keypoint_walk.refinement import initial_unknowns, refine
+from pipeline.core.keypoint_walk.refinement import Refinement, initial_unknowns
 from pipeline.core.keypoint_walk.start import find_starts
 from tests.core.keypoint_walk.walkers import clip, prior
 
@@ -89,7 +89,11 @@ def test_a_generic_minimiser_finds_nothing_lower(monkeypatch: pytest.MonkeyPatch
     keypoints = Keypoints(sim.pixels, np.ones(sim.pixels.shape[:2]))
     starts = find_starts(keypoints.pixels, keypoints.weights, times, sim.focal_px, prior())
     setting = Setting(times, sim.focal_px, True)
-    fit = refine(prior(), setting, keypoints, starts.starts[0], starts.path, TRUNK, relabel=False)
+    fit = (
+        Refinement(prior(), setting, keypoints, starts.starts[0], starts.path, TRUNK, relabel=False)
+        .advance()
+        .fit()
+    )
     objective = fit.objective
     # In units in which the curvature is one, so that a method without curvature gets somewhere.
     here = objective.quadratic(fit.x, keypoints, fit.noise)
