@@ -13,16 +13,19 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import fields, is_dataclass
+from enum import Enum
+from functools import partial
 from pathlib import Path
-from typing import Any, get_args, get_type_hints
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 from pipeline.cli.presets import CONF, presets
 from pipeline.resources import PACKAGE
 from pipeline.storage.publishing import new_file
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_range
 
 _SIMPLE = re.compile(r"([a-z_][\w.]*)=([\w./-]*)")
 """Overrides that are judged: no list, mapping, quotes, addition or deletion."""
+_NO_NUMBER = re.compile(r"(?!(inf|nan|null|none|true|false)$)[a-z_]+", re.IGNORECASE)
 _CHOSEN = re.compile(r"^ *- (?:override /)?(\w+): (\w+)$", re.MULTILINE)
 _EXTENDS = re.compile(r"^defaults:[\s\[-]*(\w+)", re.MULTILINE)
 
@@ -71,14 +74,23 @@ def write_index(options: type[Any], groups: Mapping[str, Mapping[str, type[Any]]
 
 
 def _tree(kind: type[Any]) -> dict[str, Any]:
-    """Return the names of the options of a class, each with those below it: none of a number, a word or a list."""
-    hints = get_type_hints(kind)
-    return {field.name: _below(hints[field.name]) for field in fields(kind)}
+    """Return what is known of each option of a class: its options in turn, or words or bounds of its values."""
+    hints = get_type_hints(kind, include_extras=True)
+    return {field.name: _values(hints[field.name]) for field in fields(kind)}
 
 
-def _below(hint: Any) -> dict[str, Any]:
-    kind = next((part for part in (hint, *get_args(hint)) if is_dataclass(part)), None)
-    return _tree(kind) if isinstance(kind, type) else {}
+def _values(hint: Any) -> Any:
+    hint = next((part for part in get_args(hint) if type(None) in get_args(hint)), hint)
+    bounds: dict[str, Any] = {}
+    if get_origin(hint) is Annotated:
+        hint, *checks = get_args(hint)
+        bounds = {name: value for check in checks if isinstance(check, partial) and check.func is require_range
+                  for name, value in check.keywords.items()}  # fmt: skip
+    if is_dataclass(hint) and isinstance(hint, type):
+        return _tree(hint)
+    if isinstance(hint, type) and issubclass(hint, Enum):
+        return list(hint.__members__)
+    return {"": hint.__name__, "bounds": bounds} if hint in (int, float) else None
 
 
 def _read(edition: str) -> dict[str, Any] | None:
@@ -89,7 +101,7 @@ def _read(edition: str) -> dict[str, Any] | None:
 
 
 def refuse_slips(arguments: Sequence[str]) -> None:
-    """Refuse overrides that name no option, if the index is there.
+    """Refuse overrides that name no option, or give it a value that it cannot have, if the index is there.
 
     Raises
     ------
@@ -98,6 +110,7 @@ def refuse_slips(arguments: Sequence[str]) -> None:
     """
     several = {"-m", "--multirun"} & set(arguments)
     given = [(match[1], match[2]) for item in arguments if (match := _SIMPLE.fullmatch(item))]
+    given = [(key, value) for key, value in given if not key.startswith("hydra")]
     if several or not given or (index := _read(_edition())) is None:
         return
     chosen = dict(_CHOSEN.findall((CONF / "config.yaml").read_text(encoding="utf-8")))
@@ -111,13 +124,9 @@ def refuse_slips(arguments: Sequence[str]) -> None:
             _require(key, value, index["groups"][key])
             chosen[key] = value
     known = index["options"] | {group: of.get(chosen.get(group)) for group, of in index["groups"].items()}
-    for key, _ in given:
-        if (
-            key not in index["groups"]
-            and key not in ("experiment", "skeleton")
-            and not key.startswith("hydra")
-        ):
-            _require_option(key.split("."), known)
+    for key, value in given:
+        if key not in index["groups"] and key not in ("experiment", "skeleton"):
+            _judge(key, value, known)
 
 
 def _require(key: str, value: str, names: Iterable[str]) -> None:
@@ -127,12 +136,24 @@ def _require(key: str, value: str, names: Iterable[str]) -> None:
         )
 
 
-def _require_option(path: Sequence[str], known: Mapping[str, Any] | None) -> None:
-    """Refuse the path of no option; below a group without a choice, any."""
-    for depth, name in enumerate(path, start=1):
-        if known is None:
+def _judge(key: str, value: str, known: Any) -> None:
+    """Refuse one override; what is not known of an option is not judged."""
+    above: list[str] = []
+    for name in key.split("."):
+        above.append(name)
+        if not isinstance(known, dict):
             return
-        if name not in known:
-            expected = f"one of {', '.join(known)}" if known else "none: there are no options here"
-            raise InvalidInput("there is no such option", where=".".join(path[:depth]), expected=expected)
+        if name not in known or "" in known:
+            names = ", ".join(known) if "" not in known else ""
+            expected = f"one of {names}" if names else "none: there are no options here"
+            raise InvalidInput("there is no such option", where=".".join(above), expected=expected)
         known = known[name]
+    if isinstance(known, list):
+        if re.fullmatch(r"[A-Za-z]\w*", value) and value not in known and value.lower() != "null":
+            raise InvalidInput("must be " + " or ".join(known), where=key, received=value)
+    elif isinstance(known, dict) and "" in known:
+        if _NO_NUMBER.fullmatch(value):
+            whole = "a whole number" if known[""] == "int" else "a number"
+            raise InvalidInput(f"must be {whole}", where=key, received=value)
+        if re.fullmatch(r"-?\d+(\.\d+)?", value):
+            require_range(key, float(value), **known["bounds"])
