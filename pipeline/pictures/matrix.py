@@ -17,7 +17,6 @@ from pipeline.palette import hex_colour
 from pipeline.pictures import style as look
 from pipeline.pictures.charts import add_charts
 from pipeline.scenes import HeatMap
-from pipeline.validation import InvalidInput
 
 _HEIGHT = 3.4
 """Without the legend, inches."""
@@ -39,27 +38,13 @@ def draw_heat_map(
         Charts, from the top.
     tables : mapping of str to table
     caption : str
-
-    Raises
-    ------
-    InvalidInput
-        If shapes do not fit, nothing is finite, or a value is negative.
     """
-    where, charts = str(path_stem), [chart for chart in beside.charts if chart.picture]
-    values = np.asarray(matrix.values, dtype=float)
-    fits = values.shape == (len(matrix.y), len(matrix.x)) and len(matrix.path) == len(matrix.x)
-    if not fits or not charts or not np.isfinite(values).any() or np.nanmin(values) < 0:
-        raise InvalidInput(
-            "no matrix with a path and panels beside it",
-            where=where,
-            expected="values of 0 or more (R, C), a path (C,) and one chart or more",
-            received=f"{values.shape}, path of {len(matrix.path)}, {len(charts)} charts",
-        )
+    charts = [chart for chart in beside.charts if chart.picture]
     with look.applied_style():
         figure = look.new_figure(look.PAGE_WIDTH + look.FRAME, _HEIGHT + look.LEGEND_LINE)
         grid = figure.add_gridspec(len(charts), 2, width_ratios=[1.15, 1.0])
         axes = figure.add_subplot(grid[:, 0])
-        handles = _draw_matrix(axes, matrix, np.ma.masked_invalid(values))
+        handles = _draw_matrix(axes, matrix, np.ma.masked_invalid(matrix.values))
         places = [grid[number, 1] for number in range(len(charts))]
         handles += add_charts(figure, beside, charts, tables, places)
         header = look.legend_above_figure(figure, handles)

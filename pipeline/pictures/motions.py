@@ -13,9 +13,9 @@ from pipeline.charts import Sheet
 from pipeline.palette import hex_colour
 from pipeline.pictures import style as look
 from pipeline.pictures.charts import add_charts
-from pipeline.pictures.stick_figures import Bones, add_bones, bone_pairs
+from pipeline.pictures.stick_figures import Bones, add_bones
 from pipeline.scenes import MotionScene
-from pipeline.validation import InvalidInput, require_finite, require_shape
+from pipeline.validation import require_finite
 
 _STRIP_WIDTH, _STRIP_HEIGHT, _CHARTS_HEIGHT = 5.0, 1.3, 1.5
 """Inches: a row of skeletons, and the charts below all rows."""
@@ -49,9 +49,8 @@ def draw_motion(
     Raises
     ------
     InvalidInput
-        If shapes differ, numbers are not finite, or the camera saw nothing at an instant.
+        If a skeleton of the rows is not finite.
     """
-    _check(str(path_stem), scene, bones)
     charts = [chart for chart in below.charts if chart.picture]
     rows = [("what the camera saw", scene.image, None, "original"), *scene.rows]
     with look.applied_style():
@@ -78,7 +77,11 @@ def _draw_strip(axes: Axes, body: np.ndarray, truth: np.ndarray | None, bones: B
     axes.set_axis_off()
     axes.set_aspect("equal")
     middle = np.nanmean(body if truth is None else truth, axis=1, keepdims=True)
-    bodies = [one - middle for one in (truth, body) if one is not None]
+    bodies = (
+        [body - middle]
+        if truth is None
+        else [require_finite("a motion", one) - middle for one in (truth, body)]
+    )
     across, up = np.nanmax(np.abs(np.concatenate(bodies)), axis=(0, 1))
     tall = 2.1 * float(up)
     # The strip is filled: wide postures make all of them smaller, narrow ones stand farther apart.
@@ -108,14 +111,3 @@ def _draw_plan(axes: Axes, scene: MotionScene) -> None:
         place = seen[0] if np.ptp(path, axis=0).max() < 1.0 else path[-(number % 2)]
         axes.annotate(label, place, (8, 6), textcoords="offset points", color=of, fontsize=look.SMALL_SIZE)
     axes.margins(0.12)
-
-
-def _check(where: str, scene: MotionScene, bones: Bones) -> None:
-    instants, joints = require_shape(f"{where}, image", scene.image, ("I", "J", 2)).shape[:2]
-    bone_pairs(where, bones, joints)
-    for label, body, truth, _ in scene.rows:
-        for name, array in (("reconstruction", body), ("truth", truth)):
-            here = f"{where}, {label}, {name}"
-            require_finite(here, require_shape(here, array, (instants, joints, 2)))
-    if not instants or not np.isfinite(scene.image).all(axis=2).any(axis=1).all():
-        raise InvalidInput("an instant at which the camera saw nothing", where=where)

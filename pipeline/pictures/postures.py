@@ -10,9 +10,9 @@ import numpy as np
 
 from pipeline.palette import hex_colour
 from pipeline.pictures import style as look
-from pipeline.pictures.stick_figures import RING_SIZE, Bones, add_bones, add_rings, bone_pairs, postures_array
+from pipeline.pictures.stick_figures import RING_SIZE, Bones, add_bones, add_rings
 from pipeline.scenes import PostureRow
-from pipeline.validation import InvalidInput, require_shape
+from pipeline.validation import require_finite
 
 _LOOKS: tuple[dict[str, Any], ...] = (
     {"colour": "silver", "width": look.BONE_WIDTHS["broad"]},
@@ -52,12 +52,11 @@ def draw_postures(
     Raises
     ------
     InvalidInput
-        If there is nothing to draw, shapes differ, or numbers are not finite.
+        If numbers are not finite.
     """
-    where = str(path_stem)
-    count = _check_postures(where, groups, bones)
     every = [row for _, rows in groups for row in rows]
     figures = [_centred(row) for row in every]
+    count = len(every[0].original)
     reach = max(float(np.abs(f[..., 0]).max()) for f in figures)
     low, high = (float(pick([pick(f[..., 1]) for f in figures])) for pick in (np.min, np.max))
     # Neighbours may overlap a little; half a step is then less than the reach, so the ends get the reach itself.
@@ -98,22 +97,6 @@ def draw_postures(
 
 def _centred(row: PostureRow) -> np.ndarray:
     """(2, n, J, 2): original and reconstruction, each posture about its original's horizontal mean."""
-    pair = np.stack([row.original, row.reconstructed]).astype(float)
+    pair = require_finite(f"postures {row.label}", np.stack([row.original, row.reconstructed]).astype(float))
     pair[..., 0] -= pair[0, :, :, 0].mean(axis=-1)[:, None]
     return pair
-
-
-def _check_postures(where: str, groups: Sequence[tuple[str, Sequence[PostureRow]]], bones: Bones) -> int:
-    """The number of postures in every row, once all rows fit one another and the bones."""
-    if not groups or not all(rows for _, rows in groups):
-        raise InvalidInput("nothing to draw", where=where, expected="at least one row in every group")
-    shape = np.shape(groups[0][1][0].original)
-    for title, rows in groups:
-        for row in rows:
-            for which, array in (("original", row.original), ("reconstructed", row.reconstructed)):
-                here = f"{where}, {title} {row.label}, {which}"
-                postures_array(here, array, (*shape[:2], 2) if len(shape) == 3 else ("n", "J", 2))
-            if row.estimated is not None:
-                require_shape(f"{where}, {title} {row.label}, estimated", row.estimated, (shape[1],))
-    bone_pairs(where, bones, shape[1])
-    return int(shape[0])

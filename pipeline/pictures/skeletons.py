@@ -9,9 +9,9 @@ import numpy as np
 
 from pipeline.palette import hex_colour
 from pipeline.pictures import style as look
-from pipeline.pictures.stick_figures import Bones, add_bones, bone_pairs, postures_array
+from pipeline.pictures.stick_figures import Bones, add_bones
 from pipeline.scenes import SkeletonRow
-from pipeline.validation import require_range
+from pipeline.validation import require_finite
 
 _TALLEST = 2.2
 """Height of a skeleton, inches at most."""
@@ -45,9 +45,11 @@ def draw_skeletons(
     Raises
     ------
     InvalidInput
-        If there is nothing to draw, shapes differ, or numbers are not finite.
+        If numbers are not finite.
     """
-    bodies = _checked(str(path_stem), rows, bones)
+    bodies = np.stack(
+        [require_finite(f"skeletons {row.label}", np.stack([row.centre, *row.others])) for row in rows]
+    )
     low, tops = float(min(0.0, bodies[..., 1].min())), bodies[..., 1].max(axis=(1, 2))
     left, right = float(bodies[..., 0].min()), float(bodies[..., 0].max())
     count, step = 1 + len(rows[0].beside), 1.04 * (right - left)
@@ -82,19 +84,3 @@ def draw_skeletons(
         handles = [look.legend_handle(name, hex_colour(of), width=thick) for name, (of, thick) in kinds]
         header = look.legend_above_figure(figure, handles)
         look.finish(figure, path_stem, caption, header=header)
-
-
-def _checked(where: str, rows: Sequence[SkeletonRow], bones: Bones) -> np.ndarray:
-    """Return all postures (rows, 1 + n, J, 2), once all rows fit one another and the bones."""
-    require_range(f"{where}, rows", len(rows), at_least=1)
-    n, joints, beside = len(rows[0].others), len(rows[0].centre), len(rows[0].beside)
-    bone_pairs(where, bones, joints)
-    bodies = []
-    for row in rows:
-        centre = postures_array(f"{where}, {row.label}", row.centre, (joints, 2))
-        others = postures_array(f"{where}, {row.label}, others", row.others, (n, joints, 2))
-        require_range(
-            f"{where}, {row.label}, postures beside it", len(row.beside), at_least=beside, at_most=beside
-        )
-        bodies.append(np.concatenate([centre[None], others]))
-    return np.stack(bodies)

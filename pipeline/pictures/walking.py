@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.palette import hex_colour
-from pipeline.pictures.stick_figures import Bones, bone_pairs, postures_array
-from pipeline.validation import InvalidInput
+from pipeline.pictures.stick_figures import Bones
+from pipeline.validation import InvalidInput, require_finite
 
 _WIDTH, _HEIGHT, _MARGIN, _HEADING = 880, 372, 14, 58
 """Of the picture, of its edges, and height of the words above each half, pixels."""
@@ -68,18 +68,15 @@ def draw_walking(
     Raises
     ------
     InvalidInput
-        If shapes differ or numbers are not finite.
+        If cycles are not whole or numbers are not finite.
     """
-    where = str(path)
-    seen = postures_array(f"{where}, seen", walker.seen, ("F", "J", 2))
-    joints = seen.shape[1]
-    original = postures_array(f"{where}, original", walker.original, ("K", joints, 2))
-    again = postures_array(f"{where}, reconstructed", walker.reconstructed, (len(original), joints, 2))
-    pairs = bone_pairs(where, bones, joints)
-    if len(original) % len(seen) or len(words) != 2 or len(walker.estimated) != joints:
-        raise InvalidInput(
-            "a walker that does not go around", where=where, expected="whole cycles, two titles, J flags"
-        )
+    seen, original, again = (
+        require_finite(f"{path}, walker", part)
+        for part in (walker.seen, walker.original, walker.reconstructed)
+    )
+    if len(original) % len(seen):
+        raise InvalidInput("a walker that does not go around", where=str(path), expected="whole cycles")
+    pairs = np.asarray(bones)
     if still is not None:
         seen, original, again = seen[[still % len(seen)]], original[[still]], again[[still]]
     high = max(float(part[..., 1].max()) for part in (seen, original, again))

@@ -1,16 +1,13 @@
 """The picture of a matrix: its path and outline over it, lines beside it."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from pipeline.charts import Chart, Sheet
 from pipeline.palette import COLOURS, Style
 from pipeline.pictures.matrix import draw_heat_map
 from pipeline.scenes import HeatMap
-from pipeline.validation import InvalidInput
 
 MATRIX = HeatMap(
     values=np.arange(15.0).reshape(3, 5),
@@ -35,17 +32,3 @@ def test_the_path_the_outline_and_the_lines_beside_are_drawn(tmp_path: Path) -> 
     text = (tmp_path / "a.svg").read_text(encoding="utf-8").lower()
     for name in ("orange", "grey", "purple"):
         assert text.count(f"stroke: {COLOURS[name].lower()}") == 2, "the line, and its entry in the legend"
-
-
-@pytest.mark.parametrize(
-    "matrix",
-    [
-        replace(MATRIX, path=MATRIX.path[:4]),
-        replace(MATRIX, values=MATRIX.values.T),
-        replace(MATRIX, values=-MATRIX.values),
-        replace(MATRIX, values=np.full((3, 5), np.nan)),
-    ],
-)
-def test_matrices_that_do_not_fit_are_refused(tmp_path: Path, matrix: HeatMap) -> None:
-    with pytest.raises(InvalidInput, match="no matrix with a path"):
-        draw_heat_map(tmp_path / "a", matrix, BESIDE, {})
