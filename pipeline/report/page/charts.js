@@ -100,7 +100,9 @@ const Charts = (() => {
       // Over names: a row to each, and numbers across.
       this.high = names ? TOP + BOTTOM + ROW * names.length : HIGH;
       this.left = names ? Math.min(270, 14 + 6.9 * Math.max(...names.map(n => n.length))) : BESIDE;
-      this.svg.setAttribute("viewBox", `0 0 ${W} ${this.high}`);
+      // As wide as its place, so that letters keep their size on a phone.
+      this.wide = Math.max(this.left + (names ? 170 : 258), Math.min(W, box.clientWidth || W));
+      this.svg.setAttribute("viewBox", `0 0 ${this.wide} ${this.high}`);
       // The plot is its own slider: the marker is where the pointer is, and arrow keys move it.
       for (const [name, value] of Object.entries({ role: "slider", tabindex: 0, "aria-orientation": names ? "vertical" : "horizontal", "aria-label": `${spec.y_label} against ${spec.x_label}` })) this.svg.setAttribute(name, value);
       this.legend = box.appendChild(document.createElement("p"));
@@ -110,7 +112,7 @@ const Charts = (() => {
       this.output = box.appendChild(document.createElement("output"));
       const follow = event => {
         const at = this.svg.getBoundingClientRect();
-        const place = names ? (event.clientY - at.top) / at.height * this.high : (event.clientX - at.left) / at.width * W, along = names ? this.py : this.px;
+        const place = names ? (event.clientY - at.top) / at.height * this.high : (event.clientX - at.left) / at.width * this.wide, along = names ? this.py : this.px;
         let best = 0;
         this.xs.forEach((x, i) => { if (Math.abs(along(x) - place) < Math.abs(along(this.xs[best]) - place)) best = i; });
         this.now = best; this.moved();
@@ -138,7 +140,7 @@ const Charts = (() => {
       if (this.spec.limits) [y0, y1] = this.spec.limits;
       if (x0 === x1) { x0 -= 1; x1 += 1; }
       const map = (v, a, b, log) => log ? Math.log(Math.max(v, a) / a) / Math.log(b / a) : (v - a) / (b - a);
-      const wide = W - this.left - RIGHT, over = y => Math.max(-0.02, Math.min(1.02, map(y, y0, y1, log_y)));
+      const wide = this.wide - this.left - RIGHT, over = y => Math.max(-0.02, Math.min(1.02, map(y, y0, y1, log_y)));
       this.px = this.names ? y => this.left + wide * over(y) : x => this.left + wide * map(x, x0, x1, log_x);
       this.py = this.names ? x => TOP + ROW * (x + 0.5) : y => this.high - BOTTOM - (this.high - TOP - BOTTOM) * over(y);
       return { x: this.names ? ticks(y0, y1, log_y) : ticks(x0, x1, log_x), y: this.names ? [] : ticks(y0, y1, log_y) };
@@ -153,7 +155,7 @@ const Charts = (() => {
       this.svg.replaceChildren();
       const marks = this.scales(), bottom = this.high - BOTTOM, left = this.left;
       for (const y of marks.y) {
-        this.node("line", { x1: left, x2: W - RIGHT, y1: this.py(y), y2: this.py(y), class: "grid" });
+        this.node("line", { x1: left, x2: this.wide - RIGHT, y1: this.py(y), y2: this.py(y), class: "grid" });
         this.text(left - 7, this.py(y) + 4, say(y), { "text-anchor": "end" });
       }
       for (const x of marks.x) {
@@ -161,14 +163,14 @@ const Charts = (() => {
         this.text(this.px(x), bottom + 17, say(x), { "text-anchor": "middle" });
       }
       this.names?.forEach((name, i) => this.text(left - 7, this.py(i) + 4, name, { "text-anchor": "end" }));
-      this.node("line", { x1: left, x2: W - RIGHT, y1: bottom, y2: bottom, class: "axis" });
-      this.text((left + W - RIGHT) / 2, this.high - 6, this.names ? this.spec.y_label : this.spec.x_label, { "text-anchor": "middle", class: "title" });
+      this.node("line", { x1: left, x2: this.wide - RIGHT, y1: bottom, y2: bottom, class: "axis" });
+      this.text((left + this.wide - RIGHT) / 2, this.high - 6, this.names ? this.spec.y_label : this.spec.x_label, { "text-anchor": "middle", class: "title" });
       if (!this.names) this.text(14, (TOP + bottom) / 2, this.spec.y_label, { "text-anchor": "middle", class: "title",
         transform: `rotate(-90 14 ${(TOP + bottom) / 2})` });
       for (const s of this.series) { s.group = this.node("g", {}); s.group.style.setProperty("--ink", `var(--c-${s.colour})`); }
       this.series.forEach(s => this.fill(s));
       for (const r of this.spec.references ?? []) this.reference(r, bottom);
-      this.cursor = this.node("line", this.names ? { x1: left, x2: W - RIGHT, class: "cursor" } : { y1: TOP, y2: bottom, class: "cursor" });
+      this.cursor = this.node("line", this.names ? { x1: left, x2: this.wide - RIGHT, class: "cursor" } : { y1: TOP, y2: bottom, class: "cursor" });
       const below = (this.spec.references ?? []).filter(r => r.below).map(r => ({ name: r.label, colour: "black", dash: "7 4" }));
       this.legend.replaceChildren(...(this.series.length > 1 || this.note ? [...this.series, ...below].filter(s => s.name).map(s => {
         const entry = document.createElement("span");
@@ -210,10 +212,10 @@ const Charts = (() => {
       else if (r.slope !== null) points(kind, ends.map(x => ({ x, y: r.slope * x })));
       else if (r.x !== null && r.y !== null) this.node("path", { d: `M${this.px(r.x)} ${this.py(r.y) - 6}l6 6l-6 6l-6-6z`, class: "reference published point" });
       else if (r.x !== null) this.node("line", { x1: this.px(r.x), x2: this.px(r.x), y1: TOP, y2: bottom, class: kind });
-      else if (r.y !== null) this.node("line", { x1: this.left, x2: W - RIGHT, y1: this.py(r.y), y2: this.py(r.y), class: kind });
+      else if (r.y !== null) this.node("line", { x1: this.left, x2: this.wide - RIGHT, y1: this.py(r.y), y2: this.py(r.y), class: kind });
       if (!r.label || below) return;
-      const right = r.x !== null && this.px(r.x) > 0.6 * W;
-      const x = r.x !== null ? this.px(r.x) + (right ? -9 : 9) : W - RIGHT - 4;
+      const right = r.x !== null && this.px(r.x) > 0.6 * this.wide;
+      const x = r.x !== null ? this.px(r.x) + (right ? -9 : 9) : this.wide - RIGHT - 4;
       const y = r.y !== null ? this.py(r.y) + (r.x !== null ? 4 : -5) : TOP + 12;
       this.text(x, y, r.label, { "text-anchor": r.x !== null ? (right ? "end" : "start") : "end", class: "note" });
     }

@@ -139,7 +139,7 @@ const Players = (() => {
 
     const shown = [...new Set(table.rows.map(row => row[table.header.indexOf("method")]))];
     const figure = JSON.parse(document.querySelector('[data-figure="zhang2007_fig5"][data-spec]').dataset.spec);
-    const spec = { ...figure, y_label: "error in depth (mm)", references: [], lines: figure.lines.map(lines => ({ ...lines, y: "rms_error_mm", band: "" })) };
+    const spec = { ...figure, y_label: "error in depth (mm)", references: [], limits: figure.limits?.map(Math.sqrt), lines: figure.lines.map(lines => ({ ...lines, y: "rms_error_mm", band: "" })) };
     const published = Charts.series(spec, () => table);
     published.series.forEach(s => {
       s.name = `all walkers, ${s.name} (figure 5)`; s.width = 1.2; s.dash = "5 3";

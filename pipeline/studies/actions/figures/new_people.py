@@ -66,32 +66,31 @@ def space_tables(performances: Sequence[np.ndarray], person: np.ndarray) -> tupl
     """Return ``table_space`` and ``table_space_draws``: size of the aSpace, of all and of people drawn again.
 
     Uncorrelated: the same numbers of a posture, each shuffled over time by itself, so that the covariance is left
-    with its diagonal.
+    with its diagonal.  The eigenvectors that hold a share are those of all people: drawn again, they would always
+    hold more, since fewer people are different ones.
     """
     found = moments(performances, person)
     people = len(found.count)
     weights = bootstrap.resampling_weights(people, derive_generator(0, "people"))
-    everyone = _sizes(found.covariances(np.ones((1, people), dtype=int)))
-    drawn = _sizes(found.covariances(weights)) if people > 1 else everyone.iloc[:0]
+    whole = found.covariances(np.ones((1, people), dtype=int))
+    everyone = _sizes(whole, whole[0])
+    drawn = _sizes(found.covariances(weights), whole[0]) if people > 1 else everyone.iloc[:0]
     return everyone, pd.concat(
         [pd.DataFrame({DRAW: np.arange(1, len(drawn) + 1)}), drawn.reset_index(drop=True)], axis=1
     )
 
 
-def _sizes(covariances: np.ndarray) -> pd.DataFrame:
-    """Return how many eigenvectors hold the variance, and how much the paper's number of them holds."""
-    spectra = {
-        "": np.linalg.eigvalsh(covariances)[:, ::-1],
-        "_uncorrelated": -np.sort(-np.diagonal(covariances, axis1=1, axis2=2), axis=1),
-    }
+def _sizes(covariances: np.ndarray, of_all: np.ndarray) -> pd.DataFrame:
+    """Return how many eigenvectors hold the variance (B,), and how much the paper's number of those of all holds."""
     columns = {}
-    for suffix, spectrum in spectra.items():
-        whole = spectrum.sum(axis=1)
-        pairs = zip(spectrum, whole, strict=True)
-        columns[f"components{suffix}"] = np.array(
-            [aspace.smallest_dimensions(values, total, HELD) for values, total in pairs]
-        )
-        columns[f"held_by_{PRINTED}{suffix}"] = spectrum[:, :PRINTED].sum(axis=1) / whole
+    for suffix, correlated in {"": True, "_uncorrelated": False}.items():
+        of, whole = (x if correlated else x * np.eye(x.shape[-1]) for x in (covariances, of_all))
+        spectra, total = np.linalg.eigvalsh(of)[:, ::-1], np.trace(of, axis1=1, axis2=2)
+        columns[f"components{suffix}"] = [
+            aspace.smallest_dimensions(values, sum_, HELD) for values, sum_ in zip(spectra, total, strict=True)
+        ]
+        first = np.linalg.eigh(whole)[1][:, -PRINTED:]
+        columns[f"held_by_{PRINTED}{suffix}"] = np.einsum("ik,bij,jk->b", first, of, first) / total
     return pd.DataFrame(columns)
 
 
