@@ -172,7 +172,7 @@ const Charts = (() => {
       for (const r of this.spec.references ?? []) this.reference(r, bottom);
       this.cursor = this.node("line", this.names ? { x1: left, x2: this.wide - RIGHT, class: "cursor" } : { y1: TOP, y2: bottom, class: "cursor" });
       const below = (this.spec.references ?? []).filter(r => r.below).map(r => ({ name: r.label, colour: "black", dash: "7 4" }));
-      this.legend.replaceChildren(...(this.series.length > 1 || this.note ? [...this.series, ...below].filter(s => s.name).map(s => {
+      this.legend.replaceChildren(...(this.series.length > 1 || this.note ? [...this.series, ...below].filter((s, i, all) => s.name && all.findIndex(o => o.name === s.name) === i).map(s => {
         const entry = document.createElement("span");
         entry.innerHTML = '<svg width="26" height="8" aria-hidden="true"><line x1="1" y1="4" x2="25" y2="4"/></svg>';
         entry.style.setProperty("--ink", `var(--c-${s.colour})`);

@@ -199,7 +199,7 @@ def _row(k: int, model: pd.DataFrame, bound: float) -> list[Chart]:
         ),
     )
     learnt = [
-        Lines(table=columns, y=y, styles={y: replace(style, label=label if end == "lower" else "")})
+        Lines(table=columns, y=y, styles={y: replace(style, label=label)})
         for name, label, style in bounds
         for end in ("lower", "upper")
         for y in [f"{end}_{name}"]
