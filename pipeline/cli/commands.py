@@ -100,12 +100,10 @@ def report(arguments: Sequence[str]) -> int:
 def make_page(folder: Path, data_name: str, figures: Sequence[str]) -> str:
     """Write ``claims.csv`` and ``index.html`` in ``results/<data>/<scale>`` and return a sentence about the page."""
     from pipeline.report.document import write_page
-    from pipeline.report.variants import shown_variants
 
     if folder.is_dir():
         write_claims(folder / "claims.csv", judge_folder(folder, data_name, figures))
-    compared = shown_variants(folder.parent.parent / "scratch", data_name, folder.name)
-    page, parts = write_page(folder, figures, variants=compared)
+    page, parts = write_page(folder, figures)
     sizes = ", ".join(f"{name} {size / 1e6:.2f}" for name, size in parts.items() if name != "page")
     return f"page: {page} ({parts['page'] / 1e6:.2f} MB: {sizes})"
 

@@ -5,9 +5,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from pipeline import papers
 from pipeline.palette import COLOURS, ROLES
@@ -49,7 +48,6 @@ def write_page(
     folder: Path,
     figures: Sequence[str],
     *,
-    variants: Sequence[Mapping[str, Any]] = (),
     to: Path | None = None,
     most_bytes: int | None = None,
 ) -> tuple[Path, dict[str, int]]:
@@ -61,8 +59,6 @@ def write_page(
         ``results/<data>/<scale>``.
     figures : sequence of str
         All figures that the data set could have; those not made are named on the page.
-    variants : sequence of mappings
-        Comparisons of variants: title, folder, header, rows and, optionally, a picture's path.
     to : Path, optional
         Folder of the page, if it is not that of the results: its files are those that the page links to.
     most_bytes : int, optional
@@ -76,13 +72,13 @@ def write_page(
     results = read_published(folder, figures)
     to, most = to or folder, MOST_BYTES if most_bytes is None else most_bytes
     width = entries.PICTURE_WIDTH
-    text, parts = _render(results, variants, to, width)
+    text, parts = _render(results, to, width)
     # Pictures become smaller until it fits; their bytes go with the area.
     while len(text.encode()) > most and parts["pictures"] and width > LEAST_WIDTH:
         room = parts["pictures"] - (len(text.encode()) - most)
         share = max(room, 1) / parts["pictures"]
         width = max(LEAST_WIDTH, int(0.97 * width * share**0.5))
-        text, parts = _render(results, variants, to, width)
+        text, parts = _render(results, to, width)
     content = text.encode()
     if len(content) > most:
         raise InvalidInput(
@@ -96,12 +92,7 @@ def write_page(
     return to / PAGE, {**parts, "page": len(content)}
 
 
-def _render(
-    results: Published,
-    variants: Sequence[Mapping[str, Any]],
-    to: Path,
-    width: int,
-) -> tuple[str, dict[str, int]]:
+def _render(results: Published, to: Path, width: int) -> tuple[str, dict[str, int]]:
     environment = templates.environment()
     environment.filters["tone"] = verdicts.tone
     environment.filters["beyond_tone"] = verdicts.beyond_tone
@@ -146,7 +137,6 @@ def _render(
         clips=bool(clips),
         reasons=reasons,
         options=entries.options_of(results),
-        variants=[entries.variant_entry(variant) for variant in variants],
         published=entries.published_tables(results) if numbers else [],
         published_commits=entries.published_commits(results) if numbers else [],
         ledger=ledger_packed if ledger else "",

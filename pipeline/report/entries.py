@@ -12,7 +12,7 @@ import numpy as np
 from pipeline import papers, pictures
 from pipeline.papers import Agreement
 from pipeline.report import page_charts, players
-from pipeline.report.published import Published, PublishedFigure, Table
+from pipeline.report.published import Published, PublishedFigure
 from pipeline.report.verdicts import answers, counts_by_kind, reason, tally
 from pipeline.storage import provenance, tables
 from pipeline.studies.published import filled
@@ -196,16 +196,15 @@ def curve_tables(figure: PublishedFigure) -> dict[str, str]:
     for name, wanted in played.items():
         needed.setdefault(name, set()).update(wanted)
     return {
-        table.name: _columns(figure, table, kept, every_row=table.name in played)
-        for table in figure.tables
-        if (kept := [name for name in table.header if name in needed.get(table.name, ())])
+        table: _columns(figure, Path(table).stem, kept, every_row=table in played)
+        for table, header in figure.headers.items()
+        if (kept := [name for name in header if name in needed.get(table, ())])
     }
 
 
-def _columns(figure: PublishedFigure, table: Table, names: Sequence[str], *, every_row: bool) -> str:
-    stem = Path(table.name).stem
-    rows = figure.table(stem) or {}
-    drawn = slice(None) if every_row else page_charts.drawn_rows(figure, stem, rows)
+def _columns(figure: PublishedFigure, table: str, names: Sequence[str], *, every_row: bool) -> str:
+    rows = figure.table(table) or {}
+    drawn = slice(None) if every_row else page_charts.drawn_rows(figure, table, rows)
     texts = [
         [f"{v:.6g}" if isinstance(v, float) else str(v) for v in np.asarray(rows[name])[drawn].tolist()]
         for name in names
@@ -221,12 +220,6 @@ def _picture(figure: PublishedFigure, width: int) -> dict[str, Any] | None:
         return drawn
     raster = figure.folder / "figure.png"
     return pictures.embedded(raster, width) if raster.is_file() else None
-
-
-def variant_entry(variant: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a comparison of variants with its picture as text."""
-    path = variant.get("picture")
-    return {**variant, "picture": pictures.embedded(path, PICTURE_WIDTH) if path else None}
 
 
 PUBLISHED = "published.csv"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -80,9 +79,10 @@ def _columns(chart: Chart, lines: Lines) -> set[str]:
 
 def _drawn(figure: PublishedFigure, chart: Chart) -> Iterator[tuple[Lines, list[str] | None]]:
     """Lines of a chart with the columns of their table; None if that is not there, or not with their columns."""
-    headers = {Path(table.name).stem: table.header for table in figure.tables}
     for lines in (chart, *chart.also):
-        header = headers.get(lines.table) if isinstance(lines.table, str) else list(lines.table)
+        header = (
+            figure.headers.get(f"{lines.table}.csv") if isinstance(lines.table, str) else list(lines.table)
+        )
         yield lines, header if header is not None and _columns(chart, lines) <= set(header) else None
 
 

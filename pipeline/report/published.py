@@ -21,26 +21,6 @@ from pipeline.validation import InvalidInput
 
 
 @dataclass(frozen=True)
-class Table:
-    """A published table.
-
-    Attributes
-    ----------
-    name : str
-        File name.
-    header : list of str
-    rows : int
-    text : str
-        The file's own text.
-    """
-
-    name: str
-    header: list[str]
-    rows: int
-    text: str
-
-
-@dataclass(frozen=True)
 class PublishedFigure:
     """A figure that is made.
 
@@ -50,14 +30,14 @@ class PublishedFigure:
         Of figure and folder.
     folder : Path
     manifest : dict
-    tables : tuple of Table
-        ``table.csv`` first.
+    headers : dict of str to list of str
+        Names of the columns of its tables by their file names, ``table.csv`` first.
     """
 
     name: str
     folder: Path
     manifest: dict[str, Any]
-    tables: tuple[Table, ...]
+    headers: dict[str, list[str]]
 
     @property
     def title(self) -> str:
@@ -90,7 +70,7 @@ class PublishedFigure:
     def table(self, name: str) -> dict[str, np.ndarray] | None:
         """Return the columns of a table by its name without suffix; None if there is none."""
         path = self.folder / f"{name}.csv"
-        return tables.read(path) if any(table.name == path.name for table in self.tables) else None
+        return tables.read(path) if path.name in self.headers else None
 
     @cached_property
     def arrays(self) -> dict[str, np.ndarray]:
@@ -185,13 +165,11 @@ def _figure(folder: Path) -> PublishedFigure:
         (name for name in manifest["files"] if name.endswith(".csv") and name != "claims.csv"),
         key=lambda name: (name != "table.csv", name),
     )
-    return PublishedFigure(folder.name, folder, manifest, tuple(_table(folder / name) for name in names))
-
-
-def _table(path: Path) -> Table:
-    text = path.read_text(encoding="utf-8")
-    lines = text.splitlines()
-    return Table(path.name, lines[0].split(",") if lines else [], max(len(lines) - 1, 0), text)
+    headers = {}
+    for name in names:
+        with (folder / name).open(encoding="utf-8") as table:
+            headers[name] = table.readline().rstrip("\n").split(",")
+    return PublishedFigure(folder.name, folder, manifest, headers)
 
 
 def _own_claims(folder: Path) -> list[dict[str, Any]]:

@@ -23,9 +23,6 @@ from pipeline.storage import tables
 from pipeline.storage.sealed_folders import MANIFEST
 
 VARIANTS = "variants.csv"
-MOST_SHOWN = 3
-"""Runs that a page shows at most, the latest."""
-
 _ASIDE = {"name", "results", "workers"}
 """Options that do not make a variant."""
 
@@ -161,38 +158,3 @@ def _draw(stem: Path, variants: Sequence[Variant], chart: Chart) -> list[Path]:
     caption = f"{variants[0].figure.title}. Variants."
     pictures.draw_charts(stem, Sheet(charts=[every]), tables_of, caption=caption)
     return [stem.with_suffix(".svg"), stem.with_suffix(".png")]
-
-
-def shown_variants(scratch: Path, data: str, scale: str) -> list[dict[str, Any]]:
-    """Return what a page shows of the latest multiruns on a data set: claims in rows, variants in columns."""
-    entries: list[dict[str, Any]] = []
-    for table in sorted(scratch.glob(f"*/{VARIANTS}"), reverse=True):
-        for name, variants in variants_of(table.parent).items():
-            manifest = variants[0].figure.manifest
-            if (manifest.get("data"), manifest.get("scale")) == (data, scale) and len(entries) < MOST_SHOWN:
-                picture = table.with_name(f"variants_{name}.png")
-                entries.append(
-                    {
-                        "title": variants[0].figure.title,
-                        "folder": f"{name}, scratch/{table.parent.name}",
-                        "header": ["claim", "published", *(variant.name for variant in variants)],
-                        "rows": _pivot(variants),
-                        "picture": picture if picture.is_file() else None,
-                    }
-                )
-    return entries
-
-
-def _pivot(variants: Sequence[Variant]) -> list[list[str]]:
-    rows = []
-    for claim in variants[0].claims:
-        published = claim["published"]
-        cells = [str(claim["claim"]), "" if published is None else f"{published:g}"]
-        for variant in variants:
-            same = next((row for row in variant.claims if row["claim"] == claim["claim"]), None)
-            ours = (
-                "–" if same is None or same["value"] is None else f"{same['value']:.4g} {same['unit'] or ''}"
-            )
-            cells.append(ours if same is None else f"{ours.strip()}, {same['agreement']}")
-        rows.append(cells)
-    return rows

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.report.document import write_page
-from pipeline.report.variants import compare_variants, shown_variants, variants_of
+from pipeline.report.variants import compare_variants, variants_of
 from pipeline.storage import tables
 from tests.report.planted import CLAIM, plant
 
@@ -46,22 +45,6 @@ def test_the_table_has_a_row_for_each_variant_and_claim(run: Path) -> None:
     assert table["value"].tolist() == [10.0, 20.0, 30.0]
     assert table["agreement"].tolist() == ["agrees", "differs", "differs"]
     assert set(table["claim"].tolist()) == {"zhang2007_map_thirty_percent"}
-
-
-def test_the_page_shows_variants_of_its_own_data_and_scale(run: Path, tmp_path: Path) -> None:
-    compare_variants(run)
-    assert shown_variants(run.parent, "optical", "smoke") == []
-    (entry,) = shown_variants(run.parent, "synthetic", "smoke")
-    assert entry["header"] == ["claim", "published", "components=10", "components=20", "components=30"]
-    assert entry["rows"] == [
-        ["zhang2007_map_thirty_percent", "30", "10 %, agrees", "20 %, differs", "30 %, differs"]
-    ]
-    folder = tmp_path / "synthetic" / "smoke"
-    plant(folder / "zhang2007_fig5")
-    page, _ = write_page(folder, ["zhang2007_fig5"], variants=[entry])
-    text = page.read_text(encoding="utf-8")
-    assert 'id="variants"' in text
-    assert "20 %, differs" in text
 
 
 def test_a_single_variant_is_not_compared(tmp_path: Path) -> None:
