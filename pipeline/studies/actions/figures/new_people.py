@@ -87,7 +87,8 @@ def _sizes(covariances: np.ndarray, of_all: np.ndarray) -> pd.DataFrame:
         of, whole = (x if correlated else x * np.eye(x.shape[-1]) for x in (covariances, of_all))
         spectra, total = np.linalg.eigvalsh(of)[:, ::-1], np.trace(of, axis1=1, axis2=2)
         columns[f"components{suffix}"] = [
-            aspace.smallest_dimensions(values, sum_, HELD) for values, sum_ in zip(spectra, total, strict=True)
+            aspace.smallest_dimensions(values, sum_, HELD)
+            for values, sum_ in zip(spectra, total, strict=True)
         ]
         first = np.linalg.eigh(whole)[1][:, -PRINTED:]
         columns[f"held_by_{PRINTED}{suffix}"] = np.einsum("ik,bij,jk->b", first, of, first) / total

@@ -109,7 +109,10 @@ class ViewPosterior(Figure):
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Error and posterior width over view angle; the posterior as a matrix."""
-        with begin("\nThe matrix: true angle down, candidates across, in the same degrees.\n", timeline="view_angle_deg") as rec:
+        with begin(
+            "\nThe matrix: true angle down, candidates across, in the same degrees.\n",
+            timeline="view_angle_deg",
+        ) as rec:
             degrees = len(inputs.sweep.candidate_deg) // (2 * (len(inputs.sweep.view_angle_deg) - 1))
             rec.matrix("matrices/posterior", np.repeat(inputs.sweep.density, max(degrees, 1), axis=0))
             beside = Rows(Matrix(name="posterior over the circle"), Notes())
