@@ -11,6 +11,7 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -21,6 +22,37 @@ from pipeline.formats.points.cells import positions_to_write, read_cells
 from pipeline.formats.points.even_times import at_equal_intervals
 from pipeline.formats.text import millimetres_in, number, read_text
 from pipeline.skeleton.recorded import MotionCapture
+
+
+@dataclass(frozen=True)
+class Table:
+    """The lines of a TRC file.
+
+    Attributes
+    ----------
+    settings : dict of str to str
+        Of the header, by their names in small letters.
+    rate : float or None
+        Hertz that the header declares.
+    names : tuple of str
+        P markers.
+    times : (R,) float64
+        Seconds, NaN where blank.
+    positions : (R, P, 3) float64
+        In the unit of the file, NaN where blank.
+    place : callable
+        Where in the file a row stands.
+    notes : list of str
+    """
+
+    settings: dict[str, str]
+    rate: float | None
+    names: tuple[str, ...]
+    times: np.ndarray
+    positions: np.ndarray
+    place: Callable[[int], str]
+    notes: list[str]
+
 
 _AXIS = re.compile(r"[XYZ]\d*", re.IGNORECASE)
 
@@ -49,8 +81,23 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
         If the file is not TRC, columns do not fit the names, its unit of length or its rate is unknown, or its
         times contradict its frame rate.
     """
-    where = Path(path).name
-    text, notes = read_text(Path(path))
+    table, where = read_table(Path(path)), Path(path).name
+    unit = table.settings.get("units", "").lower() or units or ""
+    positions = table.positions * millimetres_in(unit, f"{where}, Units in line 3")
+    rate = table.rate
+    if np.isnan(table.times).all():
+        rate = rate or frame_rate_hz
+        if rate is None:
+            raise damaged("the frame rate is unknown", f"{where}, column Time", "the option frame_rate_hz")
+    else:
+        positions, rate = at_equal_intervals(table.times, positions, rate, table.place, table.notes)
+    return motion_capture(table.names, positions, rate, unit, table.notes)
+
+
+def read_table(path: Path) -> Table:
+    """Read header and lines of a TRC file; raises as `read` does."""
+    where = path.name
+    text, notes = read_text(path)
     lines = text.split("\n")
     if len(lines) < 5 or not lines[0].lstrip('"').startswith("PathFileType"):
         expected = "five lines of header that begin with PathFileType"
@@ -59,8 +106,6 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     cells = partial(_cells, separator=separator if lines[3].count(separator) > 1 else None)
     settings = _settings(cells(lines[1]), cells(lines[2]))
     rate = _rate(settings, where)
-    unit = settings.get("units", "").lower() or units or ""
-    millimetres = millimetres_in(unit, f"{where}, Units in line 3")
     # Some writers leave out the line of axis names, or the blank line after it.
     axes = cells(lines[4]) if not np.isfinite(number(cells(lines[4])[0] or "x")) else []
     rows = [
@@ -86,14 +131,8 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
         return f"{where}, line {rows[row][0]}"
 
     numbers = _numbers(rows, [0, 1, *columns], place)
-    positions = numbers[:, 2:].reshape(len(rows), len(names), 3) * millimetres
-    if np.isnan(numbers[:, 1]).all():
-        rate = rate or frame_rate_hz
-        if rate is None:
-            raise damaged("the frame rate is unknown", f"{where}, column Time", "the option frame_rate_hz")
-    else:
-        positions, rate = at_equal_intervals(numbers[:, 1], positions, rate, place, notes)
-    return motion_capture(names, positions, rate, unit, notes)
+    positions = numbers[:, 2:].reshape(len(rows), len(names), 3)
+    return Table(settings, rate, names, numbers[:, 1], positions, place, notes)
 
 
 def write(path: str | Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate_hz: float) -> None:
