@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -66,10 +66,15 @@ def identity_of(value: Any) -> str:
     return str(value)
 
 
-def frame_number(name: str) -> int | None:
-    """The last number in a file's name, as ``12`` of ``walk_000012_keypoints.json``; None if there is none."""
-    digits = re.findall(r"\d+", name.removesuffix("_keypoints.json"))
-    return int(digits[-1]) if digits else None
+def _frames(names: Iterable[str]) -> tuple[dict[str, int], list[str]]:
+    """Frame of each file or image, the first 0, by the last number in its name: ``walk_000012_keypoints.json``."""
+    found = {name: re.findall(r"\d+", Path(name).stem)[-1:] for name in names}
+    numbers = {name: int(digits[0]) for name, digits in found.items() if digits}
+    if len(set(numbers.values())) < len(found):
+        note = "Frames are taken in the order of their names, which do not number them."
+        return {name: n for n, name in enumerate(found)}, [note]
+    first = min(numbers.values())
+    return {name: number - first for name, number in numbers.items()}, []
 
 
 def read_folder(path: Path) -> Detections:
@@ -77,26 +82,20 @@ def read_folder(path: Path) -> Detections:
     files = sorted(file for file in path.glob("*.json") if not file.name.startswith("."))
     if not files:
         raise damaged("no JSON file in the folder", path.name, "one file a frame, as OpenPose writes them")
-    given = [frame_number(file.name) for file in files]
-    notes = []
-    if None in given or len(set(given)) < len(given):
-        given = list(range(len(files)))
-        notes.append("Frames are taken in the order of their names, which do not number them.")
-    order = [int(number) for number in given if number is not None]
-    first = min(order)
+    frames, notes = _frames(file.name for file in files)
     rows: list[Row] = []
     empty = 0
-    for number, file in zip(order, files, strict=True):
+    for file in files:
         content = load(file)
         people = content.get("people") if isinstance(content, dict) else None
         if not isinstance(people, list):
             raise damaged("not a file of OpenPose", file.name, "an object with a list of people")
         found = [_openpose_person(person, file.name) for person in people]
         empty += not any(len(row) for _, row in found)
-        rows += [(number - first, identity, row) for identity, row in found if len(row)]
+        rows += [(frames[file.name], identity, row) for identity, row in found if len(row)]
     if empty:
         notes.append(f"{empty} of {len(files)} frames are without people.")
-    span = max(order) - first + 1
+    span = max(frames.values()) + 1
     if span != len(files):
         notes.append(f"{span - len(files)} frames are missing between the first and the last file.")
     return detections("openpose", path.name, rows, span, notes=notes)
@@ -148,27 +147,18 @@ def _is_alphapose(content: Any) -> bool:
 
 
 def _alphapose(content: list[Any], where: str) -> Detections:
-    images: dict[Any, None] = {}
-    rows: list[tuple[Any, str, np.ndarray]] = []
+    rows: list[tuple[str, str, np.ndarray]] = []
     for number, item in enumerate(content):
         if not isinstance(item, dict) or not {"image_id", "keypoints"} <= set(item):
             raise damaged("a detection has no image_id or keypoints", f"{where}, detection {number}")
-        image = str(item["image_id"])
-        images[image] = None
         points = numbers(item["keypoints"], f"{where}, detection {number}")
-        rows.append((image, identity_of(item.get("idx")), points))
-    numbered = {image: frame_number(Path(image).stem) for image in images}
-    notes = []
-    known = [n for n in numbered.values() if n is not None]
-    if len(known) < len(numbered) or len(set(known)) < len(known):
-        numbered = {image: number for number, image in enumerate(images)}
-        notes.append("Frames are taken in the order of the file, whose images are not numbered.")
-    frames = {image: int(number or 0) for image, number in numbered.items()}
-    first, last = min(frames.values()), max(frames.values())
-    if last - first + 1 > len(frames):
-        notes.append(f"{last - first + 1 - len(frames)} frames are without people.")
-    found = [(frames[image] - first, identity, points) for image, identity, points in rows]
-    return detections("alphapose", where, found, last - first + 1, notes=notes)
+        rows.append((str(item["image_id"]), identity_of(item.get("idx")), points))
+    frames, notes = _frames(image for image, _, _ in rows)
+    span = max(frames.values()) + 1
+    if span > len(frames):
+        notes.append(f"{span - len(frames)} frames are without people.")
+    found = [(frames[image], identity, points) for image, identity, points in rows]
+    return detections("alphapose", where, found, span, notes=notes)
 
 
 def _is_mmpose(content: Any) -> bool:

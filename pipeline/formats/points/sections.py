@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -69,17 +69,49 @@ class _Lines:
     def place(self, line: int) -> str:
         return f"{self.where}, line {line + 1}"
 
-    def numbers(
-        self, first: int, columns: list[int], ends: Callable[[list[str]], bool], width: int = 0
-    ) -> tuple[np.ndarray, int]:
-        """The numbers (T, C) from a line on, up to a line that `ends` them; a last line that is cut is left out.
+    def motion(
+        self,
+        names: list[str],
+        first: int,
+        columns: list[int],
+        leading: dict[str, int],
+        rate: float | None,
+        unit: str,
+        millimetres: float,
+        width: int = 0,
+        *,
+        zero_is_missing: bool = False,
+    ) -> MotionCapture:
+        """The recording whose frames begin in a line, with columns x, y, z of each point, and of ``frame`` or ``time``.
 
         The lines have as many cells as the last of the columns needs, or `width` if these are more.
         """
-        stop = first
-        while stop < len(self.cells) and not ends(self.cells[stop]):
-            stop += 1
-        last = max(*columns, width - 1)
+        every = [*leading.values(), *columns]
+        numbers = self._numbers(first, every, max(*every, width - 1))
+        positions = numbers[:, len(leading) :].reshape(len(numbers), -1, 3) * millimetres
+        if zero_is_missing:
+            positions[(positions == 0).all(axis=-1)] = np.nan
+        of = dict(zip(leading, numbers.T, strict=False))
+
+        def place(k: int) -> str:
+            return self.place(first + k)
+
+        if "time" in of:
+            positions, rate = at_equal_intervals(of["time"], positions, rate, place, self.notes)
+        elif rate is None:
+            raise damaged("the frame rate is unknown", self.where, "FREQUENCY, or the option frame_rate_hz")
+        elif "frame" in of:  # those that have no line are missing
+            counter = of["frame"]
+            wrong = np.flatnonzero(np.isnan(counter) | (np.diff(counter, prepend=counter[0] - 1) <= 0))
+            if wrong.size:
+                raise damaged("the frame number does not follow the line before", place(int(wrong[0])))
+            times = (counter - counter[0]) / rate
+            positions = at_equal_intervals(times, positions, rate, place, self.notes)[0]
+        return motion_capture(names, positions, rate, unit, self.notes)
+
+    def _numbers(self, first: int, columns: list[int], last: int) -> np.ndarray:
+        """The numbers (T, C) from a line on, up to an empty one; a last line that is cut is left out."""
+        stop = next((k for k in range(first, len(self.cells)) if not any(self.cells[k])), len(self.cells))
         rows = list(range(first, stop))
         cut = rows and stop == len(self.cells) and not self.ended
         if cut and len(rows) > 1 and len(self.cells[rows[-1]]) < len(self.cells[rows[-2]]):
@@ -92,26 +124,14 @@ class _Lines:
             cells = self.cells[row]
             # Missing points at the end of a line are often left out with their separators.
             found += [cells[column] if column < len(cells) else "" for column in columns]
-            if len([cell for cell in cells[last + 1 :] if cell]):
+            if any(cells[last + 1 :]):
                 what = "the line has another number of cells than the titles ask for"
                 raise damaged(what, self.place(row), last + 1, len(cells))
 
         def of_cell(n: int) -> str:
             return f"{self.place(rows[n // len(columns)])}, cell {columns[n % len(columns)] + 1}"
 
-        return read_cells(found, of_cell).reshape(len(rows), len(columns)), rows[0]
-
-
-def _by_counter(
-    counter: np.ndarray, positions: np.ndarray, rate: float, lines: _Lines, first: int
-) -> np.ndarray:
-    """Frames by their numbers: those that have no line are missing."""
-    if np.isnan(counter).any() or (np.diff(counter) <= 0).any():
-        k = int(np.flatnonzero(np.isnan(counter) | (np.diff(counter, prepend=counter[0] - 1) <= 0))[0])
-        raise damaged("the frame number does not follow the line before", lines.place(first + k))
-    return at_equal_intervals(
-        (counter - counter[0]) / rate, positions, rate, lambda k: lines.place(first + k), lines.notes
-    )[0]
+        return read_cells(found, of_cell).reshape(len(rows), len(columns))
 
 
 def _nexus(lines: _Lines, units: str | None) -> MotionCapture:
@@ -142,10 +162,8 @@ def _nexus(lines: _Lines, units: str | None) -> MotionCapture:
     unit = stated.pop() if len(stated) == 1 else units or "mm"
     millimetres = millimetres_in(unit, lines.place(begin + 4))
     width = max(len(heading), len(titles)) if others else 0
-    numbers, first = lines.numbers(begin + 4 + has_units, [0, *columns], lambda row: not any(row), width)
-    positions = numbers[:, 1:].reshape(len(numbers), -1, 3) * millimetres
-    positions = _by_counter(numbers[:, 0], positions, rate, lines, first)
-    return motion_capture(list(named.values()), positions, rate, unit, lines.notes)
+    names, first = list(named.values()), begin + 4 + has_units
+    return lines.motion(names, first, columns, {"frame": 0}, rate, unit, millimetres, width)
 
 
 def _qualisys(lines: _Lines, frame_rate_hz: float | None, units: str | None) -> MotionCapture:
@@ -164,33 +182,22 @@ def _qualisys(lines: _Lines, frame_rate_hz: float | None, units: str | None) -> 
     if first == len(lines.cells) or not names:
         raise damaged("the table has no frames", lines.where, "lines of numbers after MARKER_NAMES")
     titles = [title.lower() for title in lines.cells[first - 1]]
-    width = max(len([0 for cell in lines.cells[first]]), 1)
-    while width and not lines.cells[first][width - 1]:
-        width -= 1
+    width = max(k for k, cell in enumerate(lines.cells[first], 1) if cell)
     leading: list[str] = [title for title in ("frame", "time") if title in titles[:2]]
     if not leading and width - 3 * len(names) in (1, 2):
         leading = ["frame", "time"][: width - 3 * len(names)]
     columns = [len(leading) + k for k in range(3 * len(names))]
     declared = number((settings.get("FREQUENCY") or [""])[0])
     rate = declared if 0 < declared < 1e6 else frame_rate_hz
-    numbers, first = lines.numbers(first, [*range(len(leading)), *columns], lambda row: not any(row))
-    positions = numbers[:, len(leading) :].reshape(len(numbers), -1, 3)
-    positions[(positions == 0).all(axis=-1)] = np.nan
     unit = units or "mm"
-    positions = positions * millimetres_in(unit, lines.where)
-    if "time" in leading:
-        times = numbers[:, leading.index("time")]
-        positions, rate = at_equal_intervals(
-            times, positions, rate, lambda k: lines.place(first + k), lines.notes
-        )
-    elif rate is None:
-        raise damaged("the frame rate is unknown", lines.where, "FREQUENCY, or the option frame_rate_hz")
-    elif leading:
-        positions = _by_counter(numbers[:, 0], positions, rate, lines, first)
+    millimetres = millimetres_in(unit, lines.where)
+    titled = {title: k for k, title in enumerate(leading)}
+    found = lines.motion(names, first, columns, titled, rate, unit, millimetres, zero_is_missing=True)
     frames = number((settings.get("NO_OF_FRAMES") or [""])[0])
-    if np.isfinite(frames) and frames != len(positions):
-        lines.notes.append(f"The file declares {frames:g} frames and has {len(positions)}; all were read.")
-    return motion_capture(names, positions, rate, unit, lines.notes)
+    if not np.isfinite(frames) or frames == len(found.valid):
+        return found
+    note = f"The file declares {frames:g} frames and has {len(found.valid)}; all were read."
+    return replace(found, notes=(*found.notes, note))
 
 
 _UNIT_WORDS = {
@@ -233,11 +240,5 @@ def _optitrack(lines: _Lines, units: str | None) -> MotionCapture:
         name if kind == "Bone" or (name, "Bone") not in whole else f"{name}_marker" for name, kind in whole
     ]
     wanted = [column for found in whole.values() for column in found]
-    every = [0, 1, *wanted, len(lines.cells[at]) - 1]
-    numbers, first = lines.numbers(at + 1, every, lambda row: not any(row))
-    positions = numbers[:, 2:-1].reshape(len(numbers), -1, 3) * millimetres
     rate = declared if 0 < declared < 1e6 else None
-    positions, rate = at_equal_intervals(
-        numbers[:, 1], positions, rate, lambda k: lines.place(first + k), lines.notes
-    )
-    return motion_capture(names, positions, rate, unit, lines.notes)
+    return lines.motion(names, at + 1, wanted, {"time": 1}, rate, unit, millimetres, len(lines.cells[at]))

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pipeline.formats import keypoints
-from pipeline.formats.keypoints.people_json import frame_number, identity_of
+from pipeline.formats.keypoints.people_json import _frames, identity_of
 from pipeline.validation import InvalidInput
 
 POINTS = np.arange(1.0, 35.0).reshape(17, 2) * 3.0
@@ -175,7 +175,10 @@ def test_a_truncated_file_is_refused_in_a_sentence(
 
 
 def test_numbers_of_frames_and_people() -> None:
-    assert frame_number("walk2_000012_keypoints.json") == 12
-    assert frame_number("walk") is None
+    assert _frames(["walk2_000014_keypoints.json", "walk2_000012_keypoints.json"])[0] == {
+        "walk2_000014_keypoints.json": 2, "walk2_000012_keypoints.json": 0,
+    }  # fmt: skip
+    in_order, (note,) = _frames(["walk_7.json", "walk.json"])
+    assert (list(in_order.values()), "order of their names" in note) == ([0, 1], True)
     assert identity_of([[3]]) == "3"
     assert identity_of(True) == ""
