@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
 from pipeline.clips.missing_joints import LEG_MM, population
-from pipeline.core import fourier
+from pipeline.core import fourier, walking
 from pipeline.ingestion.static_trial import technical_clusters
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.recorded import MotionCapture
@@ -24,7 +24,7 @@ from pipeline.skeleton.source_mapping import SourceMapping, UpAxis
 from pipeline.skeleton.source_points import plain_name
 from pipeline.validation import InvalidInput
 
-PHASES, FRAMES, ROUNDS, HEADINGS, PROMISING = 8, 24, 4, 12, 4
+PHASES, FRAMES, ROUNDS, HEADINGS = 8, 24, 4, 12
 NEIGHBOURS_MM = 160.0
 """Two points of a side that are no farther apart, on a person with legs of `LEG_MM`, may be the sides of one joint."""
 
@@ -85,6 +85,11 @@ class _Points:
     names: list[str]
     positions: np.ndarray
 
+    @property
+    def plain(self) -> list[str]:
+        """Names without prefix and separators, the side in front."""
+        return [plain_name(name) for name in self.names]
+
     def of(self, candidate: tuple[int, ...]) -> np.ndarray:
         """Positions (F, 3) of a point or of the middle of two."""
         return np.asarray(self.positions[:, list(candidate)].mean(axis=1))
@@ -105,21 +110,10 @@ def propose(motion: MotionCapture, name: str) -> SourceMapping:
     InvalidInput
         If the recording has too few points to tell a body.
     """
-    stuck = {k for group in technical_clusters(motion) for k in group}
-    kept = [k for k in range(len(motion.names)) if k not in stuck]
-    motion = replace(
-        motion,
-        names=tuple(motion.names[k] for k in kept),
-        positions_mm=motion.positions_mm[:, kept],
-        valid=motion.valid[:, kept],
-    )
     points, up = _points(motion, name)
     cycle = fourier.synthesise(population().mean.reshape(5, 15, 3), 1.0, np.arange(PHASES) / PHASES)
     starts = [*_by_names(points), *_starts(points, cycle)]
-    first = [_matched(points, start, cycle, rounds=1) for start in starts]
-    promising = sorted(range(len(starts)), key=lambda n: first[n][0])[:PROMISING]
-    best = [_matched(points, starts[n], cycle, rounds=ROUNDS) for n in promising]
-    found = min(best, key=lambda pair: pair[0])[1]
+    found = min((_matched(points, start, cycle) for start in starts), key=lambda fit: fit[0])[1]
     joints = {
         joint: {points.names[k]: 1.0 / len(found[joint]) for k in found[joint]}
         for joint in WALKER15.joints
@@ -130,10 +124,11 @@ def propose(motion: MotionCapture, name: str) -> SourceMapping:
 
 def _points(motion: MotionCapture, name: str) -> tuple[_Points, UpAxis]:
     """Points that were ever seen and have a place, in frames evenly over those that show most of them; and up."""
+    stuck = {k for group in technical_clusters(motion) for k in group}
     kept = [
         k
         for k, point in enumerate(motion.names)
-        if motion.valid[:, k].any() and not NOT_A_PLACE.search(point)
+        if k not in stuck and motion.valid[:, k].any() and not NOT_A_PLACE.search(point)
     ]
     if len(kept) < FEWEST:
         what, received = "too few points to tell a body", f"{len(kept)} points"
@@ -160,7 +155,7 @@ def _anchors(points: _Points, found: dict[str, tuple[int, ...]]) -> np.ndarray:
 
 def _by_names(points: _Points) -> list[np.ndarray]:
     """Positions (F, 15, 3) of the joints by names alone: the middle of points that bear the joint's; none of few."""
-    plain = [plain_name(name) for name in points.names]
+    plain = points.plain
     anchors = np.full((len(points.positions), 15, 3), np.nan)
     for j, joint in enumerate(WALKER15.joints):
         side, _, part = joint.rpartition("_")
@@ -181,10 +176,11 @@ def _starts(points: _Points, cycle: np.ndarray) -> Iterator[np.ndarray]:
     Without sides: with several headings, the same in all frames.
     """
     mean = cycle.mean(axis=0)
+    every = np.tile(mean, (len(points.positions), 1, 1))
     z = points.positions[..., 2]
     low, high = np.nanmin(z), np.nanmax(z)
     middle = np.nanmean(points.positions, axis=1, keepdims=True) * [1, 1, 0]
-    plain = [plain_name(name) for name in points.names]
+    plain = points.plain
     lefts = [(left, right) for left, right in _twins(plain).items() if plain[left][0] == "l"]
     if lefts:
         left, right = (list(each) for each in zip(*lefts, strict=True))
@@ -197,24 +193,17 @@ def _starts(points: _Points, cycle: np.ndarray) -> Iterator[np.ndarray]:
         scale = max(float((high - low) / np.ptp(chosen[:, 2])), TINY)
         up = np.array([0, 0, low - scale * chosen[:, 2].min()])
         for turn in turns:
-            cos, sin = np.cos(turn)[:, None], np.sin(turn)[:, None]
-            x, y, height = mean.T
-            laid = np.stack([cos * x - sin * y, sin * x + cos * y, height + 0 * cos], axis=-1)
-            start = middle + up + scale * laid
+            start = middle + up + scale * walking.turn_about_vertical(every, turn[:, None])
             start[:, [j for j in range(15) if j not in joints]] = np.nan
             yield start
 
 
 def _matched(
-    points: _Points,
-    anchors: np.ndarray,
-    cycle: np.ndarray,
-    *,
-    rounds: int,
+    points: _Points, anchors: np.ndarray, cycle: np.ndarray
 ) -> tuple[float, dict[str, tuple[int, ...]]]:
     """Mean distance of the joints, mm on a person with legs of `LEG_MM`, and the points of each joint."""
     cost, found = np.inf, dict[str, tuple[int, ...]]()
-    for _ in range(rounds):
+    for _ in range(ROUNDS):
         walker, scale = _laid(anchors, cycle)
         distances, found = _chosen(points, walker, scale)
         if len(found) < 4:
@@ -242,9 +231,7 @@ def _laid(anchors: np.ndarray, cycle: np.ndarray) -> tuple[np.ndarray, float]:
         cross = theirs[..., 0] * ours[..., 1] - theirs[..., 1] * ours[..., 0]
         along = (theirs[..., :2] * ours[..., :2]).sum(axis=-1)
         turn = np.arctan2((share * cross).sum(axis=-1), (share * along).sum(axis=-1))
-        cos, sin = np.cos(turn)[..., None], np.sin(turn)[..., None]
-        x, y, z = np.moveaxis(theirs, -1, 0)
-        laid = np.stack([cos * x - sin * y, sin * x + cos * y, z + 0 * cos], axis=-1)
+        laid = walking.turn_about_vertical(theirs, turn[..., None])
         off = np.linalg.norm(laid - ours, axis=-1)
         weight = seen / (1 + (off / 100.0) ** 2) + 1e-9
     best = np.where(seen, np.minimum(off, FAR_MM), 0.0).sum(axis=-1).argmin(axis=1)
@@ -256,7 +243,7 @@ def _chosen(
     points: _Points, walker: np.ndarray, scale: float
 ) -> tuple[dict[str, float], dict[str, tuple[int, ...]]]:
     """What each joint costs, mm on a person with legs of `LEG_MM`, and its points: the cheapest of all first."""
-    plain = [plain_name(name) for name in points.names]
+    plain = points.plain
     twin = _twins(plain)
     alone = [k for k in range(len(plain)) if k not in twin]
     sided = {k for k in twin if plain[k][0] == "l"}
@@ -292,7 +279,7 @@ def _chosen(
             used |= taken
             found |= dict(zip(joints, given, strict=True))
             cost |= dict.fromkeys(joints, price)
-    if "left_hip" in found:
+    if {"left_hip", "right_hip"} <= found.keys():
         hips = found["left_hip"] + found["right_hip"]
         middle = float(_away(points.of(hips), walker)[WALKER15.index("pelvis")]) / scale
         if middle < cost.get("pelvis", np.inf):

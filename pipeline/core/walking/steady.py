@@ -276,7 +276,7 @@ def step_heading(coefficients: np.ndarray) -> float:
     return float(-0.5 * np.arctan2(2.0 * xy, yy - xx))
 
 
-def turn_about_vertical(positions: np.ndarray, angle_rad: float) -> np.ndarray:
+def turn_about_vertical(positions: np.ndarray, angle_rad: float | np.ndarray) -> np.ndarray:
     """Positions (…, 3) turned about z, counter-clockwise seen from above."""
     c, s = np.cos(angle_rad), np.sin(angle_rad)
     x, y = positions[..., 0], positions[..., 1]
