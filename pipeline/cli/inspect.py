@@ -121,8 +121,7 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
         except InvalidInput as refusal:
             found.lines.append(f"cannot be used: {refusal if found.people else _found(refusal)}")
             if found.people:
-                file, first = shlex.quote(str(path)), shlex.quote(found.people[0])
-                found.lines.append(f"next: python -m pipeline inspect {file} subject={first}")
+                found.lines.append(f"next: {_again(path, f'subject={shlex.quote(found.people[0])}')}")
             yield found
             continue
         if fit.usable:
@@ -132,7 +131,7 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
         if target := options.write:
             _write(motion, Path(target), path, found, replace=options.replace)
         elif not fit.usable:
-            found.lines.append(f"next: python -m pipeline inspect {shlex.quote(str(path))} write=my_lab.yaml")
+            found.lines.append(f"next: {_again(path, 'write=my_lab.yaml')}")
         yield found
 
 
@@ -167,7 +166,7 @@ def _of_no_mapping(motion: MotionCapture, fit: mappings.Fit, path: Path) -> list
         lines += [
             f"clusters that move rigidly with a segment and mark no joint: {names}"
             + "; …" * (len(clusters) > 4),
-            f"next: python -m pipeline inspect {shlex.quote(str(path))} static=STANDING_TRIAL   (with knees and ankles;"
+            f"next: {_again(path, 'static=STANDING_TRIAL')}   (with knees and ankles;"
             " found by itself if its name begins with the person's and holds the word static)",
         ]
     return lines
@@ -286,11 +285,16 @@ def _run(path: Path, options: Inspect, mapping: str) -> str:
     return f"python -m pipeline experiment=zhang2007_fig5 data=folder data.path={folder}{stated} skeleton={skeleton}"
 
 
+def _again(path: Path, option: str) -> str:
+    """The command that inspects a recording with an option."""
+    return f"python -m pipeline inspect {shlex.quote(str(path))} {option}"
+
+
 def _after_refusal(reason: str, path: Path, run: str) -> str:
     """What to do about a recording that is no walk."""
     if "unit of length" in reason:
         unit = next((short for name, short in _UNITS.items() if name in reason), "m (or cm, in …)")
-        again = f"python -m pipeline inspect {shlex.quote(str(path))} units={unit}   (data.units= in runs)"
+        again = f"{_again(path, f'units={unit}')}   (data.units= in runs)"
         if path.suffix.lower() in (".csv", ".trc") and unit not in _UNITS.values():
             again += (
                 f"; keypoints of a video: python -m pipeline reconstruct input.path={shlex.quote(str(path))}"

@@ -57,7 +57,7 @@ class Recording:
     Raises
     ------
     InvalidInput
-        If a name is not safe, the folder is missing or, on leaving, there is no layout.
+        On leaving, if there is no layout or the file was cut short.
     """
 
     def __init__(
@@ -71,16 +71,7 @@ class Recording:
         charts: Sequence[Chart] = (),
         tables: Mapping[str, Any] | None = None,
     ) -> None:
-        for what, word in (("recording", name), ("timeline", timeline)):
-            if not re.fullmatch(r"[A-Za-z0-9_]{1,120}", word):
-                raise InvalidInput(
-                    f"the name of the {what} is not safe", expected="letters, digits, _", received=repr(word)
-                )
         self.path, self.name, self.timeline = Path(path), name, timeline
-        if not self.path.parent.is_dir():
-            raise InvalidInput("the folder of the recording does not exist", where=str(self.path.parent))
-        if not about.strip():
-            raise InvalidInput("the recording has no description", where=name)
         self._partial = self.path.with_name(f".{self.path.stem}.{os.getpid()}.part.rrd")
         self._about, self._edition = about, edition
         self._extents: dict[str, Extent | None] = {}  # every entity, with the box around what it draws
@@ -427,10 +418,8 @@ class Recording:
         Raises
         ------
         InvalidInput
-            If a view would be empty, or the recording has a layout already.
+            If a view would be empty.
         """
-        if self._layout:
-            raise InvalidInput("the recording has a layout already", where=self.name)
         made = blueprint(layout, timeline=self.timeline, extents=self._extents, playing=playing)
         self._stream.send_blueprint(made)
         self._layout = True

@@ -12,6 +12,7 @@ from pipeline.charts import Chart, Sheet
 from pipeline.core import camera, fourier
 from pipeline.palette import Style
 from pipeline.papers import Agreement, Beyond, Kind
+from pipeline.report.ledger_picture import name_of
 from pipeline.report.players import errors_of_walkers, nearest_to_medians
 from pipeline.report.published import Published, PublishedFigure
 from pipeline.report.verdicts import answers
@@ -90,7 +91,7 @@ def draw_first_screen(results: Published, to: Path) -> list[Path]:
     pictures.draw_tallies(
         to / "verdicts",
         [
-            (_name(key), _counts(results, key))
+            (name_of(paper), _counts(results, key))
             for key, paper in papers.PAPERS.items()
             if paper.figures and results.claims_of(paper=key)
         ],
@@ -160,8 +161,3 @@ def _counts(results: Published, key: str) -> dict[str, int]:
     within = {Beyond.YES: _BEYOND, Beyond.NOT_APPLICABLE: _WITHOUT, Beyond.UNKNOWN: _UNKNOWN}
     told = [within.get(Beyond(b), _ALIKE) if a == Agreement.AGREES else a for a, b in judged]
     return dict(Counter(answer for answer in told if answer in _ANSWERS))
-
-
-def _name(key: str) -> str:
-    first = papers.PAPERS[key].authors.replace(" and ", ", ").split(",")[0]
-    return f"{first.split()[-1]} {papers.PAPERS[key].year}"

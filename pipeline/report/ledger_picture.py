@@ -109,7 +109,7 @@ def ledger_picture(results: Published, *, listed: Path | None = None) -> dict[st
     sets = {results.data: results.claims, **_other_sets(results)}
     return {
         "papers": [
-            [key, _words_of(paper)] for key, paper in papers.PAPERS.items() if results.claims_of(paper=key)
+            [key, name_of(paper)] for key, paper in papers.PAPERS.items() if results.claims_of(paper=key)
         ],
         "claims": [_words(row) for row in rows],
         "sets": {
@@ -125,12 +125,10 @@ def ends_known(row: Mapping[str, Any]) -> bool:
     return bool(np.isfinite(ends_of(str(row.get("bounds") or ""))).any())
 
 
-def _words_of(paper: papers.Paper) -> str:
-    return (
-        f"{paper.authors.split(',')[0].split(' and ')[0].split()[-1]} {paper.year}"
-        if paper.figures
-        else "ours"
-    )
+def name_of(paper: papers.Paper) -> str:
+    """Return the first author's surname and the year; ``ours`` of what is no paper."""
+    first = paper.authors.replace(" and ", ", ").split(",")[0]
+    return f"{first.split()[-1]} {paper.year}" if paper.figures else "ours"
 
 
 def _words(row: Mapping[str, Any]) -> dict[str, Any]:

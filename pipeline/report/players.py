@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -59,51 +58,21 @@ COLUMNS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
 """Columns of tables that the browser compares its own numbers with, by figure."""
 
 
-@dataclass(frozen=True)
-class Quantised:
-    """An array as integers of 16 bits with an offset and a scale for each place of its last axes.
+def quantised(values: np.ndarray) -> dict[str, str]:
+    """Return values (N, …) as base64 texts: integers of 16 bits, and offset and scale of each place of the last axes.
 
-    Attributes
-    ----------
-    offset, scale : (…) float32
-    integers : (N, …) int16
-        A value is ``offset + scale * integer``.
+    A value is ``offset + scale * integer``; each place has its own range.
     """
-
-    offset: np.ndarray
-    scale: np.ndarray
-    integers: np.ndarray
-
-    @property
-    def values(self) -> np.ndarray:
-        """The values again, float64."""
-        return self.offset.astype(float) + self.scale.astype(float) * self.integers
-
-    def packed(self) -> dict[str, str]:
-        """Return base64 texts of the parts, little-endian."""
-        return {
-            "offset": encoded(self.offset, "<f4"),
-            "scale": encoded(self.scale, "<f4"),
-            "integers": encoded(self.integers, "<i2"),
-        }
-
-
-def quantise(values: np.ndarray) -> Quantised:
-    """Return values (N, …) as integers, each place with its own range.
-
-    Examples
-    --------
-    >>> again = quantise(np.array([[0.0, 5.0], [1.0, 5.0]])).values
-    >>> bool(np.abs(again - [[0.0, 5.0], [1.0, 5.0]]).max() < 1e-4)
-    True
-    """
-    values = np.asarray(values, dtype=float)
     low, high = values.min(axis=0), values.max(axis=0)
     offset = ((low + high) / 2.0).astype(np.float32)
     reach = np.maximum(high - offset, offset - low)
     scale = np.where(reach > 0.0, reach / _LARGEST, 1.0).astype(np.float32)
-    integers = np.rint((values - offset) / scale).clip(-_LARGEST, _LARGEST).astype(np.int16)
-    return Quantised(offset, scale, integers)
+    integers = np.rint((values - offset) / scale).clip(-_LARGEST, _LARGEST)
+    return {
+        "offset": encoded(offset, "<f4"),
+        "scale": encoded(scale, "<f4"),
+        "integers": encoded(integers, "<i2"),
+    }
 
 
 def encoded(values: np.ndarray, dtype: str) -> str:
@@ -230,13 +199,13 @@ def _clip(arrays: Mapping[str, np.ndarray], n: int) -> dict[str, Any]:
     frames = arrays["truth"].shape[1]
     seen = [
         {
-            "positions": quantise(arrays["positions"][n, c].reshape(frames, -1)).packed(),
-            "images": quantise(arrays["images"][n, c].reshape(frames, -1)).packed(),
+            "positions": quantised(arrays["positions"][n, c].reshape(frames, -1)),
+            "images": quantised(arrays["images"][n, c].reshape(frames, -1)),
             "matrix": encoded(arrays["camera_matrix"][n, c], "<f4"),
             "margin": [round(min(float(m), 999.0), 3) for m in arrays["mirror_margin"][n, c]],
             "confidence": [str(confidence_of_mirror_margin(float(m))) for m in arrays["mirror_margin"][n, c]],
         }
         for c in range(len(arrays["cameras"]))
     ]
-    truth = quantise(arrays["truth"][n].reshape(frames, -1)).packed()
+    truth = quantised(arrays["truth"][n].reshape(frames, -1))
     return {"frames": frames, "truth": truth, "seen": seen}

@@ -11,7 +11,7 @@ import numpy as np
 
 from pipeline.palette import COLOURS, ROLES
 from pipeline.report import templates
-from pipeline.report.players import encoded, quantise
+from pipeline.report.players import encoded, quantised
 from pipeline.report.published import packed_json
 from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
@@ -119,7 +119,7 @@ def _packed(page: WalkPage) -> dict[str, Any]:
     numbers = page.frame_numbers[::every]
 
     def packed(values: np.ndarray) -> dict[str, str]:
-        return quantise(values[::every].reshape(len(numbers), -1)).packed()
+        return quantised(values[::every].reshape(len(numbers), -1))
 
     seen = np.isfinite(page.keypoints_px).all(axis=-1)
     return {

@@ -405,7 +405,6 @@ TIMES = {"time": np.arange(3.0)}
         (lambda r: r.blueprint(Space3D(name="empty")), "nothing to show at 'world'"),
         (lambda r: r.blueprint(Plot(name="text", origin="about")), "nothing that a Plot"),
         (lambda r: r.blueprint(Rows(Notes(), shares=(1, 2))), "as many shares"),
-        (lambda r: (r.blueprint(Notes()), r.blueprint(Notes())), "layout already"),
     ],
 )
 def test_what_the_library_would_let_pass_is_refused(
@@ -417,22 +416,6 @@ def test_what_the_library_would_let_pass_is_refused(
     ):
         call(recording)
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"name": "a/b"}, "name of the recording"),
-        ({"timeline": "view angle"}, "name of the timeline"),
-        ({"about": " "}, "no description"),
-    ],
-)
-def test_unsafe_names_and_silence_are_refused(tmp_path: Path, options: dict[str, str], words: str) -> None:
-    arguments = {"name": "a", "about": "# A", **options}
-    with pytest.raises(InvalidInput, match=words):
-        Recording(tmp_path / "a.rrd", **arguments)
-    with pytest.raises(InvalidInput, match="folder"):
-        Recording(tmp_path / "nowhere" / "a.rrd", name="a", about="# A")
 
 
 def test_eighty_walkers_and_two_reconstructions_stay_under_ten_megabytes(tmp_path: Path) -> None:
