@@ -17,7 +17,9 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from queue import Queue
 from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -75,26 +77,43 @@ def caught(tree: Path, defect: Defect, number: int) -> bool:
         os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
 
 
+def copied(tree: Path) -> Path:
+    """A copy of this tree, as far as it is kept."""
+    for name in git("ls-files", "-co", "--exclude-standard").splitlines():
+        if (ROOT / name).is_file():
+            (tree / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(ROOT / name, tree / name)
+    return tree
+
+
 def main(words: Sequence[str]) -> int:
-    """Plant the rows and print what became of each."""
+    """Plant the rows, side by side in a tree for each core, and print what became of each."""
     rows = chosen(words)
-    with tempfile.TemporaryDirectory() as folder:
-        tree = Path(folder) / "tree"
-        for name in git("ls-files", "-co", "--exclude-standard").splitlines():
-            if (ROOT / name).is_file():
-                (tree / name).parent.mkdir(parents=True, exist_ok=True)
-                shutil.copy2(ROOT / name, tree / name)
-        if status(tree, sorted({test for row in rows for test in row.tests.split()})):
+    workers = min(os.cpu_count() or 1, 4, len(rows) + 1)
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(workers) as pool:
+        trees: Queue[Path] = Queue()
+        for number in range(workers):
+            trees.put(copied(Path(folder) / f"tree{number}"))
+
+        def in_a_tree(number: int) -> bool:
+            tree = trees.get()
+            try:
+                return caught(tree, rows[number - 1], number) if number else status(tree, unplanted) == 0
+            finally:
+                trees.put(tree)
+
+        unplanted = sorted({test for row in rows for test in row.tests.split()})
+        holds, *found = [pool.submit(in_a_tree, number) for number in range(len(rows) + 1)]
+        if not holds.result():
+            pool.shutdown(cancel_futures=True)
             print("the tests fail with nothing planted", file=sys.stderr)
             return 2
-        survived = 0
-        for number, row in enumerate(rows, start=1):
-            found = caught(tree, row, number)
-            survived += not found
+        for number, (row, one) in enumerate(zip(rows, found, strict=True), start=1):
             print(
-                f"{number:3} {'caught  ' if found else 'SURVIVED'} {row.file}: {row.old} -> {row.new}",
+                f"{number:3} {'caught  ' if one.result() else 'SURVIVED'} {row.file}: {row.old} -> {row.new}",
                 flush=True,
             )
+        survived = sum(not one.result() for one in found)
     print(f"{len(rows)} planted, {len(rows) - survived} caught, {survived} survived")
     return int(survived > 0)
 
