@@ -25,7 +25,7 @@ def train_model(arguments: Sequence[str]) -> int:
     require_replaceable(folder, having=model_file.ENTRY)  # before the work, not after it
     training = filled(Training, [item[9:] for item in own if item.startswith("training.")])
     if not any(item.startswith("data=") for item in rest):
-        rest = ["data=optical", *rest]
+        rest = ["data=many", *rest]
     experiment = compose(["experiment=zhang2007_fig2", "dataset.walks=all", *rest])
     request = experiment.data.request(WALKS, experiment.skeleton, experiment.seed, experiment.workers)
     walks = request.make()

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.core.keypoint_walk import Detector, Prior, prepare
-from pipeline.core.keypoint_walk.calibration import UNKNOWN_LAYOUT, Calibration
+from pipeline.core.keypoint_walk.calibration import ANYBODY, AS_OURS, Calibration
 from pipeline.core.keypoint_walk.film import USUAL_STRIDE_HZ, Film, Stretch, Watched, watch
 from pipeline.core.keypoint_walk.objective import FOCAL_SD
 from pipeline.core.keypoint_walk.tracks import SHORTEST_S, Track, find_tracks
@@ -84,9 +84,9 @@ class Walk:
     centre_px : (2,)
         Principal point.
     prior : Prior
-    calibration : Calibration
-    bars_factor : float
-        Bars are widened by this for the layout.
+    calibrations : dict of str to Calibration
+    bars_for : str
+        Whom bars hold for, a key of these: anybody where the layout's joints were not measured.
     stretches : tuple of Stretch
         The longest first.
     notes : tuple of str
@@ -102,10 +102,15 @@ class Walk:
     focal_known: bool
     centre_px: np.ndarray
     prior: Prior
-    calibration: Calibration
-    bars_factor: float
+    calibrations: dict[str, Calibration]
+    bars_for: str
     stretches: tuple[Stretch, ...]
     notes: tuple[str, ...] = field(default=())
+
+    @property
+    def calibration(self) -> Calibration:
+        """Multipliers of the bars that are shown."""
+        return self.calibrations[self.bars_for]
 
     @property
     def best(self) -> Stretch:
@@ -115,10 +120,10 @@ class Walk:
 
 
 @functools.lru_cache(maxsize=4)
-def _prior(folder: Path, layout: str) -> tuple[Prior, Calibration]:
+def _prior(folder: Path, layout: str) -> tuple[Prior, dict[str, Calibration]]:
     trained = model_file.load(folder)
     detector: Detector = layouts.layouts()[layout].detector
-    return prepare(trained.model, detector), trained.calibration
+    return prepare(trained.model, detector), trained.calibrations
 
 
 def reconstruct_clip(given: Input, model: Path = model_file.SHIPPED) -> Walk:
@@ -159,7 +164,7 @@ def _reconstruct_clip(given: Input, model: Path) -> Walk:
     _leave_out_doubtful(pixels, confidence, given.least_confidence, notes)
     used = _chosen(given.frames, source.frame, rate)
     tracks = find_tracks(source.frame, source.identity, np.where(used[:, None, None], pixels, np.nan), rate)
-    prior, calibration = _prior(model, layout.name)
+    prior, calibrations = _prior(model, layout.name)
 
     track, shown = _walking_track(
         tracks,
@@ -180,8 +185,8 @@ def _reconstruct_clip(given: Input, model: Path) -> Walk:
         focal_known=bool(given.focal_px),
         centre_px=centre,
         prior=prior,
-        calibration=calibration,
-        bars_factor=1.0 if layout.measured else UNKNOWN_LAYOUT,
+        calibrations=calibrations,
+        bars_for=AS_OURS if layout.measured or ANYBODY not in calibrations else ANYBODY,
         stretches=shown.stretches,
     )
     return replace(walk, notes=(*notes, *_doubts(walk)))
@@ -263,8 +268,12 @@ def _walking_track(
 def _doubts(walk: Walk) -> Iterator[str]:
     """What was assumed of the keypoints, the camera and the frame rate."""
     rate, best = walk.frame_rate_hz, walk.best.found
-    if walk.bars_factor > 1:
-        yield f"Joint definitions of {walk.layout.name} were not measured: bars are {UNKNOWN_LAYOUT} times wider."
+    if not walk.layout.measured:
+        yield f"Joint definitions of {walk.layout.name} were not measured: bars hold for " + (
+            "anybody, as learnt on people of laboratories left out."
+            if walk.bars_for == ANYBODY
+            else "a person measured as those of the model, which knows one laboratory alone, and may be too narrow."
+        )
     if not walk.focal_known:
         how = (
             f"{best.focal_px:.0f} px was found with the walk"

@@ -81,7 +81,7 @@ def numbers(walk: Walk, found: Reconstruction, given: Input) -> dict[str, dict[s
     """
     cycle, prior = found.cycle, found.fit.objective.prior
     sd = deviations(cycle.slopes, found.posterior.covariance)
-    half = cycle_half_widths(walk.calibration, sd, LEVEL_95) * walk.bars_factor
+    half = cycle_half_widths(walk.calibration, sd, LEVEL_95)
     usual, covariance = _usual(prior)
     reach = NORMAL[LEVEL_95] * deviations(usual.slopes, covariance)
     said = {}
@@ -116,7 +116,7 @@ def events(walk: Walk, stretch: Stretch) -> dict[str, dict[str, list[float]]]:
     at = event_times(found.cycle, found.posterior.covariance, float(x[PHASE]), float(np.exp(x[LOG_F])), times)
     said = {}
     for number, (event, of_sides) in enumerate(zip(EVENTS, at, strict=True)):
-        wide = walk.calibration.cycle[number, LEVEL_95] * NORMAL[LEVEL_95] * walk.bars_factor
+        wide = walk.calibration.cycle[number, LEVEL_95] * NORMAL[LEVEL_95]
         for side, (when, sd) in zip(SIDES, of_sides, strict=True):
             said[f"{side}_{event}"] = {
                 "time_s": (middle + when).round(3).tolist(),
@@ -137,7 +137,7 @@ def curves(walk: Walk, found: Reconstruction) -> dict[str, np.ndarray]:
     """
     prior = found.fit.objective.prior
     angles, sd = angle_curves(found.posterior.walker, found.posterior.covariance, found.cycle, INSTANTS)
-    half = angle_half_widths(walk.calibration, sd, LEVEL_95) * walk.bars_factor
+    half = angle_half_widths(walk.calibration, sd, LEVEL_95)
     usual, covariance = _usual(prior)
     average, spread = angle_curves(prior.model.mean, covariance, usual, INSTANTS)
     # The trunk has no side: left and right contact see the same angle.
@@ -192,7 +192,7 @@ def angle_rows(walk: Walk) -> dict[str, np.ndarray]:
         if stretch.found is None or stretch.judgement.verdict == Verdict.not_a_walk:
             continue
         bars = angle_half_widths(walk.calibration, stretch.found.posterior.angles_sd_rad, LEVEL_95)
-        angles = np.degrees([stretch.found.posterior.angles_rad, bars * walk.bars_factor]).round(2)
+        angles = np.degrees([stretch.found.posterior.angles_rad, bars]).round(2)
         frames = stretch.first_frame + np.arange(len(stretch.pixels))
         times = (frames / walk.frame_rate_hz).round(6)
         blocks.append(np.column_stack([np.full(len(frames), number), frames, times, *angles]))

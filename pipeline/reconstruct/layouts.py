@@ -40,7 +40,7 @@ class Layout:
         Joint of WALKER15 and the points whose middle it is, as far as seen.
     detector : Detector
     measured : bool
-        Whether offsets and floor were measured; if not, bars are widened.
+        Whether offsets and floor were measured; if not, bars are those for anybody.
     """
 
     name: str

@@ -13,7 +13,7 @@ import numpy as np
 
 from pipeline.core.anatomical import BONES, JOINTS, PAIRS
 from pipeline.core.keypoint_walk import CompactMoments, Moments, WalkerModel, expand, model_of
-from pipeline.core.keypoint_walk.calibration import CYCLE_KINDS, GROUPS, LEVELS, Calibration
+from pipeline.core.keypoint_walk.calibration import ANYBODY, AS_OURS, CYCLE_KINDS, GROUPS, LEVELS, Calibration
 from pipeline.core.keypoint_walk.training import BLOCKS, SIZE
 from pipeline.core.sagittal_angles import KINDS
 from pipeline.formats.arrays import load_npz
@@ -25,25 +25,33 @@ from pipeline.validation import InvalidInput, require_finite, require_range, req
 
 SHIPPED = Path(__file__).resolve().parent / "walkers"
 """Folder of the model that comes with the package: ``model.npz``, ``manifest.json``, ``CARD.md``."""
-VERSION = 2
+VERSION = 3
 ENTRY = "walkers"
 """Entry of the manifest by which the folder of a model is known."""
 
 
+_MULTIPLIERS = {
+    "joints": (len(GROUPS), 3, len(LEVELS)), "angles": (len(KINDS), len(LEVELS)),
+    "cycle": (len(CYCLE_KINDS), len(LEVELS)), "view": (2, len(LEVELS)),
+}  # fmt: skip
+"""Arrays of a calibration; those of `AS_OURS` and, behind them, of `ANYBODY` lie in one array of the file."""
+
+
 @dataclass(frozen=True)
 class TrainedModel:
-    """A model of walkers and its calibration.
+    """A model of walkers and its calibrations.
 
     Attributes
     ----------
     compact : CompactMoments
-    calibration : Calibration
+    calibrations : dict of str to Calibration
+        For a person measured as ours; for anybody, if laboratories are known that can be left out.
     about : dict
         Sources, people, settings.
     """
 
     compact: CompactMoments
-    calibration: Calibration
+    calibrations: dict[str, Calibration]
     about: dict[str, Any]
 
     @property
@@ -63,9 +71,10 @@ def _arrays(trained: TrainedModel) -> dict[str, np.ndarray]:
         "pair_variance": rest.pair_variance,
         "aperiodic_variance": rest.aperiodic_variance,
         "log_frequency": rest.log_frequency,
-        "joint_multipliers": trained.calibration.joints,
-        "angle_multipliers": trained.calibration.angles,
-        "cycle_multipliers": trained.calibration.cycle,
+        **{
+            f"{name}_multipliers": np.stack([getattr(one, name) for one in trained.calibrations.values()])
+            for name in _MULTIPLIERS
+        },
     }
 
 
@@ -116,8 +125,7 @@ def _load(folder: Path) -> TrainedModel:
         "mean": (JOINTS, 3, BLOCKS), "components": ("N", SIZE), "eigenvalues": ("N",),
         "within": ((BLOCKS + 1) // 2, 3 * JOINTS, 3 * JOINTS), "bone_variance": (len(BONES),),
         "pair_variance": (len(PAIRS),), "aperiodic_variance": (JOINTS, 3), "log_frequency": (2,),
-        "joint_multipliers": (len(GROUPS), 3, len(LEVELS)), "angle_multipliers": (len(KINDS), len(LEVELS)),
-        "cycle_multipliers": (len(CYCLE_KINDS), len(LEVELS)),
+        **{f"{name}_multipliers": ("K", *shape) for name, shape in _MULTIPLIERS.items()},
     }  # fmt: skip
     for name, shape in shapes.items():
         place = f"model.npz, {name}"
@@ -133,9 +141,13 @@ def _load(folder: Path) -> TrainedModel:
         walkers=require_range("manifest.json, walkers", manifest["walkers"], at_least=1, whole=True),
     )
     compact = CompactMoments(arrays["components"], arrays["eigenvalues"], arrays["within"], rest)
-    calibration = Calibration(
-        arrays["joint_multipliers"], arrays["angle_multipliers"], arrays["cycle_multipliers"]
-    )
+    multipliers = [arrays[f"{name}_multipliers"] for name in _MULTIPLIERS]
+    for name, array in zip(_MULTIPLIERS, multipliers, strict=True):
+        require_range(f"model.npz, {name}: kinds of bars", len(array), at_least=1, at_most=2, whole=True)
+    calibrations = {
+        whom: Calibration(*of)
+        for whom, *of in zip((AS_OURS, ANYBODY), *multipliers)  # noqa: B905
+    }
     of_the_file = ("version", "sha256", "bytes", "walkers", "files", "seal")
     about = {k: v for k, v in manifest.items() if k not in of_the_file}
-    return TrainedModel(compact, calibration, about)
+    return TrainedModel(compact, calibrations, about)

@@ -30,7 +30,7 @@ def drawn_walks(walk: Walk, found: Reconstruction, count: int) -> np.ndarray:
     times = found.fit.objective.setting.times
     samples = sample_positions(found.posterior, found.fit.x, times, generator, count)
     wider = joint_half_widths(walk.calibration, np.ones((len(WALKER15.joints), 3)), LEVEL_95)
-    factor = wider / NORMAL[LEVEL_95] * walk.bars_factor
+    factor = wider / NORMAL[LEVEL_95]
     mean = found.posterior.positions_mm
     return np.asarray(mean + factor * (samples - mean))
 
@@ -67,7 +67,7 @@ def write_recording(walk: Walk, stretch: Stretch, summary_text: str, path: Path)
     residual = np.linalg.norm(image["keypoints"] - image["reprojection"], axis=-1)
     known = np.isfinite(residual)
     rms = np.sqrt(np.where(known, residual**2, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1) / 2.0)
-    half = angle_half_widths(walk.calibration, found.posterior.angles_sd_rad, LEVEL_95) * walk.bars_factor
+    half = angle_half_widths(walk.calibration, found.posterior.angles_sd_rad, LEVEL_95)
     headings = (np.degrees(found.starts.headings_rad) + 180.0) % 360.0 - 180.0
     order = np.argsort(headings)
     evidence = found.starts.heading_cost.max() - found.starts.heading_cost

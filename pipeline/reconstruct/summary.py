@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from pipeline.core.keypoint_walk.calibration import (
     angle_half_widths,
     joint_half_widths,
 )  # fmt: skip
+from pipeline.core.keypoint_walk.errors import SCORED
 from pipeline.core.keypoint_walk.film import Stretch
 from pipeline.core.keypoint_walk.objective import FOCAL_SD, HEADING, LOG_F, TURN
 from pipeline.core.keypoint_walk.reconstruction import LABELS_UNSURE
@@ -130,8 +132,8 @@ def view_sd_rad(walk: Walk, found: Reconstruction) -> float:
     """
     assumed = not (walk.focal_known or found.focal_found)
     from_focal = FOCAL_SD * off_middle_rad(found) if assumed else 0.0
-    spread = np.sqrt(found.posterior.heading_sd_rad**2 + VIEW_EXTRA_RAD**2 + from_focal**2)
-    return float(spread * walk.bars_factor)
+    fitted = found.posterior.heading_sd_rad * walk.calibration.view[0, LEVEL_95]
+    return float(np.sqrt(fitted**2 + VIEW_EXTRA_RAD**2 + from_focal**2))
 
 
 def _stretch(stretch: Stretch, walk: Walk, given: Input) -> dict[str, Any]:
@@ -151,7 +153,8 @@ def _stretch(stretch: Stretch, walk: Walk, given: Input) -> dict[str, Any]:
     heading = float(found.fit.x[HEADING])
     half = float(np.degrees(NORMAL[LEVEL_95] * view_sd_rad(walk, found)))
     stride_hz = float(np.exp(found.fit.x[LOG_F]))
-    cadence_half = NORMAL[LEVEL_95] * float(np.hypot(found.posterior.log_frequency_sd, CADENCE_EXTRA))
+    fitted = found.posterior.log_frequency_sd * walk.calibration.view[1, LEVEL_95]
+    cadence_half = NORMAL[LEVEL_95] * float(np.hypot(fitted, CADENCE_EXTRA))
     rivals = [
         c
         for c in found.candidates[1:]
@@ -207,6 +210,13 @@ def _stretch(stretch: Stretch, walk: Walk, given: Input) -> dict[str, Any]:
             )
             if joint != "pelvis"
         },
+        "bars": {
+            "for": walk.bars_for,
+            "mean_half_width_95_mm": {
+                whom: _round(half_widths_mm(replace(walk, bars_for=whom), found, given)[:, SCORED].mean(), 1)
+                for whom in walk.calibrations
+            },
+        },
         "estimated_joints": [j for j, seen in zip(WALKER15.joints, observed(found), strict=True) if not seen],
         "next_time": advice(walk, stretch),
     }
@@ -229,8 +239,7 @@ def _usable(found: Reconstruction) -> list[str]:
 
 def half_widths_mm(walk: Walk, found: Reconstruction, given: Input) -> np.ndarray:
     """Half widths (T, 15, 3) of 95 % bars about the pelvis, right, down and away, mm."""
-    wide = joint_half_widths(walk.calibration, found.posterior.sd_mm, LEVEL_95)
-    return np.asarray(wide * walk.bars_factor * scale_mm(given))
+    return joint_half_widths(walk.calibration, found.posterior.sd_mm, LEVEL_95) * scale_mm(given)
 
 
 def _speed(found: Reconstruction, stride_hz: float, given: Input) -> dict[str, Any]:
@@ -261,7 +270,7 @@ def _angles(found: Reconstruction, walk: Walk) -> dict[str, Any]:
         name: {
             "least": _round(angles[:, k].min(), 1),
             "most": _round(angles[:, k].max(), 1),
-            "half_width_95": _round(half[:, k].mean() * walk.bars_factor, 1),
+            "half_width_95": _round(half[:, k].mean(), 1),
         }
         for k, name in enumerate(ANGLES)
     }

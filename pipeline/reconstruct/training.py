@@ -11,7 +11,9 @@ import numpy as np
 from pipeline.clips.filmed import belt_speed_mm_s, film, training_walks
 from pipeline.clips.kinds import Walks
 from pipeline.core.keypoint_walk import (
+    CompactMoments,
     Detector,
+    Moments,
     Reconstruction,
     TrainingWalk,
     compact,
@@ -22,7 +24,7 @@ from pipeline.core.keypoint_walk import (
     prepare,
     reconstruct,
 )  # fmt: skip
-from pipeline.core.keypoint_walk.calibration import LEVELS, StandardErrors, learn
+from pipeline.core.keypoint_walk.calibration import ANYBODY, AS_OURS, LEVELS, StandardErrors, learn
 from pipeline.reconstruct.model_file import TrainedModel
 from pipeline.seeding import derive_generator
 from pipeline.synthetic.keypoints import DetectorError, Filming, SimulatedKeypoints
@@ -30,6 +32,8 @@ from pipeline.validation import require_range
 
 HEADINGS_DEG = (0, 30, -30, 60, -60, 90, -90, 180)
 """Of simulated clips, overground and on a treadmill each; a person's walks take turns."""
+LEAST_KNOWN = 3
+"""People of other laboratories of whom bars for anybody may be learnt."""
 
 
 @dataclass(kw_only=True)
@@ -77,36 +81,45 @@ class LeftOutClip:
         return errors.standard_errors(self.found, sim.positions_mm, sim.heading_rad, self.trained)
 
 
-def left_out_clips(walks: Walks, options: Training, error: DetectorError) -> Iterator[LeftOutClip]:
-    """Reconstruct simulated clips of each person by a model that was trained without him.
+def left_out_clips(
+    walks: Walks, groups: np.ndarray, options: Training, error: DetectorError
+) -> Iterator[LeftOutClip]:
+    """Reconstruct simulated clips of each person by a model that was trained without his or her group.
 
     Parameters
     ----------
     walks : Walks
+    groups : (R,)
+        Of each walk: who walked, or where it was recorded.
     options : Training
     error : DetectorError
     """
     trained = training_walks(walks)
     people = list(dict.fromkeys(walks.person.tolist()))
-    for number, person in enumerate(people):
-        others = walks.person != person
+    cases = [(overground, heading) for overground in (True, False) for heading in HEADINGS_DEG]
+    for group in dict.fromkeys(groups.tolist()):
+        others = groups != group
         rest = [walk for walk, other in zip(trained, others, strict=True) if other]
-        without = moments(rest, walks.person[others])
-        model = model_of(expand(compact(without, options.components)))
+        model = model_of(expand(_compacted(moments(rest, walks.person[others]), options)))
         prior = prepare(model, Detector(floor_mm=np.full(15, error.bias_mm)))
-        mine = np.flatnonzero(~others)
-        cases = [(overground, heading) for overground in (True, False) for heading in HEADINGS_DEG]
-        for case, (overground, heading) in enumerate(cases):
-            k = int(mine[case % len(mine)])
-            generator = derive_generator(options.seed, f"{number} {case}")
-            speed = belt_speed_mm_s(trained[k]) if overground else 0.0
-            filming = Filming(heading_rad=float(np.radians(heading)), speed_mm_s=speed)
-            sim = film(generator, walks, k, error, filming)
-            seen = np.ones(sim.pixels.shape[:2])
-            found = reconstruct(
-                sim.pixels, seen, sim.frame_rate_hz, sim.focal_px, prior, both_labellings=False
-            )
-            yield LeftOutClip(person, k, overground, trained[k], sim, found)
+        for person in dict.fromkeys(walks.person[~others].tolist()):
+            number, mine = people.index(person), np.flatnonzero(walks.person == person)
+            for case, (overground, heading) in enumerate(cases):
+                k = int(mine[case % len(mine)])
+                generator = derive_generator(options.seed, f"{number} {case}")
+                speed = belt_speed_mm_s(trained[k]) if overground else 0.0
+                filming = Filming(heading_rad=float(np.radians(heading)), speed_mm_s=speed)
+                sim = film(generator, walks, k, error, filming)
+                seen = np.ones(sim.pixels.shape[:2])
+                found = reconstruct(
+                    sim.pixels, seen, sim.frame_rate_hz, sim.focal_px, prior, both_labellings=False
+                )
+                yield LeftOutClip(person, k, overground, trained[k], sim, found)
+
+
+def _compacted(found: Moments, options: Training) -> CompactMoments:
+    """As many eigenwalkers as are asked for, if they are fewer than half the people."""
+    return compact(found, min(options.components, (found.walkers - 1) // 2))
 
 
 def train(walks: Walks, options: Training, tell: Callable[[str], None] = lambda _: None) -> TrainedModel:
@@ -122,19 +135,33 @@ def train(walks: Walks, options: Training, tell: Callable[[str], None] = lambda 
     require_range("training.components", options.components, at_least=1, whole=True)
     whole = moments(training_walks(walks), walks.person)
     small = compact(whole, options.components)
-    found: list[StandardErrors] = []
-    people: list[str] = []
-    for clip in left_out_clips(walks, options, DetectorError()):
-        found.append(clip.errors)
-        if clip.person not in people:
-            people.append(clip.person)
-            tell(f"error bars: {len(people)} of {whole.walkers} people left out")
     sources = Counter(dict(zip(walks.person.tolist(), walks.source.tolist(), strict=True)).values())
+    left_out = {AS_OURS: walks.person}
+    if whole.walkers - max(sources.values()) >= LEAST_KNOWN:
+        left_out[ANYBODY] = walks.source
+    calibrations, clips = {}, 0
+    for whom, groups in left_out.items():
+        found: list[StandardErrors] = []
+        people: set[str] = set()
+        for clip in left_out_clips(walks, groups, options, DetectorError()):
+            found.append(clip.errors)
+            if clip.person not in people:
+                people.add(clip.person)
+                tell(
+                    f"error bars, {whom.replace('_', ' ')}: {len(people)} of {whole.walkers} people left out"
+                )
+        calibrations[whom] = learn(found)
+        clips += len(found)
     about = {
         "people_by_source": dict(sorted(sources.items())),
         "walks": len(walks),
         "components": options.components,
         "variance_kept": round(float(small.eigenvalues.sum() / np.trace(whole.covariance)), 4),
-        "calibration": {"clips": len(found), "levels": list(LEVELS), "seed": options.seed},
+        "calibration": {
+            "clips": clips,
+            "for": list(calibrations),
+            "levels": list(LEVELS),
+            "seed": options.seed,
+        },
     }
-    return TrainedModel(small, learn(found), about)
+    return TrainedModel(small, calibrations, about)

@@ -6,6 +6,7 @@ from typing import Any
 
 from pipeline.core.sagittal_angles import SIDES
 
+_WHOM = {"measured_as_ours": "somebody measured as the model's people", "anybody": "anybody"}
 VERDICTS = {"walk": "A walk.", "doubtful": "Perhaps a walk.", "not_a_walk": "Not a walk."}
 
 
@@ -22,6 +23,7 @@ def facts(summary: dict[str, Any]) -> list[tuple[str, list[str]]]:
     if "view_angle_deg" in summary:
         said += [("View", _view(summary)), ("Steps", _steps(summary)), ("Gait cycle", _cycle(summary))]
         said.append(("Labels", _labels(summary)))
+        said.append(("Bars", _bars(summary["bars"])))
         if summary["estimated_joints"]:
             names = ", ".join(joint.replace("_", " ") for joint in summary["estimated_joints"])
             said.append(("Estimated", [f"never seen, estimated from the other joints: {names}"]))
@@ -53,6 +55,11 @@ def alternative(other: dict[str, Any]) -> str:
     """Another view that the keypoints allow."""
     exchanged = " with left and right exchanged" if other["left_and_right_exchanged"] else ""
     return f"also possible{exchanged}: {other['words']}, at a cost higher by {other['cost_above_best']:g}"
+
+
+def _bars(bars: dict[str, Any]) -> list[str]:
+    wide = [f"±{wide:g} mm for {_WHOM[whom]}" for whom, wide in bars["mean_half_width_95_mm"].items()]
+    return [f"95 % bars of joints, in the mean: {', '.join(wide)}; shown are those for {_WHOM[bars['for']]}"]
 
 
 def _cycle(summary: dict[str, Any]) -> list[str]:

@@ -242,8 +242,9 @@ def _model() -> list[Sample]:
     data = packed(
         mean=ones((15, 3, BLOCKS)), components=ones((1, SIZE)), eigenvalues=ones(1),
         within=ones(((BLOCKS + 1) // 2, 45, 45)), bone_variance=ones(len(BONES)), pair_variance=ones(len(PAIRS)),
-        aperiodic_variance=ones((15, 3)), log_frequency=ones(2), joint_multipliers=ones((8, 3, 3)),
-        angle_multipliers=ones((len(KINDS), 3)), cycle_multipliers=ones((len(CYCLE_KINDS), 3)),
+        aperiodic_variance=ones((15, 3)), log_frequency=ones(2), joints_multipliers=ones((2, 8, 3, 3)),
+        angles_multipliers=ones((2, len(KINDS), 3)),
+        cycle_multipliers=ones((2, len(CYCLE_KINDS), 3)), view_multipliers=ones((2, 2, 3)),
     )  # fmt: skip
     manifest = {
         "version": model_file.VERSION,

@@ -8,16 +8,20 @@ import numpy as np
 import pytest
 
 from pipeline.core.keypoint_walk import compact, moments
-from pipeline.core.keypoint_walk.calibration import Calibration
+from pipeline.core.keypoint_walk.calibration import ANYBODY, AS_OURS, Calibration
 from pipeline.reconstruct import model_file
 from tests.core.keypoint_walk.walkers import walks
 
 
 @pytest.fixture(scope="session")
 def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A model of the synthetic walkers, its bars not calibrated."""
+    """A model of the synthetic walkers, its bars as computed, and half as wide again for anybody."""
     small = compact(moments(walks()[1:], np.arange(len(walks()) - 1)), 6)
     folder = tmp_path_factory.mktemp("model")
-    calibration = Calibration(np.ones((8, 3, 3)), np.ones((6, 3)), np.ones((20, 3)))
-    model_file.save(model_file.TrainedModel(small, calibration, {"note": "synthetic"}), folder)
+    shapes = ((8, 3, 3), (6, 3), (20, 3), (2, 3))
+    calibrations = {
+        whom: Calibration(*(np.full(shape, wide) for shape in shapes))
+        for whom, wide in ((AS_OURS, 1.0), (ANYBODY, 1.5))
+    }
+    model_file.save(model_file.TrainedModel(small, calibrations, {"note": "synthetic"}), folder)
     return folder

@@ -10,7 +10,7 @@ import pytest
 
 from pipeline.core.anatomical import stance_rows
 from pipeline.core.keypoint_walk import errors
-from pipeline.core.keypoint_walk.calibration import angle_half_widths
+from pipeline.core.keypoint_walk.calibration import ANYBODY, AS_OURS, Calibration, angle_half_widths
 from pipeline.core.keypoint_walk.cycle import NUMBERS, gait_cycle
 from pipeline.core.keypoint_walk.verdict import Judgement, Verdict
 from pipeline.core.keypoint_walk.view import level_axes
@@ -26,11 +26,13 @@ from tests.reconstruct.walks import ERROR, alphapose, given, in_layout
 
 @pytest.fixture(scope="module")
 def case(model: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Walk, Input]:
-    """A walk of somebody of known stature, whose bars are widened."""
+    """A walk of somebody of known stature, whose bars are those for anybody."""
     sim = clip(-30.0, ERROR)
     path = alphapose(tmp_path_factory.mktemp("clip") / "a.json", in_layout(sim, "coco17"))
     options = given(path, focal_px=sim.focal_px, stature_mm=1700.0)
-    return replace(reconstruct_clip(options, model), bars_factor=1.5), options
+    walk = reconstruct_clip(options, model)
+    assert walk.bars_for == ANYBODY  # the layout's joints were not measured
+    return walk, options
 
 
 def test_angles_stand_under_their_own_names_with_their_own_bars(case: tuple[Walk, Input]) -> None:
@@ -60,7 +62,7 @@ def test_angles_stand_under_their_own_names_with_their_own_bars(case: tuple[Walk
         angle = expected[name]
         assert said[name]["least"] == pytest.approx(angle.min(), abs=0.06)
         assert said[name]["most"] == pytest.approx(angle.max(), abs=0.06)
-        assert said[name]["half_width_95"] == pytest.approx(1.5 * half[number], abs=0.06)
+        assert said[name]["half_width_95"] == pytest.approx(half[number], abs=0.06)
     assert said["left_hip"]["least"] < 0 < said["left_hip"]["most"]  # extension is negative
 
 
@@ -139,16 +141,26 @@ def test_a_doubtful_walk_says_what_is_usable(case: tuple[Walk, Input]) -> None:
     )
 
 
-def test_every_bar_is_widened_alike(case: tuple[Walk, Input]) -> None:
+def test_every_bar_is_of_the_calibration_that_is_named(case: tuple[Walk, Input]) -> None:
     walk, options = case
-    one, other = (summarise(replace(walk, bars_factor=factor), options) for factor in (10.0, 20.0))
+    widths = {whom: [np.full(shape, wide) for shape in ((8, 3, 3), (6, 3), (20, 3), (2, 3))]
+              for whom, wide in ((AS_OURS, 100.0), (ANYBODY, 200.0))}  # fmt: skip
+    walk = replace(walk, calibrations={whom: Calibration(*of) for whom, of in widths.items()})
+    one, other = (summarise(replace(walk, bars_for=whom), options) for whom in (AS_OURS, ANYBODY))
+    assert [said["bars"]["for"] for said in (one, other)] == [AS_OURS, ANYBODY]
+    narrow, wide = (one["bars"]["mean_half_width_95_mm"][whom] for whom in (AS_OURS, ANYBODY))
+    assert wide == pytest.approx(2 * narrow, abs=0.2)
+    assert one["bars"]["mean_half_width_95_mm"] == other["bars"]["mean_half_width_95_mm"]
     for name in ANGLES:
         narrow, wide = (said["angles_deg"][name]["half_width_95"] for said in (one, other))
         assert wide == pytest.approx(2 * narrow, abs=0.2)
     for joint, narrow in one["half_width_95_mm"].items():
         assert other["half_width_95_mm"][joint] == pytest.approx(2 * np.array(narrow), abs=2)
-    narrow, wide = (np.ptp(said["view_angle_deg"]["interval_95"]) for said in (one, other))
-    assert wide == pytest.approx(2 * narrow, abs=0.4)
+    for of, key in (
+        ("view_angle_deg", "interval_95"), ("cadence", "interval_95_steps_per_min")
+    ):  # fmt: skip
+        narrow, wide = (np.ptp(said[of][key]) for said in (one, other))
+        assert wide == pytest.approx(2 * narrow, rel=0.01)
 
 
 def test_rows_have_the_axes_that_they_are_called_by(case: tuple[Walk, Input]) -> None:

@@ -34,8 +34,8 @@ VIEW_EXTRA_RAD = np.radians(2.5)
 """Added to the standard deviation of the heading: people walk a few degrees crabwise."""
 CADENCE_EXTRA = 0.005
 """Added to the relative standard deviation of the cadence."""
-UNKNOWN_LAYOUT = 1.33
-"""Factor on bars where the detector's joint definitions were not measured (0.89 covered at 95 % without)."""
+AS_OURS, ANYBODY = "measured_as_ours", "anybody"
+"""For whom bars hold: a person left out of the laboratories that are known, or one of a laboratory left out."""
 
 
 @dataclass(frozen=True)
@@ -50,16 +50,20 @@ class Calibration:
         By kind of angle and level.
     cycle : (20, 3)
         By kind of what is read of the gait cycle and level.
+    view : (2, 3)
+        Of heading and cadence, by level, before what is added to them.
     """
 
     joints: np.ndarray
     angles: np.ndarray
     cycle: np.ndarray
+    view: np.ndarray
 
     def __post_init__(self) -> None:
         require_shape("multipliers of joints", self.joints, (len(GROUPS), 3, len(LEVELS)))
         require_shape("multipliers of angles", self.angles, (len(KINDS), len(LEVELS)))
         require_shape("multipliers of the gait cycle", self.cycle, (len(CYCLE_KINDS), len(LEVELS)))
+        require_shape("multipliers of heading and cadence", self.view, (2, len(LEVELS)))
 
 
 @dataclass(frozen=True)
@@ -75,12 +79,15 @@ class StandardErrors:
         Of contacts and of toe-offs.
     numbers : (25,)
         Of the gait cycle.
+    view : (2,)
+        Of the heading and the logarithm of the frequency.
     """
 
     joints: np.ndarray
     angles: np.ndarray
     events: Sequence[np.ndarray]
     numbers: np.ndarray
+    view: np.ndarray
 
     @property
     def cycle(self) -> list[np.ndarray]:
@@ -101,7 +108,8 @@ def learn(clips: Sequence[StandardErrors]) -> Calibration:
     # Of an event that no clip held nothing is learnt: as computed.
     by_kind = [np.concatenate(z) for z in zip(*(clip.cycle for clip in clips), strict=True)]
     cycle = [np.quantile(z, LEVELS) / NORMAL if z.size else np.ones(len(LEVELS)) for z in by_kind]
-    return Calibration(joints, np.stack(angles), np.stack(cycle))
+    view = np.quantile(np.abs([clip.view for clip in clips]), LEVELS, axis=0).T / NORMAL
+    return Calibration(joints, np.stack(angles), np.stack(cycle), view)
 
 
 def joint_half_widths(calibration: Calibration, sd_mm: np.ndarray, level: int) -> np.ndarray:

@@ -25,8 +25,10 @@ def test_learnt_bars_cover_what_their_level_says() -> None:
     angles = rng.standard_t(3, size=(4000, 11)) * (1.0 + KIND_OF)
     numbers = rng.standard_t(3, size=(4000, 25)) * (1.0 + CYCLE_KIND_OF)
     events = [rng.standard_t(3, size=4000), 3.0 * rng.standard_t(3, size=5000)]
-    clips = [StandardErrors(joints, angles, events, z) for z in numbers[:1]]
-    clips += [StandardErrors(joints[:0], angles[:0], [np.empty(0)] * 2, z) for z in numbers[1:]]
+    views = rng.standard_t(3, size=(4000, 2)) * (1.0, 3.0)
+    clips = [StandardErrors(joints, angles, events, numbers[0], views[0])]
+    rest = zip(numbers[1:], views[1:], strict=True)
+    clips += [StandardErrors(joints[:0], angles[:0], [np.empty(0)] * 2, z, view) for z, view in rest]
     found = learn(clips)
     sd_mm, sd_rad = rng.uniform(1.0, 9.0, size=(15, 3)), rng.uniform(0.1, 0.9, size=11)
     seen = GROUP_OF >= 0  # the pelvis has no bar
@@ -34,6 +36,8 @@ def test_learnt_bars_cover_what_their_level_says() -> None:
         covered = np.abs(joints * sd_mm) <= joint_half_widths(found, sd_mm, number)
         np.testing.assert_allclose(covered.mean(axis=0)[seen], level, atol=0.03)
         covered = np.abs(angles * sd_rad) <= angle_half_widths(found, sd_rad, number)
+        np.testing.assert_allclose(covered.mean(axis=0), level, atol=0.03)
+        covered = np.abs(views) <= found.view[:, number] * NORMAL[number]
         np.testing.assert_allclose(covered.mean(axis=0), level, atol=0.03)
         covered = np.abs(numbers) <= cycle_half_widths(found, np.ones(25), number)
         np.testing.assert_allclose(covered.mean(axis=0), level, atol=0.03)
@@ -43,6 +47,8 @@ def test_learnt_bars_cover_what_their_level_says() -> None:
 
 def test_an_event_of_which_nothing_was_learnt_keeps_its_bars() -> None:
     none = np.empty(0)
-    found = learn([StandardErrors(np.ones((2, 15, 3)), np.ones((2, 11)), [none, np.ones(3)], np.ones(25))])
+    found = learn(
+        [StandardErrors(np.ones((2, 15, 3)), np.ones((2, 11)), [none, np.ones(3)], np.ones(25), np.ones(2))]
+    )
     np.testing.assert_array_equal(found.cycle[0], 1.0)
     assert found.cycle[1, 0] > 1.0

@@ -47,7 +47,7 @@ def measured(seed: int, sd: float) -> ClipErrors:
         view_error_deg=1.0, cadence_error_percent=0.1, distance_mm=np.ones(3), angle_deg=np.ones((3, 6)),
         event_ms=np.array([5.0, np.nan]), over_sd=StandardErrors(
             sd * generator.normal(size=(60, 15, 3)), generator.normal(size=(60, 11)),
-            [generator.normal(size=6), np.empty(0)], generator.normal(size=25)),
+            [generator.normal(size=6), np.empty(0)], generator.normal(size=25), generator.normal(size=2)),
         residual_percent=1.0, verdict="walk", labels_right=True, labels_unsure=False,
     )  # fmt: skip
 

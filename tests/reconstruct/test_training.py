@@ -1,0 +1,47 @@
+"""Error bars are learnt on people, and on laboratories, that the model has not seen."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pipeline.cli.compose import compose
+from pipeline.clips.kinds import WALKS, Walks
+from pipeline.core.keypoint_walk import Moments, TrainingWalk
+from pipeline.core.keypoint_walk.calibration import ANYBODY, AS_OURS
+from pipeline.reconstruct import training
+from pipeline.reconstruct.training import Training, train
+
+
+@pytest.fixture
+def walks() -> Walks:
+    """Seven synthetic walkers of two laboratories."""
+    of = compose(["experiment=zhang2007_fig2", "data=synthetic", "scale=smoke", "data.walkers=7"])
+    made = of.data.request(WALKS, of.skeleton, of.seed, of.workers).make()
+    assert isinstance(made, Walks)
+    return replace(made, source=np.where(np.arange(len(made)) < 4, "here", "there"))
+
+
+@pytest.mark.thorough
+def test_a_person_and_then_a_whole_laboratory_is_left_out(
+    walks: Walks, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    known: list[set[str]] = []
+
+    def noted(rest: list[TrainingWalk], people: np.ndarray) -> Moments:
+        known.append(set(people.tolist()))
+        return moments(rest, people)
+
+    moments = training.moments
+    monkeypatch.setattr(training, "moments", noted)
+    monkeypatch.setattr(training, "HEADINGS_DEG", (30,))
+    trained = train(walks, Training(components=2))
+    everybody, here = set(walks.person.tolist()), set(walks.person[:4].tolist())
+    assert list(trained.calibrations) == [AS_OURS, ANYBODY]
+    assert known == [everybody, *(everybody - {who} for who in walks.person), everybody - here, here]
+    assert trained.about["calibration"]["clips"] == 2 * 2 * 7
+    of_one = train(replace(walks, source=np.repeat("here", len(walks))), Training(components=2))
+    assert list(of_one.calibrations) == [AS_OURS]
+    np.testing.assert_array_equal(of_one.calibrations[AS_OURS].joints, trained.calibrations[AS_OURS].joints)
