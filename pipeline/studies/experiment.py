@@ -30,6 +30,7 @@ class Scale:
     trials: int  # trials for every value of a sweep over limbs
     filmed: int  # simulated clips of keypoints
     takes: int  # the same, under every condition
+    films: int  # simulated clips of each kind of film as people make it
     levels: int  # of each kind of change of these clips, the last so many; 0: all
 
 

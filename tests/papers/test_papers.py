@@ -556,6 +556,13 @@ def worked_keypoints() -> dict[str, dict[str, np.ndarray]]:
             level=["20 mm"] * 2 + ["20 mm, told"] * 2,
             covered_95_raw_percent=[80.0, 82.0, 94.0, 95.0],
         ),
+        "keypoints_degradations/table_films": columns(
+            person=["a", "b"] * 4,
+            walks=[1] * 4 + [0] * 4,
+            wrong_frequency_percent=[100.0] + [0.0] * 7,
+            refused_percent=[0.0, 0.0, 100.0, 100.0] + [100.0] * 3 + [0.0],
+            accepted_percent=[100.0, 100.0, 0.0, 0.0] + [0.0] * 3 + [100.0],
+        ),
         "keypoints_ablation": columns(
             method=["keypoint_walk", AVERAGE] * 4,
             condition=[0, 0, 1, 1, 2, 2, 3, 3],
@@ -983,6 +990,9 @@ WORKED = {
     "keypoints_one_stride": 25.0,
     "keypoints_focal_length_told_wrong": 50.0,
     "keypoints_bias_told": 13.5,
+    "keypoints_films_wrong_frequency": 25.0,
+    "keypoints_films_walks_refused": 50.0,
+    "keypoints_films_others_accepted": 25.0,
     "keypoints_giving_the_bias_back": 10.0,
     "keypoints_four_harmonics": 20.0,
     "keypoints_legs_only": 4.5,

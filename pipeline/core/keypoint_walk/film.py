@@ -13,7 +13,7 @@ import numpy as np
 
 from pipeline.core.keypoint_walk.objective import FOCAL_SD
 from pipeline.core.keypoint_walk.prior import Prior
-from pipeline.core.keypoint_walk.reconstruction import Reconstruction, reconstruct_followed
+from pipeline.core.keypoint_walk.reconstruction import SURELY_TOGETHER, Reconstruction, reconstruct_followed
 from pipeline.core.keypoint_walk.tracks import moving_parts, straight_stretches
 from pipeline.core.keypoint_walk.verdict import MOST_DISTANCE, Judgement, Verdict, judge
 from pipeline.shortened import shortened
@@ -32,11 +32,13 @@ ONE_HEADING_RAD = np.radians(40.0)
 OTHER_RATES = (2.0, 4.0, 0.5)
 """Factors on the frame rate that are tried if nobody walks: slow motion, and rates that were halved or doubled.
 
-The walk that is nearest to its image counts."""
+The walk that is nearest to its image counts; the last is tried if no other gives one."""
 USUAL_STRIDE_HZ = (0.6, 1.3)
 """Stride frequencies outside of which a wrong frame rate is more likely than such a walk."""
 MOST_TRIED = 2
 """Stretches that are tried so."""
+MUCH_NEARER = 0.6
+"""Share of the residual of a doubtful walk, or of one of hardly a stride, below which another frame rate's counts."""
 SAME_PERIOD = 0.1
 """Share by which two periods that are one may differ."""
 RATE_STRIDE_HZ, RATE_STRIDES = (0.7, 1.2), 2.0
@@ -191,23 +193,33 @@ def watch(film: Film) -> Watched:
     """Find, reconstruct and judge the walking in a film; if there is none, at other frame rates, too.
 
     A walk that is too slow counts as none if one at another rate is nearer to the image and has another period: of slow
-    motion from the front a step may pass for a stride.  With the same period it may be slow, or slow motion.
+    motion from the front a step may pass for a stride.  With the same period it may be slow, or slow motion.  So does
+    one that is doubtful or of hardly a stride, if another is much nearer: a third of a slow stride may pass for one.
     """
     told = _watch(film)
     walked = [stretch for stretch in told.stretches if stretch.walks]
-    if walked and _stride_hz(walked[0]) >= USUAL_STRIDE_HZ[0]:
+    slow = bool(walked) and _stride_hz(walked[0]) < USUAL_STRIDE_HZ[0]
+    if any(_sure(stretch) for stretch in walked) and not slow:
         return told
-    parts = sorted(
-        (s.first_frame - film.first, s.last_frame - film.first + 1) for s in walked[:1] or told.stretches
-    )
-    parts = sorted(parts, key=lambda part: part[0] - part[1])[:MOST_TRIED]
+    together = [s.found is not None and s.found.ankles_together > SURELY_TOGETHER for s in told.stretches]
+    if all(together):
+        return told
     others = [replace(film, frame_rate_hz=factor * film.frame_rate_hz) for factor in OTHER_RATES]
-    tried = [(other.stretch(*part, quick=True), other) for other in others for part in parts]
+    tried: list[tuple[Stretch, Film]] = []
+    for other in others:
+        if other.frame_rate_hz < film.frame_rate_hz and any(np.isfinite(_off(s)) for s, _ in tried):
+            break
+        tried += [
+            (other.stretch(start, stop, quick=True), other)
+            for start, stop in other.parts()[:MOST_TRIED]
+            if (stop - start - 1) / other.frame_rate_hz * RATE_STRIDE_HZ[1] >= RATE_STRIDES
+        ]
     stretch, other = min(tried, key=lambda rate: _off(rate[0]), default=(None, film))
     if stretch is None or not np.isfinite(_off(stretch)):
         return told
     if walked:
-        nearer = walked[0].found is not None and _off(stretch) < walked[0].found.rms_residual_px
+        assert walked[0].found is not None
+        nearer = _off(stretch) < (1.0 if slow else MUCH_NEARER) * walked[0].found.rms_residual_px
         frames = film.frame_rate_hz / _stride_hz(walked[0]), other.frame_rate_hz / _stride_hz(stretch)
         if not nearer or abs(frames[0] / frames[1] - 1.0) < SAME_PERIOD:
             return told
@@ -228,6 +240,12 @@ def _off(stretch: Stretch) -> float:
         and RATE_STRIDE_HZ[0] <= found.candidates[0].frequency_hz <= RATE_STRIDE_HZ[1]
     )
     return found.rms_residual_px if plain and found is not None else np.inf
+
+
+def _sure(stretch: Stretch) -> bool:
+    """Whether this is a walk without doubt, of more than a stride."""
+    found = stretch.found
+    return stretch.judgement.verdict == Verdict.walk and found is not None and found.strides >= WINDOW_STRIDES
 
 
 def _stride_hz(stretch: Stretch) -> float:

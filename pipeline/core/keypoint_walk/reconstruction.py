@@ -25,6 +25,7 @@ from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
 
 _LEGS = [WALKER15.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("knee", "ankle")]
+_SIDES = [[WALKER15.index(f"{side}_{joint}") for joint in ("hip", "ankle")] for side in ("left", "right")]
 
 SAME = (np.radians(4.0), np.radians(8.0), 0.015)
 """Candidates that differ by less in heading, phase and relative frequency are one."""
@@ -34,11 +35,15 @@ FOLLOWED_RESIDUAL = 1.3
 """Residual, per cent of the height, above which a wandering path is tried."""
 FOLLOWED_GAIN = 0.8
 """A wandering path is believed if it leaves less than this share of the residual."""
+UNSHARED = 0.93
+"""Share of the residual that no path takes away, above which none is tried: where one was believed, at most 0.87."""
 SHAKEN_SHARE = 0.3
 """Share of the residual's square that all joints of a frame have in common, above which the camera shook."""
 SHAKE_ROUNDS = 2
 SLOWEST_WHITE_HZ = 20.0
 """Below this frame rate the next frame's residual is not nearly the same one, and none of it is called white."""
+SURELY_TOGETHER = 0.5
+"""Correlation of the two ankles, each about its hip, beyond which nobody walks, at whatever frame rate and camera."""
 COSINES_PER_STRIDE = 0.8
 """Cosines for each stride of the clip: the fastest has a period of 2.5 strides."""
 RACES = ((5, 400.0), (3, 200.0))
@@ -126,6 +131,34 @@ class Reconstruction:
             return 0.0
         moved, usual = np.sum(power, axis=0)
         return float(np.sqrt(moved / usual))
+
+    @cached_property
+    def ankles_together(self) -> float:
+        """Correlation of the ankles' motion in the image, each about its hip, within ±1; 0 if a leg is not seen."""
+        metric, seen = self.starts.path.metric, self.keypoints.weights > 0
+        both = seen[:, np.ravel(_SIDES)].all(axis=1)
+        if both.sum() < 5:
+            return 0.0
+        columns = self.fit.objective.setting.times[both, None] ** np.arange(3)
+        left, right = (metric[both, ankle] - metric[both, hip] for hip, ankle in _SIDES)
+        left, right = (
+            about - columns @ np.linalg.lstsq(columns, about, rcond=None)[0] for about in (left, right)
+        )
+        return float((left * right).sum() / max(np.sqrt((left**2).sum() * (right**2).sum()), 1e-9))
+
+    @property
+    def unshared_residual(self) -> float:
+        """Share of the residual, 0 to 1, that is neither a shift nor a change of size of the whole body in a frame."""
+        weights = (self.keypoints.weights > 0)[..., None].astype(float)
+        count = np.maximum(weights.sum(axis=1, keepdims=True), 1.0)
+        residual, body = (
+            weights * (values - (weights * values).sum(axis=1, keepdims=True) / count)
+            for values in (self.fit.objective.residual(self.fit.x, self.keypoints), self.keypoints.pixels)
+        )
+        larger = (residual * body).sum(axis=(1, 2)) / np.maximum((body**2).sum(axis=(1, 2)), 1e-9)
+        left = residual - larger[:, None, None] * body
+        whole = weights * self.fit.objective.residual(self.fit.x, self.keypoints)
+        return float(np.sqrt((left**2).sum() / max((whole**2).sum(), 1e-9)))
 
     @cached_property
     def posterior(self) -> Posterior:
@@ -390,7 +423,8 @@ def reconstruct_followed(
     cosines = int(COSINES_PER_STRIDE * strides)
     once = partial(reconstruct, *given, both_labellings=both_labellings, most_distance=most_distance)
     still = once(focal_sd=focal_sd)
-    if still.relative_residual <= FOLLOWED_RESIDUAL or strides < 2.0:
+    enough = still.relative_residual <= FOLLOWED_RESIDUAL or strides < 2.0
+    if enough or still.ankles_together > SURELY_TOGETHER or still.unshared_residual > UNSHARED:
         return still
     # A camera that follows turns: where in the image somebody is says nothing of its focal length, which is held.
     followed = once(cosines=cosines)

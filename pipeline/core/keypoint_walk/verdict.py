@@ -18,7 +18,6 @@ from pipeline.core.keypoint_walk.objective import LOG_F, PHASE
 from pipeline.core.keypoint_walk.path import TRUNK
 from pipeline.core.keypoint_walk.reconstruction import Reconstruction
 from pipeline.core.keypoint_walk.training import BLOCKS, HEIGHT_MM
-from pipeline.skeleton import WALKER15
 
 MOST_RESIDUAL = 1.65
 """Largest residual of a walk, per cent of the height; 1 % of walks are above."""
@@ -38,7 +37,6 @@ LEAST_BOUNCE = -0.5
 """Least bounce of a walk, relative to the average walker's; runs have about -2."""
 FORGETS_S = 0.3
 """Time in which errors of keypoints and the shake of a camera forget."""
-_SIDES = [[WALKER15.index(f"{side}_{joint}") for joint in ("hip", "ankle")] for side in ("left", "right")]
 
 
 class Verdict(StrEnum):
@@ -62,21 +60,6 @@ class Judgement:
 
     verdict: Verdict
     reasons: tuple[str, ...]
-
-
-def ankles_together(found: Reconstruction) -> float:
-    """Correlation of the ankles' motion in the image, each about its hip, within ±1; 0 if a leg is not seen."""
-    metric, seen = found.starts.path.metric, found.keypoints.weights > 0
-    both = seen[:, np.ravel(_SIDES)].all(axis=1)
-    if both.sum() < 5:
-        return 0.0
-    times = found.fit.objective.setting.times[both]
-    columns = times[:, None] ** np.arange(3)
-    left, right = (metric[both, ankle] - metric[both, hip] for hip, ankle in _SIDES)
-    left, right = (
-        about - columns @ np.linalg.lstsq(columns, about, rcond=None)[0] for about in (left, right)
-    )
-    return float((left * right).sum() / max(np.sqrt((left**2).sum() * (right**2).sum()), 1e-9))
 
 
 def bounce(found: Reconstruction) -> float:
@@ -133,7 +116,7 @@ def judge(found: Reconstruction) -> Judgement:
         refused.append(
             f"the legs hardly move: {found.leg_motion:.2f} of an average walker's motion in the image"
         )
-    if (together := ankles_together(found)) > MOST_TOGETHER:
+    if (together := found.ankles_together) > MOST_TOGETHER:
         refused.append(f"the feet move together: correlation {together:.2f} (walks: {MOST_TOGETHER} or less)")
     steps = 120.0 * found.candidates[0].frequency_hz
     if steps > 120.0 * MOST_STRIDE_HZ:

@@ -14,8 +14,9 @@ import pandas as pd
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.studies.figure_inputs import tidy
-from pipeline.studies.keypoints.changes import KeypointChanges
+from pipeline.studies.keypoints.changes import ChangedErrors, KeypointChanges
 from pipeline.studies.keypoints.conditions import Condition
+from pipeline.studies.keypoints.kinds import FILM_KINDS
 from pipeline.studies.keypoints.measured import ERRORS, VERDICTS
 from pipeline.studies.keypoints.model import KeypointWalkersModel
 from pipeline.studies.keypoints.shown import Inputs, record_shown
@@ -40,7 +41,8 @@ class KeypointChangesFigure(Figure):
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """``table``: errors by condition and method; ``table_changes``: less those of the same clips as usual.
 
-        ``table_views``: view, cadence, coverage, verdicts, labels; ``table_clips``: clips.
+        ``table_views``: view, cadence, coverage, verdicts, labels; ``table_clips``: clips; ``table_kinds`` and
+        ``table_films``: films as people make them, by kind and one by one.
         """
         options = cast(KeypointChanges, inputs.experiment.sweep)
         changes = {"change": "kind", "level": "level"}
@@ -66,7 +68,7 @@ class KeypointChangesFigure(Figure):
                 )
             )
         )
-        return {
+        return _of_kinds(cast(ChangedErrors, inputs.sweep).kinds) | {
             "table_changes": tidy(errors_by(more, by), by=["condition", "method"]),
             "table": tidy(errors_by(people, by), by=["condition", "method"]),
             "table_views": tidy(views, by=["condition"]),
@@ -123,6 +125,22 @@ class KeypointChangesFigure(Figure):
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log the clip of median error under the usual condition."""
         record_shown(inputs, begin)
+
+
+def _of_kinds(films: pd.DataFrame) -> dict[str, pd.DataFrame]:
+    """Tables of films as people make them, of each kind and of each film; none where there are no such films."""
+    if films.empty:
+        return {}
+    kinds = [FILM_KINDS[number] for number in films["number"]]
+    films = films.assign(kind=[kind.kind for kind in kinds], level=[kind.level for kind in kinds])
+    by, keys = ["number", "kind", "level", "walks"], ["take", "person", "heading_deg", "overground"]
+    measured = [name for name in films if name not in (*by, *keys)]
+    grouped = films.groupby(by)
+    means = grouped[measured].mean().assign(clips=grouped.size()).reset_index()
+    return {
+        "table_kinds": tidy(means[[*by, "clips", *measured]], by=["number"]),
+        "table_films": tidy(films[[*by, *keys, *measured]], by=["number", "take"]),
+    }
 
 
 def _words(conditions: Sequence[Condition]) -> dict[str, str]:

@@ -9,19 +9,10 @@ import numpy as np
 
 from pipeline.studies.keypoints.conditions import Condition, Knowledge
 from pipeline.studies.keypoints.dataset import FilmedWalkers
-from pipeline.studies.keypoints.measured import Case, FilmedClips
+from pipeline.studies.keypoints.measured import HEADINGS_DEG, Case, FilmedClips, side
 from pipeline.studies.study import scaled
 from pipeline.synthetic.keypoints import DetectorError
 from pipeline.validation import bounded
-
-HEADINGS_DEG = (0, 30, 60, 90, 180, -30, -60, -90)
-"""0 is towards the camera, +90 to the image's right."""
-
-
-def side(number: int) -> tuple[int, bool]:
-    """Heading in degrees and whether the walker moves through space, of clips that take turns."""
-    number %= 2 * len(HEADINGS_DEG)
-    return HEADINGS_DEG[number % len(HEADINGS_DEG)], number < len(HEADINGS_DEG)
 
 
 @dataclass(kw_only=True)

@@ -36,6 +36,8 @@ from pipeline.synthetic.keypoints import Filming, SimulatedKeypoints
 Inputs = SweepInputs[Walks, FilmedWalkers, KeypointWalkers]
 LONGEST_S = 3.0
 """Of a simulated clip."""
+HEADINGS_DEG = (0, 30, 60, 90, 180, -30, -60, -90)
+"""0 is towards the camera, +90 to the image's right."""
 _SCORED = GROUP_OF >= 0
 
 ERRORS = ["error_mm", *(f"{kind}_error_deg" for kind in KINDS)]
@@ -91,6 +93,12 @@ class Case:
     heading_deg: int
     overground: bool
     condition: int = 0
+
+
+def side(number: int) -> tuple[int, bool]:
+    """Heading in degrees and whether the walker moves through space, of clips that take turns."""
+    number %= 2 * len(HEADINGS_DEG)
+    return HEADINGS_DEG[number % len(HEADINGS_DEG)], number < len(HEADINGS_DEG)
 
 
 @dataclass(kw_only=True)

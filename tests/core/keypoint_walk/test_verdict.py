@@ -46,7 +46,6 @@ def test_every_threshold_parts_what_is_below_from_what_is_above(
     name: str, value: float, verdict: str, words: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     facts = {**SURE, name: value}
-    monkeypatch.setattr(verdicts, "ankles_together", lambda _: facts["ankles_together"])
     monkeypatch.setattr(verdicts, "bounce", lambda _: facts["bounce"])
     found = judge(
         SimpleNamespace(  # type: ignore[arg-type]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,8 +13,9 @@ from pipeline.core import fourier
 from pipeline.core.keypoint_walk.training import BLOCKS
 from pipeline.studies.keypoints.changes import KeypointChanges
 from pipeline.studies.keypoints.conditions import CONDITIONS, USUAL, Changes, Condition
+from pipeline.studies.keypoints.kinds import FILM_KINDS, FilmKind, crossing, film_as, see
 from pipeline.studies.keypoints.model import with_harmonics
-from tests.core.keypoint_walk.walkers import prior
+from tests.core.keypoint_walk.walkers import RATE, motions, prior, walks
 from tests.studies.keypoints.test_headings import walkers
 
 
@@ -37,7 +39,7 @@ def test_every_condition_has_the_same_clips(sources: int) -> None:
     data = walkers(20)
     data = replace(data, source=np.array([f"s{k % sources}" for k in range(len(data.person))]))
     data = replace(data, source=np.array([f"s{int(who[1:]) % sources}" for who in data.person.tolist()]))
-    sweep = KeypointChanges(changes=Changes.ablation, takes=16, levels=0)
+    sweep = KeypointChanges(changes=Changes.ablation, takes=16, levels=0, films=2)
     cases = sweep.cases(data)
     filmed = {
         number: [
@@ -52,7 +54,7 @@ def test_every_condition_has_the_same_clips(sources: int) -> None:
 
 
 def test_few_levels_are_the_farthest() -> None:
-    sweep = KeypointChanges(changes=Changes.degradations, takes=2, levels=1)
+    sweep = KeypointChanges(changes=Changes.degradations, takes=2, levels=1, films=2)
     assert [c.level for c in sweep.conditions if c.kind == "strides"] == ["1"]
     assert [c.kind for c in sweep.conditions] == list(
         dict.fromkeys(c.kind for c in CONDITIONS[Changes.degradations])
@@ -86,3 +88,33 @@ def test_harmonics_that_are_taken_away_are_none() -> None:
     variance = np.diag(two.covariance).reshape(15, 3, BLOCKS)
     assert variance[:, :, 5:].max() < 1e-3 < variance[:, :, :5].min()
     np.testing.assert_array_equal(with_harmonics(model, 4).covariance, model.covariance)
+
+
+def test_of_two_who_meet_the_farther_is_hidden_and_whoever_is_followed_is_compared() -> None:
+    clips = SimpleNamespace(motion=lambda k: motions()[k], frame_rate_hz=np.full(14, RATE))
+    kind = FilmKind(kind="crossed", crossed=True)
+    generator = np.random.default_rng(4)
+    one = film_as(kind, generator, clips, 0, walks()[0], 0.5, overground=False)  # type: ignore[arg-type]
+    both = crossing(generator, clips, 1, walks()[1], one)  # type: ignore[arg-type]
+    hidden = [np.isnan(person.pixels).all(axis=(1, 2)) for person in both]
+    heights = [np.nanmax(np.ptp(person.pixels[..., 1], axis=1)) for person in both]
+    assert [len(person.pixels) for person in both] == [len(person.positions_mm) for person in both]
+    middle = len(one.pixels) // 2
+    assert hidden[int(np.argmin(heights))][middle]
+    assert not hidden[int(np.argmax(heights))][middle]
+    seen = see(both, [walks()[0].frequency_hz, walks()[1].frequency_hz], 1.0, prior())
+    assert (seen.verdict == "not_a_walk") == np.isnan(seen.error_mm)
+    assert not seen.wrong_frequency
+    assert seen.error_mm < 60.0
+
+
+def test_films_of_walks_and_of_what_is_none_are_told_apart() -> None:
+    clips = SimpleNamespace(motion=lambda k: motions()[k], frame_rate_hz=np.full(14, RATE))
+    assert len({kind.name for kind in FILM_KINDS}) == len(FILM_KINDS)
+    for kind in FILM_KINDS:
+        if kind.told < 1.0 or kind.crossed:  # long films: in the figure
+            continue
+        filmed = film_as(kind, np.random.default_rng(1), clips, 0, walks()[0], 0.6, overground=True)  # type: ignore[arg-type]
+        seen = see([filmed], [walks()[0].frequency_hz], kind.told, prior())
+        assert (seen.verdict == "not_a_walk") == (kind.activity is not None), kind.name
+        assert not seen.wrong_frequency
