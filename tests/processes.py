@@ -10,6 +10,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from pipeline.storage.sealed_folders import complaints_about
+
 ROOT = Path(__file__).resolve().parent.parent
 WAIT_S = 3600.0
 """How long a test waits for a process that should end: many times what a busy machine needs."""
@@ -51,3 +53,8 @@ def finished(
 def python(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
     """What ``python ARGUMENTS`` said, and its exit status."""
     return finished([sys.executable, *arguments], environment=environment)
+
+
+def is_complete(folder: Path) -> bool:
+    """Whether a folder has a sealed manifest and every file of it at the right size."""
+    return not complaints_about(folder, hashes=False)

@@ -243,11 +243,6 @@ def complaints_about(folder: Path, *, hashes: bool = True) -> list[str]:
     return complaints
 
 
-def is_complete(folder: Path) -> bool:
-    """Return whether a folder has a sealed manifest and every file of it at the right size."""
-    return not complaints_about(folder, hashes=False)
-
-
 @contextmanager
 def temporary_folder(parent: Path) -> Iterator[Path]:
     """Make a folder inside `parent` and remove it afterwards, unless it was renamed."""

@@ -22,10 +22,9 @@ from pipeline.cli.presets import presets
 from pipeline.formats.points import csv, trc
 from pipeline.skeleton import WALKER15
 from pipeline.storage import sealed_folders, store, tables
-from pipeline.storage.sealed_folders import is_complete
 from pipeline.synthetic.walkers import WalkingPopulation, walking_population
 from pipeline.validation import InvalidInput
-from tests.processes import WAIT_S, python, started
+from tests.processes import WAIT_S, is_complete, python, started
 
 ROOT = Path(__file__).resolve().parents[2]
 FIXTURES = ROOT / "tests" / "fixtures"

@@ -21,9 +21,8 @@ from pipeline.cli.progress import Display
 from pipeline.cli.summary import Failure
 from pipeline.papers import PAPERS
 from pipeline.processes import CAN_FORK, processes_for
-from pipeline.storage.sealed_folders import is_complete
 from pipeline.studies.walks.known_view import KnownView
-from tests.processes import WAIT_S, started
+from tests.processes import WAIT_S, is_complete, started
 
 pytestmark = pytest.mark.thorough
 

@@ -25,11 +25,11 @@ from pipeline.storage import provenance as provenance_module
 from pipeline.storage import sealed_folders
 from pipeline.storage import store as store_module
 from pipeline.storage.publishing import new_file, publish
-from pipeline.storage.sealed_folders import canonical, complaints_about, is_complete
+from pipeline.storage.sealed_folders import canonical, complaints_about
 from pipeline.storage.store import Artefact
 from pipeline.storage.store import Store as PlainStore
 from pipeline.validation import InvalidInput
-from tests.processes import WAIT_S, finished, python, started
+from tests.processes import WAIT_S, finished, is_complete, python, started
 
 
 class Store(PlainStore):
