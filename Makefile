@@ -84,8 +84,8 @@ pointlight: $(READY) ## a walk as moving dots: make pointlight INPUT=walk.c3d|FO
 reconstruct: $(READY) $(if $(filter %.mp4 %.mov %.m4v %.avi %.mkv %.webm,$(INPUT)),$(VIDEO)) ## a 3D walk from a video or 2D keypoints: make reconstruct INPUT=walk.mp4; INPUT=walk.json ARGS="input.frame_rate_hz=30 output.path=out"
 	@$(RUN) reconstruct input.path="$(INPUT)" $(ARGS)
 
-model: $(READY) ## train the model that reconstructs walks, from DATA=optical (default here) or your own
-	@$(RUN) model data=$(if $(filter synthetic,$(DATA)),optical,$(DATA)) $(ARGS)
+model: $(READY) ## train the model that reconstructs walks, from DATA=many (default here) or your own
+	@$(RUN) model data=$(if $(filter synthetic,$(DATA)),many,$(DATA)) $(ARGS)
 
 ##@ Results
 view: $(READY) ## open a recording: make view FIGURE=zhang2007_fig5 [DATA=…]

@@ -10,13 +10,17 @@ from pipeline.cli.options import filled
 from pipeline.cli.output import tell
 from pipeline.clips.kinds import WALKS, Walks
 from pipeline.reconstruct import model_file
+from pipeline.reconstruct.own_laboratory import calibrate
 from pipeline.reconstruct.training import Training, train
 from pipeline.storage.sealed_folders import require_replaceable
 from pipeline.validation import InvalidInput
 
 
 def train_model(arguments: Sequence[str]) -> int:
-    """Train the model of walkers from a data set and write it with its manifest."""
+    """Train the model of walkers from a data set and write it with its manifest.
+
+    Of fewer people than twice the eigenwalkers none is learnt: the model that comes with the package is calibrated.
+    """
     own = [item for item in arguments if item.startswith(("training.", "output="))]
     rest = [item for item in arguments if item not in own]
     if "output=" in own:
@@ -30,7 +34,20 @@ def train_model(arguments: Sequence[str]) -> int:
     request = experiment.data.request(WALKS, experiment.skeleton, experiment.seed, experiment.workers)
     walks = request.make()
     assert isinstance(walks, Walks)
-    trained = train(walks, training, lambda words: tell(words, "dim"))
+    people = len(set(walks.person.tolist()))
+    if people > 2 * training.components:
+        trained = train(walks, training, lambda words: tell(words, "dim"))
+        said = f"{people} people"
+    elif folder.resolve() == model_file.SHIPPED:
+        raise InvalidInput(
+            "must be named: of so few people the model that comes with the package is calibrated, not replaced",
+            where="output",
+            expected=f"output=… or more than {2 * training.components} people",
+            received=f"{people}",
+        )
+    else:
+        trained = calibrate(model_file.load(), walks)
+        said = f"the model of {trained.compact.rest.walkers} people, calibrated on {people} of another laboratory"
     model_file.save(trained, folder)
-    tell(f"{trained.compact.rest.walkers} people; written to {folder}")
+    tell(f"{said}; written to {folder}")
     return 0
