@@ -144,7 +144,8 @@ class Film:
             return []
         count = min(int(np.ceil(2.0 * (stop - start - length) / length)) + 1, MOST_WINDOWS)
         starts = np.linspace(start, stop - length, count).round().astype(int).tolist()
-        windows = [self.stretch(a, a + length, quick=True) for a in starts]
+        held = replace(self, focal_sd=0.0)  # three seconds say little of a focal length
+        windows = [held.stretch(a, a + length, quick=True) for a in starts]
         groups: list[list[int]] = []
         for number, window in enumerate(windows):
             if window.found is None or not window.walks or window.found.strides < WINDOW_STRIDES:

@@ -20,6 +20,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import blas
 
 from pipeline.core.anatomical import BONES, JOINTS, PAIRS, PHASES
 from pipeline.core.fourier import cycle_basis, cycle_slope, equal_phases
@@ -175,6 +176,8 @@ class Objective:
         mean[LOG_F - SIZE] = (both[0] * np.log(start_hz) + both[1] * population[0]) / sum(both)
         variance[LOG_F - SIZE] = 1.0 / sum(both)
         self.q_mean, self.q_precision = mean, 1.0 / variance
+        self._constant = np.diag(np.concatenate([np.zeros(SIZE), self.q_precision]))
+        self._constant[:SIZE, :SIZE] = prior.precision
         typical = 2.0 * np.pi * np.exp(population[0]) * float(prior.belt @ prior.model.mean.ravel())
         self.tie_variance = 3.0 * (TIE_SD[0] * typical + TIE_SD[1]) ** 2
         self.tie_times = np.array(TIE_TIMES) * float(t[-1] - t[0])
@@ -280,23 +283,25 @@ class Objective:
 
     def quadratic(self, x: np.ndarray, keypoints: Keypoints, noise: Noise) -> Quadratic:
         """J, half its gradient and half its Gauss-Newton matrix at x."""
-        gradient, matrix = np.zeros(self.unknowns), np.zeros((self.unknowns, self.unknowns))
+        gradient, matrix = np.zeros(self.unknowns), self._constant.copy()
         away = x[:SIZE] - self.prior.mean.ravel()
-        matrix[:SIZE, :SIZE] = self.prior.precision
         gradient[:SIZE] = self.prior.precision @ away
         cost = float(away @ gradient[:SIZE]) + self._apart
         q = x[SIZE:] - self.q_mean
         gradient[SIZE:] += q * self.q_precision
-        q_rows = range(SIZE, self.unknowns)
-        matrix[q_rows, q_rows] += self.q_precision
         cost += float((q**2 * self.q_precision).sum())
         cost += self._add_image(x, keypoints, noise, gradient, matrix)
-        cost += self._add_lengths(x[:SIZE].reshape(JOINTS, 3, BLOCKS), gradient, matrix)
+        more, apart, slopes = self._add_lengths(x[:SIZE].reshape(JOINTS, 3, BLOCKS), gradient, matrix)
+        weight = self.pair_weight
         if self.setting.overground:
             off, slope = self._ties(x)
-            gradient += slope.T @ off / self.tie_variance
-            matrix += slope.T @ slope / self.tie_variance
-            cost += float(off @ off) / self.tie_variance
+            apart, slopes = np.concatenate([apart, off]), np.concatenate([slopes, slope])
+            weight = np.concatenate([weight, np.full(len(off), 1.0 / self.tie_variance)])
+        cost += more + float(apart**2 @ weight)
+        pulled = slopes.T * weight
+        gradient += pulled @ apart
+        # In place: the matrix is large, and these are few.
+        blas.dgemm(1.0, pulled, slopes, 1.0, matrix.T, overwrite_c=1)
         return Quadratic(cost, gradient, matrix)
 
     def _add_image(
@@ -365,8 +370,10 @@ class Objective:
         gradient[SIZE:] += pull[:, 27:].sum(axis=0)
         return cost
 
-    def _add_lengths(self, walker: np.ndarray, gradient: np.ndarray, matrix: np.ndarray) -> float:
-        """Add the terms of lengths in place; return their cost."""
+    def _add_lengths(
+        self, walker: np.ndarray, gradient: np.ndarray, matrix: np.ndarray
+    ) -> tuple[float, np.ndarray, np.ndarray]:
+        """Add the terms of constant lengths in place; return their cost, and of pairs differences (6,) and slopes."""
         along, length, off, apart = self._lengths(walker)
         direction = along / length[:, None]
         slope = (direction[:, :, None] * CYCLE.T).reshape(len(BONES), 27, PHASES)
@@ -387,7 +394,6 @@ class Objective:
             for bone, sign in ((left, 1.0), (right, -1.0)):
                 lever[pair, BONES[bone, 1]] += sign * mean[bone]
                 lever[pair, BONES[bone, 0]] -= sign * mean[bone]
-        flat = lever.reshape(len(PAIRS), SIZE)
-        gradient[:SIZE] += flat.T @ (self.pair_weight * apart)
-        matrix[:SIZE, :SIZE] += (flat.T * self.pair_weight) @ flat
-        return float((off**2).sum(axis=-1) @ self.length_weight + apart**2 @ self.pair_weight)
+        slopes = np.zeros((len(PAIRS), self.unknowns))
+        slopes[:, :SIZE] = lever.reshape(len(PAIRS), SIZE)
+        return float((off**2).sum(axis=-1) @ self.length_weight), apart, slopes
