@@ -129,6 +129,8 @@ def test_every_command_can_be_typed(page: str) -> None:
 @pytest.mark.parametrize("page", PAGES)
 def test_every_override_named_composes(page: str) -> None:
     for line in re.findall(r"^make run ARGS=\"([^\"]+)\"", PAGES[page], re.MULTILINE):
+        if line.split()[0] in COMMANDS:  # whose options are their own
+            continue
         words = [w for w in line.split() if "=" in w and not w.startswith(("hydra/", "hydra."))]
         plain = [re.sub(r"=(\w+),.*", r"=\1", w.replace("'", "")) for w in words]
         assert not plain or compose(plain).name in presets(), line
