@@ -95,7 +95,7 @@ def numbers(walk: Walk, found: Reconstruction, given: Input) -> dict[str, dict[s
             apart = side == "difference"
             value = factor * float(cycle.values[number]) + (0.0 if apart else added)
             rows[side or "both"] = {
-                "value": round(value, digits),
+                "value": round(value, digits) + 0.0,  # never a negative zero
                 "half_width_95": round(abs(factor) * float(half[number]), digits),
             }
             if apart:
