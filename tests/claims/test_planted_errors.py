@@ -38,7 +38,7 @@ REDUCED = (
 
 SIZES = {
     "zhang2007_fig6": ("scale.view_step_deg=60", "sweep.published_views_deg=[]", "data.population=80"),
-    "park2011_fig4": ("sweep.cameras=[still,moving]", "sweep.time_limit_s=0"),
+    "park2011_fig4": ("sweep.cameras=[still,moving]", "sweep.clips=12", "sweep.time_limit_s=0"),
 }
 
 KNOWN, UNKNOWN = ("zhang2007_fig3", "zhang2007_fig5"), ("zhang2007_fig6",)
