@@ -20,20 +20,25 @@ ROOT = Path(__file__).resolve().parent.parent
 TUTORIAL = (ROOT / "tutorial.py").read_text(encoding="utf-8")
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What the tutorial leaves behind, of one draw."""
-    made = tmp_path_factory.mktemp("tutorial")
-    where = {"TUTORIAL_FOLDER": str(made), "TUTORIAL_DRAWS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    done = subprocess.run(
+def run(folder: Path) -> subprocess.CompletedProcess[str]:
+    """The tutorial in a folder, of one draw."""
+    where = {"TUTORIAL_FOLDER": str(folder), "TUTORIAL_DRAWS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    return subprocess.run(
         [sys.executable, "-W", "error", str(ROOT / "tutorial.py")],
         env=os.environ | where | {"PYTHONPATH": str(ROOT)},
-        cwd=made,
+        cwd=folder,
         capture_output=True,
         text=True,
         timeout=300,
         check=False,
     )
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What the tutorial leaves behind."""
+    made = tmp_path_factory.mktemp("tutorial")
+    done = run(made)
     assert done.returncode == 0, done.stderr
     assert "off in depth" in done.stdout
     return made
@@ -46,6 +51,19 @@ def test_more_walkers_make_a_better_model_and_few_a_worse_one_than_their_average
     assert mean["map", 80] < 0.85 * mean["null", 80]
     assert mean["map", 3] > mean["null", 3]
     assert {path.name for path in folder.glob("*/*.svg")} == {"answer.svg", "one_walker.svg"}
+
+
+def test_it_keeps_files_of_others(folder: Path, tmp_path: Path) -> None:
+    names = [
+        path.relative_to(folder) for part in ("answer", "one_walker") for path in (folder / part).rglob("*.*")
+    ]
+    assert names
+    for name in names:
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text("of others")
+    done = run(tmp_path)
+    assert done.returncode == 1, done.stdout
+    assert {(tmp_path / name).read_text() for name in names} == {"of others"}
 
 
 def test_the_commands_of_its_prose_compose() -> None:

@@ -302,26 +302,3 @@ A *publication* is a folder that is replaced as a whole if it is ours; *files* a
 figures* stand tables and pages, which replace none but their like; *recordings* are those of a list, by digest; an
 *archive* only grows; *this clone* are the tables and pictures of the README.
 """
-
-
-@pytest.mark.thorough
-def test_the_tutorial_keeps_files_of_others(tmp_path: Path) -> None:
-    def run(folder: Path) -> int:
-        where = {"TUTORIAL_FOLDER": str(folder), "TUTORIAL_DRAWS": "1", "PYTHONPATH": str(ROOT)}
-        done = subprocess.run(
-            [sys.executable, str(ROOT / "tutorial.py")],
-            env=os.environ | where,
-            capture_output=True,
-            check=False,
-        )
-        return done.returncode
-
-    assert run(tmp_path / "own") == 0
-    names = {name for name in contents(tmp_path / "own") if not name.startswith("results/")}
-    assert {Path(name).parts[0] for name in names} == {"answer", "one_walker"}
-    for name in names:
-        (tmp_path / "others" / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / "others" / name).write_text("of others")
-    assert run(tmp_path / "others") != 0
-    after = contents(tmp_path / "others")
-    assert {name: after[name] for name in names} == dict.fromkeys(names, b"of others")
