@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import struct
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +17,7 @@ from pipeline.reconstruct.clip import Input, reconstruct_clip
 from pipeline.reconstruct.video import is_video, with_keypoints
 from pipeline.validation import InvalidInput
 from pipeline.video import kept, networks
-from pipeline.video.film import frame_rate, on_even_grid
+from pipeline.video.film import frame_rate, on_even_grid, pictures
 from pipeline.video.pose import LANDMARKS, _shared, _to_square, anchors, region_of
 
 
@@ -57,6 +59,69 @@ def test_uneven_time_stamps_are_put_on_an_even_grid_and_long_gaps_stay_open() ->
     assert set(person) == {0}
     assert not {5, 6, 7, 8, 9, 10, 11} & set(frame.tolist())
     assert frame_rate(np.zeros(4), 25.0) == (25.0, False)
+
+
+def rewritten(content: bytes, change: Callable[[bytes, bytes], bytes]) -> bytes:
+    """Boxes of an MP4 file, with the bodies of those that hold no others changed."""
+    written, at = b"", 0
+    while at < len(content):
+        size, kind = struct.unpack_from(">I4s", content, at)
+        body = content[at + 8 : at + size]
+        holds = kind in (b"moov", b"trak", b"mdia", b"minf", b"stbl")
+        body = rewritten(body, change) if holds else change(kind, body)
+        written += struct.pack(">I4s", len(body) + 8, kind) + body
+        at += size
+    return written
+
+
+@pytest.mark.parametrize(
+    ("matrix", "corner"),
+    [
+        ((1, 0, 0, 1, 0, 0), (0, 0)),
+        ((0, 1, -1, 0, 48, 0), (0, 1)),
+        ((-1, 0, 0, -1, 64, 48), (1, 1)),
+        ((0, -1, 1, 0, 0, 64), (1, 0)),
+    ],
+    ids=["0", "90", "180", "270"],
+)
+def test_a_phones_film_is_upright_and_keeps_its_time_stamps(
+    matrix: tuple[int, ...], corner: tuple[int, int], tmp_path: Path
+) -> None:
+    """A bright first corner goes where the file's matrix turns it; one frame of twenty lasts three times as long."""
+    cv2 = pytest.importorskip("cv2")
+    path = tmp_path / "film.mp4"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"mp4v"), 30, (64, 48))
+    picture = np.zeros((48, 64, 3), dtype=np.uint8)
+    picture[:24, :32] = 255
+    for _ in range(20):
+        writer.write(picture)
+    writer.release()
+
+    def as_a_phone_writes(kind: bytes, body: bytes) -> bytes:
+        if kind == b"tkhd":
+            a, b, c, d, x, y = (value << 16 for value in matrix)
+            return body[:40] + struct.pack(">9i", a, b, 0, c, d, 0, x, y, 1 << 30) + body[76:]
+        if kind == b"stts":
+            count, step = struct.unpack_from(">2I", body, 8)
+            return body[:4] + struct.pack(">7I", 3, 10, step, 1, 3 * step, count - 11, step)
+        return body
+
+    path.write_bytes(rewritten(path.read_bytes(), as_a_phone_writes))
+    times, shown = zip(*pictures(path), strict=True)
+    upright = shown[5][..., 0]
+    assert upright.shape == ((48, 64) if matrix[0] else (64, 48))
+    rows, columns = np.array(upright.shape) // 2
+    quarters = [
+        upright[:rows, :columns],
+        upright[:rows, columns:],
+        upright[rows:, :columns],
+        upright[rows:, columns:],
+    ]
+    assert int(np.argmax([quarter.mean() for quarter in quarters])) == 2 * corner[0] + corner[1]
+    steps = np.diff(times) * 30
+    assert len(steps) >= 17  # the file's edit list is of the duration before
+    np.testing.assert_allclose(steps, np.where(np.arange(len(steps)) == 10, 3.0, 1.0), atol=0.02)
+    assert frame_rate(np.array(times), 30.0) == (pytest.approx(30.0), True)
 
 
 def test_keypoints_of_the_same_film_are_taken_from_an_earlier_run(tmp_path: Path) -> None:
