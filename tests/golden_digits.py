@@ -54,11 +54,11 @@ def settings() -> dict[str, dict[str, str]]:
     return found | {"generic": {"NUMBA_CPU_NAME": "generic"}}
 
 
-def make(figures: Sequence[str], environment: Mapping[str, str], results: Path) -> Path:
+def make(figures: Sequence[str], environment: Mapping[str, str], results: Path, workers: int) -> Path:
     """The folder with the smoke tables of these figures, made in a process of its own."""
     command = [
         sys.executable, "-m", "pipeline", "figures", f"experiment={','.join(figures)}", "data=synthetic", "scale=smoke",
-        f"results={results}", "workers=1", "figure.picture=false", "figure.recording=false",
+        f"results={results}", f"workers={workers}", "figure.picture=false", "figure.recording=false",
     ]  # fmt: skip
     done = finished(command, environment=environment)
     if done.returncode:
@@ -73,7 +73,7 @@ def make_all(
     """The folder of each setting."""
     with ThreadPoolExecutor(max_workers=jobs) as pool:
         running = {
-            name: pool.submit(make, figures, environment, results / name)
+            name: pool.submit(make, figures, environment, results / name, max(1, jobs // len(chosen)))
             for name, environment in chosen.items()
         }
         return {name: future.result() for name, future in running.items()}
@@ -154,7 +154,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("figures", nargs="*", metavar="FIGURE")
     parser.add_argument("--check", action="store_true", help="compare with the golden tables")
     parser.add_argument("--settings", default="", help=f"default, {', '.join(KERNELS)}, no_simd, generic")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="settings at a time")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes at a time")
     given = parser.parse_args(arguments)
     for variable in VARIABLES:
         os.environ.pop(variable, None)
