@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -138,7 +138,9 @@ def _page(walk: Walk, summary: dict[str, Any], options: Reconstruct, path: Path)
     from pipeline.report.walk_page import write_walk_page
 
     files = sorted(file.name for file in path.parent.iterdir())
-    write_walk_page(path, page_of(walk, walk.best, summary, options.input, files))
+    page = page_of(walk, walk.best, summary, options.input, files)
+    pictures = video.key_frames(path.parent / video.OVERLAY, page.frame_numbers, page.reprojection_px)
+    write_walk_page(path, replace(page, pictures=pictures))
 
 
 def _overlay(walk: Walk, summary: dict[str, Any], options: Reconstruct, path: Path) -> None:

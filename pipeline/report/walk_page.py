@@ -59,6 +59,8 @@ class WalkPage:
     heading_interval_deg : (float, float)
     alternatives_deg : sequence of float
         Other headings that are possible.
+    pictures : sequence of (int, str)
+        Frames of the film with the skeleton over it: number, and address of data.
     """
 
     title: str
@@ -84,6 +86,7 @@ class WalkPage:
     heading_deg: float
     heading_interval_deg: tuple[float, float]
     alternatives_deg: Sequence[float]
+    pictures: Sequence[tuple[int, str]] = ()
 
 
 def write_walk_page(path: Path, page: WalkPage) -> None:

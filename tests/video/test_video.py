@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import os
 import struct
@@ -14,7 +15,7 @@ import pytest
 
 from pipeline.formats import keypoints
 from pipeline.reconstruct.clip import Input, reconstruct_clip
-from pipeline.reconstruct.video import is_video, with_keypoints
+from pipeline.reconstruct.video import is_video, key_frames, with_keypoints
 from pipeline.validation import InvalidInput
 from pipeline.video import kept, networks
 from pipeline.video.film import frame_rate, on_even_grid, pictures
@@ -72,6 +73,26 @@ def rewritten(content: bytes, change: Callable[[bytes, bytes], bytes]) -> bytes:
         written += struct.pack(">I4s", len(body) + 8, kind) + body
         at += size
     return written
+
+
+def test_key_frames_are_some_of_a_films_as_pictures_of_a_page(tmp_path: Path) -> None:
+    cv2 = pytest.importorskip("cv2")
+    path = tmp_path / "film.mp4"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"mp4v"), 30, (720, 480))
+    for number in range(20):
+        writer.write(np.full((480, 720, 3), 10 * number, dtype=np.uint8))
+    writer.release()
+    numbers, points = np.arange(3, 19), np.full((16, 15, 2), [300.0, 100.0])
+    points[:, 0, 1] += 200.0
+    found = key_frames(path, numbers, points)
+    assert [number for number, _ in found] == [3, 8, 13, 18]
+    for number, address in found:
+        start, _, content = address.partition(",")
+        assert start == "data:image/jpeg;base64"
+        picture = cv2.imdecode(np.frombuffer(base64.b64decode(content), dtype=np.uint8), cv2.IMREAD_COLOR)
+        assert picture.shape == (280, 80, 3)  # a fifth of the height on each side
+        assert picture.mean() == pytest.approx(10 * number, abs=6.0)
+    assert key_frames(tmp_path / "none.mp4", numbers, points) == []
 
 
 @pytest.mark.parametrize(
