@@ -139,8 +139,11 @@ def _page(walk: Walk, summary: dict[str, Any], options: Reconstruct, path: Path)
 
     files = sorted(file.name for file in path.parent.iterdir())
     page = page_of(walk, walk.best, summary, options.input, files)
-    pictures = video.key_frames(path.parent / video.OVERLAY, page.frame_numbers, page.reprojection_px)
-    write_walk_page(path, replace(page, pictures=pictures))
+    if (film := path.parent / video.OVERLAY).is_file():
+        from pipeline.video.overlay import key_frames
+
+        page = replace(page, pictures=key_frames(film, page.frame_numbers, page.reprojection_px))
+    write_walk_page(path, page)
 
 
 def _overlay(walk: Walk, summary: dict[str, Any], options: Reconstruct, path: Path) -> None:

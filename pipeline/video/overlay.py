@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -12,6 +13,9 @@ from pipeline.validation import InvalidInput
 from pipeline.video.film import pictures
 
 FOURCC = "mp4v"
+KEY_FRAMES = 4
+KEY_PX = 400
+"""Longer side of a key frame."""
 
 
 def write_overlay(
@@ -65,3 +69,32 @@ def write_overlay(
     finally:
         if writer is not None:
             writer.release()
+
+
+def key_frames(film: Path, numbers: np.ndarray, points_px: np.ndarray) -> list[tuple[int, str]]:
+    """Number and JPEG, as an address of data, of some frames of a film about who walks.
+
+    Parameters
+    ----------
+    film : Path
+    numbers : (T,) int
+        Frames to choose from.
+    points_px : (T, J, 2)
+        Of the walker, whom the pictures show with a margin.
+    """
+    import cv2
+
+    chosen = np.linspace(0, len(numbers) - 1, KEY_FRAMES).round().astype(int)
+    shown = points_px[chosen].reshape(-1, 2)
+    margin = 0.2 * np.ptp(points_px[chosen, :, 1], axis=1).max()
+    left, top = np.maximum(shown.min(axis=0) - margin, 0).astype(int)
+    right, bottom = (shown.max(axis=0) + margin).astype(int)
+    found = []
+    for number, (_, picture) in enumerate(pictures(film)):
+        if number in numbers[chosen] and (part := picture[top:bottom, left:right]).size:
+            part = cv2.cvtColor(part, cv2.COLOR_RGB2BGR)
+            scale = min(KEY_PX / max(part.shape[:2]), 1.0)
+            small = cv2.resize(part, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+            content = base64.b64encode(cv2.imencode(".jpg", small)[1].tobytes()).decode()
+            found.append((number, f"data:image/jpeg;base64,{content}"))
+    return found
