@@ -50,6 +50,7 @@ def write_page(
     *,
     to: Path | None = None,
     most_bytes: int | None = None,
+    motion: bool = True,
 ) -> tuple[Path, dict[str, int]]:
     """Write ``index.html`` beside the published figures; return its path and the bytes of each part.
 
@@ -63,6 +64,8 @@ def write_page(
         Folder of the page, if it is not that of the results: its files are those that the page links to.
     most_bytes : int, optional
         Largest page; pictures become smaller to meet it.
+    motion : bool
+        Whether it has the players, with the motion of walkers and clips in them.
 
     Raises
     ------
@@ -72,13 +75,13 @@ def write_page(
     results = read_published(folder, figures)
     to, most = to or folder, MOST_BYTES if most_bytes is None else most_bytes
     width = entries.PICTURE_WIDTH
-    text, parts = _render(results, to, width)
+    text, parts = _render(results, to, width, motion)
     # Pictures become smaller until it fits; their bytes go with the area.
     while len(text.encode()) > most and parts["pictures"] and width > LEAST_WIDTH:
         room = parts["pictures"] - (len(text.encode()) - most)
         share = max(room, 1) / parts["pictures"]
         width = max(LEAST_WIDTH, int(0.97 * width * share**0.5))
-        text, parts = _render(results, to, width)
+        text, parts = _render(results, to, width, motion)
     content = text.encode()
     if len(content) > most:
         raise InvalidInput(
@@ -92,15 +95,21 @@ def write_page(
     return to / PAGE, {**parts, "page": len(content)}
 
 
-def _render(results: Published, to: Path, width: int) -> tuple[str, dict[str, int]]:
+def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str, dict[str, int]]:
     environment = templates.environment()
     environment.filters["tone"] = verdicts.tone
     environment.filters["beyond_tone"] = verdicts.beyond_tone
     environment.filters["number"] = entries.number
     style = templates.style()
     script = templates.scripts(_SCRIPTS)
-    walkers, no_walkers = players.walkers(results.figures.get("zhang2007_fig5"))
-    clips, no_clips = players.clips(results.figures.get("park2011_fig4"))
+    if motion:
+        walkers, no_walkers = players.walkers(results.figures.get("zhang2007_fig5"))
+        clips, no_clips = players.clips(results.figures.get("park2011_fig4"))
+    else:
+        walkers, clips = {}, {}
+        no_walkers = no_clips = (
+            f"this page gives no recorded motion on; make sweeps DATA={results.data} makes one that plays"
+        )
     of_papers = {key for key in papers.PAPERS if any(f.startswith(key) for f in _all_figures(results))}
     reasons = [
         reason
@@ -135,7 +144,7 @@ def _render(results: Published, to: Path, width: int) -> tuple[str, dict[str, in
         walkers=len(walkers["names"]) if walkers else 0,
         views=[int(walkers["views_deg"][0]), int(walkers["views_deg"][-1])] if walkers else [],
         clips=bool(clips),
-        reasons=reasons,
+        reasons=list(dict.fromkeys(reasons)),
         options=entries.options_of(results),
         published=entries.published_tables(results) if numbers else [],
         published_commits=entries.published_commits(results) if numbers else [],

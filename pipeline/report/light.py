@@ -2,7 +2,8 @@
 
 It holds the page, the tables (large ones compressed), claims, reduced pictures, manifests, the lock file and its bill
 of materials, recordings and the tutorial's pictures, with ``SHA256SUMS``, ``digits.csv`` and
-``ro-crate-metadata.json``.  What does not fit, the largest tables and recordings, is named in ``left_out.csv``.
+``ro-crate-metadata.json``.  What does not fit, the largest tables and recordings, is named in ``left_out.csv``; so are
+all recordings of recorded people, whose motion is not ours to give on: their page has no players either.
 """
 
 from __future__ import annotations
@@ -63,17 +64,19 @@ def keep_light(folder: Path, target: Path, figures: Sequence[str], **traced: Any
             (inside / name).write_bytes(item if isinstance(item, bytes) else item.read_bytes())
         for name in results.figures:
             (inside / name).mkdir()
-        texts, others = _smallest_first(results, folder)
+        texts, recordings = _smallest_first(results, folder)
         left = MOST_BYTES - PAGE_BYTES - METADATA_BYTES - _keep_pictures(results, folder, inside)
-        left, kept = _keep_all_that_fit(texts, inside, left - RECORDINGS_BYTES)
-        _, also = _keep_all_that_fit(others, inside, left + RECORDINGS_BYTES)
-        _write_left_out(inside / LEFT_OUT, results, kept | also)
+        room = 0 if results.recorded else RECORDINGS_BYTES
+        left, kept = _keep_all_that_fit(texts, inside, left - room)
+        if not results.recorded:
+            kept |= _keep_all_that_fit(recordings, inside, left + room)[1]
+        _write_left_out(inside / LEFT_OUT, results, kept)
         agreement.write_rule(inside, results.figures)
         drawn = folder.parent.parent / TUTORIAL
         for path in sorted(drawn.glob("*/*.svg")) if results.data == "synthetic" else ():
             (inside / TUTORIAL).mkdir(exist_ok=True)
             (inside / TUTORIAL / path.name).write_bytes(path.read_bytes())
-        write_page(folder, figures, to=inside, most_bytes=PAGE_BYTES)
+        write_page(folder, figures, to=inside, most_bytes=PAGE_BYTES, motion=not results.recorded)
         commands = {
             name: {"title": figure.title, "command": f"make {name} DATA={results.data}"}
             for name, figure in results.figures.items()
@@ -83,7 +86,8 @@ def keep_light(folder: Path, target: Path, figures: Sequence[str], **traced: Any
             facts,
             commands,
             name=f"3D motion from 2D motion: {results.data}, {results.scale} scale",
-            description="Tables, verdicts, pictures and recordings of the figures of four papers, computed again.",
+            description=("" if results.recorded else "Recordings, ")
+            + "tables, verdicts and pictures of the figures of four papers, computed again.",
             date=date,
             commit=commit,
         )

@@ -113,6 +113,11 @@ class Published:
     claims: list[dict[str, Any]] = field(default_factory=list)
 
     @property
+    def recorded(self) -> bool:
+        """Whether any figure was made from files, of people who were recorded."""
+        return any(figure.manifest.get("inputs") for figure in self.figures.values())
+
+    @property
     def ours(self) -> dict[str, float]:
         """Our value of each claim that has one."""
         return {

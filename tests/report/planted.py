@@ -68,6 +68,7 @@ def plant(
     scale: str = "smoke",
     lock_sha256: str = "absent",
     recording: bytes = b"",
+    inputs: Mapping[str, str] | None = None,
 ) -> Path:
     """Seal a figure's folder with what is given, a picture and the clips that were kept; return it."""
     folder.mkdir(parents=True)
@@ -90,6 +91,7 @@ def plant(
             "data": "synthetic",
             "scale": scale,
             "seed": 2007,
+            "inputs": dict(inputs or {}),
             "configuration": {
                 "title": "Errors <against> view",
                 "expect": "MAP & lower",

@@ -95,6 +95,20 @@ def test_the_largest_tables_are_left_out_where_they_do_not_fit(
     assert archive.verify(target) == []
 
 
+def test_of_recorded_people_it_gives_no_motion_on(lock: Path, tmp_path: Path) -> None:
+    folder, target = tmp_path / "optical" / "full", tmp_path / "light" / "optical"
+    made: dict[str, Any] = {"scale": "full", "lock_sha256": digest(lock.read_bytes())}
+    plant(folder / "zhang2007_fig5", recording=b"RRF2 small", inputs={"07_01": "0" * 64}, **made)
+    keep_light(folder, target, ["zhang2007_fig5"], lock=lock, **FACTS)
+    assert {path.name for path in target.rglob("*")} >= {"table.csv", "figure.webp", "index.html"}
+    assert not [path for path in target.rglob("*") if path.suffix in (".rrd", ".npz")]
+    assert ("zhang2007_fig5", "recording.rrd") in {
+        (row["figure"], row["file"]) for row in tables.read_rows(target / "left_out.csv")
+    }
+    assert "No player: this page gives no recorded motion on" in (target / "index.html").read_text()
+    assert archive.verify(target) == []
+
+
 def test_the_links_of_its_page_work_in_it(results: Path, lock: Path, tmp_path: Path) -> None:
     target = tmp_path / "light" / "synthetic"
     keep_light(results, target, FIGURES, lock=lock, **FACTS)

@@ -139,11 +139,14 @@ const Charts = (() => {
       if (log_y) { y0 = Math.max(y0, this.spec.least ?? y1 * 1e-6); y0 /= 1.2; y1 *= 1.2; } else { const pad = (y1 - y0 || 1) * 0.04; y1 += pad; if (!zero) y0 -= pad; }
       if (this.spec.limits) [y0, y1] = this.spec.limits;
       if (x0 === x1) { x0 -= 1; x1 += 1; }
+      const x = this.names ? ticks(y0, y1, log_y) : ticks(x0, x1, log_x), y = this.names ? [] : ticks(y0, y1, log_y);
+      // Room for the widest number beside the axis's title.
+      if (!this.names) this.left = Math.max(BESIDE, 34 + 7 * Math.max(...y.map(v => say(v).length)));
       const map = (v, a, b, log) => log ? Math.log(Math.max(v, a) / a) / Math.log(b / a) : (v - a) / (b - a);
       const wide = this.wide - this.left - RIGHT, over = y => Math.max(-0.02, Math.min(1.02, map(y, y0, y1, log_y)));
       this.px = this.names ? y => this.left + wide * over(y) : x => this.left + wide * map(x, x0, x1, log_x);
       this.py = this.names ? x => TOP + ROW * (x + 0.5) : y => this.high - BOTTOM - (this.high - TOP - BOTTOM) * over(y);
-      return { x: this.names ? ticks(y0, y1, log_y) : ticks(x0, x1, log_x), y: this.names ? [] : ticks(y0, y1, log_y) };
+      return { x, y };
     }
     node(name, attributes, parent = this.svg) {
       const made = parent.appendChild(document.createElementNS(SVG, name));
