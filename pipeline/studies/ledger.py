@@ -19,7 +19,7 @@ from pipeline.storage.sealed_folders import read_manifest
 from pipeline.studies import evaluation
 from pipeline.studies.registry import MEASURES
 from pipeline.studies.replicated import DRAW, INGEST, POPULATION, Replicates, replicate
-from pipeline.studies.rows import Number
+from pipeline.studies.rows import Number, rows_of
 
 Tables = Mapping[str, Any]
 """Tables, or mappings of columns, by name: ``zhang2007_fig5`` is the figure's ``table.csv``, and
@@ -32,6 +32,9 @@ LARGEST = 1e100
 """A replicate above says nothing: the third power of its distance would be no number."""
 MOST_SILENT = 0.05
 """Share of the replicates that may have no value, for there to be an interval."""
+
+SHARES = ("percent", "mean_percent", "percent_below", "larger", "smaller")
+"""Measures that are shares of rows or of walkers, or the larger or smaller of such, by name."""
 
 EXTREMES = ("largest", "smallest")
 """Measures whose value in people drawn again never lies beyond that of all people, by name."""
@@ -94,7 +97,11 @@ def _evidence(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], *, interv
     drawn = replicate(claim.tables, frames)
     value, values = _measured(claim.measure, frames, drawn)
     found = papers.Evidence(
-        value=_estimate(value, values, drawn, people, extreme=claim.measure.name in EXTREMES),
+        value=_beyond_the_seen(
+            _estimate(value, values, drawn, people, extreme=claim.measure.name in EXTREMES),
+            claim.measure,
+            drawn,
+        ),
         one_sample=_one_sample(claim, value, values, drawn),
         people=people,
         doubt=doubt,
@@ -159,6 +166,27 @@ def _estimate(
     elif extreme and said.min() >= value:
         low = 2.0 * value - high
     return papers.Estimate(float(value), low, high)
+
+
+def _beyond_the_seen(
+    share: papers.Estimate, measure: papers.Measure, drawn: Replicates | None
+) -> papers.Estimate:
+    """Return a share of 0 or 100 % with the interval of Clopper and Pearson: what no row had, no replicate has either.
+
+    It takes rows as independent, which nothing tells where all are alike; shares of views, which nobody drew, stay.
+    """
+    if drawn is None or share.low != share.high or any(part.name not in SHARES for part in measure.parts):
+        return share
+    counts = []
+    for arguments in (part.arguments for part in measure.parts if "table" in part.arguments):
+        rows = rows_of(drawn.tables[arguments["table"]], arguments.get("where", "")).frame
+        if arguments.get("by", "walker") != "walker":
+            return share
+        counts.append(rows["walker"].nunique() if "by" in arguments else len(rows))
+    unseen = 100.0 * (1.0 - (0.5 * (1.0 - bootstrap.LEVEL)) ** (1.0 / min(counts)))
+    if share.value == 0.0:
+        return replace(share, high=unseen)
+    return replace(share, low=100.0 - unseen) if share.value == 100.0 else share
 
 
 def _one_sample(
@@ -228,7 +256,8 @@ def numbers_of(names: Iterable[str], made: Tables) -> dict[str, papers.Estimate]
         drawn = replicate(measure.tables, frames)
         people, _ = _people(measure.tables, frames)
         values = _measured(measure, frames, drawn)
-        found[name] = _estimate(*values, drawn, people, extreme=measure.name in EXTREMES)
+        estimate = _estimate(*values, drawn, people, extreme=measure.name in EXTREMES)
+        found[name] = _beyond_the_seen(estimate, measure, drawn)
     return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -244,6 +245,45 @@ def test_an_extreme_near_a_bound_does_not_agree_though_no_person_drawn_again_exc
         value = one.evidence.value
         assert value.value == worst
         assert value.high - worst == pytest.approx(worst - value.low)
+
+
+@pytest.mark.parametrize(("people", "told"), [(12, "close"), (400, "agrees")])
+def test_what_nobody_showed_has_the_exact_interval_of_that_many(people: int, told: str) -> None:
+    """Clopper and Pearson's interval of none in n ends at 1 - 0.025^(1/n); no replicate holds what no row has."""
+    rows = 3 * people
+    table = {
+        "person": np.repeat([f"p{r:03d}" for r in range(people)], 3),
+        "method": ["least_squares"] * rows,
+        "failed": np.zeros(rows),
+    }
+    claim = papers.claim("zhang2004_view_angle_failures")
+    (verdict,) = judge([claim], {"zhang2004_fig5/table_people": table}, "synthetic")
+    assert verdict.evidence is not None
+    value = verdict.evidence.value
+    assert (value.value, value.low) == (0.0, 0.0)
+    assert (1.0 - value.high / 100.0) ** rows == pytest.approx(0.025)
+    assert verdict.agreement == told
+
+
+@pytest.mark.parametrize(("by", "low"), [("walker", 100.0 * 0.025 ** (1 / 20)), ("view_angle_deg", 100.0)])
+def test_a_share_of_walkers_has_it_and_one_of_views_does_not(by: str, low: float) -> None:
+    """Walkers are drawn; views are those that the figure has."""
+    error = np.concatenate([np.full(20, 5.0), np.full(20, 3.0)])
+    table = {
+        "person": 2 * [f"p{r:02d}" for r in range(20)],
+        "walker": 2 * [f"w{r:02d}" for r in range(20)],
+        "view_angle_deg": 2 * list(range(20)),
+        "method": ["least_squares"] * 20 + ["map"] * 20,
+        "absolute_error_mm2": error,
+    }
+    measure = Measure("percent_below", {
+        "table": "errors", "column": "absolute_error_mm2", "by": by, "of": "map", "than": "least_squares"
+    })  # fmt: skip
+    claim = replace(papers.claim("zhang2007_map_better_for_most_walkers"), measure=measure)
+    (verdict,) = judge([claim], {"errors": table}, "synthetic")
+    assert verdict.evidence is not None
+    assert verdict.evidence.value.value == 100.0
+    assert verdict.evidence.value.low == pytest.approx(low)
 
 
 def test_populations_take_the_place_of_people() -> None:
