@@ -122,7 +122,7 @@ def test_the_first_example_in_python_runs(base: Path, walks: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "package"),
     [
-        (["experiment=zhang2007_fig2"], "hydra-core"),
+        (["experiment=zhang2007_fig2"], "pandas"),
         (["figures"], "rich"),
         (["pointlight", "my_walks/p0.c3d", "to=walker.gif"], "pillow"),
     ],

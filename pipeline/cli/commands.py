@@ -15,7 +15,7 @@ from rich.text import Text
 
 from pipeline import papers
 from pipeline.cli.compose import compose
-from pipeline.cli.figures import lacking
+from pipeline.cli.figures import judged, lacking
 from pipeline.cli.presets import listed, presets, split_named
 from pipeline.cli.status import CURRENT, status
 from pipeline.cli.summary import claims_table, counts_by_kind, open_console
@@ -23,7 +23,7 @@ from pipeline.ingestion.data import RecordedData
 from pipeline.storage import archive, provenance, tables
 from pipeline.storage.sealed_folders import MANIFEST, read_manifest
 from pipeline.studies import published
-from pipeline.studies.ledger import judge_folder, write_claims
+from pipeline.studies.ledger import write_claims
 from pipeline.validation import InvalidInput, require_choice
 
 
@@ -102,7 +102,7 @@ def make_page(folder: Path, data_name: str, figures: Sequence[str]) -> str:
     from pipeline.report.document import write_page
 
     if folder.is_dir():
-        write_claims(folder / "claims.csv", judge_folder(folder, data_name, figures))
+        write_claims(folder / "claims.csv", judged(folder, data_name, figures))
     page, parts = write_page(folder, figures)
     sizes = ", ".join(f"{name} {size / 1e6:.2f}" for name, size in parts.items() if name != "page")
     return f"page: {page} ({parts['page'] / 1e6:.2f} MB: {sizes})"
@@ -124,7 +124,7 @@ def claims(arguments: Sequence[str]) -> int:
         open_console().print(f"nothing is made yet in {folder}: make sweeps{options}", soft_wrap=True)
         return 1
     chosen = [require_choice("experiment", name, presets()) for name in named]
-    verdicts = judge_folder(folder, config.data.name, figures_for(common, chosen))
+    verdicts = judged(folder, config.data.name, figures_for(common, chosen))
     if folder.is_dir() and not named:
         write_claims(folder / "claims.csv", verdicts)
     out = open_console()
@@ -220,7 +220,7 @@ def keep(arguments: Sequence[str]) -> int:
     if only := own.get("only"):
         require_choice("only", only, figures)
     elif folder.is_dir():
-        write_claims(folder / "claims.csv", judge_folder(folder, config.data.name, figures))
+        write_claims(folder / "claims.csv", judged(folder, config.data.name, figures))
     chosen = [only] if only else figures
     current = _current(chosen, folder, arguments, commit=facts["commit"])
     if own.get("light") not in (None, "", "0"):

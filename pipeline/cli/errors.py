@@ -15,7 +15,7 @@ def sentence(error: Exception) -> str:
         package = missing_package(error)
         return f"this needs {package}, which is not installed: pip install {package}" if package else ""
     if type(error).__module__.partition(".")[0] in ("hydra", "omegaconf"):
-        from pipeline.cli.compose import in_words  # loaded, or there would be no such error
+        from pipeline.cli.composition import in_words  # loaded, or there would be no such error
 
         return str(in_words(error))
     if isinstance(error, OSError) and error.strerror and error.filename:

@@ -6,21 +6,17 @@ without one, or with other sources, the same slip is refused by the composition.
 
 from __future__ import annotations
 
-import hashlib
 import json
-import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from functools import partial
-from pathlib import Path
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 from pipeline.cli.presets import CONF, presets
-from pipeline.resources import PACKAGE
-from pipeline.storage.publishing import new_file
+from pipeline.storage import user_cache
 from pipeline.validation import InvalidInput, require_range
 
 _SIMPLE = re.compile(r"([a-z_][\w.]*)=([\w./-]*)")
@@ -32,23 +28,12 @@ _EXTENDS = re.compile(r"^defaults:[\s\[-]*(\w+)", re.MULTILINE)
 
 FROM_FILES = ("data", "scale")
 
-
-def _place() -> Path:
-    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return Path(os.environ.get("GAIT_PIPELINE_CACHE") or cache / "gait-pipeline") / "options.json"
-
-
-def _edition() -> str:
-    """Return a digest of the names, sizes and times of all sources and options."""
-    paths = [path for root in (PACKAGE, CONF) for kind in ("py", "yaml") for path in root.rglob(f"*.{kind}")]
-    found = [(str(path), (stat := path.stat()).st_size, stat.st_mtime_ns) for path in paths]
-    return hashlib.sha256(repr(sorted(found)).encode()).hexdigest()
+INDEX = "options.json"
 
 
 def write_index(options: type[Any], groups: Mapping[str, Mapping[str, type[Any]]]) -> None:
     """Write the index of the options of an experiment, and of those that each choice of a group has."""
-    edition = _edition()
-    if _read(edition) is not None:
+    if _read() is not None:
         return
     trees: dict[str, dict[str, Any]] = {}
     for group, classes in groups.items():
@@ -63,14 +48,8 @@ def write_index(options: type[Any], groups: Mapping[str, Mapping[str, type[Any]]
         trees[group] = {
             name: tree for name, tree in known.items() if group not in FROM_FILES or name in files
         }
-    content = json.dumps({"edition": edition, "options": _tree(options), "groups": trees})
-    with suppress(
-        OSError, RuntimeError, InvalidInput
-    ):  # a folder that cannot be written to: nothing is quicker
-        place = _place()
-        place.parent.mkdir(parents=True, exist_ok=True)
-        with new_file(place, replace=True) as path:
-            path.write_text(content, encoding="utf-8")
+    content = json.dumps({"options": _tree(options), "groups": trees})
+    user_cache.write(INDEX, content.encode(), of=user_cache.edition())
 
 
 def _tree(kind: type[Any]) -> dict[str, Any]:
@@ -93,10 +72,10 @@ def _values(hint: Any) -> Any:
     return {"": hint.__name__, "bounds": bounds} if hint in (int, float) else None
 
 
-def _read(edition: str) -> dict[str, Any] | None:
-    with suppress(OSError, RuntimeError, ValueError, KeyError, TypeError):
-        found: dict[str, Any] = json.loads(_place().read_bytes())
-        return found if found["edition"] == edition else None
+def _read() -> dict[str, Any] | None:
+    with suppress(ValueError):
+        found = json.loads(user_cache.read(INDEX, of=user_cache.edition()) or b"")
+        return found if isinstance(found, dict) and {*found} == {"options", "groups"} else None
     return None
 
 
@@ -111,7 +90,7 @@ def refuse_slips(arguments: Sequence[str]) -> None:
     several = {"-m", "--multirun"} & set(arguments)
     given = [(match[1], match[2]) for item in arguments if (match := _SIMPLE.fullmatch(item))]
     given = [(key, value) for key, value in given if not key.startswith("hydra")]
-    if several or not given or (index := _read(_edition())) is None:
+    if several or not given or (index := _read()) is None:
         return
     chosen = dict(_CHOSEN.findall((CONF / "config.yaml").read_text(encoding="utf-8")))
     for key, value in given:

@@ -338,7 +338,8 @@ def _run(arguments: Sequence[str]) -> int:
     from pipeline.cli.index import refuse_slips
 
     refuse_slips(arguments)
-    from pipeline.cli.compose import run_hydra
+    from pipeline.cli.compose import on_this_machine
+    from pipeline.cli.composition import run_hydra
 
     several = {"-m", "--multirun"} & set(arguments)
     given = [Path(item[16:]) for item in arguments if item.startswith("hydra.sweep.dir=")]
@@ -346,13 +347,14 @@ def _run(arguments: Sequence[str]) -> int:
         if folder.is_dir():  # Hydra writes its own file there
             require_new(folder / "multirun.yaml", replace=lambda old: old.startswith(b"hydra:"))
     if not several or given:
-        return run_hydra(arguments, _make_one)
+        return run_hydra(arguments, _make_one, on_this_machine)
     moment = _moment()
     results = next((item[8:] for item in reversed(arguments) if item.startswith("results=")), "results")
     if not results.strip(" \"'"):
         raise InvalidInput("must name a folder", where="results", received="nothing")
     try:
-        return run_hydra([*arguments, f"hydra.sweep.dir=${{results}}/scratch/{moment}"], _make_variant)
+        arguments = [*arguments, f"hydra.sweep.dir=${{results}}/scratch/{moment}"]
+        return run_hydra(arguments, _make_variant, on_this_machine)
     finally:
         _compare(Path(results) / "scratch" / moment)
         _tell_presets(arguments)

@@ -29,9 +29,18 @@ _KEYS = ("name", "up", "units", "recognised_by", "points", "joints", "otherwise"
 
 
 @functools.cache
+def _names() -> list[str]:
+    return sorted(path.stem for path in FOLDER.glob("*.yaml"))
+
+
+@functools.cache
+def _shipped(name: str) -> SourceMapping:
+    return load(FOLDER / f"{name}.yaml")
+
+
 def shipped() -> dict[str, SourceMapping]:
     """Return the mappings that ship, by name."""
-    return {path.stem: load(path) for path in sorted(FOLDER.glob("*.yaml"))}
+    return {name: _shipped(name) for name in _names()}
 
 
 def chosen(name: str) -> SourceMapping | None:
@@ -44,11 +53,11 @@ def chosen(name: str) -> SourceMapping | None:
     """
     if name == AUTO:
         return None
-    if name in shipped():
-        return shipped()[name]
+    if name in _names():
+        return _shipped(name)
     if "/" in name or "\\" in name or name.lower().endswith((".yaml", ".yml")):
         return load(Path(name))
-    listed = " or ".join([AUTO, *shipped()])
+    listed = " or ".join([AUTO, *_names()])
     raise InvalidInput(
         "there is no such option", where="skeleton", expected=f"{listed} or a path.yaml", received=name[:60]
     )

@@ -9,10 +9,21 @@ from __future__ import annotations
 import ast
 import functools
 import hashlib
+import json
+import sys
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 
+from pipeline.storage import user_cache
+
 PACKAGE = Path(__file__).resolve().parent.parent
+
+_CODE, _MOST = f"code-{sys.version_info[0]}.{sys.version_info[1]}.json", 4000
+"""File of the user's cache, whose syntax trees are those of one Python, and the most modules in it."""
+
+Code = tuple[str, frozenset[tuple[str, str]]]
+"""The digest of a module's syntax tree, and each name that it imports with the module it comes from."""
 
 
 def sources_digest(modules: Iterable[str]) -> str:
@@ -25,12 +36,17 @@ def sources_digest(modules: Iterable[str]) -> str:
     """
     reached: set[str] = set()
     waiting = [name for name in modules if _path(name)]
+    before = len(_known())
     while waiting:
         name = waiting.pop()
         if name in reached:
             continue
         reached.add(name)
         waiting += _module(name)[1] - reached
+    if len(_known()) > before:
+        latest = list(_known().items())[-_MOST:]
+        content = {of: (digest, sorted(names)) for of, (digest, names) in latest}
+        user_cache.write(_CODE, json.dumps(content).encode())
     lines = (f"{name}\0{_module(name)[0]}\n" for name in sorted(reached))
     return hashlib.sha256("".join(lines).encode()).hexdigest()
 
@@ -60,8 +76,26 @@ def _module(name: str) -> tuple[str, frozenset[str]]:
 
 
 @functools.cache
-def _code(content: bytes) -> tuple[str, frozenset[tuple[str, str]]]:
-    """Return the digest of a module's syntax tree, and each name that it imports with the module it comes from."""
+def _known() -> dict[str, Code]:
+    """Return what is known of modules by the digest of their content; new ones are added."""
+    with suppress(ValueError, TypeError, AttributeError):
+        found = json.loads(user_cache.read(_CODE) or b"{}")
+        return {
+            of: (digest, frozenset((full, module) for full, module in names))
+            for of, (digest, names) in found.items()
+        }
+    return {}
+
+
+def _code(content: bytes) -> Code:
+    """Return a module's code, known or parsed."""
+    of, known = hashlib.sha256(content).hexdigest(), _known()
+    if of not in known:
+        known[of] = _parsed(content)
+    return known[of]
+
+
+def _parsed(content: bytes) -> Code:
     tree = ast.parse(content)
     imports: set[tuple[str, str]] = set()
     # What is imported for annotations alone does not run.

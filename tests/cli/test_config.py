@@ -15,9 +15,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pipeline import mappings, papers
-from pipeline.cli.compose import compose, quoted
+from pipeline.cli.compose import compose
 from pipeline.cli.errors import sentence
 from pipeline.cli.main import destination
+from pipeline.cli.overrides import quoted
 from pipeline.cli.presets import presets
 from pipeline.ingestion.data import FolderData
 from pipeline.skeleton.mapped_joints import LOWER_BODY

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -10,10 +9,12 @@ from pathlib import Path
 import pytest
 
 from pipeline.cli import index
-from pipeline.cli.compose import DATA, compose
+from pipeline.cli.compose import compose
+from pipeline.cli.composition import DATA
 from pipeline.cli.errors import sentence
 from pipeline.cli.main import COMMANDS, _help_of, command
 from pipeline.cli.presets import presets
+from pipeline.storage import user_cache
 from pipeline.studies import registry
 from pipeline.studies.experiment import Experiment
 from pipeline.validation import InvalidInput
@@ -45,7 +46,7 @@ def indexed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The index, in a cache of the test's own."""
     monkeypatch.setenv("GAIT_PIPELINE_CACHE", str(tmp_path))
     write()
-    return tmp_path / "options.json"
+    return tmp_path / user_cache.edition() / "options.json"
 
 
 def write() -> None:
@@ -112,8 +113,11 @@ def test_an_index_of_other_sources_or_none_judges_nothing(
     indexed: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert judged("swep=1")
-    stale = json.loads(indexed.read_bytes()) | {"edition": "of before"}
-    for content in (json.dumps(stale), "{", "[]", ""):
+    monkeypatch.setattr(user_cache, "edition", lambda: "of other sources")
+    assert judged("swep=1") == ""
+    monkeypatch.undo()
+    monkeypatch.setenv("GAIT_PIPELINE_CACHE", str(indexed.parent.parent))
+    for content in ("{", "[]", ""):
         indexed.write_text(content)
         assert judged("swep=1") == ""
     write()

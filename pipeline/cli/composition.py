@@ -1,0 +1,178 @@
+"""Composing an experiment by Hydra: the only module with Hydra and OmegaConf.
+
+The option classes are registered as schemas, so that an unknown key, a wrong type, a wrong choice or a missing value
+is refused, with the full key, before anything runs.  An option class needs no YAML file.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import MISSING, Field, fields, is_dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import hydra
+from hydra.core.config_store import ConfigStore
+from hydra.core.global_hydra import GlobalHydra
+from hydra.core.hydra_config import HydraConfig
+from hydra.errors import MissingConfigException, OverrideParseException
+from hydra.types import RunMode
+from omegaconf import OmegaConf
+from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException
+
+from pipeline.cli.index import write_index
+from pipeline.cli.overrides import quoted
+from pipeline.cli.presets import CONF, presets
+from pipeline.ingestion.data import FolderData, RecordedData, SyntheticData
+from pipeline.studies import registry
+from pipeline.studies.experiment import Experiment, Scale
+from pipeline.validation import InvalidInput
+
+DATA = {"synthetic": SyntheticData, "recorded": RecordedData, "folder": FolderData}
+
+
+@cache
+def register() -> None:
+    """Register the option classes with Hydra, once: it takes longer than to compose.
+
+    A YAML file of an option extends the schema ``base_<name>``; an option without a YAML file is chosen by its name.
+    """
+    # Hydra copies the whole store before every composition, and again each node that it takes out: once is enough.
+    ConfigStore.__deepcopy__ = lambda stored, _: stored  # type: ignore[attr-defined]
+    store = ConfigStore.instance()
+    store.store(name="experiment_schema", node=Experiment)
+    store.store(group="scale", name="base_scale", node=Scale)
+    for name, kind in DATA.items():
+        store.store(group="data", name=f"base_{name}", node=kind)
+    for group in registry.GROUPS:
+        for name, option in registry.options(group).items():
+            alone = not (CONF / group / f"{name}.yaml").is_file()
+            store.store(group=group, name=name if alone else f"base_{name}", node=_schema(option))
+    groups = {group: registry.options(group) for group in registry.GROUPS}
+    write_index(Experiment, {"scale": {"scale": Scale}, "data": DATA, **groups})
+
+
+def _schema(option: type[Any]) -> Any:
+    """Return the structured configuration of an option class, with the sizes that the scale sets."""
+    schema = OmegaConf.structured(option)
+    for field in fields(option):
+        if sizes := field.metadata.get("scale"):
+            OmegaConf.update(schema, field.name, _from_scale(field, sizes))
+    return schema
+
+
+def _from_scale(field: Field, sizes: dict[str, Any]) -> Any:
+    assert field.default is MISSING, f"{field.name}: the scale sets it"
+    values = {name: f"${{scale.{size}}}" if isinstance(size, str) else size for name, size in sizes.items()}
+    return values.get("value", values)
+
+
+def composed(overrides: Sequence[str]) -> Experiment:
+    """Return the experiment that these overrides name, as on every machine."""
+    register()
+    GlobalHydra.instance().clear()
+    with hydra.initialize_config_dir(version_base="1.3", config_dir=str(CONF), job_name="pipeline"):
+        return _typed(hydra.compose("config", overrides=quoted(overrides)))
+
+
+def _typed(composed: Any) -> Experiment:
+    missing = OmegaConf.missing_keys(composed)
+    if "name" in missing:
+        raise InvalidInput("no experiment is chosen", expected="experiment=" + "|".join(presets()))
+    if missing:
+        raise InvalidInput("a value is missing", where=", ".join(sorted(missing)))
+    OmegaConf.resolve(composed)
+    experiment: Experiment = OmegaConf.to_object(composed)  # type: ignore[assignment]
+    _refuse_additions(experiment, "")
+    return experiment
+
+
+def _refuse_additions(options: Any, path: str) -> None:
+    """Refuse keys that ``+key=value`` added, which no stage would read."""
+    if not is_dataclass(options):
+        return
+    known = [field.name for field in fields(options)]
+    for name, value in vars(options).items():
+        if name not in known:
+            raise InvalidInput(
+                "there is no such option", where=path + name, expected="one of " + ", ".join(known)
+            )
+        _refuse_additions(value, f"{path}{name}.")
+
+
+def in_words(error: Exception) -> Exception:
+    """Return an error of Hydra or OmegaConf as an InvalidInput with the full key."""
+    if isinstance(error, MissingConfigException) and error.missing_cfg_file:
+        group, _, name = error.missing_cfg_file.partition("/")
+        if group == "hydra":  # whose groups are folders of folders
+            group, _, name = error.missing_cfg_file.rpartition("/")
+        options = " or ".join(o for o in error.options or () if not o.startswith("base_"))
+        if group == "hydra/launcher":
+            options += "; joblib needs the extra `joblib`, submitit_* the extra `cluster`"
+        return InvalidInput("there is no such option", where=group, expected=options, received=name)
+    if isinstance(error, OverrideParseException):
+        return InvalidInput(
+            "this is not an override", expected="option=value", received=repr(error.override or error.message)
+        )
+    cause = error if isinstance(error, OmegaConfBaseException) else error.__cause__
+    if isinstance(cause, OmegaConfBaseException) and cause.full_key:
+        if isinstance(cause, ConfigAttributeError | ConfigKeyError) and is_dataclass(cause.object_type):
+            names = [field.name for field in fields(cause.object_type)]
+            known = "one of " + ", ".join(names) if names else "none: there are no options here"
+            return InvalidInput("there is no such option", where=cause.full_key, expected=known)
+        return InvalidInput(str(cause).splitlines()[0], where=cause.full_key)
+    first = str(error).splitlines()[0]
+    several = "one value; several values are a multirun: -m in front" if first.startswith("Ambiguous") else ""
+    return InvalidInput(first, expected=several)
+
+
+def run_hydra(
+    arguments: Sequence[str],
+    make: Callable[[Experiment, Sequence[str], Path | None], str],
+    prepared: Callable[[Experiment], Experiment],
+) -> int:
+    """Run one experiment, or a multirun of variants, through Hydra's own command line; return the exit status.
+
+    Parameters
+    ----------
+    arguments : sequence of str
+        Hydra's flags and overrides.
+    make : callable
+        Given an experiment, its overrides and, for a variant of a multirun, its folder: makes the figure and returns
+        why it was refused, empty if it was not.
+    prepared : callable
+        Makes a composed experiment one of this machine.
+    """
+    register()
+    status = 0
+
+    @hydra.main(version_base="1.3", config_path=str(CONF), config_name="config")
+    def one(composed: Any) -> None:
+        nonlocal status
+        settings = HydraConfig.get()
+        variant = settings.mode == RunMode.MULTIRUN
+        try:
+            experiment = prepared(_typed(composed))
+        except InvalidInput as error:
+            if variant:
+                raise
+            status = 1
+            print(error, file=sys.stderr)
+            return
+        folder = Path(settings.runtime.output_dir) / experiment.name if variant else None
+        if variant and settings.runtime.choices["hydra/launcher"] != "basic":
+            # Variants run side by side, each on the cores that its launcher has asked for.
+            experiment.workers = min(experiment.workers, settings.launcher.get("cpus_per_task") or 1)
+        refused = make(experiment, settings.overrides.task, folder)
+        if refused and variant:
+            # The other variants are made; the launcher passes this one's error to the caller.
+            raise InvalidInput(refused, where=settings.job.override_dirname)
+        status = 1 if refused else 0
+
+    os.environ["HYDRA_FULL_ERROR"] = "1"  # errors reach the caller
+    sys.argv[1:] = quoted(arguments)
+    one()
+    return status

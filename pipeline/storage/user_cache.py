@@ -1,0 +1,79 @@
+"""The user's cache: what follows from the sources alone, kept under a digest of their content.
+
+Nothing in it can be out of date, for other sources have another name; without it everything is only slower.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+import sys
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from pipeline.resources import CONF, PACKAGE
+from pipeline.storage.publishing import new_file
+from pipeline.validation import InvalidInput
+
+KEPT = 6
+"""Editions whose folders are kept, the latest."""
+
+
+def place() -> Path:
+    """Return the folder of all that is kept: ``GAIT_PIPELINE_CACHE``, or one in the user's cache."""
+    above = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    return Path(os.environ.get("GAIT_PIPELINE_CACHE") or above / "gait-pipeline")
+
+
+@cache
+def edition() -> str:
+    """Return a digest of the content of all sources and options, and of the Python that reads them."""
+    found = hashlib.sha256(sys.version.encode())
+    for root in (PACKAGE, CONF):
+        for path in sorted(path for kind in ("py", "yaml") for path in root.rglob(f"*.{kind}")):
+            found.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
+    return found.hexdigest()[:32]
+
+
+def remembered(what: Sequence[object], make: Callable[[], Any]) -> Any:
+    """Return the plain value that `make` returns, which follows from the sources and from `what` alone.
+
+    Parameters
+    ----------
+    what : sequence
+        Values whose ``repr`` tells all of them.
+    make : callable
+        Returns what JSON can hold; it is not called if that is kept.
+    """
+    name, of = hashlib.sha256(repr(what).encode()).hexdigest()[:32] + ".json", edition()
+    with suppress(ValueError):
+        return json.loads(read(name, of=of) or b"")
+    made = make()
+    write(name, json.dumps(made).encode(), of=of)
+    return made
+
+
+def read(name: str, *, of: str = "") -> bytes | None:
+    """Return what is kept under a name, of an edition or of all; None if nothing is."""
+    with suppress(OSError, RuntimeError):
+        return (place() / of / name).read_bytes()
+    return None
+
+
+def write(name: str, content: bytes, *, of: str = "") -> None:
+    """Keep something under a name, of an edition or of all; where nothing can be written, nothing is kept."""
+    with suppress(OSError, RuntimeError, InvalidInput):
+        folder = place() / of
+        if of and not folder.is_dir():
+            folder.mkdir(parents=True)
+            editions = [other for other in place().iterdir() if len(other.name) == len(of) and other.is_dir()]
+            for old in sorted(editions, key=lambda other: other.stat().st_mtime)[:-KEPT]:
+                shutil.rmtree(old, ignore_errors=True)
+        folder.mkdir(parents=True, exist_ok=True)
+        with new_file(folder / name, replace=True) as path:
+            path.write_bytes(content)

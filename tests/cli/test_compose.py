@@ -1,0 +1,123 @@
+"""What comes from the user's cache is what composing and judging give, and never of other sources or tables."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pipeline.cli import composition
+from pipeline.cli.compose import compose, on_this_machine
+from pipeline.cli.figures import judged
+from pipeline.cli.presets import presets
+from pipeline.storage import tables, user_cache
+from pipeline.storage.sealed_folders import write_manifest
+from pipeline.studies.ledger import judge_folder
+from pipeline.validation import InvalidInput
+from tests.studies.test_ledger import SPECTRUM
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("GAIT_PIPELINE_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+@pytest.fixture
+def composed(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
+    """The overrides that were composed, in turn."""
+    asked: list[list[str]] = []
+    real = composition.composed
+
+    def counted(overrides: list[str]) -> object:
+        asked.append(list(overrides))
+        return real(overrides)
+
+    monkeypatch.setattr(composition, "composed", counted)
+    return asked
+
+
+@pytest.mark.parametrize("data", ["synthetic", "optical", "many", "folder"])
+def test_the_second_time_it_is_the_same(data: str, tmp_path: Path, composed: list[list[str]]) -> None:
+    for name in presets() if data == "synthetic" else ["zhang2007_sources", "park2011_fig4"]:
+        overrides = [f"experiment={name}", f"data={data}", f"data.path={tmp_path}"][: 2 + (data == "folder")]
+        first, second = compose(overrides), compose(overrides)
+        assert len(composed) == 1, "the second comes from the cache"
+        del composed[:]
+        assert second == first == on_this_machine(composition.composed(overrides))
+        assert repr(second) == repr(first), "in the order of its parts, too"
+        del composed[:]
+
+
+def test_what_it_rests_on_is_asked_again(monkeypatch: pytest.MonkeyPatch, composed: list[list[str]]) -> None:
+    overrides = ["experiment=zhang2007_fig5", "data=cmu"]
+    for mirror, cores, edition in (("a", 1, "x"), ("b", 1, "x"), ("b", 2, "x"), ("b", 2, "y"), ("b", 2, "y")):
+        monkeypatch.setenv("MOCAP_MIRROR", mirror)
+        monkeypatch.setattr("pipeline.cli.compose.usable_cores", lambda cores=cores: cores)
+        monkeypatch.setattr(user_cache, "edition", lambda edition=edition: edition)
+        assert compose(overrides).data.mirror == mirror  # type: ignore[attr-defined]
+    assert len(composed) == 4
+
+
+def test_a_damaged_file_is_composed_again(own_cache: Path, composed: list[list[str]]) -> None:
+    overrides = ["experiment=zhang2007_fig5"]
+    first = compose(overrides)
+    (kept,) = [path for path in own_cache.rglob("*.json") if path.stem not in ("options",)]
+    kept.write_bytes(kept.read_bytes()[:100])
+    assert compose(overrides) == first
+    assert len(composed) == 2
+
+
+def test_a_refusal_is_not_kept(composed: list[list[str]]) -> None:
+    for _ in range(2):
+        with pytest.raises(InvalidInput, match="results must name a folder"):
+            compose(["experiment=zhang2007_fig5", "results=' '"])
+    assert len(composed) == 1, "the options are kept, and refused on this machine each time"
+
+
+def test_without_a_cache_it_is_composed_each_time(
+    monkeypatch: pytest.MonkeyPatch, composed: list[list[str]]
+) -> None:
+    monkeypatch.setenv("GAIT_PIPELINE_CACHE", "/dev/null")
+    assert compose(["experiment=zhang2007_fig5"]) == compose(["experiment=zhang2007_fig5"])
+    assert len(composed) == 2
+
+
+def test_old_editions_go(own_cache: Path) -> None:
+    for number in range(user_cache.KEPT + 3):
+        user_cache.write("one", b"1", of=f"{number:032d}")
+    assert len(list(own_cache.iterdir())) == user_cache.KEPT
+    assert user_cache.read("one", of=f"{user_cache.KEPT + 2:032d}") == b"1"
+
+
+def test_verdicts_are_remembered_by_the_content_of_tables(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "full" / "zhang2007_fig2"
+    folder.mkdir(parents=True)
+
+    def publish(first_share: float) -> None:
+        (folder / "manifest.json").unlink(missing_ok=True)
+        person = {"person": ["a", "a", "b", "b"], "variance_fraction": [first_share, 0.06, 0.918, 0.06]}
+        for name, columns in SPECTRUM.items():
+            more = person if name == "table_harmonics" else {}
+            tables.write(folder / f"{name}.csv", {**columns, **more}, replace=lambda old: True)
+        write_manifest(folder, {"scale": "full"})
+
+    publish(0.92)
+    asked = (folder.parent, "synthetic", ["zhang2007_fig2"])
+    first = judged(*asked)
+    assert repr(first) == repr(judge_folder(*asked))
+    assert any(one.evidence and one.evidence.value.known for one in first)
+    with monkeypatch.context() as patched:
+        patched.setattr("pipeline.cli.figures.judge_folder", None)
+        assert repr(judged(*asked)) == repr(first)
+    table = folder / "table.csv"
+    kept = table.read_bytes()
+    table.write_bytes(kept.replace(b"1", b"2", 1))
+    with pytest.raises(InvalidInput, match="the table was changed after it was published"):
+        judged(*asked)
+    table.write_bytes(kept)
+    assert repr(judged(*asked)) == repr(first)
+    publish(0.5)
+    assert repr(judged(*asked)) != repr(first)
