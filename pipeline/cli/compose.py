@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import is_dataclass
 from enum import Enum
 from functools import cache
@@ -35,8 +36,10 @@ def compose(overrides: Sequence[str]) -> Experiment:
         from pipeline.cli import composition
 
         made.append(composition.composed(overrides))
-        kept = canonical(made[0])
-        return kept if _whole(kept) == made[0] else None
+        with suppress(InvalidInput):  # of what cannot be kept, such as a number that is not finite
+            kept = canonical(made[0])
+            return kept if _whole(kept) == made[0] else None
+        return None
 
     said = ("experiment", *overrides, os.environ.get("MOCAP_MIRROR"), usable_cores())
     kept = user_cache.remembered(said, plain)

@@ -48,13 +48,13 @@ def remembered(what: Sequence[object], make: Callable[[], Any]) -> Any:
     what : sequence
         Values whose ``repr`` tells all of them.
     make : callable
-        Returns what JSON can hold; it is not called if that is kept.
+        Returns what JSON can hold, or None, which is not kept; it is not called if something is.
     """
     name, of = hashlib.sha256(repr(what).encode()).hexdigest()[:32] + ".json", edition()
     with suppress(ValueError):
         return json.loads(read(name, of=of) or b"")
-    made = make()
-    write(name, json.dumps(made).encode(), of=of)
+    if (made := make()) is not None:
+        write(name, json.dumps(made).encode(), of=of)
     return made
 
 

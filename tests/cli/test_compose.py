@@ -75,6 +75,14 @@ def test_a_refusal_is_not_kept(composed: list[list[str]]) -> None:
     assert len(composed) == 1, "the options are kept, and refused on this machine each time"
 
 
+def test_what_cannot_be_kept_is_composed_each_time(composed: list[list[str]]) -> None:
+    for _ in range(2):
+        experiment = compose(["experiment=zhang2007_fig5", "sweep.view_angle_deg.step=nan"])
+        with pytest.raises(InvalidInput, match="must be above 0"):
+            experiment.validate()
+    assert len(composed) == 2
+
+
 def test_without_a_cache_it_is_composed_each_time(
     monkeypatch: pytest.MonkeyPatch, composed: list[list[str]]
 ) -> None:
