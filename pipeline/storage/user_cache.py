@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import shutil
+import re
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -22,6 +22,8 @@ from pipeline.validation import InvalidInput
 
 KEPT = 6
 """Editions whose folders are kept, the latest."""
+
+_EDITION, _OURS = re.compile(r"[0-9a-f]{32}"), re.compile(r"([0-9a-f]{32}|options)\.json")
 
 
 def place() -> Path:
@@ -71,9 +73,18 @@ def write(name: str, content: bytes, *, of: str = "") -> None:
         folder = place() / of
         if of and not folder.is_dir():
             folder.mkdir(parents=True)
-            editions = [other for other in place().iterdir() if len(other.name) == len(of) and other.is_dir()]
-            for old in sorted(editions, key=lambda other: other.stat().st_mtime)[:-KEPT]:
-                shutil.rmtree(old, ignore_errors=True)
+            others = [path for path in place().iterdir() if _EDITION.fullmatch(path.name)]
+            for old in sorted(others, key=lambda path: path.stat().st_mtime)[:-KEPT]:
+                _remove(old)
         folder.mkdir(parents=True, exist_ok=True)
         with new_file(folder / name, replace=True) as path:
             path.write_bytes(content)
+
+
+def _remove(old: Path) -> None:
+    """Remove an edition; files that are not ours stay, and their folder."""
+    with suppress(OSError):
+        for path in old.iterdir():
+            if _OURS.fullmatch(path.name):
+                path.unlink()
+        old.rmdir()

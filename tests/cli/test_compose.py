@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -91,11 +92,20 @@ def test_without_a_cache_it_is_composed_each_time(
     assert len(composed) == 2
 
 
-def test_old_editions_go(own_cache: Path) -> None:
+def test_old_editions_go_and_files_of_others_stay(own_cache: Path) -> None:
+    mine = own_cache / ("a" * 32)
+    mine.mkdir(parents=True)
+    (mine / "thesis.json").write_text("mine")
+    (own_cache / "photographs-of-thirty-two-letters").mkdir()
+    for path in own_cache.iterdir():
+        os.utime(path, (0, 0))
     for number in range(user_cache.KEPT + 3):
-        user_cache.write("one", b"1", of=f"{number:032d}")
-    assert len(list(own_cache.iterdir())) == user_cache.KEPT
-    assert user_cache.read("one", of=f"{user_cache.KEPT + 2:032d}") == b"1"
+        user_cache.write("options.json", b"1", of=f"{number:032d}")
+        os.utime(own_cache / f"{number:032d}", (number + 1, number + 1))
+    assert user_cache.read("options.json", of=f"{user_cache.KEPT + 2:032d}") == b"1"
+    assert user_cache.read("options.json", of=f"{0:032d}") is None
+    assert (mine / "thesis.json").read_text() == "mine"
+    assert len(list(own_cache.iterdir())) <= user_cache.KEPT + 3
 
 
 def test_verdicts_are_remembered_by_the_content_of_tables(
