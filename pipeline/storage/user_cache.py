@@ -61,9 +61,10 @@ def remembered(what: Sequence[object], make: Callable[[], Any]) -> Any:
 
 
 def read(name: str, *, of: str = "") -> bytes | None:
-    """Return what is kept under a name, of an edition or of all; None if nothing is."""
+    """Return what is kept under a name, of an edition or of all; None if nothing is, or something else by now."""
     with suppress(OSError, RuntimeError):
-        return (place() / of / name).read_bytes()
+        seal, _, content = (place() / of / name).read_bytes().partition(b"\n")
+        return content if seal == _seal(content) else None
     return None
 
 
@@ -78,7 +79,11 @@ def write(name: str, content: bytes, *, of: str = "") -> None:
                 _remove(old)
         folder.mkdir(parents=True, exist_ok=True)
         with new_file(folder / name, replace=True) as path:
-            path.write_bytes(content)
+            path.write_bytes(_seal(content) + b"\n" + content)
+
+
+def _seal(content: bytes) -> bytes:
+    return hashlib.sha256(content).hexdigest().encode()
 
 
 def _remove(old: Path) -> None:

@@ -64,9 +64,13 @@ def test_a_damaged_file_is_composed_again(own_cache: Path, composed: list[list[s
     overrides = ["experiment=zhang2007_fig5"]
     first = compose(overrides)
     (kept,) = [path for path in own_cache.rglob("*.json") if path.stem not in ("options",)]
-    kept.write_bytes(kept.read_bytes()[:100])
-    assert compose(overrides) == first
-    assert len(composed) == 2
+    whole = kept.read_bytes()
+    for damaged in (whole[:100], b"[]", b"", whole.replace(b"2007", b"2008", 1), b"\xff" * 100):
+        assert damaged != whole
+        kept.write_bytes(damaged)
+        del composed[:]
+        assert compose(overrides) == first
+        assert len(composed) == 1
 
 
 def test_a_refusal_is_not_kept(composed: list[list[str]]) -> None:
