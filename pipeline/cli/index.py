@@ -6,10 +6,8 @@ without one, or with other sources, the same slip is refused by the composition.
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from functools import partial
@@ -28,28 +26,29 @@ _EXTENDS = re.compile(r"^defaults:[\s\[-]*(\w+)", re.MULTILINE)
 
 FROM_FILES = ("data", "scale")
 
-INDEX = "options.json"
+_INDEX = ("options",)
 
 
 def write_index(options: type[Any], groups: Mapping[str, Mapping[str, type[Any]]]) -> None:
     """Write the index of the options of an experiment, and of those that each choice of a group has."""
-    if _read() is not None:
-        return
-    trees: dict[str, dict[str, Any]] = {}
-    for group, classes in groups.items():
-        known = {name: _tree(kind) for name, kind in classes.items()}
-        files = {path.stem: path.read_text(encoding="utf-8") for path in (CONF / group).glob("*.yaml")}
-        for name, text in files.items():
-            while name not in known and (base := _EXTENDS.search(text)):
-                above = base[1].removeprefix("base_")
-                known |= {name: known[above]} if above in known else {}
-                text = files.get(above, "")
-        # Of data sets and scales the classes are no choices, only what files make of them.
-        trees[group] = {
-            name: tree for name, tree in known.items() if group not in FROM_FILES or name in files
-        }
-    content = json.dumps({"options": _tree(options), "groups": trees})
-    user_cache.write(INDEX, content.encode(), of=user_cache.edition())
+
+    def index() -> dict[str, Any]:
+        trees: dict[str, dict[str, Any]] = {}
+        for group, classes in groups.items():
+            known = {name: _tree(kind) for name, kind in classes.items()}
+            files = {path.stem: path.read_text(encoding="utf-8") for path in (CONF / group).glob("*.yaml")}
+            for name, text in files.items():
+                while name not in known and (base := _EXTENDS.search(text)):
+                    above = base[1].removeprefix("base_")
+                    known |= {name: known[above]} if above in known else {}
+                    text = files.get(above, "")
+            # Of data sets and scales the classes are no choices, only what files make of them.
+            trees[group] = {
+                name: tree for name, tree in known.items() if group not in FROM_FILES or name in files
+            }
+        return {"options": _tree(options), "groups": trees}
+
+    user_cache.remembered(_INDEX, index)
 
 
 def _tree(kind: type[Any]) -> dict[str, Any]:
@@ -72,13 +71,6 @@ def _values(hint: Any) -> Any:
     return {"": hint.__name__, "bounds": bounds} if hint in (int, float) else None
 
 
-def _read() -> dict[str, Any] | None:
-    with suppress(ValueError):
-        found = json.loads(user_cache.read(INDEX, of=user_cache.edition()) or b"")
-        return found if isinstance(found, dict) and {*found} == {"options", "groups"} else None
-    return None
-
-
 def refuse_slips(arguments: Sequence[str]) -> None:
     """Refuse overrides that name no option, or give it a value that it cannot have, if the index is there.
 
@@ -90,7 +82,7 @@ def refuse_slips(arguments: Sequence[str]) -> None:
     several = {"-m", "--multirun"} & set(arguments)
     given = [(match[1], match[2]) for item in arguments if (match := _SIMPLE.fullmatch(item))]
     given = [(key, value) for key, value in given if not key.startswith("hydra")]
-    if several or not given or (index := _read()) is None:
+    if several or not given or (index := user_cache.remembered(_INDEX, lambda: None)) is None:
         return
     chosen = dict(_CHOSEN.findall((CONF / "config.yaml").read_text(encoding="utf-8")))
     for key, value in given:

@@ -23,7 +23,7 @@ from pipeline.validation import InvalidInput
 KEPT = 6
 """Editions whose folders are kept, the latest."""
 
-_EDITION, _OURS = re.compile(r"[0-9a-f]{32}"), re.compile(r"([0-9a-f]{32}|options)\.json")
+_EDITION, _OURS = re.compile(r"[0-9a-f]{32}"), re.compile(r"[0-9a-f]{32}\.json")
 
 
 def place() -> Path:
@@ -34,7 +34,11 @@ def place() -> Path:
 
 @cache
 def edition() -> str:
-    """Return a digest of the content of all sources and options, and of the Python that reads them."""
+    """Return a digest of the content of all sources and options, and of the Python that reads them, at the start."""
+    return _digest()
+
+
+def _digest() -> str:
     found = hashlib.sha256(sys.version.encode())
     for root in (PACKAGE, CONF):
         for path in sorted(path for kind in ("py", "yaml") for path in root.rglob(f"*.{kind}")):
@@ -55,7 +59,7 @@ def remembered(what: Sequence[object], make: Callable[[], Any]) -> Any:
     name, of = hashlib.sha256(repr(what).encode()).hexdigest()[:32] + ".json", edition()
     with suppress(ValueError):
         return json.loads(read(name, of=of) or b"")
-    if (made := make()) is not None:
+    if (made := make()) is not None and _digest() == of:  # else somebody has edited meanwhile
         write(name, json.dumps(made).encode(), of=of)
     return made
 

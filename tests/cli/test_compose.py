@@ -55,15 +55,26 @@ def test_what_it_rests_on_is_asked_again(monkeypatch: pytest.MonkeyPatch, compos
     for mirror, cores, edition in (("a", 1, "x"), ("b", 1, "x"), ("b", 2, "x"), ("b", 2, "y"), ("b", 2, "y")):
         monkeypatch.setenv("MOCAP_MIRROR", mirror)
         monkeypatch.setattr("pipeline.cli.compose.usable_cores", lambda cores=cores: cores)
-        monkeypatch.setattr(user_cache, "edition", lambda edition=edition: edition)
+        for digest in ("edition", "_digest"):
+            monkeypatch.setattr(user_cache, digest, lambda edition=edition: edition)
         assert compose(overrides).data.mirror == mirror  # type: ignore[attr-defined]
     assert len(composed) == 4
+
+
+def test_what_was_composed_while_somebody_edited_is_not_kept(
+    monkeypatch: pytest.MonkeyPatch, composed: list[list[str]]
+) -> None:
+    user_cache.edition()
+    monkeypatch.setattr(user_cache, "_digest", lambda: "edited")
+    for _ in range(2):
+        compose(["experiment=zhang2007_fig5"])
+    assert len(composed) == 2
 
 
 def test_a_damaged_file_is_composed_again(own_cache: Path, composed: list[list[str]]) -> None:
     overrides = ["experiment=zhang2007_fig5"]
     first = compose(overrides)
-    (kept,) = [path for path in own_cache.rglob("*.json") if path.stem not in ("options",)]
+    (kept,) = [path for path in own_cache.rglob("*.json") if b'"zhang2007_fig5"' in path.read_bytes()]
     whole = kept.read_bytes()
     for damaged in (whole[:100], b"[]", b"", whole.replace(b"2007", b"2008", 1), b"\xff" * 100):
         assert damaged != whole
@@ -104,10 +115,10 @@ def test_old_editions_go_and_files_of_others_stay(own_cache: Path) -> None:
     for path in own_cache.iterdir():
         os.utime(path, (0, 0))
     for number in range(user_cache.KEPT + 3):
-        user_cache.write("options.json", b"1", of=f"{number:032d}")
+        user_cache.write("0" * 32 + ".json", b"1", of=f"{number:032d}")
         os.utime(own_cache / f"{number:032d}", (number + 1, number + 1))
-    assert user_cache.read("options.json", of=f"{user_cache.KEPT + 2:032d}") == b"1"
-    assert user_cache.read("options.json", of=f"{0:032d}") is None
+    assert user_cache.read("0" * 32 + ".json", of=f"{user_cache.KEPT + 2:032d}") == b"1"
+    assert user_cache.read("0" * 32 + ".json", of=f"{0:032d}") is None
     assert (mine / "thesis.json").read_text() == "mine"
     assert len(list(own_cache.iterdir())) <= user_cache.KEPT + 3
 

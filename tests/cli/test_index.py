@@ -46,7 +46,8 @@ def indexed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The index, in a cache of the test's own."""
     monkeypatch.setenv("GAIT_PIPELINE_CACHE", str(tmp_path))
     write()
-    return tmp_path / user_cache.edition() / "options.json"
+    (path,) = (tmp_path / user_cache.edition()).iterdir()
+    return path
 
 
 def write() -> None:
