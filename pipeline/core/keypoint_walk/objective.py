@@ -278,7 +278,11 @@ class Objective:
 
     def cost(self, x: np.ndarray, keypoints: Keypoints, noise: Noise) -> float:
         """Return J."""
-        costs = point_costs(self.residual(x, keypoints), noise.sigma_px, self.setting.nu) * keypoints.weights
+        return self.cost_of(x, self.residual(x, keypoints), keypoints.weights, noise)
+
+    def cost_of(self, x: np.ndarray, residual: np.ndarray, weights: np.ndarray, noise: Noise) -> float:
+        """Return J of x whose residuals are known."""
+        costs = point_costs(residual, noise.sigma_px, self.setting.nu) * weights
         return float(costs.sum()) / noise.kappa + self.prior_cost(x)
 
     def quadratic(self, x: np.ndarray, keypoints: Keypoints, noise: Noise) -> Quadratic:

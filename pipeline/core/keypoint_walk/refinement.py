@@ -169,6 +169,7 @@ class Refinement:
         self._exchanged, self.used = dict.fromkeys(LIMBS, none), keypoints
         self._swapped = _exchanged(keypoints, dict.fromkeys(LIMBS, ~none))
         self._step, self._converged = 0, False
+        self._residual: np.ndarray | None = None
 
     def advance(self, steps: int | None = None) -> Refinement:
         """Go so many steps further, or until the cost hardly falls."""
@@ -188,9 +189,10 @@ class Refinement:
             cost = here.cost
             for _ in range(MOST_HALVINGS):
                 moved = self.objective.moved(self.x, move)
-                there = self.objective.cost(moved, self.used, noise)
+                residual = self.objective.residual(moved, self.used)
+                there = self.objective.cost_of(moved, residual, self.used.weights, noise)
                 if there < here.cost:
-                    self.x, cost = moved, there
+                    self.x, self._residual, cost = moved, residual, there
                     break
                 move /= 2.0
             self._converged = here.cost - cost < ENOUGH
@@ -199,7 +201,9 @@ class Refinement:
     @property
     def noise(self) -> Noise:
         """Scale of the residuals as they are."""
-        return estimate_noise(self.objective.residual(self.x, self.used), self.used.weights)
+        if self._residual is None:
+            self._residual = self.objective.residual(self.x, self.used)
+        return estimate_noise(self._residual, self.used.weights)
 
     def _look_for_exchanged(self, noise: Noise) -> None:
         costs = [
@@ -208,7 +212,7 @@ class Refinement:
             for points in (self._given, self._swapped)
         ]
         self._exchanged = find_exchanged(costs[0], costs[1])
-        self.used = _exchanged(self._given, self._exchanged)
+        self.used, self._residual = _exchanged(self._given, self._exchanged), None
 
     def fit(self) -> Fit:
         """Return the walker so far."""
