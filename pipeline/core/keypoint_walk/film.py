@@ -41,7 +41,7 @@ MUCH_NEARER = 0.6
 """Share of the residual of a doubtful walk, or of one of hardly a stride, below which another frame rate's counts."""
 SAME_PERIOD = 0.1
 """Share by which two periods that are one may differ."""
-RATE_STRIDE_HZ, RATE_STRIDES = (0.7, 1.2), 2.0
+RATE_STRIDE_HZ, RATE_STRIDES = (0.7, 1.3), 2.0
 """Strides a second, and strides, that a walk at another frame rate must have to be believed."""
 
 
