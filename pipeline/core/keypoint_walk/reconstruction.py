@@ -35,6 +35,8 @@ FOLLOWED_RESIDUAL = 1.3
 """Residual, per cent of the height, above which a wandering path is tried."""
 FOLLOWED_GAIN = 0.8
 """A wandering path is believed if it leaves less than this share of the residual."""
+SURER_GAIN = 0.9
+"""The same, where what it leaves is no longer large."""
 UNSHARED = 0.93
 """Share of the residual that no path takes away, above which none is tried: where one was believed, at most 0.87."""
 SHAKEN_SHARE = 0.3
@@ -428,7 +430,9 @@ def reconstruct_followed(
         return still
     # A camera that follows turns: where in the image somebody is says nothing of its focal length, which is held.
     followed = once(cosines=cosines)
-    better = followed.relative_residual < FOLLOWED_GAIN * still.relative_residual
+    surer = followed.relative_residual <= FOLLOWED_RESIDUAL
+    gain = SURER_GAIN if surer else FOLLOWED_GAIN
+    better = followed.relative_residual < gain * still.relative_residual
     return followed if better else still
 
 
