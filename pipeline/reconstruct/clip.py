@@ -123,7 +123,7 @@ class Walk:
 def _prior(folder: Path, layout: str) -> tuple[Prior, dict[str, Calibration]]:
     trained = model_file.load(folder)
     detector: Detector = layouts.layouts()[layout].detector
-    return prepare(trained.model, detector), trained.calibrations
+    return prepare(trained.model, detector, unfamiliar=trained.unfamiliar), trained.calibrations
 
 
 def reconstruct_clip(given: Input, model: Path = model_file.SHIPPED) -> Walk:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.core.anatomical import BONES, JOINTS, PAIRS
+from pipeline.core.anatomical.laboratories import COMMON
 from pipeline.core.keypoint_walk import CompactMoments, Moments, WalkerModel, expand, model_of
 from pipeline.core.keypoint_walk.calibration import ANYBODY, AS_OURS, CYCLE_KINDS, GROUPS, LEVELS, Calibration
 from pipeline.core.keypoint_walk.training import BLOCKS, SIZE
@@ -58,6 +59,17 @@ class TrainedModel:
     def model(self) -> WalkerModel:
         """The model with its whole covariance."""
         return model_of(expand(self.compact))
+
+    @property
+    def concentration(self) -> float:
+        """Sum of squares of the laboratories' shares of the people."""
+        people = np.array(list(self.about["people_by_source"].values()), dtype=float)
+        return float((people**2).sum() / people.sum() ** 2)
+
+    @property
+    def unfamiliar(self) -> float:
+        """Share of what sets laboratories apart that the model lacks; of one with known people, each one's own part."""
+        return self.concentration * (1.0 - COMMON if "calibrated_on" in self.about else 1.0)
 
 
 def _arrays(trained: TrainedModel) -> dict[str, np.ndarray]:
@@ -150,4 +162,6 @@ def _load(folder: Path) -> TrainedModel:
     }
     of_the_file = ("version", "sha256", "bytes", "walkers", "files", "seal")
     about = {k: v for k, v in manifest.items() if k not in of_the_file}
+    for source, people in manifest["people_by_source"].items():
+        require_range(f"manifest.json, people_by_source, {source}", people, at_least=1, whole=True)
     return TrainedModel(compact, calibrations, about)

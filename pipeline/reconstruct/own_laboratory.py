@@ -28,14 +28,13 @@ def calibrate(trained: TrainedModel, walks: Walks) -> TrainedModel:
     The average walker alone moves, by its constant coefficients; what people differ by, and the multipliers of error
     bars, stay those of the model.  Size is left to the distance.
     """
-    counts = np.array(list(trained.about["people_by_source"].values()), dtype=float)
     people = list(dict.fromkeys(walks.person.tolist()))
     each = anatomical.by_block(np.stack([walk.walker for walk in training_walks(walks)]))
     both = (each + fourier.mirrored(each)) / 2.0
     moved = calibrated(
         trained.compact,
         np.stack([both[walks.person == person].mean(axis=0) for person in people]),
-        float(((counts / counts.sum()) ** 2).sum()),
+        trained.concentration,
     )
     known = {"people": len(people), "walks": len(walks)}
     return replace(trained, compact=moved, about={**trained.about, "calibrated_on": known})

@@ -10,6 +10,7 @@ import numpy as np
 
 from pipeline.clips.filmed import belt_speed_mm_s, film, training_walks
 from pipeline.clips.kinds import Walks
+from pipeline.core.anatomical import concentration, person_weights
 from pipeline.core.keypoint_walk import (
     CompactMoments,
     Detector,
@@ -101,7 +102,8 @@ def left_out_clips(
         others = groups != group
         rest = [walk for walk, other in zip(trained, others, strict=True) if other]
         model = model_of(expand(_compacted(moments(rest, walks.person[others]), options)))
-        prior = prepare(model, Detector(floor_mm=np.full(15, error.bias_mm)))
+        share = concentration(person_weights(walks.person[others]), walks.source[others])
+        prior = prepare(model, Detector(floor_mm=np.full(15, error.bias_mm)), unfamiliar=share)
         for person in dict.fromkeys(walks.person[~others].tolist()):
             number, mine = people.index(person), np.flatnonzero(walks.person == person)
             for case, (overground, heading) in enumerate(cases):

@@ -15,6 +15,7 @@ articulated     a skeleton of 14 limbs from images to refined positions: stages,
 coverage_of_intervals   95 % intervals over people: how often they hold the true mean; no times
 growth          with the number of walkers and of view angles
 gait_events     foot contacts and toe-offs by ankles against a laboratory's marks, ms; needs the recordings
+known_people    films of people of another laboratory, a few of whom are known, mm, no times; needs the recordings
 film_with_truth   a film to 3D, against optical joint centres, no times; needs KEYPOINTS_RECORDINGS
 keypoint_offsets   MediaPipe's joints against optical centres on one film, mm, no times; needs KEYPOINTS_RECORDINGS
 held_out_joints   joints of recorded people hidden and estimated: mm, no times; needs the recordings
@@ -60,6 +61,7 @@ BENCHMARKS = (
     "growth",
     "gait_events",
     "held_out_joints",
+    "known_people",
     "keypoint_offsets",
     "film_with_truth",
     "whole",

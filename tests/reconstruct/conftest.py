@@ -23,5 +23,7 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
         whom: Calibration(*(np.full(shape, wide) for shape in shapes))
         for whom, wide in ((AS_OURS, 1.0), (ANYBODY, 1.5))
     }
-    model_file.save(model_file.TrainedModel(small, calibrations, {"note": "synthetic"}), folder)
+    model_file.save(
+        model_file.TrainedModel(small, calibrations, {"people_by_source": {"synthetic": 1}}), folder
+    )
     return folder

@@ -32,6 +32,7 @@ from pipeline.core.anatomical.conditional import (
 from pipeline.core.anatomical.laboratories import (
     Differences,
     concentration,
+    definitions,
     learn_differences,
     unfamiliar,
 )
@@ -91,6 +92,7 @@ __all__ = [
     "circle",
     "concentration",
     "condition",
+    "definitions",
     "deviation_at_instants",
     "fit",
     "fit_lengths",

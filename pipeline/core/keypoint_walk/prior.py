@@ -5,6 +5,7 @@ Symbols
 ``F``      variance of a detector's constant bias and slow error: its floor
 ``W'``     the walker as the detector draws him, ``N(m + offset, C + F)``; the answer is ``W = m + G (W' - offset - m)``
 ``G``      ``C (C + F)^-1``: gives the bias back
+``C``      covariance of walkers, and of where a laboratory that the model does not know puts their joints
 ``P0``     prior precision of W': inverse of C + F, plus the stance rows
 """
 
@@ -15,7 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
-from pipeline.core.anatomical import JOINTS, stance_rows
+from pipeline.core.anatomical import JOINTS, definitions, stance_rows
 from pipeline.core.keypoint_walk.training import BLOCKS, SIZE, WalkerModel
 from pipeline.core.keypoint_walk.view import level_axes
 from pipeline.validation import require_range, require_shape
@@ -89,6 +90,8 @@ class Prior:
     detector : Detector
     mean : (15, 3, 9)
         Of W', mm.
+    covariance : (405, 405)
+        C, mm².
     precision : (405, 405)
         P0.
     giving_back : (405, 405)
@@ -105,6 +108,7 @@ class Prior:
     model: WalkerModel
     detector: Detector
     mean: np.ndarray
+    covariance: np.ndarray
     precision: np.ndarray
     giving_back: np.ndarray
     remaining: np.ndarray
@@ -114,7 +118,9 @@ class Prior:
     grid: Grid
 
 
-def prepare(model: WalkerModel, detector: Detector, *, bone_factor: float = BONE_FACTOR) -> Prior:
+def prepare(
+    model: WalkerModel, detector: Detector, *, bone_factor: float = BONE_FACTOR, unfamiliar: float = 0.0
+) -> Prior:
     """Prepare the prior of one detector.
 
     Parameters
@@ -123,13 +129,19 @@ def prepare(model: WalkerModel, detector: Detector, *, bone_factor: float = BONE
     detector : Detector
     bone_factor : float
         Factor on the learnt tolerances of bones.
+    unfamiliar : float
+        Share of what sets laboratories apart that the model lacks, as `anatomical.concentration` gives it; 0: it knows
+        the walker's.
     """
+    covariance = model.covariance.reshape(JOINTS, 3, BLOCKS, JOINTS, 3, BLOCKS).copy()
+    covariance[:, :, 0, :, :, 0] += unfamiliar * definitions()
+    covariance = covariance.reshape(SIZE, SIZE)
     floor = np.broadcast_to(detector.floor_mm[:, None], (JOINTS, 3))
     variance = np.full((JOINTS, 3, BLOCKS), SLOW_MM**2)
     variance[:, :, 0] = floor**2
-    with_floor = model.covariance + np.diag(variance.ravel())
+    with_floor = covariance + np.diag(variance.ravel())
     factor = cho_factor(with_floor, lower=True)
-    giving_back = cho_solve(factor, model.covariance).T
+    giving_back = cho_solve(factor, covariance).T
     rows, belt = stance_rows(model.mean)
     precision = cho_solve(factor, np.eye(SIZE))
     precision += STANCE_WEIGHT * (rows.T / (model.stance_variance + 25.0)) @ rows
@@ -140,13 +152,14 @@ def prepare(model: WalkerModel, detector: Detector, *, bone_factor: float = BONE
         model=model,
         detector=detector,
         mean=mean,
+        covariance=covariance,
         precision=(precision + precision.T) / 2.0,
         giving_back=giving_back,
-        remaining=model.covariance - giving_back @ model.covariance,
+        remaining=covariance - giving_back @ covariance,
         belt=belt,
         bone_sd=np.sqrt(bone_factor**2 * model.bone_variance + 1.0 + 2.0 * SLOW_MM**2),
         pair_sd=np.sqrt(bone_factor**2 * model.pair_variance + 1.0 + 4.0 * typical**2),
-        grid=projected_grid(mean, model.covariance, detector.seen),
+        grid=projected_grid(mean, covariance, detector.seen),
     )
 
 

@@ -210,7 +210,7 @@ def find_starts(
     frequencies, worse, image = frequency_candidates(path.metric, weights, times, model.log_frequency)
     worse = worse - worse.min()
     whole = bool(np.array_equal(seen, prior.detector.seen))
-    grid = prior.grid if whole else projected_grid(prior.mean, model.covariance, seen)
+    grid = prior.grid if whole else projected_grid(prior.mean, prior.covariance, seen)
     z = heights[seen] - heights[seen].mean()
     down = image[0, seen, 0, 1] - image[0, seen, 0, 1].mean()
     size = float(-(down @ z) / (z @ z))

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipeline.core.anatomical import JOINTS
+from pipeline.core.anatomical import JOINTS, concentration, person_weights
 from pipeline.core.keypoint_walk import (
     CompactMoments,
     Detector,
@@ -50,6 +50,8 @@ class KeypointWalkers:
     aperiodic_variance : (G, 15, 3)
     log_frequency : (G, 2)
     walkers : (G,) int
+    unfamiliar : (G,)
+        Share of what sets laboratories apart that the model lacks; 0 of those without a group.
     words : str
     """
 
@@ -64,6 +66,7 @@ class KeypointWalkers:
     aperiodic_variance: np.ndarray
     log_frequency: np.ndarray
     walkers: np.ndarray
+    unfamiliar: np.ndarray
     words: str
 
     def prior(self, left_out: int, knowledge: Knowledge) -> Prior:
@@ -84,6 +87,7 @@ class KeypointWalkers:
             with_harmonics(model_of(expand(small)), knowledge.harmonics),
             Detector(floor_mm=np.full(JOINTS, knowledge.floor_mm)),
             bone_factor=BONE_FACTOR if knowledge.bones else NO_BONES,
+            unfamiliar=float(self.unfamiliar[left_out]),
         )
 
 
@@ -120,6 +124,10 @@ class KeypointWalkersModel(Model):
             # More than half as many eigenwalkers as people would hold the people themselves.
             return compact(learnt, min(self.components, (learnt.walkers - 1) // 2))
 
+        def lacking(name: str) -> float:
+            kept = dataset.source != name
+            return concentration(person_weights(dataset.person[kept]), dataset.source[kept])
+
         found = map_processes(without, range(len(left_out)), workers)
         kept = min(len(small.eigenvalues) for small in found[:groups])
         rests = [small.rest for small in found]
@@ -146,5 +154,6 @@ class KeypointWalkersModel(Model):
             aperiodic_variance=np.stack([rest.aperiodic_variance for rest in rests]),
             log_frequency=np.stack([rest.log_frequency for rest in rests]),
             walkers=np.array([rest.walkers for rest in rests]),
+            unfamiliar=np.array([0.0] * groups + [lacking(name) for name in names]),
             words=f"{kept} eigenwalkers, people left out in {groups} groups",
         )

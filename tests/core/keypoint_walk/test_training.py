@@ -5,13 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pipeline.core.anatomical import BONES, PAIRS, bone_lengths, stance_rows
-from pipeline.core.keypoint_walk import compact, expand, moments, prepare, train, training_walk
+from pipeline.core.anatomical import BONES, PAIRS, bone_lengths, definitions, stance_rows
+from pipeline.core.keypoint_walk import compact, expand, moments, prepare, reconstruct, train, training_walk
+from pipeline.core.keypoint_walk.errors import headings, level_angles
 from pipeline.core.keypoint_walk.prior import Detector
 from pipeline.core.keypoint_walk.training import HEIGHT_MM, mirror_image
+from pipeline.core.sagittal_angles import ANGLES
 from pipeline.skeleton import WALKER15
+from pipeline.synthetic.keypoints import Filming, simulate_keypoints
 from pipeline.validation import InvalidInput
-from tests.core.keypoint_walk.walkers import RATE, motions, prior, walks
+from tests.core.keypoint_walk.walkers import CLEAN, RATE, motions, prior, walks
+
+KNEES = [number for number, angle in enumerate(ANGLES) if angle.endswith("knee")]
 
 
 def test_every_walker_has_the_same_height() -> None:
@@ -90,3 +95,37 @@ def test_a_compact_model_keeps_the_variance_and_leading_eigenwalkers() -> None:
     assert small.components.shape == (5, whole.covariance.shape[0])
     with pytest.raises(InvalidInput, match="eigenwalkers"):
         compact(whole, 7)
+
+
+def test_an_unfamiliar_laboratory_widens_constants_alone() -> None:
+    model = prior().model
+    plain, wider = (prepare(model, Detector(), unfamiliar=share) for share in (0.0, 0.4))
+    np.testing.assert_array_equal(plain.covariance, model.covariance)
+    gained = (wider.covariance - model.covariance).reshape(15, 3, 9, 15, 3, 9)
+    np.testing.assert_allclose(gained[:, :, 0, :, :, 0], 0.4 * definitions(), atol=1e-9)
+    gained[:, :, 0, :, :, 0] = 0.0
+    assert not gained.any()
+    assert wider.model is model  # walkers themselves do not differ by more
+
+
+@pytest.mark.parametrize("shift_mm", [-40.0, 40.0])
+def test_knees_that_a_laboratory_puts_elsewhere_are_seen_from_the_side(shift_mm: float) -> None:
+    def moved(motion: np.ndarray) -> np.ndarray:
+        return motion + shift_mm * np.array([[j.endswith("knee")] for j in WALKER15.joints]) * [0.0, 1.0, 0.0]
+
+    errors = []
+    for unfamiliar in (0.0, 1.0):
+        filming = Filming(heading_rad=np.radians(90.0), speed_mm_s=1200.0)
+        sim = simulate_keypoints(np.random.default_rng(0), moved(motions()[0]), RATE, filming, CLEAN)
+        found = reconstruct(
+            sim.pixels, np.ones(sim.pixels.shape[:2]), sim.frame_rate_hz, sim.focal_px,
+            prepare(prior().model, Detector(), unfamiliar=unfamiliar), both_labellings=False,
+        )  # fmt: skip
+        of_knees = [
+            level_angles(positions, at)[:, KNEES]
+            for positions, at in (
+                (found.posterior.positions_mm, headings(found)), (sim.positions_mm, sim.heading_rad),
+            )
+        ]  # fmt: skip
+        errors.append(abs(np.degrees(of_knees[0] - of_knees[1]).mean()))
+    assert errors[1] < 0.6 * errors[0]

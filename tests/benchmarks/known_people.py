@@ -1,0 +1,90 @@
+"""Simulated films of people of a laboratory that the model does not know, of whom a few others are known in 3D.
+
+For CMU and biomechZoo, by a model of everybody else: mean distance of the joints, mm, and root mean square error of the
+knees, degrees, mean over people and four views, with nobody, one and three other people known; beside them, without
+the allowance for unfamiliar laboratories.  Needs MOCAP_MIRROR or `make data`; nothing is timed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pipeline.cli.compose import compose
+from pipeline.clips.filmed import belt_speed_mm_s, film, training_walks
+from pipeline.clips.kinds import WALKS, Walks
+from pipeline.core import anatomical, fourier
+from pipeline.core.anatomical.laboratories import COMMON
+from pipeline.core.keypoint_walk import (
+    Detector,
+    Prior,
+    TrainingWalk,
+    compact,
+    expand,
+    model_of,
+    moments,
+    prepare,
+)
+from pipeline.core.sagittal_angles import KINDS
+from pipeline.reconstruct.own_laboratory import calibrated
+from pipeline.seeding import derive_generator
+from pipeline.studies.keypoints.clip import compare, reconstruct_clip
+from pipeline.studies.keypoints.conditions import Condition
+from pipeline.synthetic.keypoints import DetectorError, Filming
+from pipeline.validation import InvalidInput
+from tests.benchmarks.tables import Row
+
+LABORATORIES = ("biomechzoo", "cmu")
+HEADINGS_DEG = (0, 30, 60, 90)
+KNOWN = (0, 1, 3)
+COMPONENTS = 9
+"""Fewer than half of the fewest people who are left."""
+USUAL = Condition(kind="usual", level="usual")
+
+
+def run() -> list[Row]:
+    """One row for each laboratory, number of known people, and whether unfamiliar laboratories are allowed for."""
+    experiment = compose(["experiment=keypoints_headings", "data=many"])
+    try:
+        walks = experiment.data.request(WALKS, experiment.skeleton, 1, 1).make()
+    except InvalidInput as refusal:
+        raise SystemExit(f"known_people: {refusal}") from None
+    assert isinstance(walks, Walks)
+    return [row for laboratory in LABORATORIES for row in _rows(walks, laboratory)]
+
+
+def _rows(walks: Walks, laboratory: str) -> list[Row]:
+    trained = training_walks(walks)
+    others = walks.source != laboratory
+    small = compact(moments([trained[k] for k in np.flatnonzero(others)], walks.person[others]), COMPONENTS)
+    share = anatomical.concentration(anatomical.person_weights(walks.person[others]), walks.source[others])
+    people = list(dict.fromkeys(walks.person[~others].tolist()))
+    of_person = [np.flatnonzero(walks.person == person) for person in people]
+    each = [anatomical.by_block(np.stack([trained[k].walker for k in mine])) for mine in of_person]
+    walkers = [((one + fourier.mirrored(one)) / 2.0).mean(axis=0) for one in each]
+    rows: list[Row] = []
+    for allowed in (False, True):
+        for count in KNOWN:
+            found = []
+            for number, mine in enumerate(of_person):
+                known = [walkers[(number + 1 + k) % len(people)] for k in range(count)]
+                moved = calibrated(small, np.stack(known), share) if count else small
+                left = share * (1.0 - COMMON if count else 1.0) * allowed
+                prior = prepare(model_of(expand(moved)), Detector(), unfamiliar=left)
+                found += [
+                    _errors(walks, int(mine[0]), trained[mine[0]], heading, prior) for heading in HEADINGS_DEG
+                ]
+            error_mm, knee_deg = np.mean(found, axis=0)
+            rows.append({
+                "laboratory": laboratory, "people": len(people), "known": count, "unfamiliar_allowed": int(allowed),
+                "error_mm": float(error_mm), "knee_error_deg": float(knee_deg),
+            })  # fmt: skip
+    return rows
+
+
+def _errors(walks: Walks, walk: int, truth: TrainingWalk, heading: int, prior: Prior) -> tuple[float, float]:
+    """Errors of joints, mm, and knees, degrees, of one film; the same one whatever is known."""
+    filming = Filming(heading_rad=float(np.radians(heading)), speed_mm_s=belt_speed_mm_s(truth))
+    generator = derive_generator(2007, f"known people {walk} {heading}")
+    simulated = film(generator, walks, walk, DetectorError(), filming, longest_s=3.0)
+    measured = compare(reconstruct_clip(simulated, prior, USUAL), simulated, truth, USUAL)
+    return float(measured.distance_mm[0]), float(measured.angle_deg[0, list(KINDS).index("knee")])
