@@ -241,6 +241,7 @@ def test_two_known_people_of_a_laboratory_bring_its_others_nearer() -> None:
     )
     series = [fourier.represent(walk, 40.0) for walk in made.positions_mm]
     moved = np.random.default_rng(3).normal(0.0, 20.0, (15, 3))
+    moved = (moved + moved[list(WALKER15.mirror)] * [-1.0, 1.0, 1.0]) / np.sqrt(2.0)
     moved[WALKER15.index("pelvis")] = 0.0
     theirs = [replace(walk, coefficients=1.1 * walk.coefficients) for walk in series[:6]]
     for walk in theirs:
@@ -249,12 +250,12 @@ def test_two_known_people_of_a_laboratory_bring_its_others_nearer() -> None:
     calibrated = calibrate(model, theirs[4:])
     off = [
         sum(
-            float(((from_view(m, own, 60.0, laboratory="unknown") - own.coefficients) ** 2).sum())
+            float(((from_view(m, own, 90.0, laboratory="unknown") - own.coefficients) ** 2).sum())
             for own in theirs[:4]
         )
         for m in (model, calibrated)
     ]
-    assert off[1] < 0.7 * off[0]
+    assert off[1] < 0.85 * off[0]
     assert np.array_equal(
         from_view(calibrated, theirs[0], 20.0), from_view(calibrated, theirs[0], 20.0, laboratory="unknown")
     )

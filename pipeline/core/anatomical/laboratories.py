@@ -5,7 +5,8 @@ Symbols
 ``o_g``      standard deviation, over pairs of laboratories, of how far apart they put a joint of group g, mm per axis
 ``s``        that of the size of their people, as a share
 ``omega_l``  weight of laboratory l among the training walks
-``J_g``      one on the constant coefficients of the joints of group g, zero elsewhere
+``J_g``      on the constant coefficients of the joints of group g one, and between a joint and its mirror image, which
+             lies as far forwards, up and outwards; zero elsewhere
 ``L``        ``sum_l omega_l² (sum_g o_g² J_g + s² m m^T)``, covariance of what sets a new laboratory's walker apart
 ``C'``       ``C + L``; with k people known in 3D, of mean y, and half of L in common to all people of the laboratory:
              mean ``m + G (y - m)``, covariance ``C + L - G L/2``, ``G = L/2 (L/2 + (C + L/2)/k)^-1``
@@ -34,6 +35,7 @@ WORTH = 4.0
 COMMON = 0.5
 """Share of L that all people of a laboratory have in common; the rest is each one's own, as markers are placed anew."""
 _PLACED = np.array([joint != "pelvis" for joint in WALKER15.joints])
+_OUTWARDS = np.array([-1.0 if joint.startswith("left") else 1.0 for joint in WALKER15.joints])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,6 +73,19 @@ def concentration(weights: np.ndarray, laboratories: np.ndarray) -> float:
     return min(float((np.bincount(of, weights) ** 2).sum()), 1.0)
 
 
+def definitions(differences: Differences = Differences(), *, across: bool = True) -> np.ndarray:
+    """Covariance (15, 3, 15, 3) of how far two laboratories put joints apart, mm²: alike on both sides.
+
+    Without `across`, forwards and up alone, where a definition turns limbs in the plane of progression, or moves joints
+    along them: films of five laboratories, left out in turn, were reconstructed worse with it.
+    """
+    offset = np.array(differences.offset_mm)[GROUP_OF_JOINT] * _PLACED
+    alike = np.eye(JOINTS)
+    alike = np.maximum(alike, alike[list(WALKER15.mirror)]) * np.outer(offset, offset)
+    sideways = across * alike * np.outer(_OUTWARDS, _OUTWARDS)
+    return np.einsum("ajk,ab->jakb", np.stack([sideways, alike, alike]), np.eye(3))
+
+
 def unfamiliar(
     prior: Prior, differences: Differences, share: float = 1.0, known: Sequence[np.ndarray] = ()
 ) -> Prior:
@@ -92,12 +107,12 @@ def unfamiliar(
     own offset has half the variance of a difference.  They are so where the offset is known, too.
     """
     require_range("the concentration of laboratories", share, above=0, at_most=1)
-    offset = np.array(differences.offset_mm)[GROUP_OF_JOINT] * _PLACED
-    constant = np.zeros(prior.mean.shape)
-    constant[..., 0] = share * offset[:, None] ** 2
+    offset = np.array(differences.offset_mm)[GROUP_OF_JOINT]
     mean = prior.mean.ravel()
     C = prior.covariance.reshape(mean.size, mean.size)
-    L = np.diag(constant.ravel()) + share * differences.size**2 * np.outer(mean, mean)
+    constant = np.zeros((*prior.mean.shape, *prior.mean.shape))
+    constant[:, :, 0, :, :, 0] = definitions(differences)
+    L = share * (constant.reshape(C.shape) + differences.size**2 * np.outer(mean, mean))
     own = 0.5 * share * float((offset[_PLACED] ** 2).mean())
     if len(known):
         walks = require_shape("the known walks", np.stack(known), ("K", prior.mean.shape[-1], JOINTS, 3))
@@ -111,18 +126,6 @@ def unfamiliar(
         covariance=(C + L).reshape(prior.covariance.shape),
         definition_variance=prior.definition_variance + own,
     )
-
-
-def definitions(differences: Differences = Differences()) -> np.ndarray:
-    """Covariance (15, 3, 15, 3) of how far two laboratories put joints apart, mm²: alike on both sides.
-
-    Forwards and up alone, where a definition moves a joint along the bones or turns them in the plane of progression:
-    what one view tells of.  Across, films of five laboratories left out in turn were reconstructed worse with it.
-    """
-    offset = np.array(differences.offset_mm)[GROUP_OF_JOINT] * _PLACED
-    alike = np.eye(JOINTS)
-    alike = np.maximum(alike, alike[list(WALKER15.mirror)]) * np.outer(offset, offset)
-    return np.einsum("jk,ab->jakb", alike, np.diag([0.0, 1.0, 1.0]))
 
 
 def learn_differences(

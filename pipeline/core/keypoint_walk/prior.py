@@ -134,7 +134,7 @@ def prepare(
         the walker's.
     """
     covariance = model.covariance.reshape(JOINTS, 3, BLOCKS, JOINTS, 3, BLOCKS).copy()
-    covariance[:, :, 0, :, :, 0] += unfamiliar * definitions()
+    covariance[:, :, 0, :, :, 0] += unfamiliar * definitions(across=False)
     covariance = covariance.reshape(SIZE, SIZE)
     floor = np.broadcast_to(detector.floor_mm[:, None], (JOINTS, 3))
     variance = np.full((JOINTS, 3, BLOCKS), SLOW_MM**2)
