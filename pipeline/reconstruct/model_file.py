@@ -162,6 +162,11 @@ def _load(folder: Path) -> TrainedModel:
     }
     of_the_file = ("version", "sha256", "bytes", "walkers", "files", "seal")
     about = {k: v for k, v in manifest.items() if k not in of_the_file}
-    for source, people in manifest["people_by_source"].items():
+    sources = about.get("people_by_source")
+    if not isinstance(sources, dict) or not sources:
+        raise InvalidInput(
+            "must tell how many people each source has", where="manifest.json, people_by_source"
+        )
+    for source, people in sources.items():
         require_range(f"manifest.json, people_by_source, {source}", people, at_least=1, whole=True)
     return TrainedModel(compact, calibrations, about)

@@ -250,7 +250,7 @@ def _model() -> list[Sample]:
         "version": model_file.VERSION,
         "sha256": hashlib.sha256(data).hexdigest(),
         "walkers": 9,
-        "note": "x",
+        "people_by_source": {"x": 9},
     }
     files = {"model/model.npz": data, "model/manifest.json": json.dumps(manifest).encode()}
     return [
