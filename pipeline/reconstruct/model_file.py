@@ -26,7 +26,7 @@ from pipeline.validation import InvalidInput, require_finite, require_range, req
 
 SHIPPED = Path(__file__).resolve().parent / "walkers"
 """Folder of the model that comes with the package: ``model.npz``, ``manifest.json``, ``CARD.md``."""
-VERSION = 3
+VERSION = 4
 ENTRY = "walkers"
 """Entry of the manifest by which the folder of a model is known."""
 

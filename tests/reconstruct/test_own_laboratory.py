@@ -71,5 +71,6 @@ def test_two_people_in_a_folder_calibrate_the_model_that_ships(tmp_path: Path) -
     assert train_model([*few, f"output={tmp_path / 'mine'}"]) == 0
     mine, ours = model_file.load(tmp_path / "mine"), model_file.load()
     assert mine.about["calibrated_on"] == {"people": 2, "walks": 2}
+    assert mine.unfamiliar == 0.5 * ours.unfamiliar  # what is each one's own stays
     assert abs(mine.compact.rest.mean - ours.compact.rest.mean).max() > 5.0
     np.testing.assert_array_equal(mine.compact.components, ours.compact.components)
