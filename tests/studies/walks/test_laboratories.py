@@ -60,6 +60,23 @@ def test_the_size_and_the_offsets_of_two_laboratories_are_found(walkers: Fourier
     np.testing.assert_allclose(np.sqrt(np.mean(offsets)), 25.0, rtol=0.15)
 
 
+def test_laboratories_of_people_alike_in_size_do_not_say_that_the_next_is(walkers: FourierSamples) -> None:
+    alike = simulated_laboratories(walkers, np.random.default_rng(1), offset_mm=0.0, size=0.0)
+    walks = alike.coefficients, alike.person, alike.source
+    assert anatomical.learn_differences(*walks, Differences()).size < 0.095, "what these two alone would say"
+    options = AnatomicalModel()
+    people = Everybody(alike, options.population(alike))
+    whole = anatomical_setting(options, people.harmonics)
+    ours, anybody = (
+        people.learn(s, (0,)) for s in (whole, replace(whole, differences=Differences(offset_mm=(0.0,) * 7)))
+    )
+    mean = ours.mean.ravel()
+    more = (anybody.covariance - ours.covariance).reshape(len(mean), -1)
+    of = np.delete(alike.source, 0)
+    share = anatomical.concentration(np.full(len(of), 1.0 / len(of)), of)
+    assert mean @ more @ mean >= share * (0.1 * mean @ mean) ** 2 * (1.0 - 1e-9)
+
+
 def test_simulated_laboratories_differ_by_what_they_are_told(walkers: FourierSamples) -> None:
     same = simulated_laboratories(walkers, np.random.default_rng(1), offset_mm=0.0, size=0.0)
     np.testing.assert_allclose(same.coefficients, walkers.coefficients)

@@ -7,7 +7,7 @@ image, both seen from the right, are one walker seen from both sides: half of th
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
@@ -117,7 +117,10 @@ class People:
             prior = anatomical.with_proportions(prior, tolerance=setting.proportions)
         if setting.differences:
             who, laboratories = self.data.person[walks], self.data.source[walks]
-            learnt = anatomical.learn_differences(coefficients, who, laboratories, setting.differences)
+            assumed = setting.differences
+            learnt = anatomical.learn_differences(coefficients, who, laboratories, assumed)
+            # Whom a laboratory records is no draw: a few of adults do not say that the next has no children.
+            learnt = replace(learnt, size=max(learnt.size, assumed.size))
             share = anatomical.concentration(weights, laboratories)
             of_laboratory = [self.walker(person)[: coefficients.shape[1]] for person in known]
             prior = anatomical.unfamiliar(prior, learnt, share, of_laboratory)
