@@ -18,6 +18,7 @@ import numpy as np
 
 from pipeline.formats.acclaim.sections import read_sections
 from pipeline.formats.contract import damaged, require_joints
+from pipeline.formats.kinematics import turn
 from pipeline.formats.text import millimetres_in, read_vector
 
 TURNS = ("rx", "ry", "rz")
@@ -64,14 +65,10 @@ class AsfSkeleton:
     radians: float
 
     @property
-    def channels(self) -> tuple[str, ...]:
-        """Names of the C angles, point by point, e.g. ``"lfemur.rx"``."""
-        return tuple(
-            f"{name}.{freedom}"
-            for name, freedoms in zip(self.names, self.freedoms, strict=True)
-            for freedom in freedoms
-            if freedom in TURNS
-        )
+    def channels(self) -> list[tuple[str, str]]:
+        """Point and degree of freedom of each of the C channels, point by point, e.g. ``("lfemur", "rx")``."""
+        of_points = zip(self.names, self.freedoms, strict=True)
+        return [(name, freedom) for name, freedoms in of_points for freedom in freedoms]
 
 
 def read_skeleton(path: str | Path, *, units: str | None = None) -> AsfSkeleton:
@@ -144,45 +141,39 @@ def read_skeleton(path: str | Path, *, units: str | None = None) -> AsfSkeleton:
     )
 
 
-def forward_kinematics(
-    skeleton: AsfSkeleton, angles_rad: np.ndarray, root_position_mm: np.ndarray
-) -> np.ndarray:
+def forward_kinematics(skeleton: AsfSkeleton, values: np.ndarray) -> np.ndarray:
     """Compute positions of the root and of the distal ends of the bones.
 
     Parameters
     ----------
     skeleton : AsfSkeleton
-    angles_rad : (T, C) float64
-        In the order of `skeleton.channels`.
-    root_position_mm : (T, 3) float64
+    values : (T, C) float64
+        Radians and millimetres, in the order of `skeleton.channels`.
 
     Returns
     -------
     (T, P, 3) float64
         Millimetres, in the order of `skeleton.names`.
     """
-    frames = len(angles_rad)
-    cosines, sines = np.cos(angles_rad), np.sin(angles_rad)
-    widths = [sum(freedom in TURNS for freedom in freedoms) for freedoms in skeleton.freedoms]
-    first = np.concatenate([[0], np.cumsum(widths)])
-    positions = np.empty((frames, len(skeleton.names), 3))
+    frames = len(values)
+    positions = np.zeros((frames, len(skeleton.names), 3))
     rotations = np.empty((len(skeleton.names), frames, 3, 3))
+    first = np.cumsum([0, *map(len, skeleton.freedoms)])
     for p in skeleton.order:
-        local = np.repeat(skeleton.axes[p].T[None], frames, axis=0)
-        turns = [freedom for freedom in skeleton.freedoms[p] if freedom in TURNS]
-        for c, turn in enumerate(turns, start=first[p]):
-            # A rotation from the left about x mixes rows y and z, and so on in a cycle.
-            i, j = ((1, 2), (2, 0), (0, 1))[TURNS.index(turn)]
-            cosine, sine = cosines[:, c, None], sines[:, c, None]
-            row_i, row_j = local[:, i].copy(), local[:, j].copy()
-            local[:, i] = cosine * row_i - sine * row_j
-            local[:, j] = sine * row_i + cosine * row_j
-        parent = skeleton.parents[p]
+        axes, parent = skeleton.axes[p], skeleton.parents[p]
+        inverse = np.repeat(axes[None], frames, axis=0)  # of L C⁻¹
+        for column, freedom in enumerate(skeleton.freedoms[p], start=first[p]):
+            if freedom in SHIFTS:
+                positions[:, p, SHIFTS.index(freedom)] = values[:, column]
+            else:
+                turn(inverse, freedom[1], -values[:, column])
+        local = np.swapaxes(inverse, 1, 2)
         if parent < 0:
-            rotations[p] = skeleton.axes[p] @ local
-            positions[:, p] = root_position_mm + skeleton.position_mm
+            rotations[p] = axes @ local
+            positions[:, p] += skeleton.position_mm
         else:
-            rotations[p] = (rotations[parent] @ skeleton.axes[p]) @ local if turns else rotations[parent]
+            still = not skeleton.freedoms[p]
+            rotations[p] = rotations[parent] if still else (rotations[parent] @ axes) @ local
             positions[:, p] = positions[:, parent] + rotations[p] @ skeleton.offsets_mm[p]
     return positions
 
@@ -229,13 +220,7 @@ def _rotation(angles_rad: np.ndarray, words: list[str], where: str) -> np.ndarra
     order = "".join(words).lower()
     if sorted(order) != ["x", "y", "z"]:
         raise damaged("the order of axes is unknown", where, "e.g. XYZ", f"{order!r:.40}")
-    rotation = np.eye(3)
+    inverse = np.eye(3)[None]
     for letter in order:
-        axis = "xyz".index(letter)
-        i, j = (axis + 1) % 3, (axis + 2) % 3
-        turn = np.eye(3)
-        turn[[i, j], [i, j]] = np.cos(angles_rad[axis])
-        turn[j, i] = np.sin(angles_rad[axis])
-        turn[i, j] = -turn[j, i]
-        rotation = turn @ rotation
-    return rotation
+        turn(inverse, letter, -angles_rad["xyz".index(letter), None])
+    return inverse[0].T

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pipeline.formats.contract import damaged, require_joints
+from pipeline.formats.kinematics import turn
 
 _CHANNEL = re.compile(r"([xyz])(position|rotation)", re.IGNORECASE)
 
@@ -62,19 +63,12 @@ def forward_kinematics(skeleton: BvhSkeleton, values: np.ndarray) -> np.ndarray:
     column = 0
     for p, (parent, channels) in enumerate(zip(skeleton.parents, skeleton.channels, strict=True)):
         shift = np.repeat(skeleton.offsets_mm[p][None], frames, axis=0)
-        turn = rotations[p]
-        turn[:] = np.eye(3) if parent < 0 else rotations[parent]
+        rotations[p] = np.eye(3) if parent < 0 else rotations[parent]
         for channel in channels:
-            axis = "xyz".index(channel[1])
             if channel.startswith("t"):
-                shift[:, axis] = values[:, column]
+                shift[:, "xyz".index(channel[1])] = values[:, column]
             else:
-                # A rotation from the right about x mixes columns y and z, and so on in a cycle.
-                i, j = (axis + 1) % 3, (axis + 2) % 3
-                cosine, sine = np.cos(values[:, column, None]), np.sin(values[:, column, None])
-                column_i, column_j = turn[:, :, i].copy(), turn[:, :, j].copy()
-                turn[:, :, i] = cosine * column_i + sine * column_j
-                turn[:, :, j] = cosine * column_j - sine * column_i
+                turn(rotations[p], channel[1], values[:, column])
             column += 1
         if parent < 0:
             positions[:, p] = shift
