@@ -15,12 +15,10 @@ import numpy as np
 
 from pipeline.formats.budget import require_memory
 from pipeline.formats.contract import damaged, motion_capture
-from pipeline.formats.points.cells import read_cells
+from pipeline.formats.points.cells import Rows
 from pipeline.formats.points.even_times import at_equal_intervals
 from pipeline.formats.text import millimetres_in, number, read_text
 from pipeline.skeleton.recorded import MotionCapture
-
-Rows = list[list[str]]
 
 
 def exported(path: Path, frame_rate_hz: float | None, units: str | None) -> MotionCapture | None:
@@ -59,7 +57,7 @@ class _Lines:
     def __init__(self, where: str, text: str, separator: str, notes: list[str]) -> None:
         try:
             read = csv.reader(io.StringIO(text, newline=""), delimiter=separator)
-            self.cells: Rows = [[cell.strip() for cell in row] for row in read]
+            self.cells = [[cell.strip() for cell in row] for row in read]
         except csv.Error as error:
             raise damaged("the quoting is broken", where) from error
         self.where, self.notes, self.ended = where, notes, text.endswith("\n")
@@ -119,19 +117,12 @@ class _Lines:
         if not rows:
             raise damaged("the table has no frames", self.where, "lines of numbers below the titles")
         require_memory(64 * len(rows) * len(columns), self.where, "the table has more titles than numbers")
-        found: list[str] = []
-        for row in rows:
-            cells = self.cells[row]
-            # Missing points at the end of a line are often left out with their separators.
-            found += [cells[column] if column < len(cells) else "" for column in columns]
-            if any(cells[last + 1 :]):
-                what = "the line has another number of cells than the titles ask for"
-                raise damaged(what, self.place(row), last + 1, len(cells))
-
-        def of_cell(n: int) -> str:
-            return f"{self.place(rows[n // len(columns)])}, cell {columns[n % len(columns)] + 1}"
-
-        return read_cells(found, of_cell).reshape(len(rows), len(columns))
+        # Missing points at the end of a line are often left out with their separators.
+        if long := [row for row in rows if any(self.cells[row][last + 1 :])]:
+            what = "the line has another number of cells than the titles ask for"
+            raise damaged(what, self.place(long[0]), last + 1, len(self.cells[long[0]]))
+        cells = [self.cells[row] for row in rows]
+        return Rows(self.where, cells, [row + 1 for row in rows], self.notes).numbers(columns)
 
 
 def _nexus(lines: _Lines, units: str | None) -> MotionCapture:

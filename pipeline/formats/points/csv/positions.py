@@ -18,8 +18,8 @@ import numpy as np
 
 from pipeline.formats.budget import require_points
 from pipeline.formats.contract import damaged, motion_capture
-from pipeline.formats.points.cells import positions_to_write
-from pipeline.formats.points.csv.table import Columns, Table, read_header, read_table, unit_of_length
+from pipeline.formats.points.cells import Rows, positions_to_write
+from pipeline.formats.points.csv.table import Columns, read_header, read_table, unit_of_length
 from pipeline.formats.points.csv.times import frame_index, frame_rate
 from pipeline.formats.points.sections import exported
 from pipeline.formats.text import millimetres_in
@@ -58,9 +58,10 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     index = frame_index(table, columns)
     rate = frame_rate(table, columns, index, frame_rate_hz)
     frames = int(index.max()) + 1
-    coordinates = [[table.numbers(column) for column in axes.values()] for axes in columns.axes.values()]
     names, point = _points(table, columns)
-    values = np.transpose(coordinates, (2, 0, 1)).reshape(-1, 3)
+    values = table.numbers([column for axes in columns.axes.values() for column in axes.values()]).reshape(
+        -1, 3
+    )
     sample = (index[:, None] * len(names) + point).reshape(-1)
     # A row may name a far frame or a new point.
     empty = "the table is nearly empty: frame numbers jump, or points have too many names"
@@ -80,20 +81,20 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     return motion_capture(names, shaped, rate, unit, table.notes, units_assumed=assumed)
 
 
-def _points(table: Table, columns: Columns) -> tuple[tuple[str, ...], np.ndarray]:
+def _points(table: Rows, columns: Columns) -> tuple[tuple[str, ...], np.ndarray]:
     """Names of the points (P,), and which of them each row holds, (R, 1) of a long or (R, P') of a wide table.
 
     Where the rows belong to several people, names begin with theirs.
     """
-    rows = len(table.rows)
+    rows = len(table.cells)
     if "point" in columns.roles:
-        named = [[name] for name in table.cells(columns.roles["point"])]
+        named = [[name] for name in table.texts(columns.roles["point"])]
     else:
         named = [list(columns.axes)] * rows
     if any(not names[0] for names in named):
         raise damaged("a point has no name", table.place(next(k for k in range(rows) if not named[k][0])))
     if "person" in columns.roles:
-        people = [who[:80] for who in table.cells(columns.roles["person"])]
+        people = [who[:80] for who in table.texts(columns.roles["person"])]
         if len(set(people)) > 1:
             named = [[f"{who}:{name}" for name in names] for who, names in zip(people, named, strict=True)]
     place: dict[str, int] = {}

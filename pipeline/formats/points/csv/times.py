@@ -7,11 +7,12 @@ import re
 import numpy as np
 
 from pipeline.formats.contract import damaged
-from pipeline.formats.points.csv.table import Columns, Table
+from pipeline.formats.points.cells import Rows
+from pipeline.formats.points.csv.table import Columns
 from pipeline.validation import require_range
 
 
-def frame_index(table: Table, columns: Columns) -> np.ndarray:
+def frame_index(table: Rows, columns: Columns) -> np.ndarray:
     """Frame of each row (R,), counted from the first: by its number if there is one, else by its time or its place.
 
     Raises
@@ -20,10 +21,10 @@ def frame_index(table: Table, columns: Columns) -> np.ndarray:
         If a frame number is not whole.
     """
     if not {"frame", "time"} & set(columns.roles):
-        return np.arange(len(table.rows))
+        return np.arange(len(table.cells))
     if "frame" not in columns.roles:
-        return np.unique(table.numbers(columns.roles["time"], needed=True), return_inverse=True)[1]
-    frames = table.numbers(columns.roles["frame"], needed=True)
+        return np.unique(table.column(columns.roles["time"]), return_inverse=True)[1]
+    frames = table.column(columns.roles["frame"])
     fractional = np.flatnonzero(frames != np.round(frames))
     if fractional.size:
         k = int(fractional[0])
@@ -31,12 +32,12 @@ def frame_index(table: Table, columns: Columns) -> np.ndarray:
     return (frames - frames.min()).astype(int)
 
 
-def frame_rate(table: Table, columns: Columns, index: np.ndarray, given: float | None) -> float:
+def frame_rate(table: Rows, columns: Columns, index: np.ndarray, given: float | None) -> float:
     """Frames per second (Hz) from the times, or as given.
 
     Parameters
     ----------
-    table : Table
+    table : Rows
     columns : Columns
     index : (R,) int
         Frame of each row.
@@ -55,12 +56,12 @@ def frame_rate(table: Table, columns: Columns, index: np.ndarray, given: float |
             expected = "a column of times with two frames or more, or the option frame_rate_hz"
             raise damaged("the frame rate is unknown", table.where, expected)
         return float(given)
-    times = table.numbers(columns.roles["time"], needed=True)
+    times = table.column(columns.roles["time"])
     order = np.lexsort((times, index))
     frame, time = index[order], times[order]
     period = float((time[-1] - time[0]) / frame[-1])
     # Printed times are rounded: one unit of their last decimal is not a departure from uniformity.
-    pieces = [re.split("[.,]", cell) for cell in table.cells(columns.roles["time"])]
+    pieces = [re.split("[.,]", cell) for cell in table.texts(columns.roles["time"])]
     decimals = max(len(piece[-1]) if len(piece) > 1 else 0 for piece in pieces)
     rounding = 10.0**-decimals if 0 < decimals < 12 and 10.0**-decimals < period / 2 else 0.0
     departure = np.abs(np.diff(time) - np.diff(frame) * period)
