@@ -53,8 +53,12 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     names, positions = (arrays[name] for name in (_OWN if own else _AMASS))
     fits = positions.ndim == 3 and positions.shape[1:] == (names.size, 3) and 0 not in positions.shape
     if not fits or names.dtype.kind not in "US" or positions.dtype.kind not in "fiu":
-        expected = f"positions (frames, {names.size}, 3) of numbers, names of text"
-        raise damaged("the arrays do not fit each other", where, expected, f"{positions.shape}")
+        raise damaged(
+            "the arrays do not fit each other",
+            where,
+            f"positions (frames, {names.size}, 3) of numbers, names of text",
+            f"{positions.shape}",
+        )
     rate = next((arrays[name] for name in _RATES if name in arrays), np.array(frame_rate_hz or np.nan))
     if rate.size != 1 or rate.dtype.kind not in "fiu" or not 0 < float(rate.reshape(())) < 1e6:
         raise damaged("the frame rate is unknown", where, "frame_rate_hz, in the file or the option")

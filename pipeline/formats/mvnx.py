@@ -73,8 +73,12 @@ class _Subject:
         wrong = next((k for k, row in enumerate(self.rows) if len(row) != width), None)
         if not self.rows or not self.names or wrong is not None:
             k = wrong or 0
-            received = f"{len(self.rows[k])}" if self.rows else "no frame"
-            raise damaged("the positions do not fit the segments", f"{where}, frame {k + 1}", width, received)
+            raise damaged(
+                "the positions do not fit the segments",
+                f"{where}, frame {k + 1}",
+                width,
+                f"{len(self.rows[k])}" if self.rows else "no frame",
+            )
         return np.array(self.rows).reshape(len(self.rows), len(self.names), 3)
 
 
@@ -98,8 +102,9 @@ class _Elements:
         try:
             parser.Parse(data, True)
         except expat.ExpatError as error:
-            place = f"{self.where}, line {error.lineno}"
-            raise damaged("the file is damaged or cut short", place, "whole XML") from None
+            raise damaged(
+                "the file is damaged or cut short", f"{self.where}, line {error.lineno}", "whole XML"
+            ) from None
         return self.people
 
     def doctype(self, *_: object) -> None:  # its entities could make the file grow without end

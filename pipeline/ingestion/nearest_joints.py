@@ -131,8 +131,12 @@ def _points(motion: MotionCapture, name: str) -> tuple[_Points, UpAxis]:
         if k not in stuck and motion.valid[:, k].any() and not NOT_A_PLACE.search(point)
     ]
     if len(kept) < FEWEST:
-        what, received = "too few points to tell a body", f"{len(kept)} points"
-        raise InvalidInput(what, where=name, expected=f"{FEWEST} or more", received=received)
+        raise InvalidInput(
+            "too few points to tell a body",
+            name,
+            f"{FEWEST} or more",
+            f"{len(kept)} points",
+        )
     shown = motion.valid[:, kept].sum(axis=1)
     full = np.flatnonzero(2 * shown > shown.max())
     some = np.ix_(full[np.unique(np.linspace(0, len(full) - 1, FRAMES).round().astype(int))], kept)

@@ -132,8 +132,8 @@ def _without_copies(read: Sequence[_Read]) -> list[_Read]:
             return one
         reason = InvalidInput(
             f"the same points as {others[0]['clip']}, which bears the name of {others[0]['person']}",
-            where=f"{row['clip']} of {row['person']}",
-            expected="a recording of one person under one name",
+            f"{row['clip']} of {row['person']}",
+            "a recording of one person under one name",
         )
         return _Read(PreparedClip(row | {"verdict": "refused", "reason": str(reason)}))
 

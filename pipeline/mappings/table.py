@@ -58,9 +58,7 @@ def chosen(name: str) -> SourceMapping | None:
     if "/" in name or "\\" in name or name.lower().endswith((".yaml", ".yml")):
         return load(Path(name))
     listed = " or ".join([AUTO, *_names()])
-    raise InvalidInput(
-        "there is no such option", where="skeleton", expected=f"{listed} or a path.yaml", received=name[:60]
-    )
+    raise InvalidInput("there is no such option", "skeleton", f"{listed} or a path.yaml", name[:60])
 
 
 def load(path: Path) -> SourceMapping:
@@ -80,19 +78,20 @@ def load(path: Path) -> SourceMapping:
         data = path.read_bytes()
     except OSError as error:
         raise InvalidInput(
-            "the mapping cannot be read", where=str(path), received=error.strerror or type(error).__name__
+            "the mapping cannot be read", str(path), received=error.strerror or type(error).__name__
         ) from None
     except ValueError:
-        raise InvalidInput("the mapping cannot be read", where=repr(str(path))) from None
+        raise InvalidInput("the mapping cannot be read", repr(str(path))) from None
     if len(data) > LARGEST_FILE:
-        raise InvalidInput("this is no mapping", where=path.name, expected=f"{LARGEST_FILE} bytes at most")
+        raise InvalidInput("this is no mapping", path.name, f"{LARGEST_FILE} bytes at most")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data[: error.start].count(b"\n") + 1
-        what = "the mapping is not UTF-8 (save it as UTF-8)"
         raise InvalidInput(
-            what, where=f"{path.name}, line {line}", received=f"byte {data[error.start]:#x}"
+            "the mapping is not UTF-8 (save it as UTF-8)",
+            f"{path.name}, line {line}",
+            received=f"byte {data[error.start]:#x}",
         ) from None
     return _Reader(path.name).mapping(_composed(text, path.name), path.stem)
 
@@ -101,9 +100,7 @@ def _composed(text: str, where: str) -> yaml.Node:
     """The tree of a YAML text, without tags that would build anything and without anchors."""
     if "# @package" in text:
         line = text[: text.index("# @package")].count("\n") + 1
-        raise InvalidInput(
-            "a mapping is data and goes into no package of options", where=f"{where}, line {line}"
-        )
+        raise InvalidInput("a mapping is data and goes into no package of options", f"{where}, line {line}")
     depth = 0
     try:
         for event in yaml.parse(text, Loader=yaml.SafeLoader):
@@ -119,17 +116,16 @@ def _composed(text: str, where: str) -> yaml.Node:
         problem = getattr(error, "problem", None) or getattr(error, "reason", None) or "it cannot be read"
         if "'\\t'" in str(problem):
             problem = "a tab where blanks must be"
-        what = f"this is not YAML: {' '.join(str(problem).split())[:120]}"
-        raise InvalidInput(what, where=f"{where}{at}") from None
+        raise InvalidInput(
+            f"this is not YAML: {' '.join(str(problem).split())[:120]}", f"{where}{at}"
+        ) from None
     if node is None:
-        raise InvalidInput("the mapping is empty", where=where)
+        raise InvalidInput("the mapping is empty", where)
     return node
 
 
 def _wrong(what: str, where: str, at: Any, expected: str = "", received: str = "") -> InvalidInput:
-    return InvalidInput(
-        what, where=f"{where}, line {at.start_mark.line + 1}", expected=expected, received=received
-    )
+    return InvalidInput(what, f"{where}, line {at.start_mark.line + 1}", expected, received)
 
 
 class _Reader:

@@ -91,8 +91,11 @@ def _in_own_axes(
         if (rule := found[joint]) is not None:
             weights = np.array(list(rule[0].values()), dtype=float)
             if abs(weights.sum() - 1.0) > 1e-6:
-                what, received = f"the weights of {joint!r} do not sum to one", f"{weights.sum():g}"
-                raise InvalidInput(what, where=mapping.name, received=received)
+                raise InvalidInput(
+                    f"the weights of {joint!r} do not sum to one",
+                    mapping.name,
+                    received=f"{weights.sum():g}",
+                )
             source = motion.positions_mm[:, [points.index(point) for point in rule[0]]]
             positions[:, j] = np.einsum("tpk,p->tk", source, weights)
     return points, found, positions

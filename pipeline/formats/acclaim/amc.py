@@ -92,8 +92,9 @@ def skeleton_of(path: Path) -> Path:
                 continue
             found = sorted(p for p in folder.iterdir() if p.suffix.lower() == ".asf")
         except OSError as error:
-            what, received = "the folder of its skeleton cannot be read", error.strerror or ""
-            raise damaged(what, path.name, received=received) from None
+            raise damaged(
+                "the folder of its skeleton cannot be read", path.name, received=error.strerror or ""
+            ) from None
         if folder is beside:  # which holds the skeletons of everybody
             found = [p for p in found if _number(p) == _number(path)]
         if found:
@@ -103,11 +104,12 @@ def skeleton_of(path: Path) -> Path:
         longest = max((len(p.stem) for p in begins), default=0)
         found = [p for p in begins if len(p.stem) == longest] or found
     if len(found) != 1:
-        names, expected = (
-            ", ".join(p.name for p in found) or "none",
+        raise damaged(
+            "the skeleton of this motion is not clear",
+            path.name,
             "one .asf beside it, one folder up or in asf/",
+            ", ".join(p.name for p in found) or "none",
         )
-        raise damaged("the skeleton of this motion is not clear", path.name, expected, names)
     return found[0]
 
 
@@ -120,8 +122,12 @@ def _header(header: str, radians: float, where: str, notes: list[str]) -> float:
     """Radians in one unit of angle of the motion; lines that are not used are noted."""
     for line in filter(None, map(str.strip, header.split("\n"))):
         if not line.startswith(":"):
-            expected = ":FULLY-SPECIFIED, :DEGREES, then the number of a frame"
-            raise damaged("the header has a line that is no keyword", where, expected, f"{line!r:.40}")
+            raise damaged(
+                "the header has a line that is no keyword",
+                where,
+                ":FULLY-SPECIFIED, :DEGREES, then the number of a frame",
+                f"{line!r:.40}",
+            )
         keyword = line.upper()
         if keyword in (":DEGREES", ":RADIANS"):
             radians = np.pi / 180 if keyword == ":DEGREES" else 1.0
@@ -169,8 +175,9 @@ def _values(body: str, skeleton: AsfSkeleton, where: str) -> tuple[int, np.ndarr
             raise damaged(f"{what}: a bone is missing", f"{where}, frame {number}, bone {missing[0]}")
     for before, after in itertools.pairwise(numbers):
         if after != before + 1:
-            place = f"{where}, after frame {before}"
-            raise damaged("frames are missing or repeated", place, before + 1, after)
+            raise damaged(
+                "frames are missing or repeated", f"{where}, after frame {before}", before + 1, after
+            )
     channels = skeleton.channels
 
     def place_of(n: int) -> str:

@@ -112,8 +112,12 @@ def read_skeleton(path: str | Path, *, units: str | None = None) -> AsfSkeleton:
     for bone in sections.bones:
         name = " ".join(bone.get("name", []))
         if not name or " " in name or name.lower() in (n.lower() for n in names):
-            place = f"{where}, bone {len(names)} of :bonedata"
-            raise damaged("a bone has no name of its own", place, "one word, once", f"{name!r:.40}")
+            raise damaged(
+                "a bone has no name of its own",
+                f"{where}, bone {len(names)} of :bonedata",
+                "one word, once",
+                f"{name!r:.40}",
+            )
         place = f"{where}, bone {name}"
         direction = read_vector(bone.get("direction", []), 3, f"{place}, direction")
         length = float(read_vector(bone.get("length", []), 1, f"{place}, length")[0])
@@ -200,8 +204,11 @@ def _tree(
     for p in order:  # grows while it is walked: breadth first
         order.extend(children.get(p, []))
     if len(order) != len(names):
-        lost = next(name for p, name in enumerate(names) if p not in order)
-        raise damaged("a bone has no path to the root", place, received=lost)
+        raise damaged(
+            "a bone has no path to the root",
+            place,
+            received=next(name for p, name in enumerate(names) if p not in order),
+        )
     return tuple(parents), tuple(order)
 
 
@@ -210,8 +217,12 @@ def _freedoms(words: list[str], where: str, *, root: bool = False) -> tuple[str,
     freedoms = tuple(word.lower() for word in words)
     allowed = TURNS + SHIFTS if root else TURNS
     if len(set(freedoms) & set(allowed)) != len(freedoms):
-        expected = f"each of {' '.join(allowed)} at most once" + ("" if root else ", at a constant length")
-        raise damaged("a degree of freedom cannot be used", where, expected, " ".join(words)[:60])
+        raise damaged(
+            "a degree of freedom cannot be used",
+            where,
+            f"each of {' '.join(allowed)} at most once" + ("" if root else ", at a constant length"),
+            " ".join(words)[:60],
+        )
     return freedoms
 
 

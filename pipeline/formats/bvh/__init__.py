@@ -1,7 +1,7 @@
 """Reading and writing of BVH files; joints of a walker as a character."""
 
 from pipeline.formats.bvh.characters import Character, Names, character
-from pipeline.formats.bvh.motion import read
+from pipeline.formats.bvh.reading import read
 from pipeline.formats.bvh.writing import write
 
 __all__ = ["Character", "Names", "character", "read", "write"]

@@ -53,8 +53,11 @@ def write(
     positions = positions_to_write(names, positions_mm, frame_rate_hz, where, distinct=True) / 10.0
     if np.isnan(positions).any():
         frame, point = np.argwhere(np.isnan(positions))[0][:2]
-        what = "BVH cannot leave a sample out: choose another format"
-        raise damaged(what, where, received=f"{names[point]} missing in frame {frame}")
+        raise damaged(
+            "BVH cannot leave a sample out: choose another format",
+            where,
+            received=f"{names[point]} missing in frame {frame}",
+        )
     above = [-1] * len(names) if parents is None else list(parents)
     children = {p: [k for k, parent in enumerate(above) if parent == p] for p in range(-1, len(names))}
     vectors = np.stack(

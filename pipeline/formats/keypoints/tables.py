@@ -64,8 +64,9 @@ def _people(table: Rows, lower: list[str], *names: str) -> list[str]:
 def _long(table: Rows, lower: list[str], rate: float, size: tuple[int, int]) -> Detections:
     frame, name = _column(lower, "frame"), _column(lower, "keypoint", "joint", "name", "landmark", "point")
     if frame is None or name is None:
-        what = "a long table needs the columns frame and keypoint"
-        raise damaged(what, table.where, received=", ".join(lower[:8]))
+        raise damaged(
+            "a long table needs the columns frame and keypoint", table.where, received=", ".join(lower[:8])
+        )
     frames, named = _frames(table, frame), table.texts(name)
     whose = list(zip(frames.tolist(), _people(table, lower, *_WHO, "id"), strict=True))
     bodies = {key: n for n, key in enumerate(dict.fromkeys(whose))}
@@ -96,8 +97,12 @@ def _wide(table: Rows, lower: list[str], rate: float, size: tuple[int, int]) -> 
             columns.setdefault(match[1], {})["confidence" if kind in _CONFIDENCE else kind] = number
     whole = {name: of for name, of in columns.items() if {"x", "y"} <= set(of)}
     if not whole:
-        expected, received = "columns such as left_knee_x and left_knee_y", ", ".join(table.header[:6])
-        raise damaged("no keypoints in the table", table.where, expected, received)
+        raise damaged(
+            "no keypoints in the table",
+            table.where,
+            "columns such as left_knee_x and left_knee_y",
+            ", ".join(table.header[:6]),
+        )
     count, frame = len(table.cells), _column(lower, "frame")
     require_points(count, len(whole), table.where)
     points = np.stack(

@@ -95,8 +95,12 @@ def positions_to_write(
     """
     positions = np.asarray(positions_mm, dtype=float)
     if positions.ndim != 3 or positions.shape[1:] != (len(names), 3) or 0 in positions.shape:
-        expected = f"(frames, {len(names)}, 3), none zero"
-        raise damaged("the positions do not have the shape of the names", where, expected, positions.shape)
+        raise damaged(
+            "the positions do not have the shape of the names",
+            where,
+            f"(frames, {len(names)}, 3), none zero",
+            positions.shape,
+        )
     for k, name in enumerate(names):
         readable = name and name == name.strip() and name.isprintable()  # what ends a line is not printable
         if not readable or (distinct and name in names[:k]):

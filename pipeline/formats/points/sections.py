@@ -119,8 +119,12 @@ class _Lines:
         require_memory(64 * len(rows) * len(columns), self.where, "the table has more titles than numbers")
         # Missing points at the end of a line are often left out with their separators.
         if long := [row for row in rows if any(self.cells[row][last + 1 :])]:
-            what = "the line has another number of cells than the titles ask for"
-            raise damaged(what, self.place(long[0]), last + 1, len(self.cells[long[0]]))
+            raise damaged(
+                "the line has another number of cells than the titles ask for",
+                self.place(long[0]),
+                last + 1,
+                len(self.cells[long[0]]),
+            )
         cells = [self.cells[row] for row in rows]
         return Rows(self.where, cells, [row + 1 for row in rows], self.notes).numbers(columns)
 
@@ -129,8 +133,12 @@ def _nexus(lines: _Lines, units: str | None) -> MotionCapture:
     """Vicon Nexus: the section Trajectories holds rate, names, titles, units if any, and numbers, each in a line."""
     starts = [k for k, row in enumerate(lines.cells) if row and row[0].lower() == "trajectories"]
     if not starts or starts[0] + 5 > len(lines.cells):
-        found = ", ".join(row[0] for row in lines.cells if len([c for c in row if c]) == 1)[:60]
-        raise damaged("there are no trajectories", lines.where, "a section Trajectories", found)
+        raise damaged(
+            "there are no trajectories",
+            lines.where,
+            "a section Trajectories",
+            ", ".join(row[0] for row in lines.cells if len([c for c in row if c]) == 1)[:60],
+        )
     begin = starts[0]
     rate = number((lines.cells[begin + 1] or [""])[0])
     if not 0 < rate < 1e6:
@@ -144,8 +152,12 @@ def _nexus(lines: _Lines, units: str | None) -> MotionCapture:
     named = {k: name for k, name in enumerate(heading) if name and axes[k : k + 3] == ["X", "Y", "Z"]}
     columns = [k + axis for k in named for axis in range(3)]
     if not named or axes.count("Y") != len(named) or axes.count("Z") != len(named):
-        what, expected = "the names do not stand over the columns X, Y, Z", f"{axes.count('Y')} names"
-        raise damaged(what, lines.place(begin + 2), expected, len(named))
+        raise damaged(
+            "the names do not stand over the columns X, Y, Z",
+            lines.place(begin + 2),
+            f"{axes.count('Y')} names",
+            len(named),
+        )
     # Beside the trajectories may stand what is computed from them, under titles of its own.
     if others := [name for k, name in enumerate(heading) if name and k not in named]:
         lines.notes.append("Columns that are not read: " + ", ".join(others[:8]) + ".")
@@ -209,8 +221,11 @@ def _optitrack(lines: _Lines, units: str | None) -> MotionCapture:
     by_title = {row[1].lower(): row for row in above if len(row) > 2 and row[1]}
     kinds = above[-1] if above else []
     if not at or not {"type", "name"} <= set(by_title) or "Position" not in kinds:
-        expected = "lines Type and Name over columns of Position, and a line Frame, Time"
-        raise damaged("the titles of the columns cannot be read", lines.where, expected)
+        raise damaged(
+            "the titles of the columns cannot be read",
+            lines.where,
+            "lines Type and Name over columns of Position, and a line Frame, Time",
+        )
     unit = _UNIT_WORDS.get(settings.get("Length Units", "").lower(), "") or units or ""
     millimetres = millimetres_in(unit, f"{lines.place(0)}, Length Units")
     declared = number(settings.get("Export Frame Rate") or settings.get("Capture Frame Rate") or "")

@@ -100,8 +100,12 @@ def read_table(path: Path) -> Table:
     text, notes = read_text(path)
     lines = text.split("\n")
     if len(lines) < 5 or not lines[0].lstrip('"').startswith("PathFileType"):
-        expected = "five lines of header that begin with PathFileType"
-        raise damaged("this is not a TRC file", f"{where}, line 1", expected, f"{lines[0]!r:.40}")
+        raise damaged(
+            "this is not a TRC file",
+            f"{where}, line 1",
+            "five lines of header that begin with PathFileType",
+            f"{lines[0]!r:.40}",
+        )
     separator = max("\t,;", key=lines[3].count)
     cells = partial(_cells, separator=separator if lines[3].count(separator) > 1 else None)
     settings = _settings(cells(lines[1]), cells(lines[2]))
@@ -126,8 +130,12 @@ def read_table(path: Path) -> Table:
     if np.isfinite(declared) and declared != len(names):
         notes.append(f"The file declares {declared:g} markers and names {len(names)}; the names count.")
     if short := [k for k, row in enumerate(rows.cells) if len(row) <= columns[-1]]:
-        what = "the line has another number of cells than the header asks for"
-        raise damaged(what, rows.place(short[0]), columns[-1] + 1, len(rows.cells[short[0]]))
+        raise damaged(
+            "the line has another number of cells than the header asks for",
+            rows.place(short[0]),
+            columns[-1] + 1,
+            len(rows.cells[short[0]]),
+        )
     numbers = rows.numbers([0, 1, *columns])
     positions = numbers[:, 2:].reshape(count, len(names), 3)
     return Table(settings, rate, names, numbers[:, 1], positions, rows.place, notes)
@@ -245,8 +253,12 @@ def _markers(
             filled = at  # numbers of markers that are declared, but neither have names nor axes
         if len(filled) != 3 * count:
             long = next(k for k, cells in enumerate(rows.cells) if len(_trimmed(cells)) > at[-1] + 1)
-            what = "the line has another number of cells than the header asks for"
-            raise damaged(what, rows.place(long), at[-1] + 1, width)
+            raise damaged(
+                "the line has another number of cells than the header asks for",
+                rows.place(long),
+                at[-1] + 1,
+                width,
+            )
         at = filled
     starts = at[::3]
     if len(named) == count:
@@ -254,8 +266,12 @@ def _markers(
     by_column = dict(named)
     names = tuple(by_column.pop(start, f"point_{k}") for k, start in enumerate(starts, start=1))
     if by_column:
-        expected = f"{count} names, one over each three columns"
-        raise damaged("the marker names do not match the columns", place, expected, f"{len(named)} names")
+        raise damaged(
+            "the marker names do not match the columns",
+            place,
+            f"{count} names, one over each three columns",
+            f"{len(named)} names",
+        )
     rows.notes.append(
         f"{count - len(named)} markers have no name; they are called point_1, point_2… by their place."
     )

@@ -70,8 +70,11 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     again = order[1:][np.diff(sample[order]) == 0]
     if again.size:
         k = int(again.min())
-        what = f"the point {names[sample[k] % len(names)]!r} stands twice in one frame (two people?)"
-        raise damaged(what, table.place(k * len(index) // len(sample)), "one row for each frame and point")
+        raise damaged(
+            f"the point {names[sample[k] % len(names)]!r} stands twice in one frame (two people?)",
+            table.place(k * len(index) // len(sample)),
+            "one row for each frame and point",
+        )
     positions = np.full((frames * len(names), 3), np.nan)
     positions[sample] = values * millimetres
     if absent := len(positions) - len(sample):

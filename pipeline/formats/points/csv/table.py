@@ -65,8 +65,9 @@ def read_table(path: Path) -> Rows:
         while len(row) > len(header) and not row[-1].strip():
             row.pop()
         if len(row) != len(header):
-            what = "the row has another number of cells than the header"
-            raise damaged(what, table.place(k), len(header), len(row))
+            raise damaged(
+                "the row has another number of cells than the header", table.place(k), len(header), len(row)
+            )
     return table
 
 
@@ -126,17 +127,27 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
         columns.units.update({unit} - {""})
     for point, axes in columns.axes.items():
         if set(axes) != set("xyz"):
-            what = f"the point {point!r} lacks an axis" if point else "an axis is missing"
-            raise damaged(what, place, "x, y and z", ", ".join(sorted(axes)))
+            raise damaged(
+                f"the point {point!r} lacks an axis" if point else "an axis is missing",
+                place,
+                "x, y and z",
+                ", ".join(sorted(axes)),
+            )
         columns.axes[point] = {axis: axes[axis] for axis in "xyz"}
     if not columns.axes or (is_long and "point" not in columns.roles):
-        expected = "columns such as head_x, head_y, head_z; or joint, x, y, z"
-        raise damaged("the header names no points", place, expected, beginning)
-    if not {"time", "frame"} & set(columns.roles) and (is_long or not rate_is_given):
-        expected = "time or frame" + (
-            "" if is_long else ", or the option frame_rate_hz: a row is a frame then"
+        raise damaged(
+            "the header names no points",
+            place,
+            "columns such as head_x, head_y, head_z; or joint, x, y, z",
+            beginning,
         )
-        raise damaged("there is no column of times or frame numbers", place, expected, beginning)
+    if not {"time", "frame"} & set(columns.roles) and (is_long or not rate_is_given):
+        raise damaged(
+            "there is no column of times or frame numbers",
+            place,
+            "time or frame" + ("" if is_long else ", or the option frame_rate_hz: a row is a frame then"),
+            beginning,
+        )
     _drop_rotations(columns, unread, table.header)
     if unread:
         table.notes.append("Columns that are not read: " + ", ".join(unread) + ".")
@@ -166,6 +177,10 @@ def unit_of_length(table: Rows, columns: Columns, otherwise: str) -> str:
     if "unit" in columns.roles:
         declared |= {cell.lower() for cell in table.texts(columns.roles["unit"])}
     if len(declared) > 1:
-        received = ", ".join(sorted(declared))
-        raise damaged("the unit of length is not the same throughout", table.where, "one unit", received)
+        raise damaged(
+            "the unit of length is not the same throughout",
+            table.where,
+            "one unit",
+            ", ".join(sorted(declared)),
+        )
     return declared.pop() if declared else otherwise

@@ -53,8 +53,11 @@ def frame_rate(table: Rows, columns: Columns, index: np.ndarray, given: float | 
         require_range(f"{table.where}, option frame_rate_hz", given, above=0, unit="Hz")
     if "time" not in columns.roles or index.max() == 0:
         if given is None:
-            expected = "a column of times with two frames or more, or the option frame_rate_hz"
-            raise damaged("the frame rate is unknown", table.where, expected)
+            raise damaged(
+                "the frame rate is unknown",
+                table.where,
+                "a column of times with two frames or more, or the option frame_rate_hz",
+            )
         return float(given)
     times = table.column(columns.roles["time"])
     order = np.lexsort((times, index))
@@ -67,20 +70,29 @@ def frame_rate(table: Rows, columns: Columns, index: np.ndarray, given: float | 
     departure = np.abs(np.diff(time) - np.diff(frame) * period)
     if period < 1e-9 or departure.max(initial=0) > 0.01 * period + rounding:
         k = int(order[departure.argmax() + 1])
-        expected = f"{period:g} s from frame to frame, within 1 %"
-        received = f"{times[k]:g} s in frame {index[k]} after the first"
-        raise damaged("the times are not uniform", table.place(k), expected, received)
+        raise damaged(
+            "the times are not uniform",
+            table.place(k),
+            f"{period:g} s from frame to frame, within 1 %",
+            f"{times[k]:g} s in frame {index[k]} after the first",
+        )
     # Times that are uniform as printed are exact; otherwise their ends are known to one rounding.
     doubt = rounding / (period * frame[-1]) if departure.max(initial=0) > 1e-6 * period else 0.0
     rate = float(f"{1 / period:.12g}")
     if given is None and doubt > 0.01:
-        what = "the times are printed too coarsely to tell the frame rate within 1 %"
-        received = f"{rate:.4g} Hz give or take {100 * doubt:.2g} %"
-        raise damaged(what, table.where, "the option frame_rate_hz", received)
+        raise damaged(
+            "the times are printed too coarsely to tell the frame rate within 1 %",
+            table.where,
+            "the option frame_rate_hz",
+            f"{rate:.4g} Hz give or take {100 * doubt:.2g} %",
+        )
     if abs(rate - round(rate)) <= doubt * rate < 0.5:  # the one whole number of hertz that explains them
         rate = float(round(rate))
     if not 1 <= rate <= 1e6 or (given is not None and abs(rate / given - 1) > 0.01 + doubt):
-        what = "the times are not in seconds, or contradict the frame rate that was given"
-        expected = f"{given:g} Hz" if given is not None else "1 Hz or more"
-        raise damaged(what, table.where, expected, f"{rate:g} Hz")
+        raise damaged(
+            "the times are not in seconds, or contradict the frame rate that was given",
+            table.where,
+            f"{given:g} Hz" if given is not None else "1 Hz or more",
+            f"{rate:g} Hz",
+        )
     return float(given) if given is not None else rate
