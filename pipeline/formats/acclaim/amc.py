@@ -12,8 +12,13 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.formats.acclaim.asf import SHIFTS, AsfSkeleton, forward_kinematics, read_skeleton
-from pipeline.formats.acclaim.sections import text_without_comments
+from pipeline.formats.acclaim.asf import (
+    SHIFTS,
+    AsfSkeleton,
+    forward_kinematics,
+    read_skeleton,
+    text_without_comments,
+)
 from pipeline.formats.budget import require_points
 from pipeline.formats.contract import damaged, motion_capture
 from pipeline.formats.text import read_numbers

@@ -2,18 +2,30 @@
 
 Limbs turn as they are seen to.  Programs that take rotations alone show limbs of constant, mean length; those that read
 the channels of position too, as the readers of this package do, get back the points that were written.
+
+A character has the joints of WALKER15 under names that other programs retarget, a T-pose at rest, one root, and feet.
+Joints that WALKER15 has not lie between those that it has: spine along the line from pelvis to sternum, collars between
+sternum and shoulders.  Feet are carried at a right angle to the shank, as long as Winter [2009] has them for such legs:
+they were not observed; what stands on the ground of its ankles is lifted onto its soles.  Positions are in the axes of
+the file: x to the left, y up, z forwards.
 """
 
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from pipeline.formats.contract import damaged
 from pipeline.formats.points.cells import positions_to_write
+from pipeline.skeleton import WALKER15
+from pipeline.validation import require_shape
 
 
 def write(
@@ -142,26 +154,101 @@ def _directions(vectors: np.ndarray) -> np.ndarray:
 
 def _least_turn(before: np.ndarray, after: np.ndarray) -> np.ndarray:
     """The rotations (T, 3, 3) by the smallest angle from one direction (T, 3) to the other; none where one is zero."""
-    a, b = _directions(before), _directions(after)
-    axis, cosine = np.cross(a, b), np.einsum("ti,ti->t", a, b)
-    cross = np.zeros((len(a), 3, 3))
-    cross[:, [2, 0, 1], [1, 2, 0]] = axis
-    cross[:, [1, 2, 0], [2, 0, 1]] = -axis
-    turnable = (
-        (cosine > -1 + 1e-9) & a.any(axis=1) & b.any(axis=1)
-    )  # opposite directions have no smallest turn
-    share = np.where(turnable, 1.0 / np.where(turnable, 1.0 + cosine, 1.0), 0.0)
-    turn: np.ndarray = np.eye(3) + turnable[:, None, None] * cross + share[:, None, None] * (cross @ cross)
-    return turn
+    axis, cosine = np.cross(before, after), np.einsum("ti,ti->t", before, after)
+    angle = np.arctan2(np.linalg.norm(axis, axis=1), cosine)[:, None]  # opposite directions have no axis
+    return np.asarray(Rotation.from_rotvec(angle * _directions(axis)).as_matrix())
 
 
 def _angles_deg(turns: np.ndarray) -> np.ndarray:
     """Angles (T, 3) about z, x, y, degrees and without jumps, whose product Rz Rx Ry the rotations (T, 3, 3) are."""
-    sine, cosine = turns[:, 2, 1], np.hypot(turns[:, 0, 1], turns[:, 1, 1])
-    straight = cosine > 1e-9  # else z and y turn about one axis, and y is zero
-    about_z = np.where(
-        straight, np.arctan2(-turns[:, 0, 1], turns[:, 1, 1]), np.arctan2(turns[:, 1, 0], turns[:, 0, 0])
-    )
-    about_y = np.where(straight, np.arctan2(-turns[:, 2, 0], turns[:, 2, 2]), 0.0)
-    angles = np.stack([about_z, np.arctan2(sine, cosine), about_y], axis=1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # where z and y turn about one axis, y is zero
+        angles = Rotation.from_matrix(turns).as_euler("ZXY")
     return np.degrees(np.unwrap(angles, axis=0))
+
+
+class Names(StrEnum):
+    """Whose names the joints have."""
+
+    ours = "ours"
+    mixamo = "mixamo"
+    rokoko = "rokoko"
+
+
+_LEG, _FOOT_FORWARD, _FOOT_DOWN, _TOES = 0.491, 0.075, 0.032, 0.04
+"""Of the stature: hip to ankle; ankle to ball of the foot, forwards and down; ball to the tip of the toes."""
+_UP, _FORWARD, _LEFT = np.array([0.0, 1, 0]), np.array([0.0, 0, 1]), np.array([1.0, 0, 0])
+_DIRECTIONS = {"up": _UP, "down": -_UP, "left": _LEFT, "right": -_LEFT, "mean": np.full(3, np.nan)}
+
+_TRUNK = """
+pelvis      Hips    Hips    none        pelvis  pelvis 0   mean
+spine       Spine   Spine1  pelvis      pelvis  sternum .1 up
+chest       Spine1  Spine2  spine       pelvis  sternum .4 up
+upper_chest Spine2  Spine3  chest       pelvis  sternum .7 up
+sternum     Neck    Neck    upper_chest pelvis  sternum 1  up
+head        Head    Head    sternum     sternum head    .6 up
+head_end    HeadEnd HeadEnd head        sternum head   1.4 up
+"""
+_LIMBS = """
+left_collar   LeftShoulder LeftShoulder upper_chest   sternum       left_shoulder .15 mean
+left_shoulder LeftArm      LeftArm      left_collar   left_shoulder left_elbow    0  left
+left_elbow    LeftForeArm  LeftForeArm  left_shoulder left_shoulder left_elbow    1  left
+left_wrist    LeftHand     LeftHand     left_elbow    left_elbow    left_wrist    1  left
+left_hand_end LeftHandEnd  LeftHandEnd  left_wrist    left_elbow    left_wrist   1.4 left
+left_hip      LeftUpLeg    LeftThigh    pelvis        left_hip      left_knee     0  mean
+left_knee     LeftLeg      LeftShin     left_hip      left_hip      left_knee     1  down
+left_ankle    LeftFoot     LeftFoot     left_knee     left_knee     left_ankle    1  down
+"""
+"""Names by ours, Mixamo and Rokoko; our name of the parent; between which joints it is, at what share; at rest.
+
+The head of ours is where the joint is; theirs is at the base of the skull, of which the centre is in the middle."""
+
+
+@dataclass(frozen=True)
+class Character:
+    """Points that make a character.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Points without children end limbs.
+    parents : tuple of int
+    positions : (T, P, 3)
+        mm.
+    rest : (P, 3)
+        Directions from the parents at rest; NaN where it is the mean direction.
+    """
+
+    names: tuple[str, ...]
+    parents: tuple[int, ...]
+    positions: np.ndarray
+    rest: np.ndarray
+
+
+def character(positions: np.ndarray, names: Names) -> Character:
+    """Return the character of joints (T, 15, 3) of somebody who walks along z, y up, with these names."""
+    require_shape("positions", positions, (len(positions), len(WALKER15.joints), 3))
+    at = {joint: positions[:, j] for j, joint in enumerate(WALKER15.joints)}
+    whose = list(Names).index(names)
+    right = _LIMBS.replace("left", "right").replace("Left", "Right")
+    rows = [line.split() for line in f"{_TRUNK}{_LIMBS}{right}".split("\n") if line]
+    ours = [row[0] for row in rows]
+    called = [row[whose] for row in rows]
+    parents = [ours.index(row[3]) if row[3] in ours else -1 for row in rows]
+    shares = [1.0 if row[0] == "head" and names is Names.ours else float(row[6]) for row in rows]
+    points = [at[row[4]] + share * (at[row[5]] - at[row[4]]) for row, share in zip(rows, shares, strict=True)]
+    rest = [_DIRECTIONS[row[7]] for row in rows]
+    lift = 0.0
+    for side in ("left", "right"):
+        hip, knee, ankle = (at[f"{side}_{joint}"] for joint in ("hip", "knee", "ankle"))
+        stature = float(np.linalg.norm([knee - hip, ankle - knee], axis=-1).mean(axis=1).sum()) / _LEG
+        down = _directions(ankle - knee)
+        forwards = _directions(np.cross(at["right_hip"] - at["left_hip"], down))
+        ball = ankle + stature * (_FOOT_FORWARD * forwards + _FOOT_DOWN * down)
+        toes = (f"{side}_toes", f"{side.capitalize()}ToeBase", f"{side.capitalize()}Toe")[whose]
+        called += [toes, f"{toes}_end"]
+        parents += [ours.index(f"{side}_ankle"), len(points)]
+        points += [ball, ball + stature * _TOES * forwards]
+        rest += [_directions(_FOOT_FORWARD * _FORWARD - _FOOT_DOWN * _UP), _FORWARD]
+        lift = max(lift, stature * _FOOT_DOWN)
+    return Character(tuple(called), tuple(parents), np.stack(points, axis=1) + lift * _UP, np.stack(rest))

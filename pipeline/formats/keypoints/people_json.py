@@ -11,8 +11,7 @@ from typing import Any, TypeGuard
 import numpy as np
 
 from pipeline.formats.contract import damaged
-from pipeline.formats.keypoints.contract import Detections, detections
-from pipeline.formats.keypoints.landmarks import MEDIAPIPE
+from pipeline.formats.keypoints.contract import MEDIAPIPE, Detections, detections
 from pipeline.formats.text import read_text
 
 Row = tuple[int, str, np.ndarray]

@@ -10,8 +10,7 @@ import numpy as np
 from pipeline.formats.arrays import load_npy
 from pipeline.formats.budget import require_points
 from pipeline.formats.contract import damaged
-from pipeline.formats.keypoints.contract import MOST_FRAMES, Detections, detections
-from pipeline.formats.keypoints.landmarks import MEDIAPIPE
+from pipeline.formats.keypoints.contract import MEDIAPIPE, MOST_FRAMES, Detections, detections
 from pipeline.formats.keypoints.people_json import load, settings
 from pipeline.formats.points import trc
 from pipeline.formats.points.cells import Rows
