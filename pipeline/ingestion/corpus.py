@@ -211,24 +211,22 @@ def _clips_of_table(listing: Listing, sources: Sequence[str], action: str) -> li
             ", ".join(sources),
         )
     same = {subject: group[0] for group in listing.same_person for subject in group}
-    clips: list[Clip] = []
-    for row in rows:
-        path = fetch.resolve(row, raw=listing.raw, mirror=listing.mirror)
-        clips.append(
-            Clip(
-                name=row["trial"],
-                person=same.get(row["subject"], row["subject"]),
-                source=row["source"],
-                action=row["action"].partition(":")[2].strip() or row["action"],
-                path=path,
-                sha256=_digest(path) if path else "",
-                mapping=listing.skeletons[row["skeleton"]],
-                frame_rate_hz=float(row["frame_rate_hz"]),
-                units="",
-                mismatch=_mismatch(path, row["path"], digests) if path else "",
-            )
+    paths = [fetch.resolve(row, raw=listing.raw, mirror=listing.mirror) for row in rows]
+    return [
+        Clip(
+            name=row["trial"],
+            person=same.get(row["subject"], row["subject"]),
+            source=row["source"],
+            action=row["action"].partition(":")[2].strip() or row["action"],
+            path=path,
+            sha256=_digest(path) if path else "",
+            mapping=listing.skeletons[row["skeleton"]],
+            frame_rate_hz=float(row["frame_rate_hz"]),
+            units="",
+            mismatch=_mismatch(path, row["path"], digests) if path else "",
         )
-    return clips
+        for row, path in zip(rows, paths, strict=True)
+    ]
 
 
 def _mismatch(path: Path, name: str, digests: Mapping[str, str]) -> str:
@@ -254,9 +252,9 @@ def folder_clips(
     pattern: str,
     person: str,
     *,
-    skeleton: SourceMapping | None,
-    frame_rate_hz: float,
-    units: str,
+    skeleton: SourceMapping | None = None,
+    frame_rate_hz: float = 0.0,
+    units: str = "",
     subject: str = "",
     source: str = "folder",
 ) -> list[Clip]:
@@ -336,19 +334,15 @@ def in_turn(clips: list[Clip], limit: int) -> list[Clip]:
     """Return at most `limit` clips, one from each person in turn, in the order given; all if the limit is 0."""
     if limit <= 0 or limit >= len(clips):
         return clips
-    turns: dict[str, int] = {}
-    order = []
-    for place, clip in enumerate(clips):
-        turn = turns[clip.person] = turns.get(clip.person, -1) + 1
-        order.append((turn, place))
-    chosen = {place for _, place in sorted(order)[:limit]}
-    return [clip for place, clip in enumerate(clips) if place in chosen]
+    people = [clip.person for clip in clips]
+    by_turn = sorted(range(len(clips)), key=lambda k: people[:k].count(people[k]))
+    return [clips[k] for k in sorted(by_turn[:limit])]
 
 
 def first_people(clips: list[Clip], limit: int) -> list[Clip]:
     """Return the clips of the first `limit` people; all if the limit is 0."""
     people = list(dict.fromkeys(clip.person for clip in clips))
-    chosen = people[:limit] if limit > 0 else people
+    chosen = people[: limit if limit > 0 else None]
     return [clip for clip in clips if clip.person in chosen]
 
 
