@@ -8,6 +8,7 @@ bounds in its annotation, ``trials: Count``, which `require_bounds` reads.
 
 from __future__ import annotations
 
+import operator
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import fields, is_dataclass
@@ -118,29 +119,22 @@ def require_range(
     pipeline.validation.InvalidInput: sweep.trials must be at least 1 (got 0)
     """
     number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
-    fits = (
-        number
-        and bool(np.isfinite(value))
-        and (at_least is None or value >= at_least)
-        and (above is None or value > above)
-        and (at_most is None or value <= at_most)
-        and (below is None or value < below)
-        and not (whole and value % 1)
-    )
-    if not fits:
-        bounds = [
-            f"{word} {bound:g}"
-            for word, bound in (
-                ("at least", at_least),
-                ("above", above),
-                ("at most", at_most),
-                ("below", below),
-            )
-            if bound is not None
-        ]
-        words = ("a whole number " if whole else "") + " and ".join(bounds) + (f" {unit}" if unit else "")
+    bounds = {
+        word: (bound, holds)
+        for word, bound, holds in (
+            ("at least", at_least, operator.ge),
+            ("above", above, operator.gt),
+            ("at most", at_most, operator.le),
+            ("below", below, operator.lt),
+        )
+        if bound is not None
+    }
+    fits = number and np.isfinite(value) and not (whole and value % 1)
+    if not fits or not all(holds(value, bound) for bound, holds in bounds.values()):
+        limits = " and ".join(f"{word} {bound:g}" for word, (bound, _) in bounds.items())
+        words = ("a whole number " if whole else "") + limits + (f" {unit}" if unit else "")
         received = f"{value:g}" if number else repr(value)
-        if number and any(float(received) == bound != value for bound in (at_least, above, at_most, below)):
+        if number and any(float(received) == bound != value for bound, _ in bounds.values()):
             received = repr(float(value))
         raise InvalidInput(f"must be {words.strip() or 'a finite number'}", name, received=received)
     return value

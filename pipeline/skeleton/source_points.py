@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 
@@ -46,15 +46,11 @@ class SourcePoints:
         self._seen = np.asarray(motion.valid.any(axis=0))
         self._synonyms = synonyms
         names = motion.names
+        ways: tuple[Callable[[str], str], ...] = (str, str.lower, _without_prefix, plain_name)
+        self._ways = [(way, _places(map(way, names))) for way in ways]
         after = [name.rsplit(":", 1)[-1] for name in names]
-        begin = _shared_beginning(after)
-        self._ways = (
-            (str, _places(names)),
-            (str.lower, _places([name.lower() for name in names])),
-            (lambda name: name.rsplit(":", 1)[-1].lower(), _places([name.lower() for name in after])),
-            (plain_name, _places([plain_name(name) for name in names])),
-            (plain_name, _places([plain_name(name[begin:]) for name in after]) if begin else {}),
-        )
+        if begin := _shared_beginning(after):
+            self._ways.append((plain_name, _places(plain_name(name[begin:]) for name in after)))
         self._found: dict[str, int | None] = {}
 
     def find(self, wanted: str) -> int | None:
@@ -137,6 +133,10 @@ class SourcePoints:
                 received=str(lowering.between),
             )
         return float(np.nanmean(apart))
+
+
+def _without_prefix(name: str) -> str:
+    return name.rsplit(":", 1)[-1].lower()
 
 
 def _places(names: Iterable[str]) -> dict[str, list[int]]:

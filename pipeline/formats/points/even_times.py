@@ -132,15 +132,10 @@ def _interpolated(times: np.ndarray, positions: np.ndarray, grid: np.ndarray) ->
         inner = np.where(np.isnan(inner), np.where(np.isnan(chord[1:]), chord[:-1], chord[1:]), inner)
         slopes = np.concatenate([chord[:1], inner, chord[-1:]])
     k = np.clip(np.searchsorted(times, grid, side="right") - 1, 0, len(times) - 2)
-    width = (times[k + 1] - times[k])[:, None, None]
-    u = ((grid - times[k])[:, None, None]) / width
-    before, after = positions[k], positions[k + 1]
-    found: np.ndarray = (
-        before
-        + u * (after - before)
-        + u
-        * (1 - u)
-        * ((1 - u) * (width * slopes[k] - (after - before)) + u * (after - before - width * slopes[k + 1]))
-    )
-    found[width[:, 0, 0] > _GAP * np.median(np.diff(times))] = np.nan
+    width = times[k + 1] - times[k]
+    u = ((grid - times[k]) / width)[:, None, None]
+    move = positions[k + 1] - positions[k]
+    begin, end = (width[:, None, None] * slope - move for slope in (slopes[k], slopes[k + 1]))
+    found: np.ndarray = positions[k] + u * move + u * (1 - u) * ((1 - u) * begin - u * end)
+    found[width > _GAP * np.median(np.diff(times))] = np.nan
     return found
