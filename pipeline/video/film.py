@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from pipeline.validation import InvalidInput
 from pipeline.video.pose import LANDMARKS, LEAST_SCORE, Pose, silent
@@ -183,13 +182,15 @@ def on_even_grid(
     for who in np.unique(person):
         mine = np.flatnonzero(person == who)
         own = at[mine]
+        grid = np.arange(int(np.ceil(own[0] - 1e-6)), int(np.floor(own[-1] + 1e-6)) + 1)
+        after = np.clip(np.searchsorted(own, grid - 1e-6), 1, max(len(own) - 1, 1))
         if len(own) == 1:
             continue
-        grid = np.arange(int(np.ceil(own[0] - 1e-6)), int(np.floor(own[-1] + 1e-6)) + 1)
-        after = np.clip(np.searchsorted(own, grid - 1e-6), 1, len(own) - 1)
-        grid = grid[own[after] - own[after - 1] <= LONGEST_GAP]
-        inside = np.clip(grid, own[0], own[-1])
-        parts.append((grid, np.full(len(grid), who), make_interp_spline(own, points[mine], k=1)(inside)))
+        gap = own[after] - own[after - 1]
+        near = gap <= LONGEST_GAP
+        share = np.clip((grid - own[after - 1]) / gap, 0.0, 1.0)[:, None, None]
+        between = (1.0 - share) * points[mine[after - 1]] + share * points[mine[after]]
+        parts.append((grid[near], np.full(int(near.sum()), who), between[near]))
     frame, who, found = (np.concatenate([part[k] for part in parts]) for k in range(3))
     order = np.lexsort((who, frame))
     return frame[order], who[order], found[order].reshape(-1, LANDMARKS, 3)

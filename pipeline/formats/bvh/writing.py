@@ -13,14 +13,12 @@ the file: x to the left, y up, z forwards.
 from __future__ import annotations
 
 import re
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from pipeline.formats.contract import damaged
 from pipeline.formats.points.cells import positions_to_write
@@ -154,16 +152,28 @@ def _directions(vectors: np.ndarray) -> np.ndarray:
 
 def _least_turn(before: np.ndarray, after: np.ndarray) -> np.ndarray:
     """The rotations (T, 3, 3) by the smallest angle from one direction (T, 3) to the other; none where one is zero."""
-    axis, cosine = np.cross(before, after), np.einsum("ti,ti->t", before, after)
-    angle = np.arctan2(np.linalg.norm(axis, axis=1), cosine)[:, None]  # opposite directions have no axis
-    return np.asarray(Rotation.from_rotvec(angle * _directions(axis)).as_matrix())
+    a, b = _directions(before), _directions(after)
+    axis, cosine = np.cross(a, b), np.einsum("ti,ti->t", a, b)
+    cross = np.zeros((len(a), 3, 3))
+    cross[:, [2, 0, 1], [1, 2, 0]] = axis
+    cross[:, [1, 2, 0], [2, 0, 1]] = -axis
+    turnable = (
+        (cosine > -1 + 1e-9) & a.any(axis=1) & b.any(axis=1)
+    )  # opposite directions have no smallest turn
+    share = np.where(turnable, 1.0 / np.where(turnable, 1.0 + cosine, 1.0), 0.0)
+    turn: np.ndarray = np.eye(3) + turnable[:, None, None] * cross + share[:, None, None] * (cross @ cross)
+    return turn
 
 
 def _angles_deg(turns: np.ndarray) -> np.ndarray:
     """Angles (T, 3) about z, x, y, degrees and without jumps, whose product Rz Rx Ry the rotations (T, 3, 3) are."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # where z and y turn about one axis, y is zero
-        angles = Rotation.from_matrix(turns).as_euler("ZXY")
+    sine, cosine = turns[:, 2, 1], np.hypot(turns[:, 0, 1], turns[:, 1, 1])
+    straight = cosine > 1e-9  # else z and y turn about one axis, and y is zero
+    about_z = np.where(
+        straight, np.arctan2(-turns[:, 0, 1], turns[:, 1, 1]), np.arctan2(turns[:, 1, 0], turns[:, 0, 0])
+    )
+    about_y = np.where(straight, np.arctan2(-turns[:, 2, 0], turns[:, 2, 2]), 0.0)
+    angles = np.stack([about_z, np.arctan2(sine, cosine), about_y], axis=1)
     return np.degrees(np.unwrap(angles, axis=0))
 
 
