@@ -1,4 +1,7 @@
-"""Reading a mapping from YAML, as data: nothing in it is ever run, and a slip is one sentence with its line."""
+"""Mappings as YAML files: read as data, of which nothing is ever run, a slip being one sentence with its line; proposed.
+
+In a proposal every guess is marked, and points that are not used are listed.
+"""
 
 from __future__ import annotations
 

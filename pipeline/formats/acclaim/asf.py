@@ -1,4 +1,4 @@
-"""Acclaim skeletons (ASF): bones, and positions of their ends from joint angles.
+"""Acclaim skeletons (ASF): their sections, bones, and positions of bone ends from joint angles.
 
 Conventions
 -----------
