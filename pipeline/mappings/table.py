@@ -1,4 +1,4 @@
-"""Mappings as YAML files: read as data, of which nothing is ever run, a slip being one sentence with its line; proposed.
+"""Mappings as YAML files: read as data, of which nothing is ever run, a slip being one sentence with its line.
 
 In a proposal every guess is marked, and points that are not used are listed.
 """
