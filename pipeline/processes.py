@@ -88,10 +88,7 @@ def core_lent() -> Iterator[None]:
     if _Share.spare is None or _Share.helper:
         yield
         return
-    if _Share.not_returned:
-        _Share.not_returned -= 1
-    else:
-        _Share.spare.release()
+    _give_core()
     try:
         yield
     finally:

@@ -8,6 +8,7 @@ bounds in its annotation, ``trials: Count``, which `require_bounds` reads.
 
 from __future__ import annotations
 
+import operator
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import fields, is_dataclass
@@ -44,8 +45,8 @@ class InvalidInput(ValueError):
         ``"must be at least 1"``.
     where : str
         The file, option or clip, e.g. ``"walk.c3d, byte 512"``.
-    expected, received : str
-        What would have been right, and what came instead; both optional.
+    expected, received : object
+        What would have been right, and what came instead; both optional, shown as text.
 
     Examples
     --------
@@ -55,8 +56,8 @@ class InvalidInput(ValueError):
     sweep.trials must be at least 1 (got 0)
     """
 
-    def __init__(self, what: str, *, where: str = "", expected: str = "", received: str = "") -> None:
-        where, received = _short(where), _short(received)
+    def __init__(self, what: str, where: str = "", expected: object = "", received: object = "") -> None:
+        where, expected, received = _short(where), str(expected), _short(str(received))
         if where and what.startswith("must "):
             sentence, got = f"{where} {what}", "got"
         else:
@@ -75,7 +76,7 @@ class InvalidInput(ValueError):
 
 
 def _rebuild(what: str, where: str, expected: str, received: str) -> InvalidInput:
-    return InvalidInput(what, where=where, expected=expected, received=received)
+    return InvalidInput(what, where, expected, received)
 
 
 def require_range(
@@ -118,31 +119,24 @@ def require_range(
     pipeline.validation.InvalidInput: sweep.trials must be at least 1 (got 0)
     """
     number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
-    fits = (
-        number
-        and bool(np.isfinite(value))
-        and (at_least is None or value >= at_least)
-        and (above is None or value > above)
-        and (at_most is None or value <= at_most)
-        and (below is None or value < below)
-        and not (whole and value % 1)
-    )
-    if not fits:
-        bounds = [
-            f"{word} {bound:g}"
-            for word, bound in (
-                ("at least", at_least),
-                ("above", above),
-                ("at most", at_most),
-                ("below", below),
-            )
-            if bound is not None
-        ]
-        words = ("a whole number " if whole else "") + " and ".join(bounds) + (f" {unit}" if unit else "")
+    bounds = {
+        word: (bound, holds)
+        for word, bound, holds in (
+            ("at least", at_least, operator.ge),
+            ("above", above, operator.gt),
+            ("at most", at_most, operator.le),
+            ("below", below, operator.lt),
+        )
+        if bound is not None
+    }
+    fits = number and np.isfinite(value) and not (whole and value % 1)
+    if not fits or not all(holds(value, bound) for bound, holds in bounds.values()):
+        limits = " and ".join(f"{word} {bound:g}" for word, (bound, _) in bounds.items())
+        words = ("a whole number " if whole else "") + limits + (f" {unit}" if unit else "")
         received = f"{value:g}" if number else repr(value)
-        if number and any(float(received) == bound != value for bound in (at_least, above, at_most, below)):
+        if number and any(float(received) == bound != value for bound, _ in bounds.values()):
             received = repr(float(value))
-        raise InvalidInput(f"must be {words.strip() or 'a finite number'}", where=name, received=received)
+        raise InvalidInput(f"must be {words.strip() or 'a finite number'}", name, received=received)
     return value
 
 
@@ -181,7 +175,7 @@ def require_increasing(name: str, values: Sequence[float], **bounds: float | boo
         require_range(f"{name}[{number}]", value, **bounds)  # type: ignore[arg-type]
     if not values or any(later <= earlier for earlier, later in pairwise(values)):
         received = ", ".join(f"{value:g}" for value in values) or "none"
-        raise InvalidInput("must hold some values that increase", where=name, received=received)
+        raise InvalidInput("must hold some values that increase", name, received=received)
     return values
 
 
@@ -204,7 +198,7 @@ def require_choice(name: str, value: Value, choices: Iterable[Value]) -> Value:
     if value not in allowed:
         words = [str(choice) for choice in allowed]
         listed = " or ".join(words) if len(words) < 3 else f"one of {', '.join(words)}"
-        raise InvalidInput(f"must be {listed}", where=name, received=str(value))
+        raise InvalidInput(f"must be {listed}", name, received=str(value))
     return value
 
 
@@ -225,7 +219,7 @@ def require_distinct(name: str, values: Sequence[Value]) -> Sequence[Value]:
     """
     if not values or len(set(values)) < len(values):
         received = ", ".join(map(str, values)) or "none"
-        raise InvalidInput("must hold some values, each once", where=name, received=received)
+        raise InvalidInput("must hold some values, each once", name, received=received)
     return values
 
 
@@ -307,7 +301,7 @@ def require_name(name: str, value: str) -> str:
     """
     plain = isinstance(value, str) and value == value.strip() and not value.startswith(".")
     if not plain or not value or re.search(r"[/\\\x00-\x1f\x7f]", value):
-        raise InvalidInput("must be a plain name, not a path", where=name, received=repr(value))
+        raise InvalidInput("must be a plain name, not a path", name, received=repr(value))
     return value
 
 
@@ -345,7 +339,7 @@ def require_shape(name: str, array: Any, shape: Sequence[int | str | None]) -> n
     if not fits:
         pattern = ", ".join("any" if size is None else str(size) for size in shape)
         pattern += "," if len(shape) == 1 else ""
-        raise InvalidInput(f"must have shape ({pattern})", where=name, received=str(array.shape))
+        raise InvalidInput(f"must have shape ({pattern})", name, received=str(array.shape))
     return array
 
 
@@ -369,7 +363,7 @@ def require_finite(name: str, array: Any) -> np.ndarray:
     if bad.any():
         at = tuple(int(i) for i in np.argwhere(bad)[0])
         where = str(at[0]) if len(at) == 1 else str(at)
-        raise InvalidInput("must be finite", where=name, received=f"{array[at]} at index {where}")
+        raise InvalidInput("must be finite", name, received=f"{array[at]} at index {where}")
     return array
 
 

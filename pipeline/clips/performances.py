@@ -72,8 +72,8 @@ def whole_clip(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
             missing = first + int(np.flatnonzero(~bridged.whole[first : last + 1])[0])
             raise InvalidInput(
                 "joints are missing for too long",
-                where=f"frame {missing}",
-                expected=f"gaps up to {gap_s:g} s",
+                f"frame {missing}",
+                f"gaps up to {gap_s:g} s",
             )
         kept = bridged.positions[first : last + 1]
         posture.postures(kept)  # refuses what leaves a posture undefined

@@ -75,7 +75,7 @@ def fetch(
     mirrors = folders_of(mirror)
     for folder in mirrors:
         if not folder.is_dir():
-            raise InvalidInput("the mirror is not a folder", where=str(folder))
+            raise InvalidInput("the mirror is not a folder", str(folder))
     return Transfer(rows, Path(raw), mirrors, opener, progress).report()
 
 
@@ -118,23 +118,24 @@ def read_sources(sources: Path) -> list[dict[str, str]]:
         raise InvalidInput(f"cannot read the table of sources: {error}") from error
     where = Path(sources).name
     if missing := [name for name in NEEDED_COLUMNS if name not in header]:
-        raise InvalidInput(f"the table of sources has no column {missing[0]!r}", where=where)
+        raise InvalidInput(f"the table of sources has no column {missing[0]!r}", where)
     seen: set[str] = set()
     for row in rows:
         if None in row or None in row.values():
-            raise InvalidInput("a row is not as long as the header", where=where, received=f"{row['path']!r}")
+            raise InvalidInput("a row is not as long as the header", where, received=f"{row['path']!r}")
         path = row["path"]
         _check_path(path, where)
         if path in seen:
-            raise InvalidInput("a path is listed twice", where=where, received=path)
+            raise InvalidInput("a path is listed twice", where, received=path)
         seen.add(path)
         if not re.fullmatch(r"[0-9a-f]{64}", row["sha256"]):
-            what = "must be 64 hexadecimal digits"
-            raise InvalidInput(what, where=f"{where}, {path}: sha256", received=row["sha256"] or "none")
-        if not re.fullmatch(r"[1-9]\d{0,14}", row["bytes"]):
             raise InvalidInput(
-                "must be a size", where=f"{where}, {path}: bytes", received=row["bytes"] or "none"
+                "must be 64 hexadecimal digits",
+                f"{where}, {path}: sha256",
+                received=row["sha256"] or "none",
             )
+        if not re.fullmatch(r"[1-9]\d{0,14}", row["bytes"]):
+            raise InvalidInput("must be a size", f"{where}, {path}: bytes", received=row["bytes"] or "none")
     return rows
 
 
@@ -145,9 +146,9 @@ def _check_path(path: str, where: str) -> None:
     if strange or path != str(PurePosixPath(path)) or path.endswith(".part"):
         raise InvalidInput(
             "a path must stay inside the data folder",
-            where=where,
-            expected="a relative path such as cmu/16/16_15.amc",
-            received=repr(path),
+            where,
+            "a relative path such as cmu/16/16_15.amc",
+            repr(path),
         )
 
 

@@ -6,7 +6,6 @@ A file is written as ``<name>.part``, which a later run continues, and renamed w
 from __future__ import annotations
 
 import errno
-import functools
 import hashlib
 import http.client
 import os
@@ -17,6 +16,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -129,11 +129,9 @@ class Transfer:
             target.parent.mkdir(parents=True, exist_ok=True)
         addresses = [row[name] for name in ("address", "origin") if row[name]]
         tries: list[tuple[str, Callable[[], str]]] = [
-            (address, functools.partial(self._receive, row, part, address))
-            for address in dict.fromkeys(addresses)
+            *(("mirror", partial(_copy, mirror / row["path"], row, part)) for mirror in self.mirrors),
+            *((address, partial(self._receive, row, part, address)) for address in dict.fromkeys(addresses)),
         ]
-        copies = [functools.partial(_copy, mirror / row["path"], row, part) for mirror in self.mirrors]
-        tries[:0] = [("mirror", copy) for copy in copies]
         reasons = []
         for place, attempt in tries:
             reason = attempt()

@@ -90,6 +90,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     suffix = path.suffix.lower()
     if suffix not in READERS:
         advice = f": {ADVICE[suffix]}" if suffix in ADVICE else ""
-        expected = "one of " + " ".join(READERS)
-        raise damaged(f"the format is unknown{advice}", path.name, expected, suffix or "no suffix")
+        raise damaged(
+            f"the format is unknown{advice}", path.name, "one of " + " ".join(READERS), suffix or "no suffix"
+        )
     return read_one(path, READERS[suffix], frame_rate_hz=frame_rate_hz, units=units)

@@ -7,7 +7,6 @@ import math
 import zipfile
 from collections.abc import Collection
 from pathlib import Path
-from typing import IO
 
 import numpy as np
 
@@ -53,8 +52,12 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     names, positions = (arrays[name] for name in (_OWN if own else _AMASS))
     fits = positions.ndim == 3 and positions.shape[1:] == (names.size, 3) and 0 not in positions.shape
     if not fits or names.dtype.kind not in "US" or positions.dtype.kind not in "fiu":
-        expected = f"positions (frames, {names.size}, 3) of numbers, names of text"
-        raise damaged("the arrays do not fit each other", where, expected, f"{positions.shape}")
+        raise damaged(
+            "the arrays do not fit each other",
+            where,
+            f"positions (frames, {names.size}, 3) of numbers, names of text",
+            f"{positions.shape}",
+        )
     rate = next((arrays[name] for name in _RATES if name in arrays), np.array(frame_rate_hz or np.nan))
     if rate.size != 1 or rate.dtype.kind not in "fiu" or not 0 < float(rate.reshape(())) < 1e6:
         raise damaged("the frame rate is unknown", where, "frame_rate_hz, in the file or the option")
@@ -92,25 +95,27 @@ def load_npz(
         require_memory(sum(entry.file_size for entry in entries.values()), where)
         needed, arrays = 0, {}
         for name, entry in entries.items():
-            with archive.open(entry) as stream:
-                needed += memory_of(stream)
-                require_memory(needed, f"{where}, array {name}")
-        for name, entry in entries.items():
-            with archive.open(entry) as stream:
-                arrays[name] = np.lib.format.read_array(stream, allow_pickle=False)
+            data = archive.read(entry)
+            needed += memory_of(data)
+            require_memory(needed, f"{where}, array {name}")
+            arrays[name] = _array(data)
     return arrays, list(held)
 
 
 def load_npy(path: Path) -> np.ndarray:
     """Return the array of an NPY file; raises as `load_npz` does."""
-    stream = io.BytesIO(read_bytes(path))
-    require_memory(memory_of(stream), path.name)
-    stream.seek(0)
-    return np.asarray(np.lib.format.read_array(stream, allow_pickle=False))
+    data = read_bytes(path)
+    require_memory(memory_of(data), path.name)
+    return _array(data)
 
 
-def memory_of(stream: IO[bytes]) -> int:
-    """Return the bytes that an array and its copies as numbers will take, from its header alone."""
+def _array(data: bytes) -> np.ndarray:
+    return np.asarray(np.lib.format.read_array(io.BytesIO(data), allow_pickle=False))
+
+
+def memory_of(data: bytes) -> int:
+    """Return the bytes that an array and its copies as numbers will take, from the header of its file alone."""
+    stream = io.BytesIO(data)
     version = np.lib.format.read_magic(stream)
     read_header = {
         (1, 0): np.lib.format.read_array_header_1_0,

@@ -49,9 +49,9 @@ def read_one(path: str | Path, reader: Callable[..., Content], **options: object
         reason = str(error).partition("\n")[0]
         raise InvalidInput(
             "the file cannot be read",
-            where=path.name,
-            expected=f"a whole {path.suffix.lower()} file" if path.suffix else "",
-            received=f"{type(error).__name__}: {reason:.160}" if reason else type(error).__name__,
+            path.name,
+            f"a whole {path.suffix.lower()} file" if path.suffix else "",
+            f"{type(error).__name__}: {reason:.160}" if reason else type(error).__name__,
         ) from error
     finally:
         _read.reset(before)
@@ -60,8 +60,12 @@ def read_one(path: str | Path, reader: Callable[..., Content], **options: object
 def count_bytes(size: int, where: str) -> None:
     """Add the bytes of a file to those read of the clip.  Raises InvalidInput if a copy of them leaves no room."""
     if size > MOST // 2:
-        expected = f"{MOST // 2} bytes or less: export a shorter part of the trial"
-        raise InvalidInput("the file is too large", where=where, expected=expected, received=str(size))
+        raise InvalidInput(
+            "the file is too large",
+            where,
+            f"{MOST // 2} bytes or less: export a shorter part of the trial",
+            str(size),
+        )
     if (sizes := _read.get()) is not None:
         sizes.append(size)
 
@@ -71,8 +75,12 @@ def require_memory(needed: int, where: str, what: str = "the file asks for too m
     sizes = _read.get()
     budget = MOST if sizes is None else min(max(PER_BYTE * sum(sizes), LEAST), MOST)
     if needed > budget:
-        expected = f"{budget} bytes or less for a file of this size"
-        raise InvalidInput(what, where=where, expected=expected, received=str(needed))
+        raise InvalidInput(
+            what,
+            where,
+            f"{budget} bytes or less for a file of this size",
+            str(needed),
+        )
 
 
 def require_points(frames: int, points: int, where: str, what: str = "too many frames and points") -> None:

@@ -27,15 +27,12 @@ class Reader(Protocol):
     ) -> MotionCapture: ...
 
 
-def damaged(what: str, where: str, expected: object = "", received: object = "") -> InvalidInput:
-    """Build the error for a file that cannot be used.
+damaged = InvalidInput
+"""The error for a file that cannot be used: what is wrong, where, what was expected, what was received.
 
-    Examples
-    --------
-    >>> print(damaged("a frame has a wrong number of values", "a.bvh, line 35", 10, 9))
-    a.bvh, line 35: a frame has a wrong number of values (expected 10, received 9)
-    """
-    return InvalidInput(what, where=where, expected=str(expected), received=str(received))
+>>> print(damaged("a frame has a wrong number of values", "a.bvh, line 35", 10, 9))
+a.bvh, line 35: a frame has a wrong number of values (expected 10, received 9)
+"""
 
 
 def read_bytes(path: Path) -> bytes:

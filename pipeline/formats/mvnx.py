@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from xml.parsers import expat
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -37,7 +37,8 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     path = Path(path)
     where, unit = path.name, units or "m"
     millimetres = millimetres_in(unit, where)
-    people = _Elements(where).read(read_bytes(path))
+    root = _root(read_bytes(path), where)
+    people = [_Subject.of(one, str(n), where) for n, one in enumerate(_all(root, "subject"), start=1)]
     if not people:
         raise damaged("the file holds no subject", where)
     rates = {person.rate for person in people}
@@ -51,95 +52,76 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     several = len(people) > 1
     names = [f"{one.label}:{name}" if several else name for one in people for name in one.names]
     notes = [f"The file holds {len(people)} subjects."] if several else []
-    shortest = min(len(one.rows) for one in people)
-    if shortest < max(len(one.rows) for one in people):
+    shortest = min(len(one.positions) for one in people)
+    if shortest < max(len(one.positions) for one in people):
         notes.append(f"The subjects have different numbers of frames; the first {shortest} of each are read.")
-    positions = np.concatenate([one.positions(where)[:shortest] for one in people], axis=1) * millimetres
+    positions = np.concatenate([one.positions[:shortest] for one in people], axis=1) * millimetres
     return motion_capture(names, positions, rate, unit, notes)
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Subject:
-    """One person: the segments, and the numbers of each frame."""
+    """One person: the segments, and their positions (T, S, 3) in the file's unit."""
 
     label: str
     rate: float
-    names: list[str] = field(default_factory=list)
-    rows: list[np.ndarray] = field(default_factory=list)
+    names: list[str]
+    positions: np.ndarray
 
-    def positions(self, where: str) -> np.ndarray:
-        """Positions (T, S, 3) in the file's unit."""
-        width = 3 * len(self.names)
-        wrong = next((k for k, row in enumerate(self.rows) if len(row) != width), None)
-        if not self.rows or not self.names or wrong is not None:
-            k = wrong or 0
-            received = f"{len(self.rows[k])}" if self.rows else "no frame"
-            raise damaged("the positions do not fit the segments", f"{where}, frame {k + 1}", width, received)
-        return np.array(self.rows).reshape(len(self.rows), len(self.names), 3)
-
-
-class _Elements:
-    """The elements of a file as they come; nothing but names and positions is kept."""
-
-    def __init__(self, where: str) -> None:
-        self.where, self.people = where, list[_Subject]()
-        self.depth = 0
-        self.frame = 0
-        """Depth of the normal frame that is open; 0 if none is."""
-        self.text: list[str] | None = None
-        """Pieces of the position of the open frame."""
-
-    def read(self, data: bytes) -> list[_Subject]:
-        parser = expat.ParserCreate(namespace_separator="}")
-        parser.buffer_text = True
-        parser.StartDoctypeDeclHandler = self.doctype
-        parser.StartElementHandler, parser.EndElementHandler = self.start, self.end
-        parser.CharacterDataHandler = self.characters
-        try:
-            parser.Parse(data, True)
-        except expat.ExpatError as error:
-            place = f"{self.where}, line {error.lineno}"
-            raise damaged("the file is damaged or cut short", place, "whole XML") from None
-        return self.people
-
-    def doctype(self, *_: object) -> None:  # its entities could make the file grow without end
-        raise damaged("this is not an MVNX file", self.where, "XML without a document type")
-
-    def start(self, name: str, attributes: dict[str, str]) -> None:
-        tag = name.rpartition("}")[2].lower()
-        if not self.depth and tag != "mvnx":
-            raise damaged("this is not an MVNX file", self.where, "<mvnx>", f"<{tag:.40}>")
-        self.depth += 1
-        if tag == "subject":
-            label = attributes.get("label") or str(len(self.people) + 1)
-            self.people.append(_Subject(label, number(attributes.get("frameRate", ""))))
-        elif tag in ("segment", "frame") and not self.people:
-            raise damaged("a segment or frame belongs to no subject", self.where, "<subject> around it")
-        elif tag == "segment":
-            names = self.people[-1].names
-            names.append(attributes.get("label") or f"segment_{len(names) + 1}")
-        elif tag == "frame" and attributes.get("type", "normal") == "normal":
-            self.frame = self.depth
-            self.people[-1].rows.append(np.empty(0))
-        elif tag == "position" and self.depth == self.frame + 1 and self.frame:
-            self.text = []
-
-    def characters(self, text: str) -> None:
-        if self.text is not None:
-            self.text.append(text)
-
-    def end(self, name: str) -> None:
-        if self.text is not None and self.depth == self.frame + 1:
-            person = self.people[-1]
-            frame = f"{self.where}, frame {len(person.rows)}"
-
-            def place(n: int) -> str:
-                return (
-                    f"{frame}, segment {person.names[n // 3] if n // 3 < len(person.names) else n // 3 + 1}"
+    @classmethod
+    def of(cls, element: ElementTree.Element, unlabelled: str, where: str) -> _Subject:
+        """Read a person's normal frames; others are poses of calibration."""
+        segments = enumerate(_all(element, "segment"), start=1)
+        names = [segment.get("label") or f"segment_{k}" for k, segment in segments]
+        frames = [frame for frame in _all(element, "frame") if frame.get("type", "normal") == "normal"]
+        rows = []
+        for k, frame in enumerate(frames, start=1):
+            texts = [child.text or "" for child in frame if _tag(child) == "position"]
+            words = "".join(texts[-1:]).split()
+            if not words or len(words) != 3 * len(names):
+                raise damaged(
+                    "the positions do not fit the segments",
+                    f"{where}, frame {k}",
+                    3 * len(names),
+                    len(words),
                 )
 
-            person.rows[-1] = read_numbers("".join(self.text).split(), place)
-            self.text = None
-        if self.depth == self.frame:
-            self.frame = 0
-        self.depth -= 1
+            def place(n: int, k: int = k) -> str:
+                return f"{where}, frame {k}, segment {names[n // 3]}"
+
+            rows.append(read_numbers(words, place))
+        if not rows:
+            raise damaged("the positions do not fit the segments", f"{where}, frame 1", received="no frame")
+        rate = number(element.get("frameRate", ""))
+        return cls(element.get("label") or unlabelled, rate, names, np.reshape(rows, (len(rows), -1, 3)))
+
+
+class _Builder(ElementTree.TreeBuilder):
+    """Builds elements of XML without a document type, whose entities could make the file grow without end."""
+
+    def __init__(self, where: str) -> None:
+        super().__init__()
+        self._where = where
+
+    def doctype(self, *_: object) -> None:
+        raise damaged("this is not an MVNX file", self._where, "XML without a document type")
+
+
+def _root(data: bytes, where: str) -> ElementTree.Element:
+    try:
+        root = ElementTree.fromstring(data, ElementTree.XMLParser(target=_Builder(where)))
+    except ElementTree.ParseError as error:
+        place = f"{where}, line {error.position[0]}"
+        raise damaged("the file is damaged or cut short", place, "whole XML") from None
+    if _tag(root) != "mvnx":
+        raise damaged("this is not an MVNX file", where, "<mvnx>", f"<{_tag(root):.40}>")
+    return root
+
+
+def _tag(element: ElementTree.Element) -> str:
+    """Name of an element without its namespace, in small letters."""
+    return element.tag.rpartition("}")[2].lower()
+
+
+def _all(element: ElementTree.Element, tag: str) -> list[ElementTree.Element]:
+    return [inner for inner in element.iter() if _tag(inner) == tag]

@@ -91,8 +91,12 @@ def read_numbers(words: Sequence[str], place: Callable[[int], str]) -> np.ndarra
     wrong = np.flatnonzero(np.abs(numbers) > LARGEST)
     if wrong.size:
         n = int(wrong[0])
-        expected = f"a number of at most {LARGEST:g}"
-        raise damaged("a value is not a usable number", place(n), expected, f"{words[n]!r:.40}")
+        raise damaged(
+            "a value is not a usable number",
+            place(n),
+            f"a number of at most {LARGEST:g}",
+            f"{words[n]!r:.40}",
+        )
     return numbers
 
 
@@ -106,8 +110,12 @@ def read_vector(words: Sequence[str], count: int, where: str) -> np.ndarray:
     """
     numbers = np.array(list(map(number, words)))
     if len(numbers) != count or not np.all(np.abs(numbers) <= LARGEST):
-        expected = f"{count} numbers" if count > 1 else "one number"
-        raise damaged("the line cannot be used", where, expected, " ".join(words)[:60] or "nothing")
+        raise damaged(
+            "the line cannot be used",
+            where,
+            f"{count} numbers" if count > 1 else "one number",
+            " ".join(words)[:60] or "nothing",
+        )
     return numbers
 
 
@@ -128,6 +136,10 @@ def millimetres_in(units: str, where: str) -> float:
     divided_by = number(divisor) if slash else 1.0
     millimetres = MILLIMETRES[name] / divided_by if name in MILLIMETRES and divided_by > 0 else np.nan
     if not 1e-6 < millimetres < 1e6:
-        expected = f"one of {', '.join(MILLIMETRES)}, or e.g. in/0.45, in the file or the option units"
-        raise damaged("the unit of length is unknown", where, expected, f"{units!r:.40}")
+        raise damaged(
+            "the unit of length is unknown",
+            where,
+            f"one of {', '.join(MILLIMETRES)}, or e.g. in/0.45, in the file or the option units",
+            f"{units!r:.40}",
+        )
     return millimetres

@@ -90,7 +90,7 @@ def read_clip(clip: Clip) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
     if clip.mismatch:
         raise InvalidInput(clip.mismatch)
     if _digest(clip.path) != clip.sha256:
-        raise InvalidInput("the file changed during this run", where=clip.name)
+        raise InvalidInput("the file changed during this run", clip.name)
     stated: dict[str, Any] = {"frame_rate_hz": clip.frame_rate_hz or None, "units": clip.units or None}
     motion = formats.read(clip.path, **stated)
     known = [clip.mapping] if clip.mapping else list(mappings.shipped().values())
@@ -186,8 +186,8 @@ def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple
     if not present:
         raise InvalidInput(
             f"none of the {len(clips)} recordings is on this machine",
-            where=str(listing.raw),
-            expected="`make data` to fetch them, or data.mirror= (or MOCAP_MIRROR) naming a folder that has them",
+            str(listing.raw),
+            "`make data` to fetch them, or data.mirror= (or MOCAP_MIRROR) naming a folder that has them",
         )
     absent = [clip for clip in clips if not clip.path]
     return sorted(present, key=lambda c: (c.source, c.person, c.name)), absent
@@ -207,28 +207,26 @@ def _clips_of_table(listing: Listing, sources: Sequence[str], action: str) -> li
     if not rows:
         raise InvalidInput(
             f"no recording of {action or 'an action without a name'} by these sources is listed",
-            where=str(listing.table),
-            expected=", ".join(sources),
+            str(listing.table),
+            ", ".join(sources),
         )
     same = {subject: group[0] for group in listing.same_person for subject in group}
-    clips: list[Clip] = []
-    for row in rows:
-        path = fetch.resolve(row, raw=listing.raw, mirror=listing.mirror)
-        clips.append(
-            Clip(
-                name=row["trial"],
-                person=same.get(row["subject"], row["subject"]),
-                source=row["source"],
-                action=row["action"].partition(":")[2].strip() or row["action"],
-                path=path,
-                sha256=_digest(path) if path else "",
-                mapping=listing.skeletons[row["skeleton"]],
-                frame_rate_hz=float(row["frame_rate_hz"]),
-                units="",
-                mismatch=_mismatch(path, row["path"], digests) if path else "",
-            )
+    paths = [fetch.resolve(row, raw=listing.raw, mirror=listing.mirror) for row in rows]
+    return [
+        Clip(
+            name=row["trial"],
+            person=same.get(row["subject"], row["subject"]),
+            source=row["source"],
+            action=row["action"].partition(":")[2].strip() or row["action"],
+            path=path,
+            sha256=_digest(path) if path else "",
+            mapping=listing.skeletons[row["skeleton"]],
+            frame_rate_hz=float(row["frame_rate_hz"]),
+            units="",
+            mismatch=_mismatch(path, row["path"], digests) if path else "",
         )
-    return clips
+        for row, path in zip(rows, paths, strict=True)
+    ]
 
 
 def _mismatch(path: Path, name: str, digests: Mapping[str, str]) -> str:
@@ -241,9 +239,9 @@ def _mismatch(path: Path, name: str, digests: Mapping[str, str]) -> str:
             return str(
                 InvalidInput(
                     "the file is not the recording that the table lists (`make data` fetches it again)",
-                    where=listed_as,
-                    expected=f"sha256 {expected[:12]}…" if expected else "a file that the table lists",
-                    received=f"{received[:12]}…",
+                    listed_as,
+                    f"sha256 {expected[:12]}…" if expected else "a file that the table lists",
+                    f"{received[:12]}…",
                 )
             )
     return ""
@@ -254,9 +252,9 @@ def folder_clips(
     pattern: str,
     person: str,
     *,
-    skeleton: SourceMapping | None,
-    frame_rate_hz: float,
-    units: str,
+    skeleton: SourceMapping | None = None,
+    frame_rate_hz: float = 0.0,
+    units: str = "",
     subject: str = "",
     source: str = "folder",
 ) -> list[Clip]:
@@ -286,27 +284,23 @@ def folder_clips(
     """
     folder = Path(path)
     if not path or not folder.is_dir():
-        raise InvalidInput("must be a folder that exists", where="data.path", received=path or "nothing")
+        raise InvalidInput("must be a folder that exists", "data.path", received=path or "nothing")
     try:
         files = sorted(p for p in folder.glob(pattern) if p.is_file() and not p.name.startswith("."))
     except (ValueError, NotImplementedError, IndexError):  # how glob refuses differs between Pythons
-        raise InvalidInput(
-            "must be a pattern such as **/*.c3d", where="data.pattern", received=pattern
-        ) from None
+        raise InvalidInput("must be a pattern such as **/*.c3d", "data.pattern", received=pattern) from None
     readable = [p for p in files if p.suffix.lower() in formats.READERS]
     if not readable:
         raise InvalidInput(
             "no motion capture in the folder",
-            where=f"{path}/{pattern}",
-            expected="files ending in " + " ".join(formats.READERS),
-            received=", ".join(sorted({p.suffix or p.name for p in files})[:5]) or "an empty folder",
+            f"{path}/{pattern}",
+            "files ending in " + " ".join(formats.READERS),
+            ", ".join(sorted({p.suffix or p.name for p in files})[:5]) or "an empty folder",
         )
     try:
         names = re.compile(person)
     except re.error as error:
-        raise InvalidInput(
-            f"not a regular expression: {error}", where="data.person", received=person
-        ) from None
+        raise InvalidInput(f"not a regular expression: {error}", "data.person", received=person) from None
     clips = []
     for file in readable:
         found = names.search(file.stem)
@@ -340,19 +334,15 @@ def in_turn(clips: list[Clip], limit: int) -> list[Clip]:
     """Return at most `limit` clips, one from each person in turn, in the order given; all if the limit is 0."""
     if limit <= 0 or limit >= len(clips):
         return clips
-    turns: dict[str, int] = {}
-    order = []
-    for place, clip in enumerate(clips):
-        turn = turns[clip.person] = turns.get(clip.person, -1) + 1
-        order.append((turn, place))
-    chosen = {place for _, place in sorted(order)[:limit]}
-    return [clip for place, clip in enumerate(clips) if place in chosen]
+    people = [clip.person for clip in clips]
+    by_turn = sorted(range(len(clips)), key=lambda k: people[:k].count(people[k]))
+    return [clips[k] for k in sorted(by_turn[:limit])]
 
 
 def first_people(clips: list[Clip], limit: int) -> list[Clip]:
     """Return the clips of the first `limit` people; all if the limit is 0."""
     people = list(dict.fromkeys(clip.person for clip in clips))
-    chosen = people[:limit] if limit > 0 else people
+    chosen = people[: limit if limit > 0 else None]
     return [clip for clip in clips if clip.person in chosen]
 
 
@@ -377,7 +367,7 @@ def _sha256_of(path: Path) -> str:
         stat = path.stat()
         return _sha256_of_version(path, stat.st_size, stat.st_mtime_ns)
     except OSError as error:
-        raise InvalidInput(f"cannot be read: {error.strerror}", where=str(error.filename or path)) from None
+        raise InvalidInput(f"cannot be read: {error.strerror}", str(error.filename or path)) from None
 
 
 @functools.cache

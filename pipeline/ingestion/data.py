@@ -59,20 +59,7 @@ class NamedClips:
 
     sources: list[str] = field(default_factory=list)  # of the table; * stands for all
     action: str = ""  # beginning of the table's action, or the whole of it
-    limit: int = 0  # at most so many clips; 0: all
-
-    def choose(self, clips: list[Clip]) -> list[Clip]:
-        """Return at most `limit` clips, people taking turns."""
-        return in_turn(clips, self.limit)
-
-
-@dataclass(kw_only=True)
-class NamedWalks(NamedClips):
-    """Which recordings hold walks; the limit is one of people."""
-
-    def choose(self, clips: list[Clip]) -> list[Clip]:
-        """Return the clips of the first `limit` people."""
-        return first_people(clips, self.limit)
+    limit: int = 0  # at most so many clips, of walks so many people; 0: all
 
 
 @dataclass(kw_only=True)
@@ -95,13 +82,18 @@ class Recordings(Data):
         return {"walks": self.walks, "performances": self.performances, "clips": self.clips}[corpus.name]
 
     @property
-    def walks(self) -> NamedWalks:
+    def walks(self) -> NamedClips:
         """Which recordings hold walks."""
-        return NamedWalks(limit=self.walkers)
+        return NamedClips(limit=self.walkers)
+
+    def choose(self, corpus: Corpus, clips: list[Clip]) -> list[Clip]:
+        """Return the clips of so many people, of walks, or so many clips, people taking turns, as are asked for."""
+        return (first_people if corpus is WALKS else in_turn)(clips, self.named(corpus).limit)
 
     def request_for(self, corpus: Corpus, clips: Sequence[Clip], workers: int, missing: Missing) -> Request:
         """Return the request for these recordings; `missing` is for walks, of the other kinds all joints are needed."""
         steady, wanted = self.steady, self.performances
+        cycles = wanted.cut is Cut.cycles
         makers: dict[str, tuple[dict[str, Any], Callable[[], Clips]]] = {
             "walks": (
                 {"steady": steady, "missing": missing.value},
@@ -109,9 +101,7 @@ class Recordings(Data):
             ),
             "performances": (
                 {"performances": wanted, "steady": steady},
-                lambda: recorded.recorded_performances(
-                    clips, steady, workers, cycles=wanted.cut is Cut.cycles
-                ),
+                lambda: recorded.recorded_performances(clips, steady, workers, cycles=cycles),
             ),
             "clips": (
                 {"gap_s": steady.gap_s},
@@ -139,9 +129,9 @@ class RecordedData(Recordings):
     same_person: list[list[str]] = field(default_factory=list)  # subjects that are one person
 
     @property
-    def walks(self) -> NamedWalks:
+    def walks(self) -> NamedClips:
         """Which recordings hold walks."""
-        return NamedWalks(sources=self.sources, action=self.action, limit=self.walkers)
+        return NamedClips(sources=self.sources, action=self.action, limit=self.walkers)
 
     @property
     def listing(self) -> Path:
@@ -157,7 +147,7 @@ class RecordedData(Recordings):
     def require(self, corpus: Corpus) -> None:
         """Raise InvalidInput if no source is named for this kind of clips."""
         if not self.named(corpus).sources:
-            raise InvalidInput(f"the data set {self.name} holds no {corpus.words}", where="data")
+            raise InvalidInput(f"the data set {self.name} holds no {corpus.words}", "data")
 
     def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:
         """Return the request for the recordings of the table, those that are not on this machine last."""
@@ -168,18 +158,16 @@ class RecordedData(Recordings):
         present, absent = listed_clips(listing, named.sources, named.action)
         if corpus is WALKS:
             present += self._own()
-        return self.request_for(corpus, named.choose(present) + absent, workers, skeleton.missing)
+        return self.request_for(corpus, self.choose(corpus, present) + absent, workers, skeleton.missing)
 
     def _own(self) -> list[Clip]:
         """Return the clips of the user's folders, the sources named after these."""
         found = []
         for folder in self.folders:
             name = Path(folder).resolve().name
-            clips = folder_clips(
-                folder, "**/*", self.person, skeleton=None, frame_rate_hz=0.0, units="", source=name
-            )
             found += [
-                replace(clip, name=f"{name}/{clip.name}", person=f"{name}/{clip.person}") for clip in clips
+                replace(clip, name=f"{name}/{clip.name}", person=f"{name}/{clip.person}")
+                for clip in folder_clips(folder, "**/*", self.person, source=name)
             ]
         return found
 
@@ -208,4 +196,4 @@ class FolderData(Recordings):
             units=self.units,
             subject=self.subject,
         )
-        return self.request_for(corpus, self.named(corpus).choose(clips), workers, skeleton.missing)
+        return self.request_for(corpus, self.choose(corpus, clips), workers, skeleton.missing)

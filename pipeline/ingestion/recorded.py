@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -28,11 +27,7 @@ def recorded_walks(
         clips, walks.REPORT_COLUMNS, lambda raw: walks.steady_walk(raw, steady), workers
     )
     found = walks.walks_of(prepared, steady, _digests(clips))
-    return (
-        dataclasses.replace(found, dropped=np.asarray(found.estimated.any(axis=0)))
-        if missing is Missing.drop
-        else found
-    )
+    return replace(found, dropped=np.any(found.estimated, axis=0)) if missing is Missing.drop else found
 
 
 def recorded_performances(
@@ -75,82 +70,57 @@ def read_and_prepare(
     it was not two people.  A recording that may be another's for other reasons bears a remark, see `one_person`.
     """
 
-    def one(clip: Clip) -> _Read:
+    def one(clip: Clip) -> tuple[PreparedClip, str, Likeness | None]:
         row = report_row(columns, clip=clip.name, person=clip.person, source=clip.source, action=clip.action)
         try:
             motion, positions, valid = read_clip(clip)
             prepared = prepare_one(RawClip(row, positions, motion.frame_rate_hz, valid, motion.notes))
-            notes = () if prepared.positions is None else motion.notes
-            reason = "; ".join(filter(None, [prepared.row["reason"], *notes]))
-            return _Read(
-                replace(prepared, row=prepared.row | {"reason": reason}),
-                _digest_of_points(positions),
-                None if prepared.positions is None else likeness(positions, valid, motion.frame_rate_hz),
-            )
+            digest = _digest_of_points(positions)
+            if prepared.positions is None:
+                return prepared, digest, None
+            shown = likeness(positions, valid, motion.frame_rate_hz)
+            return _remarked(prepared, *motion.notes), digest, shown
         except InvalidInput as refusal:
             # Readers name the file by its path, which must not get into a published report.
             reason = str(refusal).replace(str(clip.path), clip.name)
-            return _Read(PreparedClip(row | {"verdict": "refused", "reason": reason}))
+            return PreparedClip(row | {"verdict": "refused", "reason": reason}), "", None
 
-    return _with_remarks(_without_copies(map_processes(one, clips, workers)))
+    read = map_processes(one, clips, workers)
+    prepared, shown = [one for one, _, _ in read], [shown for _, _, shown in read]
+    alike: dict[str, list[dict[str, Any]]] = {}
+    for one_read, digest, _ in read:
+        alike.setdefault(digest, []).append(one_read.row)
+    for n, (clip, digest, _) in enumerate(read):
+        others = [row for row in alike[digest] if digest and row["person"] != clip.row["person"]]
+        if others:
+            prepared[n], shown[n] = _refused_copy(clip.row, others[0]), None
+    usable = [(n, one_shown) for n, one_shown in enumerate(shown) if one_shown is not None]
+    remarks = one_person.remarks(
+        [prepared[n].row["person"] for n, _ in usable],
+        [prepared[n].row["clip"] for n, _ in usable],
+        [one_shown for _, one_shown in usable],
+    )
+    for (n, _), remark in zip(usable, remarks, strict=True):
+        prepared[n] = _remarked(prepared[n], remark)
+    return prepared
 
 
-@dataclass(frozen=True)
-class _Read:
-    """A recording that was read.
+def _remarked(clip: PreparedClip, *remarks: str) -> PreparedClip:
+    """Return a clip with remarks added to its row of the report."""
+    reason = "; ".join(filter(None, [clip.row["reason"], *remarks]))
+    return replace(clip, row=clip.row | {"reason": reason})
 
-    Attributes
-    ----------
-    prepared : PreparedClip
-    digest : str
-        Of its points; empty if it could not be read.
-    shown : Likeness or None
-        What it shows of the person; None if it is refused.
-    """
 
-    prepared: PreparedClip
-    digest: str = ""
-    shown: Likeness | None = None
+def _refused_copy(row: dict[str, Any], other: dict[str, Any]) -> PreparedClip:
+    """Refuse a recording that is equal to one of another person."""
+    reason = InvalidInput(
+        f"the same points as {other['clip']}, which bears the name of {other['person']}",
+        f"{row['clip']} of {row['person']}",
+        "a recording of one person under one name",
+    )
+    return PreparedClip(row | {"verdict": "refused", "reason": str(reason)})
 
 
 def _digest_of_points(positions: np.ndarray) -> str:
     """Return the sha256 of positions to a thousandth of a millimetre: equal for copies in whatever format."""
     return hashlib.sha256((np.round(positions, 3) + 0.0).tobytes()).hexdigest()
-
-
-def _without_copies(read: Sequence[_Read]) -> list[_Read]:
-    """Refuse recordings that are equal to one of another person."""
-    alike: dict[str, list[dict[str, Any]]] = {}
-    for one in read:
-        if one.digest:
-            alike.setdefault(one.digest, []).append(one.prepared.row)
-
-    def judged(one: _Read) -> _Read:
-        row = one.prepared.row
-        others = [other for other in alike.get(one.digest, []) if other["person"] != row["person"]]
-        if not others:
-            return one
-        reason = InvalidInput(
-            f"the same points as {others[0]['clip']}, which bears the name of {others[0]['person']}",
-            where=f"{row['clip']} of {row['person']}",
-            expected="a recording of one person under one name",
-        )
-        return _Read(PreparedClip(row | {"verdict": "refused", "reason": str(reason)}))
-
-    return [judged(one) for one in read]
-
-
-def _with_remarks(read: Sequence[_Read]) -> list[PreparedClip]:
-    """Remark on usable recordings that may show a person of another name."""
-    shown = [(n, one.shown) for n, one in enumerate(read) if one.shown is not None]
-    rows = [read[n].prepared.row for n, _ in shown]
-    made = one_person.remarks(
-        [row["person"] for row in rows], [row["clip"] for row in rows], [one for _, one in shown]
-    )
-    remark = {n: text for (n, _), text in zip(shown, made, strict=True) if text}
-
-    def remarked(n: int, clip: PreparedClip) -> PreparedClip:
-        reasons = "; ".join(filter(None, [clip.row["reason"], remark.get(n)]))
-        return replace(clip, row=clip.row | {"reason": reasons})
-
-    return [remarked(n, one.prepared) for n, one in enumerate(read)]

@@ -107,15 +107,14 @@ def read(path: Path, *, units: str | None = None, frame_rate_hz: float | None = 
     try:
         stamp = path.stat().st_mtime_ns
     except OSError as error:
-        raise InvalidInput("cannot be read", where=path.name, received=error.strerror or "") from None
+        raise InvalidInput("cannot be read", path.name, received=error.strerror or "") from None
     posture, share = _posture(path, stamp, units, frame_rate_hz)
     if share > STILL:
-        expected, received = (
+        raise InvalidInput(
+            "nobody stands still in the static trial",
+            path.name,
             f"points within {STILL:.0%} of the body's size",
             f"{told_apart(100 * share, 100 * STILL, 0)} %",
-        )
-        raise InvalidInput(
-            "nobody stands still in the static trial", where=path.name, expected=expected, received=received
         )
     return posture
 
@@ -175,7 +174,7 @@ def carry(
     fit = mappings.suggest(posture, known)
     if not fit.usable:
         lacking = ", ".join(fit.lacking[:4])
-        raise InvalidInput("the static trial gives no legs and pelvis", where=name, received=f"no {lacking}")
+        raise InvalidInput("the static trial gives no legs and pelvis", name, received=f"no {lacking}")
     place = with_z_up(posture.positions_mm[0], up_axis(posture, fit.mapping))
     mapped, _ = map_joints(posture, fit.mapping, missing=True)
     joints = dict(zip(WALKER15.joints, mapped[0], strict=True))
@@ -218,9 +217,10 @@ def carry(
                 rms = factor * np.sqrt(np.mean(residual**2))
                 told.append(f"{', '.join(names[-len(points) :])} by {by} (residual {rms:.1f} mm)")
     if not names:
-        expected = "three points of a thigh or shank that are in both trials"
         raise InvalidInput(
-            "no cluster of the walk carries a marker of the static trial", where=name, expected=expected
+            "no cluster of the walk carries a marker of the static trial",
+            name,
+            "three points of a thigh or shank that are in both trials",
         )
     kept = [k for k, point in enumerate(motion.names) if seen[k] or point not in names]
     together = np.concatenate([motion.positions_mm[:, kept], *positions], axis=1)

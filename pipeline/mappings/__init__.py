@@ -7,8 +7,7 @@ recording apart.
 
 from pipeline.mappings.fitting import Fit, fitted, rescaled, suggest
 from pipeline.mappings.people import of_one_person, people
-from pipeline.mappings.proposal import written
-from pipeline.mappings.table import AUTO, chosen, load, shipped
+from pipeline.mappings.table import AUTO, chosen, load, shipped, written
 
 __all__ = [
     "AUTO",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import re
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
@@ -18,7 +19,6 @@ OTHERS = "unnamed"
 _FEWEST = 7
 """Points of somebody whose legs and pelvis are known."""
 
-_SEPARATED = re.compile(r"[^\W_]+[\W_]+")
 _SIDES = {"l", "r", "left", "right", "lt", "rt"}
 
 
@@ -115,11 +115,11 @@ def _groupings(names: Sequence[str]) -> Iterator[dict[str, list[int]]]:
         yield _grouped(names, functools.partial(_first_words, count=words))
     count = names.count(names[0]) if names else 0
     if count > 1 and all(names.count(name) == count for name in set(names)):
-        seen: dict[str, int] = {}
-        groups: dict[str, list[int]] = {str(n): [] for n in range(1, count + 1)}
+        seen: Counter[str] = Counter()
+        groups: dict[str, list[int]] = {}
         for k, name in enumerate(names):
-            seen[name] = seen.get(name, 0) + 1
-            groups[str(seen[name])].append(k)
+            seen[name] += 1
+            groups.setdefault(str(seen[name]), []).append(k)
         yield groups
 
 
@@ -133,10 +133,5 @@ def _grouped(names: Sequence[str], beginning: Callable[[str], str]) -> dict[str,
 
 def _first_words(name: str, count: int) -> str:
     """The first words of a name without the separator after them; empty if nothing follows."""
-    at = 0
-    for _ in range(count):
-        match = _SEPARATED.match(name, at)
-        if match is None:
-            return ""
-        at = match.end()
-    return re.sub(r"[\W_]+$", "", name[:at]) if at < len(name) else ""
+    match = re.match(rf"([^\W_]+[\W_]+){{{count}}}", name)
+    return re.sub(r"[\W_]+$", "", match[0]) if match and match.end() < len(name) else ""

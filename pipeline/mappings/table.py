@@ -1,4 +1,7 @@
-"""Reading a mapping from YAML, as data: nothing in it is ever run, and a slip is one sentence with its line."""
+"""Mappings as YAML files: read as data, of which nothing is ever run, a slip being one sentence with its line.
+
+In a proposal every guess is marked, and points that are not used are listed.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ import yaml
 
 from pipeline.resources import CONF
 from pipeline.skeleton import WALKER15
-from pipeline.skeleton.recorded import MILLIMETRES
+from pipeline.skeleton.recorded import MILLIMETRES, MotionCapture
 from pipeline.skeleton.source_mapping import Lowering, Rule, SourceMapping, UpAxis
 from pipeline.validation import InvalidInput
 
@@ -58,9 +61,7 @@ def chosen(name: str) -> SourceMapping | None:
     if "/" in name or "\\" in name or name.lower().endswith((".yaml", ".yml")):
         return load(Path(name))
     listed = " or ".join([AUTO, *_names()])
-    raise InvalidInput(
-        "there is no such option", where="skeleton", expected=f"{listed} or a path.yaml", received=name[:60]
-    )
+    raise InvalidInput("there is no such option", "skeleton", f"{listed} or a path.yaml", name[:60])
 
 
 def load(path: Path) -> SourceMapping:
@@ -80,19 +81,20 @@ def load(path: Path) -> SourceMapping:
         data = path.read_bytes()
     except OSError as error:
         raise InvalidInput(
-            "the mapping cannot be read", where=str(path), received=error.strerror or type(error).__name__
+            "the mapping cannot be read", str(path), received=error.strerror or type(error).__name__
         ) from None
     except ValueError:
-        raise InvalidInput("the mapping cannot be read", where=repr(str(path))) from None
+        raise InvalidInput("the mapping cannot be read", repr(str(path))) from None
     if len(data) > LARGEST_FILE:
-        raise InvalidInput("this is no mapping", where=path.name, expected=f"{LARGEST_FILE} bytes at most")
+        raise InvalidInput("this is no mapping", path.name, f"{LARGEST_FILE} bytes at most")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data[: error.start].count(b"\n") + 1
-        what = "the mapping is not UTF-8 (save it as UTF-8)"
         raise InvalidInput(
-            what, where=f"{path.name}, line {line}", received=f"byte {data[error.start]:#x}"
+            "the mapping is not UTF-8 (save it as UTF-8)",
+            f"{path.name}, line {line}",
+            received=f"byte {data[error.start]:#x}",
         ) from None
     return _Reader(path.name).mapping(_composed(text, path.name), path.stem)
 
@@ -101,9 +103,7 @@ def _composed(text: str, where: str) -> yaml.Node:
     """The tree of a YAML text, without tags that would build anything and without anchors."""
     if "# @package" in text:
         line = text[: text.index("# @package")].count("\n") + 1
-        raise InvalidInput(
-            "a mapping is data and goes into no package of options", where=f"{where}, line {line}"
-        )
+        raise InvalidInput("a mapping is data and goes into no package of options", f"{where}, line {line}")
     depth = 0
     try:
         for event in yaml.parse(text, Loader=yaml.SafeLoader):
@@ -119,17 +119,16 @@ def _composed(text: str, where: str) -> yaml.Node:
         problem = getattr(error, "problem", None) or getattr(error, "reason", None) or "it cannot be read"
         if "'\\t'" in str(problem):
             problem = "a tab where blanks must be"
-        what = f"this is not YAML: {' '.join(str(problem).split())[:120]}"
-        raise InvalidInput(what, where=f"{where}{at}") from None
+        raise InvalidInput(
+            f"this is not YAML: {' '.join(str(problem).split())[:120]}", f"{where}{at}"
+        ) from None
     if node is None:
-        raise InvalidInput("the mapping is empty", where=where)
+        raise InvalidInput("the mapping is empty", where)
     return node
 
 
 def _wrong(what: str, where: str, at: Any, expected: str = "", received: str = "") -> InvalidInput:
-    return InvalidInput(
-        what, where=f"{where}, line {at.start_mark.line + 1}", expected=expected, received=received
-    )
+    return InvalidInput(what, f"{where}, line {at.start_mark.line + 1}", expected, received)
 
 
 class _Reader:
@@ -257,3 +256,35 @@ class _Reader:
 
 def _shown(node: yaml.Node) -> str:
     return repr(node.value)[:60] if isinstance(node, yaml.ScalarNode) else type(node).__name__[:-4].lower()
+
+
+def written(mapping: SourceMapping, motion: MotionCapture) -> str:
+    """Return a mapping as YAML that `pipeline.mappings.load` reads; guesses are marked, unused points listed."""
+    lines = [
+        "# Proposed from names, sides and places of the points of one recording.  Check every line that is marked as",
+        "# guessed; weights of a joint sum to one, e.g. {lateral: 0.5, medial: 0.5}.",
+        f"name: {_quoted(mapping.name)}",
+        f"up: {mapping.up}  # guessed: the axis along which the points spread most",
+        "joints:",
+    ]
+    used = set()
+    for joint in WALKER15.joints:
+        rules = mapping.rules(joint)
+        if not rules:
+            lines.append(
+                f"  # {joint}: no point was found; without it, it is estimated (not possible for legs)"
+            )
+            continue
+        used |= set(rules[0][0])
+        inner = ", ".join(f"{_quoted(point)}: {weight:g}" for point, weight in rules[0][0].items())
+        lines.append(f"  {joint}: {{{inner}}}" + ("  # guessed" if joint in mapping.guessed else ""))
+    if mapping.guessed:
+        lines.append(f"guessed: [{', '.join(mapping.guessed)}]")
+    left = [_quoted(name) for name in motion.names if name not in used]
+    lines += ["# points not used: " + ", ".join(left[k : k + 8]) for k in range(0, len(left), 8)]
+    return "\n".join(lines) + "\n"
+
+
+def _quoted(text: str) -> str:
+    """A word of YAML: in quotes, so that no name is taken for anything else."""
+    return str(yaml.safe_dump(text, default_style='"', allow_unicode=True, width=2**31)).strip()

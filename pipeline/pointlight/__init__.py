@@ -11,7 +11,7 @@ A display is made in steps, each a pure function that takes and returns `PointLi
 '<svg'
 """
 
-from pipeline.pointlight.dots import PointLights, walker, walking_speed
+from pipeline.pointlight.dots import PointLights, synthetic_walker, walker, walking_speed
 from pipeline.pointlight.files import as_csv, as_ptd, as_svg, pixels
 from pipeline.pointlight.manipulations import (
     Noise,
@@ -22,7 +22,6 @@ from pipeline.pointlight.manipulations import (
     scrambled,
     with_noise,
 )
-from pipeline.pointlight.synthetic_walker import synthetic_walker
 
 __all__ = [
     "Noise",

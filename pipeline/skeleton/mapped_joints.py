@@ -91,24 +91,23 @@ def _in_own_axes(
         if (rule := found[joint]) is not None:
             weights = np.array(list(rule[0].values()), dtype=float)
             if abs(weights.sum() - 1.0) > 1e-6:
-                what, received = f"the weights of {joint!r} do not sum to one", f"{weights.sum():g}"
-                raise InvalidInput(what, where=mapping.name, received=received)
+                raise InvalidInput(
+                    f"the weights of {joint!r} do not sum to one",
+                    mapping.name,
+                    received=f"{weights.sum():g}",
+                )
             source = motion.positions_mm[:, [points.index(point) for point in rule[0]]]
             positions[:, j] = np.einsum("tpk,p->tk", source, weights)
     return points, found, positions
 
 
 def _up_of(positions: np.ndarray, mapping: SourceMapping, skeleton: Skeleton) -> UpAxis:
-    return _up_axis(positions, skeleton) if mapping.up == UpAxis.auto else UpAxis(mapping.up)
-
-
-def _up_axis(positions: np.ndarray, skeleton: Skeleton) -> UpAxis:
-    """The signed axis along which hips are above ankles, all over the clip."""
+    """The axis that a mapping says, or the signed one along which hips are above ankles, all over the clip."""
     hips, ankles = (
         [k for k, joint in enumerate(skeleton.joints) if joint.endswith(part)] for part in ("hip", "ankle")
     )
-    if not hips or not ankles:
-        return UpAxis.z
+    if mapping.up != UpAxis.auto or not hips or not ankles:
+        return UpAxis.z if mapping.up == UpAxis.auto else UpAxis(mapping.up)
     legs = (positions[:, hips] - positions[:, ankles]).reshape(-1, 3)
     legs = legs[np.isfinite(legs).all(axis=1)]
     if not len(legs):

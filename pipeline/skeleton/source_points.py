@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 
@@ -46,15 +46,11 @@ class SourcePoints:
         self._seen = np.asarray(motion.valid.any(axis=0))
         self._synonyms = synonyms
         names = motion.names
+        ways: tuple[Callable[[str], str], ...] = (str, str.lower, _without_prefix, plain_name)
+        self._ways = [(way, _places(map(way, names))) for way in ways]
         after = [name.rsplit(":", 1)[-1] for name in names]
-        begin = _shared_beginning(after)
-        self._ways = (
-            (str, _places(names)),
-            (str.lower, _places([name.lower() for name in names])),
-            (lambda name: name.rsplit(":", 1)[-1].lower(), _places([name.lower() for name in after])),
-            (plain_name, _places([plain_name(name) for name in names])),
-            (plain_name, _places([plain_name(name[begin:]) for name in after]) if begin else {}),
-        )
+        if begin := _shared_beginning(after):
+            self._ways.append((plain_name, _places(plain_name(name[begin:]) for name in after)))
         self._found: dict[str, int | None] = {}
 
     def find(self, wanted: str) -> int | None:
@@ -87,9 +83,11 @@ class SourcePoints:
         off = np.asarray(np.abs(positions - positions[:, :1]))
         spellings = {self._motion.names[i] for i in found}
         if len(spellings) > 1 or (off[np.isfinite(off)] > 1.0).any() or not np.isfinite(off[:, 1:]).any():
-            received = ", ".join(self._motion.names[i] for i in found[:3])
-            what = f"{len(found)} points are called {wanted!r}"
-            raise InvalidInput(what, expected="one person to a file", received=received)
+            raise InvalidInput(
+                f"{len(found)} points are called {wanted!r}",
+                expected="one person to a file",
+                received=", ".join(self._motion.names[i] for i in found[:3]),
+            )
         return [max(found, key=lambda i: int(self._motion.valid[:, i].sum()))]
 
     def rule_of(self, joint: str, mapping: SourceMapping) -> tuple[Rule, Lowering | None] | None:
@@ -110,25 +108,35 @@ class SourcePoints:
         """Return the refusal of a file from which a joint cannot be made."""
         rules = mapping.rules(joint)
         if not rules:
-            return InvalidInput(f"no rule for the joint {joint!r}", where=mapping.name)
+            return InvalidInput(f"no rule for the joint {joint!r}", mapping.name)
         lacked = next(point for point in rules[-1][0] if self.find(point) is None)
         what = f"the joint {joint!r} needs the point {lacked!r}, which the file does not have"
         names = self._motion.names
         received = "points " + ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
-        return InvalidInput(what, where=mapping.name, received=received)
+        return InvalidInput(what, mapping.name, received=received)
 
     def distance(self, joint: str, lowering: Lowering, mapping: SourceMapping) -> float:
         """Return the mean distance, mm, of the two points by which a joint is lowered."""
         pair = [index for point in lowering.between if (index := self.find(point)) is not None]
         if len(pair) != 2:
-            what = f"the lowering of {joint!r} needs two points of the file"
-            raise InvalidInput(what, where=mapping.name, received=str(lowering.between))
+            raise InvalidInput(
+                f"the lowering of {joint!r} needs two points of the file",
+                mapping.name,
+                received=str(lowering.between),
+            )
         ends = self._motion.positions_mm[:, pair]
         apart = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=-1)
         if not np.isfinite(apart).any():
-            what = f"the two points by which {joint!r} is lowered were never seen together"
-            raise InvalidInput(what, where=mapping.name, received=str(lowering.between))
+            raise InvalidInput(
+                f"the two points by which {joint!r} is lowered were never seen together",
+                mapping.name,
+                received=str(lowering.between),
+            )
         return float(np.nanmean(apart))
+
+
+def _without_prefix(name: str) -> str:
+    return name.rsplit(":", 1)[-1].lower()
 
 
 def _places(names: Iterable[str]) -> dict[str, list[int]]:

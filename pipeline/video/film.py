@@ -65,9 +65,7 @@ def pictures(path: Path) -> Iterator[tuple[float, np.ndarray]]:
         video = cv2.VideoCapture(str(path))
     try:
         if not video.isOpened():
-            raise InvalidInput(
-                "the video cannot be opened", where=path.name, expected="a film that FFmpeg reads"
-            )
+            raise InvalidInput("the video cannot be opened", path.name, "a film that FFmpeg reads")
         while True:
             there, picture = video.read()
             if not there:
@@ -147,7 +145,7 @@ def keypoints_of(path: Path, pose: Pose, progress: Callable[[int], None] = lambd
         seen += [(number, person, points) for person, points in follower.look(picture)]
         progress(number + 1)
     if not seen:
-        raise InvalidInput("nobody is seen in the video", where=path.name, received=f"{len(times)} frames")
+        raise InvalidInput("nobody is seen in the video", path.name, received=f"{len(times)} frames")
     rate, uneven = frame_rate(np.array(times), frames_of(path)[1])
     frame, person = (np.array([one[k] for one in seen]) for k in (0, 1))
     points = np.stack([one[2] for one in seen])

@@ -48,7 +48,7 @@ def keypoints_table(
         If the packages, the networks or the video cannot be used, or nobody is seen.
     """
     if not video.is_file():
-        raise InvalidInput("there is no such video", where="input.path", received=str(video))
+        raise InvalidInput("there is no such video", "input.path", received=str(video))
     digest = _digest(video)
     table, about = folder / TABLE, folder / ABOUT
     if _about(earlier).get("sha256") == digest and (earlier / TABLE).is_file():
@@ -66,8 +66,8 @@ def keypoints_table(
         if not (package := missing_package(error)):
             raise
         raise InvalidInput(
-            f"a video needs {package}, which is not installed", where="input.path",
-            expected='pip install "gait-pipeline[video]", or keypoints of another detector', received=video.name,
+            f"a video needs {package}, which is not installed", "input.path",
+            'pip install "gait-pipeline[video]", or keypoints of another detector', video.name,
         ) from error  # fmt: skip
     filmed = keypoints_of(video, pose, lambda done: progress(done, every))
     columns = [f"{name}_{what}" for name in names for what in ("x", "y", "visibility")]

@@ -66,8 +66,8 @@ def networks(tell: Callable[[str], None] = lambda _: None) -> Path:
 def _require(path: Path, digest: str) -> None:
     found = hashlib.sha256(path.read_bytes()).hexdigest()
     if found != digest:
-        raise InvalidInput("is not the file that was published; delete it to fetch it again", where=str(path),
-                           expected=f"sha256 {digest}", received=found)  # fmt: skip
+        raise InvalidInput("is not the file that was published; delete it to fetch it again", str(path),
+                           f"sha256 {digest}", found)  # fmt: skip
 
 
 def _fetch(kept: Path) -> None:
@@ -75,8 +75,8 @@ def _fetch(kept: Path) -> None:
         kept.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InvalidInput(
-            "no folder for the pose networks can be made", where=str(kept),
-            expected=f"a folder that {CACHE} names", received=str(error.strerror),
+            "no folder for the pose networks can be made", str(kept),
+            f"a folder that {CACHE} names", str(error.strerror),
         ) from None  # fmt: skip
     with tempfile.TemporaryDirectory(dir=kept) as name:
         command = [
@@ -90,10 +90,9 @@ def _fetch(kept: Path) -> None:
             heard = [f"nothing within {WAIT_S} s"]
         wheel = Path(name) / WHEEL
         if not wheel.is_file():
-            why = heard[-1]
             raise InvalidInput(
-                "the pose networks are not here and could not be fetched", where=str(kept),
-                expected=f"{', '.join(FILES)}, or a network from which pip gets {PACKAGE}", received=why,
+                "the pose networks are not here and could not be fetched", str(kept),
+                f"{', '.join(FILES)}, or a network from which pip gets {PACKAGE}", heard[-1],
             )  # fmt: skip
         _require(wheel, WHEEL_SHA256)
         with zipfile.ZipFile(wheel) as packed:

@@ -12,8 +12,13 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.formats.acclaim.asf import SHIFTS, AsfSkeleton, forward_kinematics, read_skeleton
-from pipeline.formats.acclaim.sections import text_without_comments
+from pipeline.formats.acclaim.asf import (
+    SHIFTS,
+    AsfSkeleton,
+    forward_kinematics,
+    read_skeleton,
+    text_without_comments,
+)
 from pipeline.formats.budget import require_points
 from pipeline.formats.contract import damaged, motion_capture
 from pipeline.formats.text import read_numbers
@@ -58,26 +63,14 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     if first is None:
         raise damaged("no frame found", path.name, "an AMC motion with numbered frames")
     radians = _header(text[: first.start()], skeleton.radians, path.name, notes)
-    body = text[first.start() :]
-    layout = _layout(body, skeleton, path.name)
-    numbers, columns = _columns_by_line(body, layout, path.name)
-    start = _check_numbering(numbers, path.name)
-    values = _values(columns, layout, start, path.name)
+    start, values = _values(text[first.start() :], skeleton, path.name)
     require_points(len(values), len(skeleton.names), path.name)
     if start != 1:
         notes.append(f"Frames are numbered from {start}.")
-
-    # The motion lists its bones in any order: its columns are put in the skeleton's order for the kinematics.
-    written = [f"{name}.{freedom}" for name, freedoms in layout for freedom in freedoms]
-    at = {channel: c for c, channel in enumerate(written)}
-    angles = values[:, [at[channel] for channel in skeleton.channels]] * radians
-    root_mm = np.zeros((len(values), 3))
-    for axis, shift in enumerate(SHIFTS):
-        if f"root.{shift}" in at:
-            root_mm[:, axis] = values[:, at[f"root.{shift}"]] * skeleton.millimetres
+    scales = [skeleton.millimetres if freedom in SHIFTS else radians for _, freedom in skeleton.channels]
     return motion_capture(
         skeleton.names,
-        forward_kinematics(skeleton, angles, root_mm),
+        forward_kinematics(skeleton, values * scales),
         rate,
         skeleton.units,
         notes,
@@ -104,8 +97,9 @@ def skeleton_of(path: Path) -> Path:
                 continue
             found = sorted(p for p in folder.iterdir() if p.suffix.lower() == ".asf")
         except OSError as error:
-            what, received = "the folder of its skeleton cannot be read", error.strerror or ""
-            raise damaged(what, path.name, received=received) from None
+            raise damaged(
+                "the folder of its skeleton cannot be read", path.name, received=error.strerror or ""
+            ) from None
         if folder is beside:  # which holds the skeletons of everybody
             found = [p for p in found if _number(p) == _number(path)]
         if found:
@@ -115,11 +109,12 @@ def skeleton_of(path: Path) -> Path:
         longest = max((len(p.stem) for p in begins), default=0)
         found = [p for p in begins if len(p.stem) == longest] or found
     if len(found) != 1:
-        names, expected = (
-            ", ".join(p.name for p in found) or "none",
+        raise damaged(
+            "the skeleton of this motion is not clear",
+            path.name,
             "one .asf beside it, one folder up or in asf/",
+            ", ".join(p.name for p in found) or "none",
         )
-        raise damaged("the skeleton of this motion is not clear", path.name, expected, names)
     return found[0]
 
 
@@ -132,8 +127,12 @@ def _header(header: str, radians: float, where: str, notes: list[str]) -> float:
     """Radians in one unit of angle of the motion; lines that are not used are noted."""
     for line in filter(None, map(str.strip, header.split("\n"))):
         if not line.startswith(":"):
-            expected = ":FULLY-SPECIFIED, :DEGREES, then the number of a frame"
-            raise damaged("the header has a line that is no keyword", where, expected, f"{line!r:.40}")
+            raise damaged(
+                "the header has a line that is no keyword",
+                where,
+                ":FULLY-SPECIFIED, :DEGREES, then the number of a frame",
+                f"{line!r:.40}",
+            )
         keyword = line.upper()
         if keyword in (":DEGREES", ":RADIANS"):
             radians = np.pi / 180 if keyword == ":DEGREES" else 1.0
@@ -142,83 +141,53 @@ def _header(header: str, radians: float, where: str, notes: list[str]) -> float:
     return radians
 
 
-_Layout = list[tuple[str, tuple[str, ...]]]
+def _values(body: str, skeleton: AsfSkeleton, where: str) -> tuple[int, np.ndarray]:
+    """Number of the first frame, and the values (T, C) of the skeleton's channels; bones may come in any order.
 
-
-def _layout(body: str, skeleton: AsfSkeleton, where: str) -> _Layout:
-    """Bones (as the skeleton spells them) and their degrees of freedom, in the order of the first frame."""
-    start = _FRAME_NUMBER.match(body)
-    assert start is not None  # `body` begins with the line that this expression found
-    end = _FRAME_NUMBER.search(body, start.end())
-    place = f"{where}, frame {start[1]}"
-    known = {name.lower(): p for p, name in enumerate(skeleton.names)}
-    layout: _Layout = []
-    for line in body[start.end() : end.start() if end else len(body)].split("\n"):
-        if words := line.split():
-            p = known.get(words[0].lower())
-            if p is None:
-                raise damaged("the skeleton has no such bone", place, received=f"{words[0]!r:.40}")
-            layout.append((skeleton.names[p], skeleton.freedoms[p]))
-    names = [name for name, _ in layout]
-    for name, freedoms in zip(skeleton.names, skeleton.freedoms, strict=True):
-        if names.count(name) > 1 or (freedoms and name not in names):
-            raise damaged(
-                "a bone is missing or stands twice", place, f"one line for {name}", names.count(name)
-            )
-    return layout
-
-
-def _columns_by_line(body: str, layout: _Layout, where: str) -> tuple[list[str], list[list[str]]]:
-    """Frame numbers and one column of words per channel, line by line: bones in any order."""
-    bones = {name.lower(): (name, len(freedoms)) for name, freedoms in layout}
-    numbers: list[str] = []
+    Raises
+    ------
+    InvalidInput
+        If a frame is missing, repeated or not whole, or has a bone that the skeleton has not.
+    """
+    freedoms = dict(zip(skeleton.names, skeleton.freedoms, strict=True))
+    known = {name.lower(): name for name in freedoms}
+    numbers: list[int] = []
     frames: list[dict[str, list[str]]] = []
     for line in body.split("\n"):
         words = line.split()
         if not words:
             continue
         if _FRAME_NUMBER.fullmatch(line):
-            numbers.append(words[0])
+            numbers.append(int(words[0]))
             frames.append({})
             continue
         place = f"{where}, frame {numbers[-1]}"
-        if words[0].lower() not in bones:
-            raise damaged("no such bone in the first frame", place, received=f"{words[0]!r:.40}")
-        name, width = bones[words[0].lower()]
+        name = known.get(words[0].lower())
+        if name is None:
+            raise damaged("the skeleton has no such bone", place, received=f"{words[0]!r:.40}")
+        place += f", bone {name}"
         if name in frames[-1]:
-            raise damaged("a bone stands twice", f"{place}, bone {name}")
-        if len(words) != 1 + width:
-            place += f", bone {name}"
-            raise damaged("a bone has a wrong number of values", place, width, len(words) - 1)
+            raise damaged("a bone stands twice", place)
+        if len(words) != 1 + len(freedoms[name]):
+            raise damaged("a bone has a wrong number of values", place, len(freedoms[name]), len(words) - 1)
         frames[-1][name] = words[1:]
+    moving = [name for name in skeleton.names if freedoms[name]]
+    if not moving:
+        raise damaged("nothing moves: the skeleton has no degrees of freedom", where)
     for number, frame in zip(numbers, frames, strict=True):
-        missing = [name for name, _ in layout if name not in frame]
-        if missing:
+        if missing := [name for name in moving if name not in frame]:
             what = "the file is cut short" if frame is frames[-1] else "the frame is not whole"
             raise damaged(f"{what}: a bone is missing", f"{where}, frame {number}, bone {missing[0]}")
-    return numbers, [
-        [frame[name][k] for frame in frames] for name, freedoms in layout for k in range(len(freedoms))
-    ]
-
-
-def _check_numbering(words: list[str], where: str) -> int:
-    """Return the first frame's number.  Raises InvalidInput if frames are missing or repeated."""
-    numbers = [int(word) for word in words]
     for before, after in itertools.pairwise(numbers):
         if after != before + 1:
-            place = f"{where}, after frame {before}"
-            raise damaged("frames are missing or repeated", place, before + 1, after)
-    return numbers[0]
+            raise damaged(
+                "frames are missing or repeated", f"{where}, after frame {before}", before + 1, after
+            )
+    channels = skeleton.channels
 
+    def place_of(n: int) -> str:
+        name, freedom = channels[n % len(channels)]
+        return f"{where}, frame {numbers[n // len(channels)]}, bone {name}, {freedom}"
 
-def _values(columns: list[list[str]], layout: _Layout, start: int, where: str) -> np.ndarray:
-    """(T, C) float64 from columns of words; NaN stays."""
-    labels = [f"bone {name}, {freedom}" for name, freedoms in layout for freedom in freedoms]
-    if not labels:
-        raise damaged("nothing moves: the skeleton has no degrees of freedom", where)
-    frames = len(columns[0])
-
-    def place(n: int) -> str:
-        return f"{where}, frame {start + n % frames}, {labels[n // frames]}"
-
-    return read_numbers(list(itertools.chain(*columns)), place).reshape(-1, frames).T
+    words = [word for frame in frames for name in moving for word in frame[name]]
+    return numbers[0], read_numbers(words, place_of).reshape(len(frames), -1)

@@ -1,4 +1,4 @@
-"""Acclaim skeletons (ASF): bones, and positions of their ends from joint angles.
+"""Acclaim skeletons (ASF): their sections, bones, and positions of bone ends from joint angles.
 
 Conventions
 -----------
@@ -11,14 +11,15 @@ Conventions
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from pipeline.formats.acclaim.sections import read_sections
 from pipeline.formats.contract import damaged, require_joints
-from pipeline.formats.text import millimetres_in, read_vector
+from pipeline.formats.kinematics import turn
+from pipeline.formats.text import millimetres_in, read_text, read_vector
 
 TURNS = ("rx", "ry", "rz")
 SHIFTS = ("tx", "ty", "tz")
@@ -64,14 +65,10 @@ class AsfSkeleton:
     radians: float
 
     @property
-    def channels(self) -> tuple[str, ...]:
-        """Names of the C angles, point by point, e.g. ``"lfemur.rx"``."""
-        return tuple(
-            f"{name}.{freedom}"
-            for name, freedoms in zip(self.names, self.freedoms, strict=True)
-            for freedom in freedoms
-            if freedom in TURNS
-        )
+    def channels(self) -> list[tuple[str, str]]:
+        """Point and degree of freedom of each of the C channels, point by point, e.g. ``("lfemur", "rx")``."""
+        of_points = zip(self.names, self.freedoms, strict=True)
+        return [(name, freedom) for name, freedoms in of_points for freedom in freedoms]
 
 
 def read_skeleton(path: str | Path, *, units: str | None = None) -> AsfSkeleton:
@@ -115,8 +112,12 @@ def read_skeleton(path: str | Path, *, units: str | None = None) -> AsfSkeleton:
     for bone in sections.bones:
         name = " ".join(bone.get("name", []))
         if not name or " " in name or name.lower() in (n.lower() for n in names):
-            place = f"{where}, bone {len(names)} of :bonedata"
-            raise damaged("a bone has no name of its own", place, "one word, once", f"{name!r:.40}")
+            raise damaged(
+                "a bone has no name of its own",
+                f"{where}, bone {len(names)} of :bonedata",
+                "one word, once",
+                f"{name!r:.40}",
+            )
         place = f"{where}, bone {name}"
         direction = read_vector(bone.get("direction", []), 3, f"{place}, direction")
         length = float(read_vector(bone.get("length", []), 1, f"{place}, length")[0])
@@ -144,45 +145,39 @@ def read_skeleton(path: str | Path, *, units: str | None = None) -> AsfSkeleton:
     )
 
 
-def forward_kinematics(
-    skeleton: AsfSkeleton, angles_rad: np.ndarray, root_position_mm: np.ndarray
-) -> np.ndarray:
+def forward_kinematics(skeleton: AsfSkeleton, values: np.ndarray) -> np.ndarray:
     """Compute positions of the root and of the distal ends of the bones.
 
     Parameters
     ----------
     skeleton : AsfSkeleton
-    angles_rad : (T, C) float64
-        In the order of `skeleton.channels`.
-    root_position_mm : (T, 3) float64
+    values : (T, C) float64
+        Radians and millimetres, in the order of `skeleton.channels`.
 
     Returns
     -------
     (T, P, 3) float64
         Millimetres, in the order of `skeleton.names`.
     """
-    frames = len(angles_rad)
-    cosines, sines = np.cos(angles_rad), np.sin(angles_rad)
-    widths = [sum(freedom in TURNS for freedom in freedoms) for freedoms in skeleton.freedoms]
-    first = np.concatenate([[0], np.cumsum(widths)])
-    positions = np.empty((frames, len(skeleton.names), 3))
+    frames = len(values)
+    positions = np.zeros((frames, len(skeleton.names), 3))
     rotations = np.empty((len(skeleton.names), frames, 3, 3))
+    first = np.cumsum([0, *map(len, skeleton.freedoms)])
     for p in skeleton.order:
-        local = np.repeat(skeleton.axes[p].T[None], frames, axis=0)
-        turns = [freedom for freedom in skeleton.freedoms[p] if freedom in TURNS]
-        for c, turn in enumerate(turns, start=first[p]):
-            # A rotation from the left about x mixes rows y and z, and so on in a cycle.
-            i, j = ((1, 2), (2, 0), (0, 1))[TURNS.index(turn)]
-            cosine, sine = cosines[:, c, None], sines[:, c, None]
-            row_i, row_j = local[:, i].copy(), local[:, j].copy()
-            local[:, i] = cosine * row_i - sine * row_j
-            local[:, j] = sine * row_i + cosine * row_j
-        parent = skeleton.parents[p]
+        axes, parent = skeleton.axes[p], skeleton.parents[p]
+        inverse = np.repeat(axes[None], frames, axis=0)  # of L C⁻¹
+        for column, freedom in enumerate(skeleton.freedoms[p], start=first[p]):
+            if freedom in SHIFTS:
+                positions[:, p, SHIFTS.index(freedom)] = values[:, column]
+            else:
+                turn(inverse, freedom[1], -values[:, column])
+        local = np.swapaxes(inverse, 1, 2)
         if parent < 0:
-            rotations[p] = skeleton.axes[p] @ local
-            positions[:, p] = root_position_mm + skeleton.position_mm
+            rotations[p] = axes @ local
+            positions[:, p] += skeleton.position_mm
         else:
-            rotations[p] = (rotations[parent] @ skeleton.axes[p]) @ local if turns else rotations[parent]
+            still = not skeleton.freedoms[p]
+            rotations[p] = rotations[parent] if still else (rotations[parent] @ axes) @ local
             positions[:, p] = positions[:, parent] + rotations[p] @ skeleton.offsets_mm[p]
     return positions
 
@@ -209,8 +204,11 @@ def _tree(
     for p in order:  # grows while it is walked: breadth first
         order.extend(children.get(p, []))
     if len(order) != len(names):
-        lost = next(name for p, name in enumerate(names) if p not in order)
-        raise damaged("a bone has no path to the root", place, received=lost)
+        raise damaged(
+            "a bone has no path to the root",
+            place,
+            received=next(name for p, name in enumerate(names) if p not in order),
+        )
     return tuple(parents), tuple(order)
 
 
@@ -219,8 +217,12 @@ def _freedoms(words: list[str], where: str, *, root: bool = False) -> tuple[str,
     freedoms = tuple(word.lower() for word in words)
     allowed = TURNS + SHIFTS if root else TURNS
     if len(set(freedoms) & set(allowed)) != len(freedoms):
-        expected = f"each of {' '.join(allowed)} at most once" + ("" if root else ", at a constant length")
-        raise damaged("a degree of freedom cannot be used", where, expected, " ".join(words)[:60])
+        raise damaged(
+            "a degree of freedom cannot be used",
+            where,
+            f"each of {' '.join(allowed)} at most once" + ("" if root else ", at a constant length"),
+            " ".join(words)[:60],
+        )
     return freedoms
 
 
@@ -229,13 +231,70 @@ def _rotation(angles_rad: np.ndarray, words: list[str], where: str) -> np.ndarra
     order = "".join(words).lower()
     if sorted(order) != ["x", "y", "z"]:
         raise damaged("the order of axes is unknown", where, "e.g. XYZ", f"{order!r:.40}")
-    rotation = np.eye(3)
+    inverse = np.eye(3)[None]
     for letter in order:
-        axis = "xyz".index(letter)
-        i, j = (axis + 1) % 3, (axis + 2) % 3
-        turn = np.eye(3)
-        turn[[i, j], [i, j]] = np.cos(angles_rad[axis])
-        turn[j, i] = np.sin(angles_rad[axis])
-        turn[i, j] = -turn[j, i]
-        rotation = turn @ rotation
-    return rotation
+        turn(inverse, letter, -angles_rad["xyz".index(letter), None])
+    return inverse[0].T
+
+
+_COMMENT = re.compile(r"#(?<!\S#)[^\n]*")  # not inside a word: `-1.#IND` is a broken number
+_KEYS = ["name", "direction", "length", "axis", "dof", "order", "position", "orientation", "angle"]
+
+
+@dataclass(frozen=True)
+class Sections:
+    """The words of an ASF file by section; a line's first word is its key."""
+
+    units: dict[str, list[str]]
+    root: dict[str, list[str]]
+    bones: list[dict[str, list[str]]]
+    hierarchy: list[list[str]]
+
+
+def read_sections(path: Path) -> Sections:
+    """Read the words of an ASF file by section.
+
+    Raises
+    ------
+    InvalidInput
+        If the file cannot be read, its ``begin`` and ``end`` do not match, or it has no bones or no hierarchy.
+    """
+    where, (text, _) = path.name, text_without_comments(path)
+    found = Sections({}, {}, [], [])
+    section, is_open = "", False
+    # Commas and brackets count as blanks in this format.
+    for number, line in enumerate(text.translate(str.maketrans(",()", "   ")).split("\n"), start=1):
+        words = line.split()
+        if not words:
+            continue
+        key, place = words[0].lower(), f"{where}, line {number}"
+        if key.startswith(":"):
+            if is_open:
+                raise damaged("a `begin` has no `end`", place, received=key)
+            section = key
+        elif section in (":bonedata", ":hierarchy") and key in ("begin", "end"):
+            if is_open == (key == "begin"):
+                raise damaged("`begin` and `end` do not alternate", place)
+            is_open = key == "begin"
+            if is_open and section == ":bonedata":
+                found.bones.append({})
+        elif section == ":hierarchy" and is_open:
+            found.hierarchy.append(words)
+        elif section in (":units", ":root", ":bonedata"):
+            if section == ":bonedata" and not is_open:
+                raise damaged("a line stands outside `begin` and `end`", place)
+            entries = found.bones[-1] if section == ":bonedata" else getattr(found, section[1:])
+            if key in entries and key in _KEYS:
+                raise damaged(f"`{key}` stands twice", f"{place}, {section}")
+            entries[key] = words[1:]
+    if is_open:
+        raise damaged("the file is cut short: a `begin` has no `end`", where)
+    if not found.bones or not found.hierarchy:
+        raise damaged("no bones or no hierarchy", where, ":bonedata and :hierarchy")
+    return found
+
+
+def text_without_comments(path: Path) -> tuple[str, list[str]]:
+    """Read the text of an ASF or AMC file without its comments, and notes, as `read_text` does."""
+    text, notes = read_text(path)
+    return _COMMENT.sub("", text) if "#" in text else text, notes

@@ -1,7 +1,6 @@
 """Reading and writing of BVH files; joints of a walker as a character."""
 
-from pipeline.formats.bvh.characters import Character, Names, character
-from pipeline.formats.bvh.motion import read
-from pipeline.formats.bvh.writing import write
+from pipeline.formats.bvh.reading import read
+from pipeline.formats.bvh.writing import Character, Names, character, write
 
 __all__ = ["Character", "Names", "character", "read", "write"]

@@ -41,16 +41,28 @@ def read_header(data: bytes, where: str) -> Header:
         If the file is not C3D, ends before its parameters, or was written by an unknown processor.
     """
     if len(data) < 2 or data[1] != 0x50 or data[0] < 2:
-        place, received = f"{where}, byte 0", data[:2].hex(" ")
-        raise damaged("this is not a C3D file", place, "a block number above 1, then 0x50", received)
+        raise damaged(
+            "this is not a C3D file",
+            f"{where}, byte 0",
+            "a block number above 1, then 0x50",
+            data[:2].hex(" "),
+        )
     begin = (data[0] - 1) * BLOCK
     if len(data) < begin + BLOCK:
-        expected = f"at least {begin + BLOCK} bytes"
-        raise damaged("the file is truncated before the end of its parameters", where, expected, len(data))
+        raise damaged(
+            "the file is truncated before the end of its parameters",
+            where,
+            f"at least {begin + BLOCK} bytes",
+            len(data),
+        )
     _, _, blocks, processor = data[begin : begin + 4]
     if processor not in _BYTE_ORDER:
-        place, expected = f"{where}, byte {begin + 3}", "84 (Intel), 85 (DEC) or 86 (MIPS)"
-        raise damaged("the processor type is unknown", place, expected, processor)
+        raise damaged(
+            "the processor type is unknown",
+            f"{where}, byte {begin + 3}",
+            "84 (Intel), 85 (DEC) or 86 (MIPS)",
+            processor,
+        )
     words = integers(data[:24], processor).astype(int)
     scale, rate = (float(floats(data[at : at + 4], processor)[0]) for at in (12, 20))
     return Header(

@@ -92,17 +92,23 @@ def find_layout(
     blocks = counts("start of the data", header.data_block, *parameters.numbers("POINT:DATA_START")[:1])
     starts = [at for block in blocks if begin <= (at := (block - 1) * BLOCK) <= size]
     if not starts:
-        what = "the data do not begin between the parameters and the end of the file"
-        expected = f"a block from {begin // BLOCK + 1} to {size // BLOCK + 1}"
-        raise damaged(what, f"{where}, byte 16", expected, _either(blocks))
+        raise damaged(
+            "the data do not begin between the parameters and the end of the file",
+            f"{where}, byte 16",
+            f"a block from {begin // BLOCK + 1} to {size // BLOCK + 1}",
+            _either(blocks),
+        )
     layouts = [Layout(*choice, width) for choice in product(starts, points, analog, frames)]
     fitting = [layout for layout in layouts if layout.fills(size)]
     ends = sorted({layout.start + layout.needed for layout in layouts})
     declared = f"{_either(points)} points, {_either(analog)} analog samples a frame, {_either(frames)} frames"
     if len(layouts) == 1 and size >= ends[0] + BLOCK:
         if header.last == _COUNTER_LIMIT:
-            what = "the frame counter of the header is full and nothing gives the true count"
-            raise damaged(what, f"{where}, byte 8", "TRIAL:ACTUAL_END_FIELD or POINT:LONG_FRAMES")
+            raise damaged(
+                "the frame counter of the header is full and nothing gives the true count",
+                f"{where}, byte 8",
+                "TRIAL:ACTUAL_END_FIELD or POINT:LONG_FRAMES",
+            )
         notes.append(f"{size - ends[0]} bytes after the last frame are not read.")
         return layouts[0]
     if len(fitting) != 1:

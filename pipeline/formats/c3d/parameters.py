@@ -23,11 +23,12 @@ class Parameters:
         _, dimensions, begin = self.entries[key]
         end = begin + math.prod(dimensions) * width
         if end > len(self.section):
-            what, place = (
+            raise damaged(
                 f"the parameter {key} runs past the end of its section",
                 f"{self.where}, byte {self.at + begin}",
+                f"{end - begin} bytes",
+                len(self.section) - begin,
             )
-            raise damaged(what, place, f"{end - begin} bytes", len(self.section) - begin)
         return self.section[begin:end]
 
     def numbers(self, key: str) -> list[float]:
@@ -78,8 +79,12 @@ def read_parameters(data: bytes, header: Header, where: str, notes: list[str]) -
     begin = header.parameters_at
     end = begin + header.parameter_blocks * BLOCK
     if end > len(data):
-        what, place = "the parameter section runs past the end of the file", f"{where}, byte {begin + 2}"
-        raise damaged(what, place, f"at least {end} bytes", len(data))
+        raise damaged(
+            "the parameter section runs past the end of the file",
+            f"{where}, byte {begin + 2}",
+            f"at least {end} bytes",
+            len(data),
+        )
     # The block count is one byte, so a long section is known only by where the data begin.
     section = data[begin : max(end, (header.data_block - 1) * BLOCK)]
     groups: dict[int, str] = {}
@@ -103,11 +108,12 @@ def read_parameters(data: bytes, header: Header, where: str, notes: list[str]) -
         if step == 0:
             break
         if link + step > len(section):
-            what, place = (
+            raise damaged(
                 f"the record {name!r} points past the end of the parameters",
                 f"{where}, byte {begin + link}",
+                f"a step of at most {len(section) - link}",
+                step,
             )
-            raise damaged(what, place, f"a step of at most {len(section) - link}", step)
         at = max(link + step, link + 2)
     entries: dict[str, tuple[int, tuple[int, ...], int]] = {}
     for group, name, entry in found:

@@ -110,9 +110,11 @@ def _scale(header: Header, parameters: Parameters, where: str) -> float:
     if agrees and scale > 0:
         agrees = math.isclose(scale, header.scale, rel_tol=1e-3)
     if scale == 0 or not agrees:
-        place, received = f"{where}, byte 12 and POINT:SCALE", f"{header.scale:g} and {scale:g}"
         raise damaged(
-            "the scale of the points is unusable", place, "twice the same number, not zero", received
+            "the scale of the points is unusable",
+            f"{where}, byte 12 and POINT:SCALE",
+            "twice the same number, not zero",
+            f"{header.scale:g} and {scale:g}",
         )
     return scale
 
@@ -132,11 +134,12 @@ def _rate(header: Header, parameters: Parameters, where: str, notes: list[str], 
         notes.append(f"The rate of the points is unusable; {given:g} Hz was asked for and is used.")
         return given
     if not usable or (len(usable) == 2 and not math.isclose(*usable, rel_tol=0.01)):
-        place, received = f"{where}, POINT:RATE and byte 20", " and ".join(f"{rate:g}" for rate in declared)
-        expected = "twice the same positive number of Hz" + (
-            "" if usable else ", or the option frame_rate_hz"
+        raise damaged(
+            "the frame rate is unusable",
+            f"{where}, POINT:RATE and byte 20",
+            "twice the same positive number of Hz" + ("" if usable else ", or the option frame_rate_hz"),
+            " and ".join(f"{rate:g}" for rate in declared),
         )
-        raise damaged("the frame rate is unusable", place, expected, received)
     if len(usable) < len(declared) or usable[0] != usable[-1]:
         notes.append(f"POINT:RATE and the header disagree on the frame rate; {usable[0]:g} Hz is used.")
     return usable[0]

@@ -31,9 +31,12 @@ def segment_origins(
     frames = (header.last - header.first + 1) * ratio
     needed = 4 * _NUMBERS * segments * frames
     if start < BLOCK or frames < 1 or start + needed > len(data) or not 0 < rate < 1e6:
-        what = "the file is truncated, or its rotations are declared wrong"
-        received = f"{frames} frames of {segments} segments at {rate:g} Hz in {len(data)} bytes"
-        raise damaged(what, f"{where}, ROTATION", f"{max(start, 0) + needed} bytes", received)
+        raise damaged(
+            "the file is truncated, or its rotations are declared wrong",
+            f"{where}, ROTATION",
+            f"{max(start, 0) + needed} bytes",
+            f"{frames} frames of {segments} segments at {rate:g} Hz in {len(data)} bytes",
+        )
     numbers = floats(data[start : start + needed], header.processor).reshape(frames, segments, _NUMBERS)
     origins = numbers[:, :, 12:15].copy()
     # A matrix that is no pose (not measured) has no one in its corner, or a negative reliability.

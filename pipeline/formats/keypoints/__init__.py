@@ -11,8 +11,7 @@ from pathlib import Path
 from pipeline.formats.budget import read_one
 from pipeline.formats.contract import damaged
 from pipeline.formats.keypoints import people_json, tables
-from pipeline.formats.keypoints.contract import Detections, detections
-from pipeline.formats.keypoints.landmarks import MEDIAPIPE
+from pipeline.formats.keypoints.contract import MEDIAPIPE, Detections, detections
 
 READERS = {
     ".json": people_json.read,

@@ -103,8 +103,12 @@ def detections(
         )
     _, people = np.unique([frame for frame, _, _ in rows], return_counts=True)
     if (pairs := int((people.astype(float) ** 2).sum())) > MOST_PAIRS:
-        received = f"up to {people.max()} in a frame, {pairs} pairs"
-        raise damaged("too many people to be told apart", where, f"{MOST_PAIRS} pairs or fewer", received)
+        raise damaged(
+            "too many people to be told apart",
+            where,
+            f"{MOST_PAIRS} pairs or fewer",
+            f"up to {people.max()} in a frame, {pairs} pairs",
+        )
     frames = max(n_frames, max(frame for frame, _, _ in rows) + 1)
     if frames > MOST_FRAMES:
         raise damaged("the numbers of frames jump", where, f"{MOST_FRAMES} frames or fewer", frames)
@@ -130,3 +134,14 @@ def detections(
         image_size=image_size,
         notes=tuple(notes),
     )
+
+
+_FACE = (
+    "nose", "left_eye_inner", "left_eye", "left_eye_outer", "right_eye_inner", "right_eye", "right_eye_outer",
+    "left_ear", "right_ear", "mouth_left", "mouth_right",
+)  # fmt: skip
+_BODY = (
+    "shoulder", "elbow", "wrist", "pinky", "index", "thumb", "hip", "knee", "ankle", "heel", "foot_index",
+)  # fmt: skip
+MEDIAPIPE = (*_FACE, *(f"{side}_{part}" for part in _BODY for side in ("left", "right")))
+"""The 33 landmarks in order."""

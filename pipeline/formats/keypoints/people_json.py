@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
 from pipeline.formats.contract import damaged
-from pipeline.formats.keypoints.contract import Detections, detections
-from pipeline.formats.keypoints.landmarks import MEDIAPIPE
+from pipeline.formats.keypoints.contract import MEDIAPIPE, Detections, detections
 from pipeline.formats.text import read_text
 
 Row = tuple[int, str, np.ndarray]
@@ -59,11 +58,18 @@ def identity_of(value: Any) -> str:
     """
     while isinstance(value, list):
         value = value[0] if value else None
-    if isinstance(value, bool) or value is None:
-        return ""
-    if isinstance(value, int | float):
-        return f"{value:g}" if np.isfinite(value) and value >= 0 else ""
-    return str(value)
+    if _is_number(value):
+        return f"{value:g}" if 0 <= value < np.inf else ""
+    return "" if value is None or isinstance(value, bool) else str(value)
+
+
+def _is_number(value: Any) -> TypeGuard[float]:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _has(item: Any, *keys: str) -> bool:
+    """Whether something is an object with these keys."""
+    return isinstance(item, dict) and set(keys) <= set(item)
 
 
 def _frames(names: Iterable[str]) -> tuple[dict[str, int], list[str]]:
@@ -87,7 +93,7 @@ def read_folder(path: Path) -> Detections:
     empty = 0
     for file in files:
         content = load(file)
-        people = content.get("people") if isinstance(content, dict) else None
+        people = content["people"] if _has(content, "people") else None
         if not isinstance(people, list):
             raise damaged("not a file of OpenPose", file.name, "an object with a list of people")
         found = [_openpose_person(person, file.name) for person in people]
@@ -112,15 +118,10 @@ def _openpose_person(person: Any, where: str) -> tuple[str, np.ndarray]:
 def read(path: Path) -> Detections:
     """Read one JSON file by its structure: AlphaPose, MMPose or MediaPipe; of OpenPose one frame is no walk."""
     content = load(path)
-    readers: list[tuple[Callable[[Any], bool], Callable[[Any, str], Detections]]] = [
-        (_is_alphapose, _alphapose),
-        (_is_mmpose, _mmpose),
-        (_is_mediapipe, _mediapipe),
-    ]
-    for belongs, reader in readers:
-        if belongs(content):
-            return reader(content, path.name)
-    if isinstance(content, dict) and "people" in content:
+    for reader in (_alphapose, _mmpose, _mediapipe):
+        if (found := reader(content, path.name)) is not None:
+            return found
+    if _has(content, "people"):
         raise damaged("one frame of OpenPose is no walk", path.name, "the folder of all its files")
     raise damaged(
         "the keypoints' format is unknown", path.name,
@@ -137,21 +138,15 @@ def _shape_of(content: Any) -> str:
     return type(content).__name__
 
 
-def _is_alphapose(content: Any) -> bool:
-    return (
-        isinstance(content, list)
-        and bool(content)
-        and isinstance(content[0], dict)
-        and {"image_id", "keypoints"} <= set(content[0])
-    )
-
-
-def _alphapose(content: list[Any], where: str) -> Detections:
+def _alphapose(content: Any, where: str) -> Detections | None:
+    if not isinstance(content, list) or not content or not _has(content[0], "image_id", "keypoints"):
+        return None
     rows: list[tuple[str, str, np.ndarray]] = []
     for number, item in enumerate(content):
-        if not isinstance(item, dict) or not {"image_id", "keypoints"} <= set(item):
-            raise damaged("a detection has no image_id or keypoints", f"{where}, detection {number}")
-        points = numbers(item["keypoints"], f"{where}, detection {number}")
+        place = f"{where}, detection {number}"
+        if not _has(item, "image_id", "keypoints"):
+            raise damaged("a detection has no image_id or keypoints", place)
+        points = numbers(item["keypoints"], place)
         rows.append((str(item["image_id"]), identity_of(item.get("idx")), points))
     frames, notes = _frames(image for image, _, _ in rows)
     span = max(frames.values()) + 1
@@ -161,15 +156,10 @@ def _alphapose(content: list[Any], where: str) -> Detections:
     return detections("alphapose", where, found, span, notes=notes)
 
 
-def _is_mmpose(content: Any) -> bool:
+def _mmpose(content: Any, where: str) -> Detections | None:
     frames = content.get("instance_info") if isinstance(content, dict) else content
-    return (
-        isinstance(frames, list) and bool(frames) and isinstance(frames[0], dict) and "instances" in frames[0]
-    )
-
-
-def _mmpose(content: Any, where: str) -> Detections:
-    frames = content["instance_info"] if isinstance(content, dict) else content
+    if not isinstance(frames, list) or not frames or not _has(frames[0], "instances"):
+        return None
     names: list[str] = []
     if isinstance(content, dict) and isinstance(meta := content.get("meta_info"), dict):
         listed = meta.get("keypoint_id2name")
@@ -198,41 +188,26 @@ def _mmpose(content: Any, where: str) -> Detections:
 def _landmarks(item: Any) -> list[Any]:
     """The 33 landmarks of one frame of MediaPipe, however deep; empty if there are none."""
     if isinstance(item, dict):
-        for key in ("landmarks", "pose_landmarks", "landmark", "keypoints"):
-            if key in item:
-                return _landmarks(item[key])
-        return []
+        keys = ("landmarks", "pose_landmarks", "landmark", "keypoints")
+        return next((_landmarks(item[key]) for key in keys if key in item), [])
     if isinstance(item, list) and len(item) == 1:
         return _landmarks(item[0])
-    if (
-        isinstance(item, list)
-        and len(item) == len(MEDIAPIPE)
-        and isinstance(item[0], dict)
-        and "x" in item[0]
-    ):
-        return item
-    return []
+    return item if isinstance(item, list) and len(item) == len(MEDIAPIPE) and _has(item[0], "x") else []
 
 
-def _frames_of(content: Any) -> list[Any]:
-    frames = content.get("frames") if isinstance(content, dict) else content
-    return frames if isinstance(frames, list) else []
-
-
-def _is_mediapipe(content: Any) -> bool:
-    return any(_landmarks(item) for item in _frames_of(content))
-
-
-def _mediapipe(content: Any, where: str) -> Detections:
+def _mediapipe(content: Any, where: str) -> Detections | None:
+    listed = content.get("frames") if isinstance(content, dict) else content
+    frames = [_landmarks(item) for item in listed] if isinstance(listed, list) else []
+    if not any(frames):
+        return None
     rows: list[Row] = []
-    frames = _frames_of(content)
-    for number, item in enumerate(frames):
-        points = [
-            (mark.get("x"), mark.get("y"), mark.get("visibility", mark.get("score", 1.0)))
-            for mark in _landmarks(item)
+    for number, marks in enumerate(frames):
+        flat = [
+            value
+            for mark in marks
+            for value in (mark.get("x"), mark.get("y"), mark.get("visibility", mark.get("score", 1.0)))
         ]
-        if points:
-            flat = [value for point in points for value in point]
+        if flat:
             rows.append((number, "", numbers(flat, f"{where}, frame {number}")))
     rate, size = settings(content if isinstance(content, dict) else {})
     return detections(
@@ -244,16 +219,8 @@ def settings(content: dict[str, Any]) -> tuple[float, tuple[int, int]]:
     """Frame rate and image size that an object states; 0 where it does not."""
 
     def stated(*keys: str) -> float:
-        for key in keys:
-            value = content.get(key)
-            if (
-                isinstance(value, int | float)
-                and not isinstance(value, bool)
-                and np.isfinite(value)
-                and value > 0
-            ):
-                return float(value)
-        return 0.0
+        values = (content.get(key) for key in keys)
+        return next((float(v) for v in values if _is_number(v) and 0 < v < np.inf), 0.0)
 
     size = (int(stated("width", "image_width")), int(stated("height", "image_height")))
     return stated("fps", "frame_rate", "frame_rate_hz"), size

@@ -10,11 +10,11 @@ import numpy as np
 from pipeline.formats.arrays import load_npy
 from pipeline.formats.budget import require_points
 from pipeline.formats.contract import damaged
-from pipeline.formats.keypoints.contract import MOST_FRAMES, Detections, detections
-from pipeline.formats.keypoints.landmarks import MEDIAPIPE
+from pipeline.formats.keypoints.contract import MEDIAPIPE, MOST_FRAMES, Detections, detections
 from pipeline.formats.keypoints.people_json import load, settings
 from pipeline.formats.points import trc
-from pipeline.formats.points.csv.table import Table, read_table
+from pipeline.formats.points.cells import Rows
+from pipeline.formats.points.csv.table import read_table
 
 _WHO = ("person", "track", "person_id")
 _CONFIDENCE = ("confidence", "score", "visibility", "likelihood", "conf", "c", "p")
@@ -34,7 +34,7 @@ def read_csv(path: Path) -> Detections:
         if rate or size[0]:
             table.notes.append(f"Frame rate and image size are those of {beside.name}.")
     if not rate and "time_s" in lower:
-        times = table.numbers(lower.index("time_s"))
+        times = table.numbers([lower.index("time_s")])
         steps = np.diff(np.unique(times[np.isfinite(times)]))
         if len(steps):
             rate = 1.0 / float(np.median(steps))
@@ -46,8 +46,8 @@ def _column(lower: list[str], *names: str) -> int | None:
     return next((lower.index(name) for name in names if name in lower), None)
 
 
-def _frames(table: Table, column: int) -> np.ndarray:
-    frames = table.numbers(column, needed=True)
+def _frames(table: Rows, column: int) -> np.ndarray:
+    frames = table.column(column)
     wrong = np.flatnonzero((frames != np.round(frames)) | (frames < 0) | (frames >= MOST_FRAMES))
     if wrong.size:
         k = int(wrong[0])
@@ -55,17 +55,18 @@ def _frames(table: Table, column: int) -> np.ndarray:
     return frames.astype(int)
 
 
-def _people(table: Table, lower: list[str], *names: str) -> list[str]:
+def _people(table: Rows, lower: list[str], *names: str) -> list[str]:
     column = _column(lower, *names)
-    return [""] * len(table.rows) if column is None else table.cells(column)
+    return [""] * len(table.cells) if column is None else table.texts(column)
 
 
-def _long(table: Table, lower: list[str], rate: float, size: tuple[int, int]) -> Detections:
+def _long(table: Rows, lower: list[str], rate: float, size: tuple[int, int]) -> Detections:
     frame, name = _column(lower, "frame"), _column(lower, "keypoint", "joint", "name", "landmark", "point")
     if frame is None or name is None:
-        what = "a long table needs the columns frame and keypoint"
-        raise damaged(what, table.where, received=", ".join(lower[:8]))
-    frames, named = _frames(table, frame), table.cells(name)
+        raise damaged(
+            "a long table needs the columns frame and keypoint", table.where, received=", ".join(lower[:8])
+        )
+    frames, named = _frames(table, frame), table.texts(name)
     whose = list(zip(frames.tolist(), _people(table, lower, *_WHO, "id"), strict=True))
     bodies = {key: n for n, key in enumerate(dict.fromkeys(whose))}
     points = {point: n for n, point in enumerate(dict.fromkeys(named))}
@@ -79,13 +80,14 @@ def _long(table: Table, lower: list[str], rate: float, size: tuple[int, int]) ->
                       frame_rate_hz=rate, image_size=size, notes=table.notes)  # fmt: skip
 
 
-def _points(table: Table, x: int, y: int, confidence: int | None) -> np.ndarray:
+def _points(table: Rows, x: int, y: int, confidence: int | None) -> np.ndarray:
     """Column, row and confidence (R, 3) of a point in each row."""
-    sure = np.ones(len(table.rows)) if confidence is None else table.numbers(confidence)
-    return np.column_stack([table.numbers(x), table.numbers(y), sure])
+    if confidence is not None:
+        return table.numbers([x, y, confidence])
+    return np.column_stack([table.numbers([x, y]), np.ones(len(table.cells))])
 
 
-def _wide(table: Table, lower: list[str], rate: float, size: tuple[int, int]) -> Detections:
+def _wide(table: Rows, lower: list[str], rate: float, size: tuple[int, int]) -> Detections:
     columns: dict[str, dict[str, int]] = {}
     for number, title in enumerate(table.header):
         match = re.fullmatch(r"(.+?)[_. ]([a-z]+)", title, re.IGNORECASE)
@@ -94,9 +96,13 @@ def _wide(table: Table, lower: list[str], rate: float, size: tuple[int, int]) ->
             columns.setdefault(match[1], {})["confidence" if kind in _CONFIDENCE else kind] = number
     whole = {name: of for name, of in columns.items() if {"x", "y"} <= set(of)}
     if not whole:
-        expected, received = "columns such as left_knee_x and left_knee_y", ", ".join(table.header[:6])
-        raise damaged("no keypoints in the table", table.where, expected, received)
-    count, frame = len(table.rows), _column(lower, "frame")
+        raise damaged(
+            "no keypoints in the table",
+            table.where,
+            "columns such as left_knee_x and left_knee_y",
+            ", ".join(table.header[:6]),
+        )
+    count, frame = len(table.cells), _column(lower, "frame")
     require_points(count, len(whole), table.where)
     points = np.stack(
         [_points(table, of["x"], of["y"], of.get("confidence")) for of in whole.values()], axis=1

@@ -1,8 +1,9 @@
-"""What tables of points (CSV, TRC) share: reading numbers from cells, and checking what is to be written."""
+"""What tables of points (CSV, TRC) share: rows of cells with numbers in them, and checking what is to be written."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -14,9 +15,60 @@ _NOTHING = {"", "na", "n/a", "#n/a", "none", "null", "-", "--"}
 """What tables write for a value that is missing, beside NaN."""
 
 
-def read_cells(cells: Sequence[str], place: Callable[[int], str]) -> np.ndarray:
-    """Numbers (N,) float64 in N cells, NaN where a cell says that there is none; `place` as of `read_numbers`."""
-    return read_numbers(["nan" if not cell or cell.lower() in _NOTHING else cell for cell in cells], place)
+@dataclass
+class Rows:
+    """Lines of a table as cells.
+
+    Attributes
+    ----------
+    where : str
+        Name of the file.
+    cells : list of list of str
+        Of each of R rows.
+    lines : sequence of int
+        Line of the file at which each row ends.
+    notes : list of str
+    decimal_comma : bool
+    header : list of str
+        Titles of the columns; empty if they have none.
+    """
+
+    where: str
+    cells: list[list[str]]
+    lines: Sequence[int]
+    notes: list[str]
+    decimal_comma: bool = False
+    header: list[str] = field(default_factory=list)
+
+    def place(self, row: int) -> str:
+        """File and line of a row."""
+        return f"{self.where}, line {self.lines[row]}"
+
+    def texts(self, column: int) -> list[str]:
+        """A column (R,) as text without blanks around it."""
+        return [row[column].strip() for row in self.cells]
+
+    def numbers(self, columns: Sequence[int]) -> np.ndarray:
+        """Some columns (R, C) as float64, NaN where a cell says that there is none or the row has ended."""
+        words = [row[c].strip() if c < len(row) else "" for row in self.cells for c in columns]
+        if self.decimal_comma:
+            words = [word.replace(",", ".") for word in words]
+
+        def place(n: int) -> str:
+            row, column = n // len(columns), columns[n % len(columns)]
+            cell = f"column {self.header[column]!r}" if self.header else f"cell {column + 1}"
+            return f"{self.place(row)}, {cell}"
+
+        words = ["nan" if not word or word.lower() in _NOTHING else word for word in words]
+        return read_numbers(words, place).reshape(len(self.cells), len(columns))
+
+    def column(self, column: int) -> np.ndarray:
+        """A column of numbers (R,).  Raises InvalidInput if one is missing."""
+        numbers = self.numbers([column])[:, 0]
+        if np.isnan(numbers).any():
+            place = self.place(int(np.isnan(numbers).argmax()))
+            raise damaged("a number is missing", f"{place}, column {self.header[column]!r}")
+        return numbers
 
 
 def positions_to_write(
@@ -43,8 +95,12 @@ def positions_to_write(
     """
     positions = np.asarray(positions_mm, dtype=float)
     if positions.ndim != 3 or positions.shape[1:] != (len(names), 3) or 0 in positions.shape:
-        expected = f"(frames, {len(names)}, 3), none zero"
-        raise damaged("the positions do not have the shape of the names", where, expected, positions.shape)
+        raise damaged(
+            "the positions do not have the shape of the names",
+            where,
+            f"(frames, {len(names)}, 3), none zero",
+            positions.shape,
+        )
     for k, name in enumerate(names):
         readable = name and name == name.strip() and name.isprintable()  # what ends a line is not printable
         if not readable or (distinct and name in names[:k]):

@@ -43,8 +43,9 @@ def at_equal_intervals(
     wrong = np.flatnonzero(~(steps > 0)) if np.isfinite(times_s[0]) else np.array([-1])
     if wrong.size:
         k = int(wrong[0]) + 1
-        what = "the time does not follow the line before"
-        raise damaged(what, place(k), "seconds that increase", f"{times_s[k]:g} s")
+        raise damaged(
+            "the time does not follow the line before", place(k), "seconds that increase", f"{times_s[k]:g} s"
+        )
     if not steps.size:
         if declared_hz is None:
             raise damaged(
@@ -65,8 +66,12 @@ def at_equal_intervals(
         declared_hz is not None
         and abs(span / ((times_s[-1] - times_s[0]) * rate) - 1) > 0.01 + rounding * rate / span
     ):
-        received = f"{span / (times_s[-1] - times_s[0]):.4g} Hz"
-        raise damaged("the times contradict the frame rate of the header", place(1), f"{rate:g} Hz", received)
+        raise damaged(
+            "the times contradict the frame rate of the header",
+            place(1),
+            f"{rate:g} Hz",
+            f"{span / (times_s[-1] - times_s[0]):.4g} Hz",
+        )
     if off.max() <= 0.02 + 1.1 * rounding * rate:
         return _with_gaps(frames, positions, place, notes), _whole(rate, times_s, span, rounding, declared_hz)
     if declared_hz is None:
@@ -127,15 +132,10 @@ def _interpolated(times: np.ndarray, positions: np.ndarray, grid: np.ndarray) ->
         inner = np.where(np.isnan(inner), np.where(np.isnan(chord[1:]), chord[:-1], chord[1:]), inner)
         slopes = np.concatenate([chord[:1], inner, chord[-1:]])
     k = np.clip(np.searchsorted(times, grid, side="right") - 1, 0, len(times) - 2)
-    width = (times[k + 1] - times[k])[:, None, None]
-    u = ((grid - times[k])[:, None, None]) / width
-    before, after = positions[k], positions[k + 1]
-    found: np.ndarray = (
-        before
-        + u * (after - before)
-        + u
-        * (1 - u)
-        * ((1 - u) * (width * slopes[k] - (after - before)) + u * (after - before - width * slopes[k + 1]))
-    )
-    found[width[:, 0, 0] > _GAP * np.median(np.diff(times))] = np.nan
+    width = times[k + 1] - times[k]
+    u = ((grid - times[k]) / width)[:, None, None]
+    move = positions[k + 1] - positions[k]
+    begin, end = (width[:, None, None] * slope - move for slope in (slopes[k], slopes[k + 1]))
+    found: np.ndarray = positions[k] + u * move + u * (1 - u) * ((1 - u) * begin - u * end)
+    found[width > _GAP * np.median(np.diff(times))] = np.nan
     return found

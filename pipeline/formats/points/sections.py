@@ -15,12 +15,10 @@ import numpy as np
 
 from pipeline.formats.budget import require_memory
 from pipeline.formats.contract import damaged, motion_capture
-from pipeline.formats.points.cells import read_cells
+from pipeline.formats.points.cells import Rows
 from pipeline.formats.points.even_times import at_equal_intervals
 from pipeline.formats.text import millimetres_in, number, read_text
 from pipeline.skeleton.recorded import MotionCapture
-
-Rows = list[list[str]]
 
 
 def exported(path: Path, frame_rate_hz: float | None, units: str | None) -> MotionCapture | None:
@@ -59,7 +57,7 @@ class _Lines:
     def __init__(self, where: str, text: str, separator: str, notes: list[str]) -> None:
         try:
             read = csv.reader(io.StringIO(text, newline=""), delimiter=separator)
-            self.cells: Rows = [[cell.strip() for cell in row] for row in read]
+            self.cells = [[cell.strip() for cell in row] for row in read]
         except csv.Error as error:
             raise damaged("the quoting is broken", where) from error
         self.where, self.notes, self.ended = where, notes, text.endswith("\n")
@@ -119,27 +117,28 @@ class _Lines:
         if not rows:
             raise damaged("the table has no frames", self.where, "lines of numbers below the titles")
         require_memory(64 * len(rows) * len(columns), self.where, "the table has more titles than numbers")
-        found: list[str] = []
-        for row in rows:
-            cells = self.cells[row]
-            # Missing points at the end of a line are often left out with their separators.
-            found += [cells[column] if column < len(cells) else "" for column in columns]
-            if any(cells[last + 1 :]):
-                what = "the line has another number of cells than the titles ask for"
-                raise damaged(what, self.place(row), last + 1, len(cells))
-
-        def of_cell(n: int) -> str:
-            return f"{self.place(rows[n // len(columns)])}, cell {columns[n % len(columns)] + 1}"
-
-        return read_cells(found, of_cell).reshape(len(rows), len(columns))
+        # Missing points at the end of a line are often left out with their separators.
+        if long := [row for row in rows if any(self.cells[row][last + 1 :])]:
+            raise damaged(
+                "the line has another number of cells than the titles ask for",
+                self.place(long[0]),
+                last + 1,
+                len(self.cells[long[0]]),
+            )
+        cells = [self.cells[row] for row in rows]
+        return Rows(self.where, cells, [row + 1 for row in rows], self.notes).numbers(columns)
 
 
 def _nexus(lines: _Lines, units: str | None) -> MotionCapture:
     """Vicon Nexus: the section Trajectories holds rate, names, titles, units if any, and numbers, each in a line."""
     starts = [k for k, row in enumerate(lines.cells) if row and row[0].lower() == "trajectories"]
     if not starts or starts[0] + 5 > len(lines.cells):
-        found = ", ".join(row[0] for row in lines.cells if len([c for c in row if c]) == 1)[:60]
-        raise damaged("there are no trajectories", lines.where, "a section Trajectories", found)
+        raise damaged(
+            "there are no trajectories",
+            lines.where,
+            "a section Trajectories",
+            ", ".join(row[0] for row in lines.cells if len([c for c in row if c]) == 1)[:60],
+        )
     begin = starts[0]
     rate = number((lines.cells[begin + 1] or [""])[0])
     if not 0 < rate < 1e6:
@@ -153,8 +152,12 @@ def _nexus(lines: _Lines, units: str | None) -> MotionCapture:
     named = {k: name for k, name in enumerate(heading) if name and axes[k : k + 3] == ["X", "Y", "Z"]}
     columns = [k + axis for k in named for axis in range(3)]
     if not named or axes.count("Y") != len(named) or axes.count("Z") != len(named):
-        what, expected = "the names do not stand over the columns X, Y, Z", f"{axes.count('Y')} names"
-        raise damaged(what, lines.place(begin + 2), expected, len(named))
+        raise damaged(
+            "the names do not stand over the columns X, Y, Z",
+            lines.place(begin + 2),
+            f"{axes.count('Y')} names",
+            len(named),
+        )
     # Beside the trajectories may stand what is computed from them, under titles of its own.
     if others := [name for k, name in enumerate(heading) if name and k not in named]:
         lines.notes.append("Columns that are not read: " + ", ".join(others[:8]) + ".")
@@ -218,8 +221,11 @@ def _optitrack(lines: _Lines, units: str | None) -> MotionCapture:
     by_title = {row[1].lower(): row for row in above if len(row) > 2 and row[1]}
     kinds = above[-1] if above else []
     if not at or not {"type", "name"} <= set(by_title) or "Position" not in kinds:
-        expected = "lines Type and Name over columns of Position, and a line Frame, Time"
-        raise damaged("the titles of the columns cannot be read", lines.where, expected)
+        raise damaged(
+            "the titles of the columns cannot be read",
+            lines.where,
+            "lines Type and Name over columns of Position, and a line Frame, Time",
+        )
     unit = _UNIT_WORDS.get(settings.get("Length Units", "").lower(), "") or units or ""
     millimetres = millimetres_in(unit, f"{lines.place(0)}, Length Units")
     declared = number(settings.get("Export Frame Rate") or settings.get("Capture Frame Rate") or "")

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.formats.contract import LARGEST, damaged, motion_capture
-from pipeline.formats.points.cells import positions_to_write, read_cells
+from pipeline.formats.points.cells import Rows, positions_to_write
 from pipeline.formats.points.even_times import at_equal_intervals
 from pipeline.formats.text import millimetres_in, number, read_text
 from pipeline.skeleton.recorded import MotionCapture
@@ -100,39 +100,45 @@ def read_table(path: Path) -> Table:
     text, notes = read_text(path)
     lines = text.split("\n")
     if len(lines) < 5 or not lines[0].lstrip('"').startswith("PathFileType"):
-        expected = "five lines of header that begin with PathFileType"
-        raise damaged("this is not a TRC file", f"{where}, line 1", expected, f"{lines[0]!r:.40}")
+        raise damaged(
+            "this is not a TRC file",
+            f"{where}, line 1",
+            "five lines of header that begin with PathFileType",
+            f"{lines[0]!r:.40}",
+        )
     separator = max("\t,;", key=lines[3].count)
     cells = partial(_cells, separator=separator if lines[3].count(separator) > 1 else None)
     settings = _settings(cells(lines[1]), cells(lines[2]))
     rate = _rate(settings, where)
     # Some writers leave out the line of axis names, or the blank line after it.
     axes = cells(lines[4]) if not np.isfinite(number(cells(lines[4])[0] or "x")) else []
-    rows = [
-        (line, cells(row))
-        for line, row in enumerate(lines[5 if axes else 4 :], start=6 if axes else 5)
-        if row.strip(" \t,;")
-    ]
+    first = 5 if axes else 4
+    filled = [k for k in range(first, len(lines)) if lines[k].strip(" \t,;")]
+    rows = Rows(where, [cells(lines[k]) for k in filled], [k + 1 for k in filled], notes)
     frames = number(settings.get("numframes", ""))
-    rows = _whole_rows(rows, text.endswith("\n"), frames, notes)
-    if separator != "," and any("," in cell for _, row in rows[:1] for cell in row):
-        rows = [(line, [cell.replace(",", ".") for cell in row]) for line, row in rows]
+    _leave_out_cut(rows, text.endswith("\n"), frames)
+    if separator != "," and any("," in cell for row in rows.cells[:1] for cell in row):
+        rows.decimal_comma = True
         notes.append("Commas inside numbers were read as decimal points.")
-    if not rows:
+    count = len(rows.cells)
+    if not count:
         raise damaged("the file has no frames", where, "lines of numbers after the header")
-    if np.isfinite(frames) and frames != len(rows):
-        notes.append(f"The file declares {frames:g} frames and has {len(rows)}; all {len(rows)} were read.")
+    if np.isfinite(frames) and frames != count:
+        notes.append(f"The file declares {frames:g} frames and has {count}; all {count} were read.")
     declared = number(settings.get("nummarkers", ""))
-    names, columns = _markers(cells(lines[3]), axes, rows, declared, where, notes)
+    names, columns = _markers(cells(lines[3]), axes, rows, declared)
     if np.isfinite(declared) and declared != len(names):
         notes.append(f"The file declares {declared:g} markers and names {len(names)}; the names count.")
-
-    def place(row: int) -> str:
-        return f"{where}, line {rows[row][0]}"
-
-    numbers = _numbers(rows, [0, 1, *columns], place)
-    positions = numbers[:, 2:].reshape(len(rows), len(names), 3)
-    return Table(settings, rate, names, numbers[:, 1], positions, place, notes)
+    if short := [k for k, row in enumerate(rows.cells) if len(row) <= columns[-1]]:
+        raise damaged(
+            "the line has another number of cells than the header asks for",
+            rows.place(short[0]),
+            columns[-1] + 1,
+            len(rows.cells[short[0]]),
+        )
+    numbers = rows.numbers([0, 1, *columns])
+    positions = numbers[:, 2:].reshape(count, len(names), 3)
+    return Table(settings, rate, names, numbers[:, 1], positions, rows.place, notes)
 
 
 def write(path: str | Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate_hz: float) -> None:
@@ -204,28 +210,21 @@ def _rate(settings: dict[str, str], where: str) -> float | None:
     return value if value > 0 else None
 
 
-def _whole_rows(
-    rows: list[tuple[int, list[str]]], ended: bool, declared: float, notes: list[str]
-) -> list[tuple[int, list[str]]]:
-    """The rows without a last one that was cut: shorter than the others, or not ended in a file that is too short."""
-    widest = max((len(cells) for _, cells in rows[:-1]), default=0)
-    cut = bool(rows) and (len(rows[-1][1]) < widest or (not ended and len(rows) < declared))
-    if not cut or (ended and len(rows) == declared):
-        return rows
-    notes.append(f"The last line ({rows[-1][0]}) was cut and is not read.")
-    return rows[:-1]
+def _leave_out_cut(rows: Rows, ended: bool, declared: float) -> None:
+    """Leave out a last row that was cut: shorter than the others, or not ended in a file that is too short."""
+    count = len(rows.cells)
+    widest = max(map(len, rows.cells[:-1]), default=0)
+    cut = count and (len(rows.cells[-1]) < widest or (not ended and count < declared))
+    if cut and not (ended and count == declared):
+        rows.cells.pop()
+        rows.notes.append(f"The last line ({rows.lines[-1]}) was cut and is not read.")
 
 
 def _markers(
-    heading: list[str],
-    axes: list[str],
-    rows: list[tuple[int, list[str]]],
-    declared: float,
-    where: str,
-    notes: list[str],
+    heading: list[str], axes: list[str], rows: Rows, declared: float
 ) -> tuple[tuple[str, ...], list[int]]:
     """Names of the markers, and the columns of the numbers x, y, z of each."""
-    place = f"{where}, line 4"
+    place = f"{rows.where}, line 4"
     if heading[0].lower().rstrip("#") != "frame" or len(heading) < 3:
         raise damaged(
             "the line of marker names cannot be read", place, "Frame#, Time and names", f"{heading[:2]!r:.40}"
@@ -239,23 +238,27 @@ def _markers(
         named = named[::3]
     at = [column for column, name in enumerate(axes) if _AXIS.fullmatch(name)]
     count = len(at) // 3 or len(named)
-    width = max(len(_trimmed(cells)) for _, cells in rows)
+    width = max(len(_trimmed(cells)) for cells in rows.cells)
     in_a_row = [column for column, _ in named] == list(range(2, 2 + 3 * len(named), 3))
     if in_a_row and len(named) < count and width <= 2 + 3 * len(named):
         count, at = len(named), at[: 3 * len(named)]  # more axes than names, but no numbers under them
     # Blank columns may stand in all lines, in the header alone or in the numbers alone.
-    if len(at) != 3 * count or at[0] < 2 or not any(len(cells) > at[-1] for _, cells in rows):
+    if len(at) != 3 * count or at[0] < 2 or not any(len(cells) > at[-1] for cells in rows.cells):
         at = list(range(2, 2 + 3 * count))
     if width > at[-1] + 1:
         filled = sorted(
-            {column for _, cells in rows for column, cell in enumerate(cells) if cell and column > 1}
+            {column for cells in rows.cells for column, cell in enumerate(cells) if cell and column > 1}
         )
         if in_a_row and len(named) == count and width == 2 + 3 * declared:
             filled = at  # numbers of markers that are declared, but neither have names nor axes
         if len(filled) != 3 * count:
-            long = next(line for line, cells in rows if len(_trimmed(cells)) > at[-1] + 1)
-            what = "the line has another number of cells than the header asks for"
-            raise damaged(what, f"{where}, line {long}", at[-1] + 1, width)
+            long = next(k for k, cells in enumerate(rows.cells) if len(_trimmed(cells)) > at[-1] + 1)
+            raise damaged(
+                "the line has another number of cells than the header asks for",
+                rows.place(long),
+                at[-1] + 1,
+                width,
+            )
         at = filled
     starts = at[::3]
     if len(named) == count:
@@ -263,9 +266,13 @@ def _markers(
     by_column = dict(named)
     names = tuple(by_column.pop(start, f"point_{k}") for k, start in enumerate(starts, start=1))
     if by_column:
-        expected = f"{count} names, one over each three columns"
-        raise damaged("the marker names do not match the columns", place, expected, f"{len(named)} names")
-    notes.append(
+        raise damaged(
+            "the marker names do not match the columns",
+            place,
+            f"{count} names, one over each three columns",
+            f"{len(named)} names",
+        )
+    rows.notes.append(
         f"{count - len(named)} markers have no name; they are called point_1, point_2… by their place."
     )
     return names, at
@@ -275,21 +282,3 @@ def _trimmed(cells: list[str]) -> list[str]:
     """The cells up to the last that is not blank."""
     last = max((k for k, cell in enumerate(cells) if cell), default=-1)
     return cells[: last + 1]
-
-
-def _numbers(
-    rows: list[tuple[int, list[str]]], columns: list[int], place: Callable[[int], str]
-) -> np.ndarray:
-    """The cells of these columns (T, C) as float64, NaN where blank."""
-    found: list[str] = []
-    last = max(columns)
-    for k, (_, cells) in enumerate(rows):
-        if len(cells) <= last:
-            what = "the line has another number of cells than the header asks for"
-            raise damaged(what, place(k), last + 1, len(cells))
-        found += [cells[column] for column in columns]
-
-    def of_cell(n: int) -> str:
-        return f"{place(n // len(columns))}, cell {columns[n % len(columns)] + 1}"
-
-    return read_cells(found, of_cell).reshape(len(rows), len(columns))

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -18,12 +19,12 @@ import numpy as np
 
 from pipeline.formats.budget import require_points
 from pipeline.formats.contract import damaged, motion_capture
-from pipeline.formats.points.cells import positions_to_write
-from pipeline.formats.points.csv.table import Columns, Table, read_header, read_table, unit_of_length
-from pipeline.formats.points.csv.times import frame_index, frame_rate
+from pipeline.formats.points.cells import Rows, positions_to_write
+from pipeline.formats.points.csv.table import Columns, read_header, read_table, unit_of_length
 from pipeline.formats.points.sections import exported
 from pipeline.formats.text import millimetres_in
 from pipeline.skeleton.recorded import MotionCapture
+from pipeline.validation import require_range
 
 
 def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
@@ -58,9 +59,10 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     index = frame_index(table, columns)
     rate = frame_rate(table, columns, index, frame_rate_hz)
     frames = int(index.max()) + 1
-    coordinates = [[table.numbers(column) for column in axes.values()] for axes in columns.axes.values()]
     names, point = _points(table, columns)
-    values = np.transpose(coordinates, (2, 0, 1)).reshape(-1, 3)
+    values = table.numbers([column for axes in columns.axes.values() for column in axes.values()]).reshape(
+        -1, 3
+    )
     sample = (index[:, None] * len(names) + point).reshape(-1)
     # A row may name a far frame or a new point.
     empty = "the table is nearly empty: frame numbers jump, or points have too many names"
@@ -69,8 +71,11 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     again = order[1:][np.diff(sample[order]) == 0]
     if again.size:
         k = int(again.min())
-        what = f"the point {names[sample[k] % len(names)]!r} stands twice in one frame (two people?)"
-        raise damaged(what, table.place(k * len(index) // len(sample)), "one row for each frame and point")
+        raise damaged(
+            f"the point {names[sample[k] % len(names)]!r} stands twice in one frame (two people?)",
+            table.place(k * len(index) // len(sample)),
+            "one row for each frame and point",
+        )
     positions = np.full((frames * len(names), 3), np.nan)
     positions[sample] = values * millimetres
     if absent := len(positions) - len(sample):
@@ -80,20 +85,20 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     return motion_capture(names, shaped, rate, unit, table.notes, units_assumed=assumed)
 
 
-def _points(table: Table, columns: Columns) -> tuple[tuple[str, ...], np.ndarray]:
+def _points(table: Rows, columns: Columns) -> tuple[tuple[str, ...], np.ndarray]:
     """Names of the points (P,), and which of them each row holds, (R, 1) of a long or (R, P') of a wide table.
 
     Where the rows belong to several people, names begin with theirs.
     """
-    rows = len(table.rows)
+    rows = len(table.cells)
     if "point" in columns.roles:
-        named = [[name] for name in table.cells(columns.roles["point"])]
+        named = [[name] for name in table.texts(columns.roles["point"])]
     else:
         named = [list(columns.axes)] * rows
     if any(not names[0] for names in named):
         raise damaged("a point has no name", table.place(next(k for k in range(rows) if not named[k][0])))
     if "person" in columns.roles:
-        people = [who[:80] for who in table.cells(columns.roles["person"])]
+        people = [who[:80] for who in table.texts(columns.roles["person"])]
         if len(set(people)) > 1:
             named = [[f"{who}:{name}" for name in names] for who, names in zip(people, named, strict=True)]
     place: dict[str, int] = {}
@@ -143,3 +148,89 @@ def write(
     text = io.StringIO(newline="")
     csv.writer(text, lineterminator="\n").writerows([header, *rows])
     Path(path).write_text(text.getvalue(), encoding="utf-8", newline="\n")
+
+
+def frame_index(table: Rows, columns: Columns) -> np.ndarray:
+    """Frame of each row (R,), counted from the first: by its number if there is one, else by its time or its place.
+
+    Raises
+    ------
+    InvalidInput
+        If a frame number is not whole.
+    """
+    if not {"frame", "time"} & set(columns.roles):
+        return np.arange(len(table.cells))
+    if "frame" not in columns.roles:
+        return np.unique(table.column(columns.roles["time"]), return_inverse=True)[1]
+    frames = table.column(columns.roles["frame"])
+    fractional = np.flatnonzero(frames != np.round(frames))
+    if fractional.size:
+        k = int(fractional[0])
+        raise damaged("the frame number is not whole", table.place(k), received=f"{frames[k]:g}")
+    return (frames - frames.min()).astype(int)
+
+
+def frame_rate(table: Rows, columns: Columns, index: np.ndarray, given: float | None) -> float:
+    """Frames per second (Hz) from the times, or as given.
+
+    Parameters
+    ----------
+    table : Rows
+    columns : Columns
+    index : (R,) int
+        Frame of each row.
+    given : float or None
+        Frames per second that the caller states.
+
+    Raises
+    ------
+    InvalidInput
+        If the rate is unknown, times are not uniform within 1 %, or they contradict the rate that was given.
+    """
+    if given is not None:
+        require_range(f"{table.where}, option frame_rate_hz", given, above=0, unit="Hz")
+    if "time" not in columns.roles or index.max() == 0:
+        if given is None:
+            raise damaged(
+                "the frame rate is unknown",
+                table.where,
+                "a column of times with two frames or more, or the option frame_rate_hz",
+            )
+        return float(given)
+    times = table.column(columns.roles["time"])
+    order = np.lexsort((times, index))
+    frame, time = index[order], times[order]
+    period = float((time[-1] - time[0]) / frame[-1])
+    # Printed times are rounded: one unit of their last decimal is not a departure from uniformity.
+    pieces = [re.split("[.,]", cell) for cell in table.texts(columns.roles["time"])]
+    decimals = max(len(piece[-1]) if len(piece) > 1 else 0 for piece in pieces)
+    rounding = 10.0**-decimals if 0 < decimals < 12 and 10.0**-decimals < period / 2 else 0.0
+    departure = np.abs(np.diff(time) - np.diff(frame) * period)
+    if period < 1e-9 or departure.max(initial=0) > 0.01 * period + rounding:
+        k = int(order[departure.argmax() + 1])
+        raise damaged(
+            "the times are not uniform",
+            table.place(k),
+            f"{period:g} s from frame to frame, within 1 %",
+            f"{times[k]:g} s in frame {index[k]} after the first",
+        )
+    # Times that are uniform as printed are exact; otherwise their ends are known to one rounding.
+    doubt = rounding / (period * frame[-1]) if departure.max(initial=0) > 1e-6 * period else 0.0
+    rate = float(f"{1 / period:.12g}")
+    if given is None and doubt > 0.01:
+        raise damaged(
+            "the times are printed too coarsely to tell the frame rate within 1 %",
+            table.where,
+            "the option frame_rate_hz",
+            f"{rate:.4g} Hz give or take {100 * doubt:.2g} %",
+        )
+    if abs(rate - round(rate)) <= doubt * rate < 0.5:  # the one whole number of hertz that explains them
+        rate = float(round(rate))
+    if not 1 <= rate <= 1e6 or (given is not None and abs(rate / given - 1) > 0.01 + doubt):
+        raise damaged(
+            "the times are not in seconds, or contradict the frame rate that was given",
+            table.where,
+            f"{given:g} Hz" if given is not None else "1 Hz or more",
+            f"{rate:g} Hz",
+        )
+    return float(given) if given is not None else rate

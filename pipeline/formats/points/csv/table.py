@@ -8,10 +8,8 @@ import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
-
 from pipeline.formats.contract import damaged
-from pipeline.formats.points.cells import read_cells
+from pipeline.formats.points.cells import Rows
 from pipeline.formats.text import read_text
 from pipeline.skeleton.recorded import MILLIMETRES
 
@@ -32,39 +30,7 @@ _COORDINATE = re.compile(
 )
 
 
-@dataclass(frozen=True)
-class Table:
-    """The rows of a file, all as long as its header."""
-
-    where: str
-    header: list[str]
-    rows: list[list[str]]
-    lines: list[int]
-    """Line of the file at which each row ends."""
-    decimal_comma: bool
-    notes: list[str]
-
-    def place(self, row: int) -> str:
-        """File and line of a row."""
-        return f"{self.where}, line {self.lines[row]}"
-
-    def cells(self, column: int) -> list[str]:
-        """A column (R,) as text without blanks around it."""
-        return [row[column].strip() for row in self.rows]
-
-    def numbers(self, column: int, *, needed: bool = False) -> np.ndarray:
-        """A column (R,) as float64; empty cells are NaN, or refused where a number is `needed`."""
-        cells = self.cells(column)
-        if self.decimal_comma:
-            cells = [cell.replace(",", ".") for cell in cells]
-        numbers = read_cells(cells, lambda row: f"{self.place(row)}, column {self.header[column]!r}")
-        if needed and np.isnan(numbers).any():
-            place = self.place(int(np.isnan(numbers).argmax()))
-            raise damaged("a number is missing", f"{place}, column {self.header[column]!r}")
-        return numbers
-
-
-def read_table(path: Path) -> Table:
+def read_table(path: Path) -> Rows:
     """Read a table whose cells are separated by commas, semicolons or tabs.
 
     Raises
@@ -91,16 +57,18 @@ def read_table(path: Path) -> Table:
         raise damaged("the quoting is broken", f"{where}, line {reader.line_num + remarks}") from error
     if len(rows) < 2:
         raise damaged("there is no table", where, "a header and a row", f"{len(rows)} rows")
-    header = [cell.strip() for cell in rows[0]]
+    header = [cell.strip() for cell in rows.pop(0)]
     while not header[-1]:
         header.pop()  # delimiters at the end of the line
-    for k, row in enumerate(rows[1:], start=1):
+    table = Rows(where, rows, lines[1:], notes, delimiter != ",", header)
+    for k, row in enumerate(rows):
         while len(row) > len(header) and not row[-1].strip():
             row.pop()
         if len(row) != len(header):
-            what = "the row has another number of cells than the header"
-            raise damaged(what, f"{where}, line {lines[k]}", len(header), len(row))
-    return Table(where, header, rows[1:], lines[1:], delimiter != ",", notes)
+            raise damaged(
+                "the row has another number of cells than the header", table.place(k), len(header), len(row)
+            )
+    return table
 
 
 @dataclass(frozen=True)
@@ -114,12 +82,12 @@ class Columns:
     units: set[str] = field(default_factory=set)
 
 
-def read_header(table: Table, *, rate_is_given: bool = False) -> Columns:
+def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
     """Find out what the columns hold, by their titles; columns that are not read are noted.
 
     Parameters
     ----------
-    table : Table
+    table : Rows
     rate_is_given : bool
         Whether the rows of a wide table may be frames without a time or a number.
 
@@ -159,17 +127,27 @@ def read_header(table: Table, *, rate_is_given: bool = False) -> Columns:
         columns.units.update({unit} - {""})
     for point, axes in columns.axes.items():
         if set(axes) != set("xyz"):
-            what = f"the point {point!r} lacks an axis" if point else "an axis is missing"
-            raise damaged(what, place, "x, y and z", ", ".join(sorted(axes)))
+            raise damaged(
+                f"the point {point!r} lacks an axis" if point else "an axis is missing",
+                place,
+                "x, y and z",
+                ", ".join(sorted(axes)),
+            )
         columns.axes[point] = {axis: axes[axis] for axis in "xyz"}
     if not columns.axes or (is_long and "point" not in columns.roles):
-        expected = "columns such as head_x, head_y, head_z; or joint, x, y, z"
-        raise damaged("the header names no points", place, expected, beginning)
-    if not {"time", "frame"} & set(columns.roles) and (is_long or not rate_is_given):
-        expected = "time or frame" + (
-            "" if is_long else ", or the option frame_rate_hz: a row is a frame then"
+        raise damaged(
+            "the header names no points",
+            place,
+            "columns such as head_x, head_y, head_z; or joint, x, y, z",
+            beginning,
         )
-        raise damaged("there is no column of times or frame numbers", place, expected, beginning)
+    if not {"time", "frame"} & set(columns.roles) and (is_long or not rate_is_given):
+        raise damaged(
+            "there is no column of times or frame numbers",
+            place,
+            "time or frame" + ("" if is_long else ", or the option frame_rate_hz: a row is a frame then"),
+            beginning,
+        )
     _drop_rotations(columns, unread, table.header)
     if unread:
         table.notes.append("Columns that are not read: " + ", ".join(unread) + ".")
@@ -187,7 +165,7 @@ def _drop_rotations(columns: Columns, unread: list[str], header: list[str]) -> N
         columns.axes[plain] = columns.axes.pop(name)
 
 
-def unit_of_length(table: Table, columns: Columns, otherwise: str) -> str:
+def unit_of_length(table: Rows, columns: Columns, otherwise: str) -> str:
     """Unit of length that the header or a column of units names; else `otherwise`.
 
     Raises
@@ -197,8 +175,12 @@ def unit_of_length(table: Table, columns: Columns, otherwise: str) -> str:
     """
     declared = set(columns.units)
     if "unit" in columns.roles:
-        declared |= {cell.lower() for cell in table.cells(columns.roles["unit"])}
+        declared |= {cell.lower() for cell in table.texts(columns.roles["unit"])}
     if len(declared) > 1:
-        received = ", ".join(sorted(declared))
-        raise damaged("the unit of length is not the same throughout", table.where, "one unit", received)
+        raise damaged(
+            "the unit of length is not the same throughout",
+            table.where,
+            "one unit",
+            ", ".join(sorted(declared)),
+        )
     return declared.pop() if declared else otherwise

@@ -1,0 +1,331 @@
+"""Biovision hierarchies with motion (BVH): channels in, positions of joints out.
+
+Conventions
+-----------
+- A point is the origin of a joint; an ``End Site`` is called ``<parent>_end``.
+- A joint's rotations multiply in the order of its channels: ``Zrotation Xrotation Yrotation`` is Rz·Rx·Ry.
+- Position channels take the place of the joint's ``OFFSET``, axis by axis, at the root and elsewhere:
+  exporters write there where the joint is, so adding the two would count the offset twice.
+- Fewer or more frames than declared are read and noted; a frame that is not whole is refused, because the
+  file was cut or damaged there.  A decimal comma is read if no number of the file has a decimal point.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.formats.budget import require_points
+from pipeline.formats.contract import damaged, motion_capture, require_joints
+from pipeline.formats.kinematics import turn
+from pipeline.formats.text import millimetres_in, number, read_numbers, read_text, read_vector
+from pipeline.skeleton.recorded import MotionCapture
+
+_CHANNEL = re.compile(r"([xyz])(position|rotation)", re.IGNORECASE)
+
+
+@dataclass
+class Joint:
+    """A joint or end site as the file describes it; `line` is where it begins.
+
+    Channels are ``tx ty tz rx ry rz`` in the order of the file.
+    """
+
+    name: str
+    parent: int
+    line: int
+    is_end: bool
+    offset: list[str] = field(default_factory=list)
+    channels: list[str] = field(default_factory=list)
+
+
+def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
+    """Read positions of the joints and end sites from a BVH file, in the file's axes.
+
+    Parameters
+    ----------
+    path : str or Path
+    frame_rate_hz : float, optional
+        Not used: the file states its frame time.
+    units : str, optional
+        Unit of length, which the format does not state (noted): ``"cm"`` if not given; ``"in/0.45"`` for
+        conversions of the CMU recordings.
+
+    Returns
+    -------
+    MotionCapture
+        A NaN in the file makes the points that depend on it invalid, and is noted.
+
+    Raises
+    ------
+    InvalidInput
+        If the file is missing, not a BVH, cut short in a frame, or contradicts itself.
+    """
+    path, assumed, units = Path(path), units is None, "cm" if units is None else units
+    millimetres = millimetres_in(units, path.name)
+    text, odd = read_text(path)
+    lines = text.split("\n")
+    joints, motion = read_hierarchy(lines, path.name)
+    declared, interval, first = _motion_header(lines, motion, path.name)
+    labels = [f"{joint.name}.{channel}" for joint in joints for channel in joint.channels]
+    rows, words = _rows(lines, first, labels, path.name)
+    require_points(len(rows), len(joints), path.name)
+    notes = [*odd]
+
+    numbers = [*(word for joint in joints for word in joint.offset), interval, *lines[first:]]
+    if any("," in piece for piece in numbers):
+        if any("." in piece or re.search(r",(?!\d)", piece) for piece in numbers):
+            raise damaged(
+                "commas that may not be decimal commas",
+                path.name,
+                "no decimal points beside commas, and a digit after each comma",
+            )
+        words = [word.replace(",", ".") for word in words]
+        interval = interval.replace(",", ".")
+        for joint in joints:
+            joint.offset = [word.replace(",", ".") for word in joint.offset]
+        notes.append("Decimal commas were read as decimal points.")
+    offsets = [
+        read_vector(joint.offset, 3, f"{path.name}, OFFSET of {joint.name}, line {joint.line}")
+        for joint in joints
+    ]
+    offsets_mm = np.array(offsets) * millimetres
+
+    def place(n: int) -> str:
+        return f"{path.name}, line {rows[n // len(labels)]}, channel {labels[n % len(labels)]}"
+
+    values = read_numbers(words, place).reshape(len(rows), -1)
+    seconds = number(interval)
+    if not 1e-6 <= seconds <= 1e6:
+        where = f"{path.name}, Frame Time"
+        if not frame_rate_hz:
+            raise damaged(
+                "the frame time cannot be used",
+                where,
+                "seconds > 0, or the option frame_rate_hz",
+                interval[:40],
+            )
+        notes.append(f"The frame time {interval[:40]} cannot be used; the frame rate asked for is.")
+        seconds = 1.0 / frame_rate_hz
+    if declared != len(rows):
+        notes.append(f"The file declares {declared} frames and has {len(rows)}; all {len(rows)} were read.")
+    replaced = [
+        joint.name
+        for joint, offset in zip(joints, offsets_mm, strict=True)
+        if np.any(offset) and any(channel[0] == "t" for channel in joint.channels)
+    ]
+    if replaced:
+        count = f" and {len(replaced) - 1} more" if len(replaced) > 1 else ""
+        notes.append(f"Position channels take the place of the OFFSET of {replaced[0]}{count}.")
+
+    scales = np.array([np.pi / 180 if label[-2] == "r" else millimetres for label in labels])
+    return motion_capture(
+        [joint.name for joint in joints],
+        forward_kinematics(joints, offsets_mm, values * scales),
+        1.0 / seconds,
+        units,
+        notes,
+        of_angles=True,
+        units_assumed=assumed,
+    )
+
+
+def _motion_header(lines: list[str], motion: int, where: str) -> tuple[int, str, int]:
+    """Declared number of frames, frame time as written, and the index of the line after them."""
+    found: list[str] = []
+    for i in range(motion + 1, len(lines)):
+        if not lines[i].strip():
+            continue
+        wanted = ("Frames", "Frame Time")[len(found)]
+        match = re.fullmatch(wanted.replace(" ", r"\s+") + r"\s*:\s*(\S+)", lines[i].strip(), re.IGNORECASE)
+        if match is None or (not found and not re.fullmatch(r"[0-9]{1,9}", match[1])):
+            raise damaged(
+                "the motion's header cannot be read",
+                f"{where}, line {i + 1}",
+                f"{wanted}: a number",
+                f"{lines[i].strip()!r:.40}",
+            )
+        found.append(match[1])
+        if len(found) == 2:
+            return int(found[0]), found[1], i + 1
+    raise damaged("the file is cut short in the motion's header", where)
+
+
+def _rows(lines: list[str], first: int, labels: list[str], where: str) -> tuple[list[int], list[str]]:
+    """Line number of each frame, and the words of all frames, each of the right width."""
+    rows = [k for k in range(first, len(lines)) if lines[k].strip()]
+    if not rows or not labels:
+        raise damaged("no frames" if labels else "no joint has channels", where)
+    found: list[str] = []
+    for k in rows:
+        words = lines[k].split()
+        if len(words) != len(labels):
+            is_cut = k == rows[-1] and len(words) < len(labels)
+            what = "the file is cut short: a" if is_cut else "a"
+            raise damaged(
+                f"{what} frame has a wrong number of values",
+                f"{where}, line {k + 1}",
+                len(labels),
+                len(words),
+            )
+        found += words
+    return [k + 1 for k in rows], found
+
+
+def forward_kinematics(joints: Sequence[Joint], offsets_mm: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Compute positions of joints and end sites.
+
+    Parameters
+    ----------
+    joints : sequence of Joint
+        Parents before children.
+    offsets_mm : (P, 3) float64
+        From the parent, in the parent's frame, where no position channel takes its place.
+    values : (T, C) float64
+        All channels in the order of the file: millimetres and radians.
+
+    Returns
+    -------
+    (T, P, 3) float64
+        Millimetres, in the order of the joints.
+    """
+    frames = len(values)
+    positions = np.empty((frames, len(joints), 3))
+    rotations = np.empty((len(joints), frames, 3, 3))
+    column = 0
+    for p, joint in enumerate(joints):
+        parent = joint.parent
+        shift = np.repeat(offsets_mm[p][None], frames, axis=0)
+        rotations[p] = np.eye(3) if parent < 0 else rotations[parent]
+        for channel in joint.channels:
+            if channel[0] == "t":
+                shift[:, "xyz".index(channel[1])] = values[:, column]
+            else:
+                turn(rotations[p], channel[1], values[:, column])
+            column += 1
+        if parent < 0:
+            positions[:, p] = shift
+        else:
+            moved = rotations[parent] @ shift[:, :, None]
+            positions[:, p] = positions[:, parent] + moved[:, :, 0]
+    return positions
+
+
+def read_hierarchy(lines: list[str], where: str) -> tuple[list[Joint], int]:
+    """Read the joints in the order of the file, and the index of the line ``MOTION``.
+
+    Raises
+    ------
+    InvalidInput
+        If the hierarchy has no end, its braces do not match, or a line cannot be read.
+    """
+    joints: list[Joint] = []
+    names: set[str] = set()  # of one root: people in one file may have the same
+    open_joints: list[int] = []
+    awaits_brace = False
+    started = False
+    for at, line in enumerate(lines, start=1):
+        place = f"{where}, line {at}"
+        for part in filter(None, map(str.strip, re.split(r"([{}])", line))):
+            key, *words = part.split()
+            key = key.upper()
+            if not started:
+                if key != "HIERARCHY" or words:
+                    raise damaged("this is not a BVH file", place, "HIERARCHY", f"{part!r:.40}")
+                started = True
+            elif awaits_brace != (key == "{"):
+                raise damaged("braces do not match", place, "{" if awaits_brace else "no {", f"{part!r:.40}")
+            elif key == "{":
+                awaits_brace = False
+            elif key == "}":
+                if not open_joints:
+                    raise damaged("a } too many", place)
+                open_joints.pop()
+            elif key == "MOTION":
+                if open_joints:
+                    lost = joints[open_joints[-1]]
+                    raise damaged(f"the brace of {lost.name!r} (line {lost.line}) is not closed", place, "}")
+                _name_apart(joints)
+                return joints, at - 1
+            elif key in ("ROOT", "JOINT", "END"):
+                if key == "ROOT" and not open_joints:
+                    names = set()
+                joint = _new_joint(joints, open_joints, names, key, " ".join(words), place, at)
+                open_joints.append(len(joints))
+                joints.append(joint)
+                require_joints(len(joints), place)
+                awaits_brace = True
+            elif key in ("OFFSET", "CHANNELS") and open_joints:
+                _describe(joints[open_joints[-1]], key, words, place)
+            else:
+                raise damaged(
+                    "a line of the hierarchy cannot be read",
+                    place,
+                    "ROOT, JOINT, End Site, OFFSET, CHANNELS, a brace or MOTION",
+                    f"{part!r:.40}",
+                )
+    raise damaged("the file is cut short: no MOTION", where)
+
+
+def _name_apart(joints: list[Joint]) -> None:
+    """Put the number of its root and a colon before each name, where several roots have joints of one name."""
+    if len({joint.name for joint in joints}) == len(joints):
+        return
+    root = 0
+    for joint in joints:
+        root += joint.parent < 0
+        joint.name = f"{root}:{joint.name}"
+
+
+def _new_joint(
+    joints: list[Joint],
+    open_joints: list[int],
+    names: set[str],
+    key: str,
+    name: str,
+    place: str,
+    number: int,
+) -> Joint:
+    """A joint or end site under the joint whose brace is open."""
+    if (key == "ROOT") == bool(open_joints):
+        side = "inside" if open_joints else "outside"
+        raise damaged(f"{key} stands {side} a joint", place, "ROOT around JOINT and End Site")
+    parent = open_joints[-1] if open_joints else -1
+    if key == "END":
+        # More than one end of the same joint is legal: the second is `<parent>_end2`.
+        base = f"{joints[parent].name}_end"
+        count = sum(joint.is_end and joint.parent == parent for joint in joints)
+        name = base if count == 0 else f"{base}{count + 1}"
+    if parent >= 0 and joints[parent].is_end:
+        raise damaged("a joint stands inside an End Site", place, received=f"{name!r:.40}")
+    if not name or name in names:
+        raise damaged("a joint has no name of its own", place, "a new name", f"{name!r:.40}")
+    names.add(name)
+    return Joint(name=name, parent=parent, line=number, is_end=key == "END")
+
+
+def _describe(joint: Joint, key: str, words: list[str], place: str) -> None:
+    """Store the offset or the channels of a joint."""
+    received = " ".join(words)[:80]
+    if key == "OFFSET":
+        if joint.offset or len(words) != 3:
+            raise damaged(
+                f"the offset of {joint.name!r} cannot be read", place, "three numbers, once", received
+            )
+        joint.offset = words
+        return
+    found = [_CHANNEL.fullmatch(word) for word in words[1:]]
+    channels = [("r" if m[2].lower() == "rotation" else "t") + m[1].lower() for m in found if m]
+    is_counted = bool(words) and words[0] == str(len(words) - 1)
+    if joint.is_end or joint.channels or not is_counted or len(set(channels)) != len(words) - 1:
+        raise damaged(
+            f"the channels of {joint.name!r} cannot be read",
+            place,
+            "their count, then each of Xposition … Zrotation at most once",
+            received,
+        )
+    joint.channels = channels
