@@ -374,8 +374,8 @@ def test_a_file_is_read_as_it_stands(tmp_path: Path) -> None:
     [
         ("title: A title", "titel: A title", "little2000.yaml: no 'title'"),
         ("venue: A venue", "venue: A venue\npages: 3", "little2000.yaml: unknown key 'pages'"),
-        ("year: 2000", "year: soon", "'year' is of the wrong type"),
-        ('section: "1"', "section: 3.10", "little2000_claim: 'section' is of the wrong type"),
+        ("year: 2000", "year: soon", "little2000.yaml, year: is of the wrong type"),
+        ('section: "1"', "section: 3.10", "little2000_claim, section: is of the wrong type"),
         ("    unit: mm", "    unit: mm\n    unit: cm", "the key 'unit' is there twice"),
         ("    kind: result", "    kind: rumour", "little2000_claim, kind must be one of result"),
         ("    quote: about 10 mm", "", "little2000_claim: no 'quote'"),
@@ -499,7 +499,7 @@ def test_the_class_gives_the_baseline(tmp_path: Path) -> None:
         ("{baseline: the mean, ", "{nulls: 3, baseline: the mean, ", "error: unknown key 'nulls'"),
         ("{baseline: the mean, ", "{", "a baseline has its name and its words or its value"),
         (", value: 1/2", "", "baselines.yaml, half: a baseline has its name and its words or its value"),
-        ("value: 1/2", "value: half", "half: is not a number"),
+        ("value: 1/2", "value: half", "half, value: is not a number"),
         ("better: less", "better: fewer", "half, better must be one of"),
     ],
 )
