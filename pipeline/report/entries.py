@@ -121,7 +121,9 @@ def figure_entry(
         )[:4],
         "caption": figure.manifest.get("caption", "").removeprefix(f"{figure.title}. "),
         "picture": _picture(figure, width) if pictured else None,
-        "charts": [json.dumps(chart, ensure_ascii=False, separators=(",", ":")) for chart in curves],
+        "charts": [
+            json.dumps(chart, ensure_ascii=False, allow_nan=False, separators=(",", ":")) for chart in curves
+        ],
         "claims": claims,
         "ours": bool(claims) and all(claim["kind"] == papers.Kind.TARGET for claim in claims),
         "has_kind": any(claim["kind"] for claim in claims),
@@ -186,31 +188,19 @@ def within(value: Any, low: Any, high: Any) -> str:
     return f"{value:,.{places}f}".replace("-", "−")
 
 
-def curve_tables(figure: PublishedFigure) -> dict[str, str]:
-    """Return what charts and players read of tables, these rows and columns, by file name.
-
-    Numbers have six digits; intervals go with their quantity.
-    """
-    needed = page_charts.columns_of(figure)
-    played = players.COLUMNS.get(figure.name, {})
-    for name, wanted in played.items():
-        needed.setdefault(name, set()).update(wanted)
-    return {
-        table: _columns(figure, Path(table).stem, kept, every_row=table in played)
-        for table, header in figure.headers.items()
-        if (kept := [name for name in header if name in needed.get(table, ())])
-    }
-
-
-def _columns(figure: PublishedFigure, table: str, names: Sequence[str], *, every_row: bool) -> str:
-    rows = figure.table(table) or {}
-    drawn = slice(None) if every_row else page_charts.drawn_rows(figure, table, rows)
-    texts = [
-        [f"{v:.6g}" if isinstance(v, float) else str(v) for v in np.asarray(rows[name])[drawn].tolist()]
-        for name in names
-    ]
-    lines = [names, *zip(*texts, strict=True)]
-    return "".join(f"{','.join(line)}\n" for line in lines)
+def played_tables(figure: PublishedFigure) -> dict[str, str]:
+    """Return the columns of tables that the players compare with, by file name; numbers have six digits."""
+    found = {}
+    for name, wanted in players.COLUMNS.get(figure.name, {}).items():
+        table = figure.table(Path(name).stem) or {}
+        kept = [column for column in table if column in wanted]
+        texts = [
+            [f"{v:.6g}" if isinstance(v, float) else str(v) for v in table[column].tolist()]
+            for column in kept
+        ]
+        if kept:
+            found[name] = "".join(f"{','.join(line)}\n" for line in (kept, *zip(*texts, strict=True)))
+    return found
 
 
 def _picture(figure: PublishedFigure, width: int) -> dict[str, Any] | None:

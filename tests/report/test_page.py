@@ -207,7 +207,7 @@ def test_controls_are_labelled_and_headings_in_order(results: Path) -> None:
     assert all(after - before <= 1 for before, after in pairwise(levels))
 
 
-def test_of_tables_the_page_holds_the_rows_and_columns_that_are_drawn(tmp_path: Path) -> None:
+def test_of_tables_the_page_holds_what_is_drawn_and_what_players_compare_with(tmp_path: Path) -> None:
     rows = 3000
     large = {
         "method": ["map"] * rows,
@@ -219,13 +219,18 @@ def test_of_tables_the_page_holds_the_rows_and_columns_that_are_drawn(tmp_path: 
     folder = tmp_path / "synthetic" / "smoke"
     plant(folder / "zhang2007_fig5", table=large)
     text, page = page_of(folder)
-    embedded = re.search(r'id="curves-zhang2007_fig5">(.*?)</script>', text, re.DOTALL)
+    embedded = re.search(r'id="tables-zhang2007_fig5">(.*?)</script>', text, re.DOTALL)
     assert embedded is not None
     lines = json.loads(embedded[1])["table.csv"].splitlines()
-    assert lines[0] == "method,view_angle_deg,absolute_error_mm2,absolute_error_sd_mm2"
-    assert lines[2] == "map,1,0.333333,1"
+    assert lines[0] == "method,view_angle_deg,absolute_error_mm2"
+    assert lines[2] == "map,1,0.333333"
     assert len(lines) == rows + 1
-    assert len(page.values("data-spec")) == 1
+    [spec] = page.values("data-spec")
+    assert spec is not None
+    [drawn] = json.loads(spec)["series"]
+    assert (drawn["key"], drawn["x"][:3], drawn["y"][:3]) == ("map", [0, 1, 2], [0, 0.333333, 0.666667])
+    assert (drawn["lo"][1], drawn["hi"][1]) == (-0.666667, 1.33333)
+    assert "of_no_curve" not in text
 
 
 def test_numbers_over_data_sets_stand_beside_full_results_only(tmp_path: Path, results: Path) -> None:
@@ -288,10 +293,10 @@ def test_every_paper_has_three_sentences_and_a_figure_of_its_own() -> None:
 def test_a_chart_of_columns_that_are_not_there_is_left_out(results: Path) -> None:
     figure = read_published(results, ["zhang2007_fig5"]).figures["zhang2007_fig5"]
     drawn = charts_of(figure)
-    assert [chart["lines"][0]["y"] for chart in drawn] == ["absolute_error_mm2", "relative_error"]
+    assert [chart["y_label"] for chart in drawn] == ["mean square error (mm²)", "relative error"]
     assert {"missing_variance_mm2"}.isdisjoint(view_errors())
-    assert list(drawn[0]["lines"][0]["styles"]) == ["least_squares", "map"]
-    assert (drawn[0]["x_label"], drawn[0]["y_label"]) == ("view angle (°)", "mean square error (mm²)")
+    assert [line["key"] for line in drawn[0]["series"]] == ["least_squares", "map"]
+    assert drawn[0]["x_label"] == "view angle (°)"
 
 
 def test_charts_are_kept_as_they_are_declared() -> None:
