@@ -135,6 +135,4 @@ def columns_of(table: pd.DataFrame) -> dict[str, np.ndarray]:
 
 def sd(values: Any, axis: int = 0) -> Any:
     """Return the standard deviation of an array or Series along an axis, divisor n - 1 (0 for a single value)."""
-    if isinstance(values, pd.Series) and not values.hasnans:
-        values = values.to_numpy()  # of thousands of groups, in a tenth of the time
     return values.std(axis=axis, ddof=1) if values.shape[axis] > 1 else 0.0 * values.mean(axis=axis)
