@@ -1,7 +1,7 @@
 """Reading and validating the papers' data files, ``conf/paper/<key>.yaml``.
 
 An error is refused with the file and the claim or equation: a key that is unknown, missing or repeated, a value of the
-wrong type, contradictory bounds, a placeholder without a number, a cause that nothing tested.
+wrong type, contradictory bounds, a placeholder without a number.
 """
 
 from __future__ import annotations
@@ -16,14 +16,12 @@ from pipeline.papers import criteria
 from pipeline.papers.claims import LEAST_PEOPLE, Baseline, Claim, Kind, Quantity
 from pipeline.papers.entries import mapping, names, read_mapping, record, text, whole
 from pipeline.papers.explanations import (
-    CAUSAL,
     Explanation,
     Run,
     Support,
     of_run,
     placeholders,
     read_runs,
-    typed_numbers,
 )
 from pipeline.papers.intervals import Interval
 from pipeline.validation import InvalidInput, require_choice
@@ -180,22 +178,13 @@ def read_baselines(path: Path) -> dict[str, Baseline]:
 
 
 def _check_explanations(claim: Claim, known: set[str], where: str) -> None:
-    """Refuse names that nothing has, and typed numbers that are neither the paper's nor of the criterion."""
+    """Refuse names that nothing has."""
     for data_name, explanation in claim.why.items():
         where_why = f"{where}, why {data_name}"
         asked = [(of_run(name) or ("", name))[1] for name in placeholders(explanation.text)]
         for name in (*asked, *explanation.beside):
             if name and name != "value" and name not in known:
                 raise InvalidInput(f"no claim and no quantity {name!r}", where=where_why)
-        said = " ".join(map(str, (claim.quote, claim.how, claim.measure, claim.agrees, claim.close)))
-        said += " ".join(explanation.run.overrides) if explanation.run else ""
-        for typed in typed_numbers(explanation.text):
-            if typed not in typed_numbers(said.replace("{", "").replace("}", "")):
-                raise InvalidInput(
-                    f"the number {typed} is typed",
-                    where=where_why,
-                    expected="a placeholder, or a number of the quotation, the measure, the bounds or the run",
-                )
 
 
 def _paper(
@@ -355,12 +344,6 @@ def _explanation(content: Any, where: str, runs: Runs) -> Explanation:
     support, words = given[0], str(getattr(why, given[0]))
     if (support is Support.TESTED) != bool(why.run or why.beside) or (why.run and why.beside):
         raise InvalidInput("what is tested needs its run, or what is measured beside it", where=where)
-    if support is Support.SHOWN and (word := CAUSAL.search(words)):
-        raise InvalidInput(
-            f"{word[0]!r} names a cause",
-            where=where,
-            expected="an explanation that is tested, or says untested",
-        )
     if not why.run and any(of_run(name) for name in placeholders(words)):
         raise InvalidInput("quotes a run, and names none", where=where)
     return Explanation(support=support, text=words, run=why.run, beside=why.beside)

@@ -11,7 +11,7 @@ import io
 import math
 import re
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from operator import methodcaller
 from pathlib import Path
 from typing import Any
@@ -83,6 +83,36 @@ def write(
         partial.write_bytes(content)
 
 
+def renew(
+    path: Path,
+    rows: Sequence[Mapping[str, Any]],
+    stale: Callable[[Mapping[str, str]], bool],
+    *,
+    columns: Sequence[str],
+    sort_by: Sequence[str],
+    replace: Replace = True,
+) -> None:
+    """Write rows into a table in place of the stale ones of those that are there.
+
+    Parameters
+    ----------
+    path : Path
+    rows : sequence of mapping
+        Cells by column: text, numbers or booleans.
+    stale : callable
+        Of a row that is there, each cell as text, whether it goes.
+    columns, sort_by : sequence of str
+        All columns; those of text by which the rows are sorted.
+    replace : bool or callable
+        As for `write`.
+    """
+    kept = [row for row in read_rows(path) if not stale(row)] if path.is_file() else []
+    cells = {
+        name: [*(row.get(name, "") for row in kept), *(_cell(row[name]) for row in rows)] for name in columns
+    }
+    write(path, cells, sort_by=sort_by, replace=replace)
+
+
 def read(path: Path, *, sha256: str | None = None) -> dict[str, np.ndarray]:
     """Return the columns of a table, in file order.
 
@@ -144,7 +174,7 @@ def compare(path_a: Path, path_b: Path, *, relative: float = 1e-6, absolute: flo
     differences = [
         (int(i), f"line {i + 2}, {name}: {a[name][i]} is not {b[name][i]}")
         for name in a
-        for i in np.flatnonzero(_needed(a[name], b[name], absolute) > relative)
+        for i in np.flatnonzero(needed(a[name], b[name], absolute) > relative)
     ]
     differences.sort(key=lambda item: item[0])
     told = [sentence for _, sentence in differences[:_SHOWN_DIFFERENCES]]
@@ -164,7 +194,7 @@ def relative_differences(path_a: Path, path_b: Path, *, absolute: float = 1e-9) 
     a, b = read(path_a), read(path_b)
     if _unlike(a, b):
         return dict.fromkeys(a, np.inf)
-    return {name: float(_needed(a[name], b[name], absolute).max(initial=0.0)) for name in a}
+    return {name: float(needed(a[name], b[name], absolute).max(initial=0.0)) for name in a}
 
 
 def _unlike(a: Mapping[str, np.ndarray], b: Mapping[str, np.ndarray]) -> str:
@@ -175,7 +205,7 @@ def _unlike(a: Mapping[str, np.ndarray], b: Mapping[str, np.ndarray]) -> str:
     return "" if length_a == length_b else f"rows differ in number: {length_a} is not {length_b}"
 
 
-def _needed(a: np.ndarray, b: np.ndarray, absolute: float) -> np.ndarray:
+def needed(a: np.ndarray, b: np.ndarray, absolute: float) -> np.ndarray:
     """Return the relative tolerance at which each cell of two columns agrees; 0 where equal, infinite if never."""
     if a.dtype.kind not in "if" or b.dtype.kind not in "if":
         return np.where(a.astype(str) == b.astype(str), 0.0, np.inf)
@@ -216,9 +246,13 @@ def _column(name: str, values: Any, where: str) -> np.ndarray:
 
 def _written(array: np.ndarray) -> list[Any]:
     """Return the cells of a column: numbers of ten significant digits, NaN as nothing."""
-    if array.dtype.kind != "f":
-        return array.tolist()
-    return ["" if math.isnan(value) else f"{value:.10g}" for value in array.tolist()]
+    return [_cell(value) for value in array.tolist()] if array.dtype.kind == "f" else array.tolist()
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, float):
+        return "" if math.isnan(value) else f"{value + 0.0:.10g}"
+    return str(value)
 
 
 def _cells(path: Path, sha256: str | None = None) -> dict[str, Sequence[str]]:
