@@ -124,7 +124,7 @@ def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str
     shown = [
         entries.paper_entry(papers.PAPERS[key], results, figures) for key in papers.PAPERS if key in of_papers
     ]
-    numbers, ledger = entries.has_published(results), ledger_picture.ledger_picture(results)
+    ledger = ledger_picture.ledger_picture(results)
     played_tables = {name: entries.played_tables(figure) for name, figure in results.figures.items()}
     for paper in shown:  # a player, or curves of the figure that stands for it
         played = {"zhang2004": walkers, "zhang2007": walkers, "park2011": clips}.get(paper["key"])
@@ -146,8 +146,7 @@ def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str
         clips=bool(clips),
         reasons=list(dict.fromkeys(reasons)),
         options=entries.options_of(results),
-        published=entries.published_tables(results) if numbers else [],
-        published_commits=entries.published_commits(results) if numbers else [],
+        **entries.published_numbers(results),
         ledger=ledger_packed if ledger else "",
         tutorial=[f"{TUTORIAL}/{path.name}" for path in sorted((to / TUTORIAL).glob("*.svg"))],
         sources=[{"name": name, "terms": words} for name, words in terms.items()],

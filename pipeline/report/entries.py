@@ -216,40 +216,35 @@ PUBLISHED = "published.csv"
 """File name of the published numbers of all data sets, in ``results``."""
 
 
-def has_published(results: Published) -> bool:
-    """Whether the published numbers stand beside these results: full-scale ones of one of their data sets."""
+def published_numbers(results: Published) -> dict[str, list[dict[str, Any]]]:
+    """Return tables of published numbers over data sets, and each set's commit: if these results are full-scale ones.
+
+    Their data set must be among them.  Beside a commit stands whether it made this page's figures.
+    """
     listed = provenance.PROJECT / "results" / PUBLISHED
-    return results.scale == "full" and listed.is_file() and results.data in tables.read(listed)["data"]
-
-
-def published_commits(results: Published) -> list[dict[str, str]]:
-    """Return, for each data set of the published numbers, their commit, and whether it made this page's figures."""
-    here = {figure.commit for figure in results.figures.values()}
-    made = {
-        (row["data"], row["commit"]) for row in tables.read_rows(provenance.PROJECT / "results" / PUBLISHED)
-    }
-    return [
-        {
-            "data": data,
-            "commit": commit,
-            "other": ""
-            if data != results.data or commit in here
-            else "the figures here are of another commit",
-        }
-        for data, commit in sorted(made)
-    ]
-
-
-def published_tables(results: Published) -> list[dict[str, Any]]:
-    """Return the tables of published numbers over data sets."""
-    numbers = tables.read(provenance.PROJECT / "results" / PUBLISHED)
+    rows = tables.read_rows(listed) if results.scale == "full" and listed.is_file() else []
+    if results.data not in {row["data"] for row in rows}:
+        return {"published": [], "published_commits": []}
+    here = {results.data: {figure.commit for figure in results.figures.values()}}
     layout = papers.read_mapping(provenance.PROJECT / "conf" / "readme.yaml")
-    found = filled({name: table for name, table in layout.items() if name != "headline"}, numbers)
-    return [
-        {"title": layout[name]["title"], "heads": heads, "rows": rows}
-        for name, (heads, rows) in found.items()
-        if rows
-    ]
+    del layout["headline"]
+    return {
+        "published": [
+            {"title": layout[name]["title"], "heads": heads, "rows": cells}
+            for name, (heads, cells) in filled(layout, tables.read(listed)).items()
+            if cells
+        ],
+        "published_commits": [
+            {
+                "data": data,
+                "commit": commit,
+                "other": ""
+                if commit in here.get(data, {commit})
+                else "the figures here are of another commit",
+            }
+            for data, commit in sorted({(row["data"], row["commit"]) for row in rows})
+        ],
+    }
 
 
 def terms_of(results: Published) -> dict[str, str]:

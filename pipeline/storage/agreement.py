@@ -146,7 +146,11 @@ def _verdicts(kept: Path, made: Path, most: float) -> Agreement:
     )
     for folder, rows in ((kept, before), (made, now)):
         if lacking := [name for name in ANSWERS for row in rows.values() if name not in row]:
-            raise InvalidInput("claims of another rule", where=str(folder / CLAIMS), expected=", ".join(dict.fromkeys(lacking)))
+            raise InvalidInput(
+                "claims of another rule",
+                where=str(folder / CLAIMS),
+                expected=", ".join(dict.fromkeys(lacking)),
+            )
     largest = 0.0
     wrong = [f"{claim}: not in the archive" for claim in now if claim not in before]
     for claim, row in before.items():
