@@ -16,7 +16,7 @@ import pytest
 from PIL import Image
 
 from pipeline import papers
-from pipeline.charts import Lines, Reference, Sheet, from_json, to_json
+from pipeline.charts import Chart, Lines, Reference, Sheet, from_json, lines_of, to_json
 from pipeline.palette import Style
 from pipeline.pictures.embedding import packed_vector, reduced
 from pipeline.report import templates, verdicts
@@ -25,6 +25,7 @@ from pipeline.report.page_charts import charts_of
 from pipeline.report.published import read_published
 from pipeline.report.verdicts import counts_by_kind
 from pipeline.storage.sealed_folders import read_manifest, write_manifest
+from pipeline.storage.tables import read, write
 from pipeline.validation import InvalidInput
 from tests.report.planted import CLAIM, VIEW_CHARTS, plant, view_errors
 
@@ -297,6 +298,19 @@ def test_a_chart_of_columns_that_are_not_there_is_left_out(results: Path) -> Non
     assert {"missing_variance_mm2"}.isdisjoint(view_errors())
     assert [line["key"] for line in drawn[0]["series"]] == ["least_squares", "map"]
     assert drawn[0]["x_label"] == "view angle (°)"
+
+
+def test_series_that_are_named_by_numbers_are_found_in_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "table.csv"
+    made = {"view_deg": [0.0, 0.0, 30.0, 30.0], "x": [1.0, 2.0, 1.0, 2.0], "error_mm": [1.0, 2.0, 3.0, 4.0]}
+    write(path, made)
+    styles = {"0.0": Style("0°"), "30.0": Style("30°")}
+    chart = Chart(x="x", y="error_mm", by="view_deg", styles=styles)
+    for table in (made, read(path)):
+        assert {line.key: line.y.tolist() for line in lines_of(chart, {"table": table})} == {
+            "0.0": [1.0, 2.0],
+            "30.0": [3.0, 4.0],
+        }
 
 
 def test_charts_are_kept_as_they_are_declared() -> None:
