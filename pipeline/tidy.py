@@ -92,12 +92,15 @@ def groups(
     {'map': [0.1, 0.2], 'null': [0.5]}
     """
     taken = {name: column(table, name) for name in columns}
+    keys = list(keys)
     labels = column(table, by).astype(str) if by else np.full(len(taken[columns[0]]), "")
+    if by and keys and column(table, by).dtype.kind == "i" and set(labels).isdisjoint(keys):
+        labels = column(table, by).astype(float).astype(str)  # a file writes 30 for 30.0
     lengths = {len(values) for values in (*taken.values(), labels)}
     if len(lengths) > 1:
         raise InvalidInput("columns of different lengths", where=", ".join(columns))
     chosen = rows_where(table, where or {}, len(labels))
-    order = (list(keys) if by else []) or list(dict.fromkeys(labels[chosen].tolist()))
+    order = (keys if by else []) or list(dict.fromkeys(labels[chosen].tolist()))
     chosen &= np.isin(labels, order)
     if not chosen.any():
         raise InvalidInput("no row of the table is left", where=columns[-1], received=str(dict(where or {})))

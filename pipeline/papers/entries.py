@@ -1,16 +1,23 @@
-"""Mappings in YAML files, read strictly: repeated and unknown keys and values of the wrong type are refused."""
+"""Mappings in YAML files, read strictly: repeated and unknown keys and values of the wrong type are refused.
+
+A mapping becomes a dataclass field by field, each value read as the field's annotation says.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import MISSING, fields
+from enum import StrEnum
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar, get_type_hints
 
 import yaml
 
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_choice
+
+Made = TypeVar("Made")
 
 
 class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
@@ -38,69 +45,70 @@ def read_mapping(path: Path) -> dict[str, Any]:
     return content
 
 
-class Entry:
-    """A mapping in a file, whose keys must all be asked for."""
-
-    def __init__(self, where: str, content: Any) -> None:
-        if not isinstance(content, Mapping):
-            raise InvalidInput("is not a mapping", where=where, received=repr(content))
-        # YAML reads the word null as None.
-        self.content = {"null" if key is None else key: value for key, value in content.items()}
-        self.where = where
-        self.asked: set[str] = set()
-
-    def take(
-        self, key: str, kinds: type | tuple[type, ...], default: Any = None, *, needed: bool = True
-    ) -> Any:
-        """Return the value of a key, of one of these types."""
-        self.asked.add(key)
-        if key not in self.content:
-            if needed:
-                raise InvalidInput(f"no {key!r}", where=self.where)
-            return default
-        value = self.content[key]
-        if not isinstance(value, kinds) or isinstance(value, bool):
-            wanted = kinds if isinstance(kinds, tuple) else (kinds,)
-            raise InvalidInput(
-                f"{key!r} is of the wrong type",
-                where=self.where,
-                expected=" or ".join(kind.__name__ for kind in wanted),
-                received=repr(value),
-            )
-        return value
-
-    def text(self, key: str, *, needed: bool = True) -> str:
-        """Return a text; the parts of a list are joined by semicolons."""
-        value = self.take(key, (str, list), "", needed=needed)
-        return joined(value, f"{self.where}, {key}")
-
-    def mapping(self, key: str) -> dict[str, Any]:
-        """Return a mapping, empty if the key is missing."""
-        return self.take(key, dict, {}, needed=False)
-
-    def names(self, key: str, *, needed: bool = True) -> tuple[str, ...]:
-        """Return a list of texts."""
-        value = self.take(key, list, [], needed=needed)
-        if not all(isinstance(name, str) for name in value):
-            raise InvalidInput(f"{key!r} is not a list of names", where=self.where, received=repr(value))
-        return tuple(value)
-
-    def done(self) -> None:
-        """Refuse keys that were not asked for."""
-        if unknown := [str(key) for key in self.content if key not in self.asked]:
-            raise InvalidInput(
-                f"unknown key {unknown[0]!r}",
-                where=self.where,
-                expected="one of " + ", ".join(sorted(self.asked)),
-            )
+def mapping(value: Any, where: str) -> dict[str, Any]:
+    """Return a mapping with names as keys; YAML reads the word null as None."""
+    if not isinstance(value, Mapping):
+        raise InvalidInput("is not a mapping", where=where, received=repr(value))
+    return {"null" if key is None else str(key): item for key, item in value.items()}
 
 
-def joined(value: Any, where: str) -> str:
-    """Return a text, or the texts of a list joined by semicolons."""
-    parts = value if isinstance(value, list) else [value]
-    if not all(isinstance(part, str) for part in parts):
-        raise InvalidInput("is not a text", where=where, received=repr(value))
-    return "; ".join(" ".join(part.split()) for part in parts)
+def record(
+    kind: type[Made],
+    content: Any,
+    where: str,
+    *,
+    needed: Iterable[str] = (),
+    readers: Mapping[str, Callable[[Any, str], Any]] | None = None,
+    **known: Any,
+) -> Made:
+    """Return a dataclass from a mapping of its fields.
+
+    Parameters
+    ----------
+    kind : type
+        The dataclass.
+    content : mapping
+    where : str
+        File and entry, for messages.
+    needed : iterable of str
+        Fields with a default that must be there all the same.
+    readers : mapping of str to callable, optional
+        Field → function of its value and place, where its annotation does not say how it is read.
+    **known
+        Fields that are not in the file.
+
+    Raises
+    ------
+    InvalidInput
+        If a field is missing, a key is no field, or a value cannot be read.
+    """
+    given, hints = mapping(content, where), get_type_hints(kind)
+    of_file = {f.name: f for f in fields(kind) if f.name not in known}  # type: ignore[arg-type]
+    for name, field in of_file.items():
+        default = field.default is not MISSING or field.default_factory is not MISSING
+        if name not in given and (not default or name in needed):
+            raise InvalidInput(f"no {name!r}", where=where)
+    if unknown := [name for name in given if name not in of_file]:
+        expected = "one of " + ", ".join(sorted(of_file))
+        raise InvalidInput(f"unknown key {unknown[0]!r}", where=where, expected=expected)
+    for name, value in given.items():
+        read = (readers or {}).get(name) or _READERS.get(hints[name]) or choice(hints[name])
+        known[name] = read(value, f"{where}, {name}")
+    return kind(**known)
+
+
+def text(value: Any, where: str) -> str:
+    """Return a text; the parts of a list are joined by semicolons."""
+    return "; ".join(
+        " ".join(part.split()) for part in names(value if isinstance(value, list) else [value], where)
+    )
+
+
+def names(value: Any, where: str) -> tuple[str, ...]:
+    """Return a list of texts."""
+    if not isinstance(value, list) or not all(isinstance(name, str) for name in value):
+        raise InvalidInput("is of the wrong type", where=where, expected="text", received=repr(value))
+    return tuple(value)
 
 
 def number(value: Any, where: str) -> float:
@@ -111,3 +119,28 @@ def number(value: Any, where: str) -> float:
         return float(Fraction(value)) if isinstance(value, str) and "/" in value else float(value)
     except (TypeError, ValueError, ZeroDivisionError):
         raise InvalidInput("is not a number", where=where, received=repr(value)) from None
+
+
+def whole(value: Any, where: str) -> int:
+    """Return a whole number."""
+    if not isinstance(value, int) or isinstance(value, bool):
+        raise InvalidInput(
+            "is of the wrong type", where=where, expected="a whole number", received=repr(value)
+        )
+    return value
+
+
+def choice(kind: type[StrEnum]) -> Callable[[Any, str], StrEnum]:
+    """Return the reader of one of a few words."""
+    return lambda value, where: kind(require_choice(where, value, list(kind)))
+
+
+_READERS: Mapping[Any, Callable[[Any, str], Any]] = {
+    str: text,
+    int: whole,
+    float | None: lambda value, where: None if value is None else number(value, where),
+    tuple[str, ...]: names,
+    Mapping[str, str]: lambda value, where: {key: str(item) for key, item in mapping(value, where).items()},
+    Mapping[str, Any]: mapping,
+}
+"""How a value is read, by the annotation of its field."""

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import csv
 import math
-import re
 import string
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -24,13 +23,6 @@ ANY_DATA = "any"
 
 WITH, WITHOUT = "with", "without"
 """Placeholders of the claim's own value in a run with the switch and in one without; ``with_NAME`` of another's."""
-
-CAUSAL = re.compile(
-    r"\b(?:because|since|therefore|thus|hence|due to|owing to|caus\w+|leads? to|so that|explain\w*|makes? up|asks? for|"
-    r"comes? from|follows? from|as (?:the|its|their|a)\b)",
-    re.IGNORECASE,
-)
-"""Words that name a cause."""
 
 
 class Support(StrEnum):
@@ -147,18 +139,6 @@ def of_run(placeholder: str) -> tuple[str, str] | None:
     """
     side, _, name = placeholder.partition("_")
     return (side, name) if side in (WITH, WITHOUT) else None
-
-
-def typed_numbers(text: str) -> list[str]:
-    """Return the numbers that stand in a text as digits, not as placeholders.
-
-    Examples
-    --------
-    >>> typed_numbers("{value:.1f} mm with 28 components and 0.5 of σ²")
-    ['28', '0.5']
-    """
-    plain = "".join(part for part, *_ in string.Formatter().parse(text))
-    return re.findall(r"\d+(?:\.\d+)?", plain)
 
 
 def read_runs(path: Path) -> dict[tuple[str, str, str], Run]:

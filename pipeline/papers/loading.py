@@ -1,30 +1,29 @@
 """Reading and validating the papers' data files, ``conf/paper/<key>.yaml``.
 
 An error is refused with the file and the claim or equation: a key that is unknown, missing or repeated, a value of the
-wrong type, contradictory bounds, a placeholder without a number, a cause that nothing tested.
+wrong type, contradictory bounds, a placeholder without a number.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from pipeline.papers import criteria
 from pipeline.papers.claims import LEAST_PEOPLE, Baseline, Claim, Kind, Quantity
-from pipeline.papers.entries import Entry, number, read_mapping
+from pipeline.papers.entries import mapping, names, read_mapping, record, text, whole
 from pipeline.papers.explanations import (
-    CAUSAL,
     Explanation,
     Run,
     Support,
     of_run,
     placeholders,
     read_runs,
-    typed_numbers,
 )
+from pipeline.papers.intervals import Interval
 from pipeline.validation import InvalidInput, require_choice
 
 Runs = Mapping[tuple[str, str, str], Run]
@@ -79,9 +78,9 @@ class Page:
         Numbers of ours stand as placeholders, by the names of claims.
     """
 
-    figure: str
-    question: str
-    sentences: tuple[str, ...]
+    figure: str = ""
+    question: str = ""
+    sentences: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,14 +112,14 @@ class Paper:
     year: int
     venue: str
     figures: tuple[str, ...]
-    beyond: tuple[str, ...]
     equations: tuple[Equation, ...]
-    unnumbered: tuple[Equation, ...]
-    claims: tuple[Claim, ...]
-    quantities: tuple[Quantity, ...]
-    order: int
-    subject: str
-    page: Page
+    beyond: tuple[str, ...] = ()
+    unnumbered: tuple[Equation, ...] = ()
+    claims: tuple[Claim, ...] = ()
+    quantities: tuple[Quantity, ...] = ()
+    order: int = 0
+    subject: str = ""
+    page: Page = Page()
 
     @property
     def measured(self) -> tuple[Claim | Quantity, ...]:
@@ -146,11 +145,10 @@ def load(folder: Path) -> dict[str, Paper]:
         If a file cannot be read or is invalid; the sentence names file and entry.
     """
     files = [path for path in sorted(folder.glob("*.yaml")) if path.name != BASELINES]
-    raw = {path.stem: Entry(path.name, read_mapping(path)) for path in files}
-    baselines = read_baselines(folder / BASELINES)
-    claims = {name: body for paper in raw.values() for name, body in paper.mapping("claims").items()}
-    runs = read_runs(folder / INTERVENTIONS)
-    papers = [_paper(key, entry, claims, runs, baselines) for key, entry in raw.items()]
+    raw = {path.stem: read_mapping(path) for path in files}
+    baselines, runs = read_baselines(folder / BASELINES), read_runs(folder / INTERVENTIONS)
+    claims = {name: body for paper in raw.values() for name, body in paper.get("claims", {}).items()}
+    papers = [_paper(key, content, claims, runs, baselines) for key, content in raw.items()]
     names = Counter(item.name for paper in papers for item in paper.measured)
     for paper in papers:
         for item in paper.measured:
@@ -168,205 +166,174 @@ def read_baselines(path: Path) -> dict[str, Baseline]:
     """Return the baselines by class of measure."""
     found = {}
     for name, content in read_mapping(path).items():
-        entry = Entry(f"{path.name}, {name}", content)
-        value = entry.take("value", (int, float, str, type(None)), needed=False)
-        found[name] = Baseline(
-            measures=name,
-            reason=entry.text("reason"),
-            name=entry.text("baseline", needed=False),
-            knows=entry.text("knows", needed=False),
-            replace={str(old): str(new) for old, new in entry.mapping("replace").items()},
-            value=None if value is None else number(value, entry.where),
-            better=BETTER[
-                require_choice(f"{entry.where}, better", entry.text("better", needed=False), list(BETTER))
-            ],
-        )
-        entry.done()
-        if bool(found[name].name) != bool(found[name].replace or value is not None):
-            raise InvalidInput("a baseline has its name and its words or its value", where=entry.where)
+        where = f"{path.name}, {name}"
+        plain = {
+            "name" if key == "baseline" else key: value for key, value in mapping(content, where).items()
+        }
+        better = {"better": lambda value, where: BETTER[require_choice(where, value, list(BETTER))]}
+        made = found[name] = record(Baseline, plain, where, readers=better, measures=name)
+        if bool(made.name) != bool(made.replace or made.value is not None):
+            raise InvalidInput("a baseline has its name and its words or its value", where=where)
     return found
 
 
 def _check_explanations(claim: Claim, known: set[str], where: str) -> None:
-    """Refuse names that nothing has, and typed numbers that are neither the paper's nor of the criterion."""
+    """Refuse names that nothing has."""
     for data_name, explanation in claim.why.items():
         where_why = f"{where}, why {data_name}"
         asked = [(of_run(name) or ("", name))[1] for name in placeholders(explanation.text)]
         for name in (*asked, *explanation.beside):
             if name and name != "value" and name not in known:
                 raise InvalidInput(f"no claim and no quantity {name!r}", where=where_why)
-        said = " ".join(map(str, (claim.quote, claim.how, claim.measure, claim.agrees, claim.close)))
-        said += " ".join(explanation.run.overrides) if explanation.run else ""
-        for typed in typed_numbers(explanation.text):
-            if typed not in typed_numbers(said.replace("{", "").replace("}", "")):
-                raise InvalidInput(
-                    f"the number {typed} is typed",
-                    where=where_why,
-                    expected="a placeholder, or a number of the quotation, the measure, the bounds or the run",
-                )
 
 
 def _paper(
-    key: str, entry: Entry, all_claims: Mapping[str, Any], runs: Runs, baselines: Mapping[str, Baseline]
+    key: str,
+    content: Mapping[str, Any],
+    all_claims: Mapping[str, Any],
+    runs: Runs,
+    baselines: Mapping[str, Baseline],
 ) -> Paper:
-    equations = [_equation(key, item, entry.where) for item in entry.take("equations", list)]
-    unnumbered = [
-        _equation(key, item, entry.where) for item in entry.take("unnumbered", list, [], needed=False)
-    ]
-    year = entry.take("year", int)
-    clips = require_choice(f"{entry.where}, clips", entry.text("clips"), list(LEAST_PEOPLE))
-    of_paper = LEAST_PEOPLE[clips], entry.take("sample", int, 0, needed=False)
-    figures = Entry(f"{entry.where}, rests_on", entry.mapping("rests_on"))
-    rests_on = {figure: figures.names(figure) for figure in figures.content}
-    claims = [
-        _claim(key, name, all_claims, entry.where, of_paper, runs, baselines)
-        for name in entry.mapping("claims")
-    ]
-    quantities = [
-        _quantity(key, name, body, entry.where) for name, body in entry.mapping("quantities").items()
-    ]
-    conditions = {claim.name for claim in claims if claim.kind is Kind.CONDITION}
-    for figure, named in rests_on.items():
-        require_choice(f"{figures.where}, figure", figure, entry.names("figures"))
-        for condition in set(named) - conditions:
-            raise InvalidInput(f"no claim {condition!r} is a condition", where=figures.where)
-    claims = [
-        claim if claim.kind is Kind.CONDITION else replace(claim, rests_on=rests_on.get(claim.figure, ()))
-        for claim in claims
-    ]
-    paper = Paper(
-        key=key,
-        title=entry.text("title"),
-        authors=entry.text("authors"),
-        year=year,
-        venue=entry.text("venue"),
-        figures=entry.names("figures"),
-        beyond=entry.names("beyond", needed=False),
-        equations=tuple(equations),
-        unnumbered=tuple(unnumbered),
-        claims=tuple(claims),
-        quantities=tuple(quantities),
-        order=entry.take("order", int, year, needed=False),
-        subject=entry.text("subject", needed=False) or key,
-        page=_page(Entry(f"{entry.where}, page", entry.mapping("page"))),
-    )
-    entry.done()
+    file, plain = f"{key}.yaml", dict(content)
+    plain.setdefault("order", plain.get("year"))
+    plain.setdefault("subject", key)
+    clips = require_choice(f"{file}, clips", plain.pop("clips", ""), list(LEAST_PEOPLE))
+    own = {"people": LEAST_PEOPLE[clips], "sample": whole(plain.pop("sample", 0), f"{file}, sample")}
+    rests_on = mapping(plain.pop("rests_on", {}), f"{file}, rests_on")
+
+    def claims(value: Any, where: str) -> tuple[Claim, ...]:
+        return tuple(_claim(key, name, all_claims, own, runs, baselines) for name in mapping(value, where))
+
+    def quantities(value: Any, where: str) -> tuple[Quantity, ...]:
+        items = mapping(value, where).items()
+        return tuple(_quantity(key, name, body, f"{file}, {name}") for name, body in items)
+
+    def equations(value: list[Any], where: str) -> tuple[Equation, ...]:
+        return tuple(_equation(key, one, file) for one in value)
+
+    readers = {
+        "equations": equations,
+        "unnumbered": equations,
+        "claims": claims,
+        "quantities": quantities,
+        "page": lambda value, where: record(Page, value, where),
+    }
+    paper = record(Paper, plain, file, readers=readers, key=key)
+    figures = (*paper.figures, *paper.beyond)
     if paper.page.figure:
-        require_choice(f"{entry.where}, page, figure", paper.page.figure, (*paper.figures, *paper.beyond))
+        require_choice(f"{file}, page, figure", paper.page.figure, figures)
     for item in paper.measured:
-        where = f"{entry.where}, {item.name}"
         if not item.name.startswith(f"{key}_"):
-            raise InvalidInput(f"the name does not begin with {key}_", where=where)
+            raise InvalidInput(f"the name does not begin with {key}_", where=f"{file}, {item.name}")
         if item.figure:
-            require_choice(f"{where}, figure", item.figure, (*paper.figures, *paper.beyond))
-    return paper
-
-
-def _page(entry: Entry) -> Page:
-    page = Page(
-        entry.text("figure", needed=False),
-        entry.text("question", needed=False),
-        entry.names("sentences", needed=False),
-    )
-    entry.done()
-    return page
+            require_choice(f"{file}, {item.name}, figure", item.figure, figures)
+    conditions = {claim.name for claim in paper.claims if claim.kind is Kind.CONDITION}
+    for figure, named in rests_on.items():
+        require_choice(f"{file}, rests_on, figure", figure, paper.figures)
+        for condition in set(names(named, f"{file}, rests_on, {figure}")) - conditions:
+            raise InvalidInput(f"no claim {condition!r} is a condition", where=f"{file}, rests_on")
+    resting = [
+        claim if claim.name in conditions else replace(claim, rests_on=tuple(rests_on.get(claim.figure, ())))
+        for claim in paper.claims
+    ]
+    return replace(paper, claims=tuple(resting))
 
 
 def _equation(key: str, content: Any, file: str) -> Equation:
-    entry = Entry(f"{file}, equations", content)
-    number = entry.text("number")
-    entry.where = f"{file}, equation {number}"
-    equation = Equation(
-        paper=key,
-        number=number,
-        words=entry.text("words"),
-        printed=f"pipeline.{entry.text('printed')}",
-        used=f"pipeline.{used}" if (used := entry.take("used", (str, type(None)))) else "",
-        test=f"tests/{entry.text('test')}",
-        note=entry.text("note", needed=False),
-    )
-    entry.done()
+    plain = mapping(content, f"{file}, equations")
+    where = f"{file}, equation {plain.get('number')}"
+    readers = {
+        "printed": lambda value, where: f"pipeline.{text(value, where)}",
+        "used": lambda value, where: "" if value is None else f"pipeline.{text(value, where)}",
+        "test": lambda value, where: f"tests/{text(value, where)}",
+    }
+    equation = record(Equation, plain, where, readers=readers, paper=key)
     if not (equation.used or equation.note):
-        raise InvalidInput("nothing uses it, and no note says why", where=entry.where)
+        raise InvalidInput("nothing uses it, and no note says why", where=where)
     return equation
+
+
+@dataclass(frozen=True)
+class _Bounds:
+    """Bounds of a claim, as the file has them."""
+
+    agrees: Mapping[str, Any] = field(default_factory=dict)
+    close: Mapping[str, Any] = field(default_factory=dict)
+    reason: str = ""
 
 
 def _claim(
     key: str,
     name: str,
     all_claims: Mapping[str, Any],
-    file: str,
-    of_paper: tuple[int, int],
+    of_paper: Mapping[str, int],
     runs: Runs,
     baselines: Mapping[str, Baseline],
 ) -> Claim:
-    entry = Entry(f"{file}, {name}", _like(name, all_claims, f"{file}, {name}"))
-    published = entry.take("published", (int, float, type(None)), needed=False)
-    figure = entry.text("figure", needed=False)
-    untestable = entry.text("untestable", needed=False)
-    judged = not untestable
-    bounds = Entry(f"{entry.where}, bounds", entry.take("bounds", dict, {}, needed=judged))
-    agrees, close, reason = (
-        bounds.take("agrees", dict, needed=judged),
-        bounds.take("close", dict, needed=False),
-        bounds.text("reason", needed=judged),
-    )
-    bounds.done()
-    measure = entry.take("measure", dict, needed=judged)
-    kind = Kind(require_choice(f"{entry.where}, kind", entry.text("kind"), list(Kind)))
-    compared = judged and kind is not Kind.CONDITION
-    measures = entry.text("class", needed=compared)
-    if compared:
-        require_choice(f"{entry.where}, class", measures, list(baselines))
-    least, sample = of_paper
-    claim = Claim(
+    where = f"{key}.yaml, {name}"
+    plain = {**of_paper, **_like(name, all_claims, where)}
+    judged = not plain.get("untestable")
+    compared = judged and plain.get("kind") != Kind.CONDITION
+    measures, given = plain.pop("class", ""), plain.pop("bounds", {})
+    bounds = record(_Bounds, given, f"{where}, bounds", needed=("agrees", "reason") if judged else ())
+    figure, published = plain.get("figure", ""), plain.get("published")
+
+    def limits(content: Mapping[str, Any]) -> Interval | None:
+        return criteria.interval(content, published, f"{where}, bounds") if content else None
+
+    readers = {
+        "people": lambda value, where: max(of_paper["people"], whole(value, where)),
+        "measure": lambda value, where: criteria.measure(mapping(value, where), figure, where),
+        "why": lambda value, where: {
+            data: _explanation(why, f"{where} {data}", runs) for data, why in mapping(value, where).items()
+        },
+    }
+    claim = record(
+        Claim,
+        plain,
+        where,
+        needed=("how", "measure", "figure") if judged else (),
+        readers=readers,
         name=name,
         paper=key,
-        section=entry.text("section"),
-        kind=kind,
-        quote=entry.text("quote"),
-        published=None if published is None else float(published),
-        unit=entry.text("unit", needed=False),
-        figure=figure,
-        how=entry.text("how", needed=judged),
-        measure=criteria.measure(measure, figure, f"{entry.where}, measure") if measure else None,
-        help=entry.text("help", needed=False),
-        baseline=baselines[measures] if compared else None,
-        same_as=entry.text("same_as", needed=False),
-        assumed={data_name: str(text) for data_name, text in entry.mapping("assumed").items()},
-        only=entry.names("only", needed=False),
-        people=max(least, entry.take("people", int, least, needed=False)),
-        sample=entry.take("sample", int, sample, needed=False),
-        agrees=criteria.interval(agrees, published, bounds.where) if agrees else None,
-        close=criteria.interval(close, published, bounds.where) if close else None,
-        reason=reason,
-        why={
-            data_name: _explanation(why, f"{entry.where}, why {data_name}", runs)
-            for data_name, why in entry.mapping("why").items()
-        },
-        untestable=untestable,
-        written=entry.text("written", needed=False),
+        baseline=baselines.get(measures) if compared else None,
+        agrees=limits(bounds.agrees),
+        close=limits(bounds.close),
+        reason=bounds.reason,
+        rests_on=(),
     )
-    entry.done()
-    if untestable and (figure or measure or agrees):
-        raise InvalidInput("has a figure, a measure or bounds although it is untestable", where=entry.where)
-    if judged and not figure:
-        raise InvalidInput("no 'figure'", where=entry.where)
-    criteria.check_bounds(claim, bounds.where)
+    if compared and not measures:
+        raise InvalidInput("no 'class'", where=where)
+    if compared:
+        require_choice(f"{where}, class", measures, list(baselines))
+    if not judged and (claim.figure or claim.measure or claim.agrees):
+        raise InvalidInput("has a figure, a measure or bounds although it is untestable", where=where)
+    criteria.check_bounds(claim, f"{where}, bounds")
     if claim.baseline and claim.baseline.replace and claim.of_baseline is None:
         raise InvalidInput(
-            f"its measure names nothing that the baseline of {measures!r} replaces", where=entry.where
+            f"its measure names nothing that the baseline of {measures!r} replaces", where=where
         )
     return claim
 
 
+@dataclass(frozen=True)
+class _Why:
+    """An explanation, as the file has it: one text, named by what supports it, and the run or the names that do."""
+
+    shown: str = ""
+    tested: str = ""
+    untested: str = ""
+    run: Run | None = None
+    beside: tuple[str, ...] = ()
+
+
 def _explanation(content: Any, where: str, runs: Runs) -> Explanation:
-    """Return an explanation from one text, named by what supports it, and the run or the names that do."""
-    entry = Entry(where, content)
-    texts = {support: entry.text(support, needed=False) for support in Support}
-    run, beside = entry.take("run", dict, {}, needed=False), entry.names("beside", needed=False)
-    entry.done()
-    given = [support for support, text in texts.items() if text]
+    def run(value: Any, where: str) -> Run:
+        named = record(Run, value, where, overrides=(), scale="", without={}, with_it={})
+        return runs.get((named.data, named.group, named.switch), named)
+
+    why = record(_Why, content, where, readers={"run": run})
+    given = [support for support in Support if getattr(why, support)]
     if len(given) != 1:
         raise InvalidInput(
             "must have one text",
@@ -374,53 +341,26 @@ def _explanation(content: Any, where: str, runs: Runs) -> Explanation:
             expected=" or ".join(Support),
             received=", ".join(given) or "none",
         )
-    support, text = given[0], texts[given[0]]
-    if (support is Support.TESTED) != bool(run or beside) or (run and beside):
+    support, words = given[0], str(getattr(why, given[0]))
+    if (support is Support.TESTED) != bool(why.run or why.beside) or (why.run and why.beside):
         raise InvalidInput("what is tested needs its run, or what is measured beside it", where=where)
-    if support is Support.SHOWN and (word := CAUSAL.search(text)):
-        raise InvalidInput(
-            f"{word[0]!r} names a cause",
-            where=where,
-            expected="an explanation that is tested, or says untested",
-        )
-    if not run and any(of_run(name) for name in placeholders(text)):
+    if not why.run and any(of_run(name) for name in placeholders(words)):
         raise InvalidInput("quotes a run, and names none", where=where)
-    return Explanation(support=support, text=text, run=_run(run, where, runs) if run else None, beside=beside)
-
-
-def _run(content: Mapping[str, Any], where: str, runs: Runs) -> Run:
-    entry = Entry(f"{where}, run", content)
-    key = (entry.text("data"), entry.text("group"), entry.text("switch"))
-    entry.done()
-    return runs.get(key) or Run(*key)
+    return Explanation(support=support, text=words, run=why.run, beside=why.beside)
 
 
 def _like(name: str, all_claims: Mapping[str, Any], where: str) -> dict[str, Any]:
     """Return the keys of a claim, with those of the claims that it is ``like`` as defaults."""
-    body, trail = all_claims[name], [name]
-    if not isinstance(body, Mapping):
-        raise InvalidInput("is not a mapping", where=where, received=repr(body))
-    body = dict(body)
+    body, trail = mapping(all_claims[name], where), {name}
     while (other := body.pop("like", None)) is not None:
         if other not in all_claims or other in trail:
             raise InvalidInput("must be another claim", where=f"{where}, like", received=str(other))
-        trail.append(other)
+        trail.add(other)
         body = {**all_claims[other], **body}
-        if "like" in all_claims[other]:
-            body["like"] = all_claims[other]["like"]
     return body
 
 
-def _quantity(key: str, name: str, content: Any, file: str) -> Quantity:
-    entry = Entry(f"{file}, {name}", content)
-    figure = entry.text("figure")
-    quantity = Quantity(
-        name=name,
-        paper=key,
-        figure=figure,
-        how=entry.text("how"),
-        measure=criteria.measure(entry.take("measure", dict), figure, entry.where),
-        unit=entry.text("unit", needed=False),
-    )
-    entry.done()
-    return quantity
+def _quantity(key: str, name: str, content: Any, where: str) -> Quantity:
+    figure = mapping(content, where).get("figure", "")
+    reader = {"measure": lambda value, where: criteria.measure(mapping(value, where), figure, where)}
+    return record(Quantity, content, where, readers=reader, name=name, paper=key)

@@ -29,7 +29,6 @@ def draw_postures(
     groups: Sequence[tuple[str, Sequence[PostureRow]]],
     bones: Bones,
     *,
-    legend: tuple[str, str] = ("original", "reconstructed"),
     caption: str = "",
 ) -> None:
     """Draw rows of stick figures, groups side by side, into ``path_stem.svg`` and ``path_stem.png``.
@@ -45,8 +44,6 @@ def draw_postures(
         Title of a group, e.g. ``"(a) Approach I"``, and its rows from the top.
     bones : sequence of (int, int)
         Pairs of joints.
-    legend : (str, str)
-        What the broad and the thin lines are.
     caption : str
 
     Raises
@@ -87,7 +84,7 @@ def draw_postures(
                         add_rings(axes, bodies, row.estimated, colour=of["colour"], width=of["width"])
         handles = [
             look.legend_handle(name, hex_colour(of["colour"]), width=of["width"])
-            for name, of in zip(legend, _LOOKS, strict=True)
+            for name, of in zip(("original", "reconstructed"), _LOOKS, strict=True)
         ]
         if any(row.estimated is not None and row.estimated.any() for row in every):
             handles.append(look.ring_handle("joint that nobody measured", RING_SIZE))

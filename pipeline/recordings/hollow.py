@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,43 +20,23 @@ _SPHERE = 4.5
 """Radius of a sphere of wire, over that of the bones."""
 
 
-@dataclass(frozen=True)
-class Hollow:
-    """What is sent: the static style, the columns of all rows, the box around them, how many rows."""
-
-    style: Any
-    columns: list[Any]
-    extent: Extent
-    rows: int
-
-
-def wire_spheres(
+def hollow_joints(
     entity: str, positions_mm: np.ndarray, estimated: np.ndarray, colour: str, thickness_mm: float
-) -> Hollow:
-    """Return a sphere of wire at each of the joints (J,) bool of positions (T, J, 3)."""
-    centres, extent = _centres(entity, positions_mm, estimated, 3)
-    half = [[_SPHERE * thickness_mm * METRES] * 3] * centres.shape[1]
-    style = rr.Ellipsoids3D.from_fields(
-        half_sizes=half, colors=rgb(entity, colour), fill_mode=rr.components.FillMode.MajorWireframe
-    )
-    columns = rr.Ellipsoids3D.columns(centers=centres.reshape(-1, 3))
-    return Hollow(style, partitioned(columns, *centres.shape[:2]), extent, len(centres))
+) -> tuple[Any, list[Any], Extent]:
+    """Return the static style, the columns of all rows and the box around the joints (J,) bool that are drawn hollow.
 
-
-def insides_of_rings(
-    entity: str, points_mm: np.ndarray, estimated: np.ndarray, thickness_mm: float
-) -> Hollow:
-    """Return discs of the ground's colour over the joints (J,) bool of points (T, J, 2): what makes rings of them."""
-    centres, extent = _centres(entity, points_mm, estimated, 2)
-    radius = _INSIDE * RING * thickness_mm * METRES
-    style = rr.Points2D.from_fields(colors=GROUND, radii=radius, draw_order=_ABOVE)
-    columns = rr.Points2D.columns(positions=centres.reshape(-1, 2))
-    return Hollow(style, partitioned(columns, *centres.shape[:2]), extent, len(centres))
-
-
-def _centres(
-    entity: str, positions_mm: np.ndarray, estimated: np.ndarray, space: int
-) -> tuple[np.ndarray, Extent]:
-    chosen = np.asarray(positions_mm)[:, np.asarray(estimated, dtype=bool)]
+    Of positions (T, J, 3) spheres of wire, of points (T, J, 2) discs of the ground's colour, which make rings of them.
+    """
+    space, chosen = positions_mm.shape[-1], np.asarray(positions_mm)[:, np.asarray(estimated, dtype=bool)]
     centres, _, extent = body(entity, chosen, [(0, 0)], space)
-    return centres, extent
+    places, thickness = centres.reshape(-1, space), thickness_mm * METRES
+    if space == 3:
+        half = [[_SPHERE * thickness] * 3] * centres.shape[1]
+        style: Any = rr.Ellipsoids3D.from_fields(
+            half_sizes=half, colors=rgb(entity, colour), fill_mode=rr.components.FillMode.MajorWireframe
+        )
+        columns: Any = rr.Ellipsoids3D.columns(centers=places)
+    else:
+        style = rr.Points2D.from_fields(colors=GROUND, radii=_INSIDE * RING * thickness, draw_order=_ABOVE)
+        columns = rr.Points2D.columns(positions=places)
+    return style, partitioned(columns, *centres.shape[:2]), extent

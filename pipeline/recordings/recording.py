@@ -14,8 +14,8 @@ import numpy as np
 import rerun as rr
 
 from pipeline.charts import Chart, Sheet, lines_of, on_timeline
-from pipeline.recordings import hollow
 from pipeline.recordings.columns import band, body, partitioned, rgb, time_column, vector
+from pipeline.recordings.hollow import RING, hollow_joints
 from pipeline.recordings.layout import METRES, Extent, blueprint
 from pipeline.scenes import Plot, Split, View
 from pipeline.skeleton import WALKER15
@@ -156,12 +156,6 @@ class Recording:
         """
         archetypes = (rr.Points3D, rr.LineStrips3D)
         self._body(entity, positions_mm, bones, index, colour, thickness_mm, archetypes, estimated)
-        if estimated is not None and np.any(estimated):
-            self._hollow(
-                f"{entity}/estimated",
-                hollow.wire_spheres(f"{entity}/estimated", positions_mm, estimated, colour, thickness_mm),
-                index,
-            )
 
     def image_points(
         self,
@@ -180,12 +174,6 @@ class Recording:
         """
         archetypes = (rr.Points2D, rr.LineStrips2D)
         self._body(entity, points_mm, bones, index, colour, thickness_mm, archetypes, estimated)
-        if estimated is not None and np.any(estimated):
-            self._hollow(
-                f"{entity}/estimated",
-                hollow.insides_of_rings(f"{entity}/estimated", points_mm, estimated, thickness_mm),
-                index,
-            )
 
     def camera(
         self,
@@ -231,11 +219,6 @@ class Recording:
         placed = rr.Transform3D.columns(translation=centre, mat3x3=axes.swapaxes(-1, -2))
         self._stream.send_columns(entity, indexes=columns, columns=placed)
 
-    def _hollow(self, entity: str, drawn: hollow.Hollow, index: Mapping[str, np.ndarray]) -> None:
-        columns = self._claim(entity, drawn.extent, index, drawn.rows)
-        self._static(entity, drawn.style)
-        self._stream.send_columns(entity, indexes=columns, columns=drawn.columns)
-
     def _body(
         self,
         entity: str,
@@ -245,7 +228,7 @@ class Recording:
         colour: str,
         thickness_mm: float,
         archetypes: tuple[Any, Any],
-        estimated: np.ndarray | None = None,
+        estimated: np.ndarray | None,
     ) -> None:
         points, strips = archetypes
         space = 3 if points is rr.Points3D else 2
@@ -255,12 +238,18 @@ class Recording:
         radii: float | np.ndarray = 1.5 * radius
         if estimated is not None:  # in space, only the ends of the bones are left of those nobody measured
             flags = require_shape(f"{entity}, estimated", estimated, (joints.shape[1],)).astype(bool)
-            radii = np.where(flags, 0.0 if space == 3 else hollow.RING * radius, radii)
+            radii = np.where(flags, 0.0 if space == 3 else RING * radius, radii)
         self._static(entity, points.from_fields(colors=colours, radii=radii))
         self._static(entity, strips.from_fields(colors=colours, radii=radius))
         dots = partitioned(points.columns(positions=joints.reshape(-1, space)), *joints.shape[:2])
         lines = partitioned(strips.columns(strips=ends.reshape(-1, 2, space)), *ends.shape[:2])
         self._stream.send_columns(entity, indexes=columns, columns=[*dots, *lines])
+        if estimated is not None and np.any(estimated):
+            part = f"{entity}/estimated"
+            style, columns_of, extent = hollow_joints(part, positions_mm, estimated, colour, thickness_mm)
+            times = self._claim(part, extent, index, len(joints))
+            self._static(part, style)
+            self._stream.send_columns(part, indexes=times, columns=columns_of)
 
     def curve(
         self,

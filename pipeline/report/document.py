@@ -124,12 +124,12 @@ def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str
     shown = [
         entries.paper_entry(papers.PAPERS[key], results, figures) for key in papers.PAPERS if key in of_papers
     ]
-    numbers, ledger = entries.has_published(results), ledger_picture.ledger_picture(results)
-    curves = {name: entries.curve_tables(figure) for name, figure in results.figures.items()}
+    ledger = ledger_picture.ledger_picture(results)
+    played_tables = {name: entries.played_tables(figure) for name, figure in results.figures.items()}
     for paper in shown:  # a player, or curves of the figure that stands for it
         played = {"zhang2004": walkers, "zhang2007": walkers, "park2011": clips}.get(paper["key"])
         paper["shows_curves"] = bool(not played and paper["touch"] and paper["touch"]["charts"])
-    packed_curves = {name: packed_json(of) for name, of in curves.items() if of}
+    packed_tables = {name: packed_json(of) for name, of in played_tables.items() if of}
     walkers_packed, clips_packed = packed_json(walkers), packed_json(clips)
     ledger_packed = packed_json(ledger)
     text = environment.get_template("index.html.j2").render(
@@ -146,8 +146,7 @@ def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str
         clips=bool(clips),
         reasons=list(dict.fromkeys(reasons)),
         options=entries.options_of(results),
-        published=entries.published_tables(results) if numbers else [],
-        published_commits=entries.published_commits(results) if numbers else [],
+        **entries.published_numbers(results),
         ledger=ledger_packed if ledger else "",
         tutorial=[f"{TUTORIAL}/{path.name}" for path in sorted((to / TUTORIAL).glob("*.svg"))],
         sources=[{"name": name, "terms": words} for name, words in terms.items()],
@@ -157,12 +156,13 @@ def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str
         joints=packed_json(list(WALKER15.joints)),
         walkers_packed=walkers_packed,
         clips_packed=clips_packed,
-        curves=packed_curves,
+        tables=packed_tables,
     )
     shown_pictures = [entry["picture"] for entry in figures.values() if entry["picture"]]
     parts = {
         "pictures": sum(len(picture.get("uri") or picture["packed"]) for picture in shown_pictures),
-        "tables": sum(len(text.encode()) for text in packed_curves.values()),
+        "tables": sum(len(text.encode()) for text in packed_tables.values()),
+        "charts": sum(len(chart.encode()) for entry in figures.values() for chart in entry["charts"]),
         "ledger": len(ledger_packed.encode()),
         "walkers": len(walkers_packed),
         "clips": len(clips_packed),

@@ -121,7 +121,9 @@ def figure_entry(
         )[:4],
         "caption": figure.manifest.get("caption", "").removeprefix(f"{figure.title}. "),
         "picture": _picture(figure, width) if pictured else None,
-        "charts": [json.dumps(chart, ensure_ascii=False, separators=(",", ":")) for chart in curves],
+        "charts": [
+            json.dumps(chart, ensure_ascii=False, allow_nan=False, separators=(",", ":")) for chart in curves
+        ],
         "claims": claims,
         "ours": bool(claims) and all(claim["kind"] == papers.Kind.TARGET for claim in claims),
         "has_kind": any(claim["kind"] for claim in claims),
@@ -186,31 +188,19 @@ def within(value: Any, low: Any, high: Any) -> str:
     return f"{value:,.{places}f}".replace("-", "−")
 
 
-def curve_tables(figure: PublishedFigure) -> dict[str, str]:
-    """Return what charts and players read of tables, these rows and columns, by file name.
-
-    Numbers have six digits; intervals go with their quantity.
-    """
-    needed = page_charts.columns_of(figure)
-    played = players.COLUMNS.get(figure.name, {})
-    for name, wanted in played.items():
-        needed.setdefault(name, set()).update(wanted)
-    return {
-        table: _columns(figure, Path(table).stem, kept, every_row=table in played)
-        for table, header in figure.headers.items()
-        if (kept := [name for name in header if name in needed.get(table, ())])
-    }
-
-
-def _columns(figure: PublishedFigure, table: str, names: Sequence[str], *, every_row: bool) -> str:
-    rows = figure.table(table) or {}
-    drawn = slice(None) if every_row else page_charts.drawn_rows(figure, table, rows)
-    texts = [
-        [f"{v:.6g}" if isinstance(v, float) else str(v) for v in np.asarray(rows[name])[drawn].tolist()]
-        for name in names
-    ]
-    lines = [names, *zip(*texts, strict=True)]
-    return "".join(f"{','.join(line)}\n" for line in lines)
+def played_tables(figure: PublishedFigure) -> dict[str, str]:
+    """Return the columns of tables that the players compare with, by file name; numbers have six digits."""
+    found = {}
+    for name, wanted in players.COLUMNS.get(figure.name, {}).items():
+        table = figure.table(Path(name).stem) or {}
+        kept = [column for column in table if column in wanted]
+        texts = [
+            [f"{v:.6g}" if isinstance(v, float) else str(v) for v in table[column].tolist()]
+            for column in kept
+        ]
+        if kept:
+            found[name] = "".join(f"{','.join(line)}\n" for line in (kept, *zip(*texts, strict=True)))
+    return found
 
 
 def _picture(figure: PublishedFigure, width: int) -> dict[str, Any] | None:
@@ -226,40 +216,35 @@ PUBLISHED = "published.csv"
 """File name of the published numbers of all data sets, in ``results``."""
 
 
-def has_published(results: Published) -> bool:
-    """Whether the published numbers stand beside these results: full-scale ones of one of their data sets."""
+def published_numbers(results: Published) -> dict[str, list[dict[str, Any]]]:
+    """Return tables of published numbers over data sets, and each set's commit: if these results are full-scale ones.
+
+    Their data set must be among them.  Beside a commit stands whether it made this page's figures.
+    """
     listed = provenance.PROJECT / "results" / PUBLISHED
-    return results.scale == "full" and listed.is_file() and results.data in tables.read(listed)["data"]
-
-
-def published_commits(results: Published) -> list[dict[str, str]]:
-    """Return, for each data set of the published numbers, their commit, and whether it made this page's figures."""
-    here = {figure.commit for figure in results.figures.values()}
-    made = {
-        (row["data"], row["commit"]) for row in tables.read_rows(provenance.PROJECT / "results" / PUBLISHED)
-    }
-    return [
-        {
-            "data": data,
-            "commit": commit,
-            "other": ""
-            if data != results.data or commit in here
-            else "the figures here are of another commit",
-        }
-        for data, commit in sorted(made)
-    ]
-
-
-def published_tables(results: Published) -> list[dict[str, Any]]:
-    """Return the tables of published numbers over data sets."""
-    numbers = tables.read(provenance.PROJECT / "results" / PUBLISHED)
+    rows = tables.read_rows(listed) if results.scale == "full" and listed.is_file() else []
+    if results.data not in {row["data"] for row in rows}:
+        return {"published": [], "published_commits": []}
+    here = {results.data: {figure.commit for figure in results.figures.values()}}
     layout = papers.read_mapping(provenance.PROJECT / "conf" / "readme.yaml")
-    found = filled({name: table for name, table in layout.items() if name != "headline"}, numbers)
-    return [
-        {"title": layout[name]["title"], "heads": heads, "rows": rows}
-        for name, (heads, rows) in found.items()
-        if rows
-    ]
+    del layout["headline"]
+    return {
+        "published": [
+            {"title": layout[name]["title"], "heads": heads, "rows": cells}
+            for name, (heads, cells) in filled(layout, tables.read(listed)).items()
+            if cells
+        ],
+        "published_commits": [
+            {
+                "data": data,
+                "commit": commit,
+                "other": ""
+                if commit in here.get(data, {commit})
+                else "the figures here are of another commit",
+            }
+            for data, commit in sorted({(row["data"], row["commit"]) for row in rows})
+        ],
+    }
 
 
 def terms_of(results: Published) -> dict[str, str]:

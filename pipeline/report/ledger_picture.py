@@ -160,19 +160,19 @@ def _placed(row: Mapping[str, Any], axes: Mapping[str, Abscissa]) -> dict[str, A
     if axis is None or not isinstance(value, int | float):
         return {}
     agreement, beyond = answers(row)
-    made: dict[str, Any] = {
-        "value": _short(value),
-        "at": _at(axis.place(value)),
-        "said": agreement,
-        "tone": tone(agreement),
-    }
+    made = _numbers(axis, value, row.get("value_low"), row.get("value_high"), agreement)
     if beyond_tone(beyond):
         made |= {"beyond": beyond}
-    low, high = row.get("value_low"), row.get("value_high")
-    if isinstance(low, int | float) and isinstance(high, int | float):
-        made |= {"ends": [_short(low), _short(high)], "reach": list(map(_at, axis.interval(low, high)))}
     if isinstance(simple := row.get("baseline_value"), int | float):
         made |= {"simple": _short(simple), "ring": _at(axis.place(simple))}
+    return made
+
+
+def _numbers(axis: Abscissa, value: float, low: Any, high: Any, agreement: str) -> dict[str, Any]:
+    """Return a value, its interval if it has one, their places, and what is said of it."""
+    made = {"value": _short(value), "at": _at(axis.place(value)), "said": agreement, "tone": tone(agreement)}
+    if isinstance(low, int | float) and isinstance(high, int | float):
+        made |= {"ends": [_short(low), _short(high)], "reach": list(map(_at, axis.interval(low, high)))}
     return made
 
 
@@ -219,10 +219,6 @@ def _switches(results: Published, axes: Mapping[str, Abscissa], path: Path) -> l
 
 
 def _moved(row: Mapping[str, str], axis: Abscissa) -> dict[str, Any]:
-    low, value, high = (float(row[name] or "nan") for name in ("value_low", "value", "value_high"))
-    made: dict[str, Any] = {"value": _short(value), "at": _at(axis.place(value)), "said": row["agreement"]}
-    made["tone"] = tone(row["agreement"])
-    made["jumps"] = row["answer_moves"] == "True"
-    if np.isfinite([low, high]).all():
-        made |= {"ends": [_short(low), _short(high)], "reach": list(map(_at, axis.interval(low, high)))}
-    return made
+    low, high = (float(row[name]) if row[name] else None for name in ("value_low", "value_high"))
+    made = _numbers(axis, float(row["value"]), low, high, row["agreement"])
+    return {**made, "jumps": row["answer_moves"] == "True"}

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import gzip
 import json
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -60,8 +61,7 @@ def keep_light(folder: Path, target: Path, figures: Sequence[str], **traced: Any
     results = read_published(folder, figures)
     with publish(target, having="light") as publication:
         inside = publication.folder
-        for name, item in files.items():
-            (inside / name).write_bytes(item if isinstance(item, bytes) else item.read_bytes())
+        archive.write_files(inside, files)
         for name in results.figures:
             (inside / name).mkdir()
         texts, recordings = _smallest_first(results, folder)
@@ -81,7 +81,11 @@ def keep_light(folder: Path, target: Path, figures: Sequence[str], **traced: Any
             name: {"title": figure.title, "command": f"make {name} DATA={results.data}"}
             for name, figure in results.figures.items()
         }
-        facts = {name: (len(content), folders.digest(content)) for name, content in _contents(inside).items()}
+        facts = {
+            path.relative_to(inside).as_posix(): (path.stat().st_size, folders.file_digest(path))
+            for path in sorted(inside.rglob("*"))
+            if path.is_file()
+        }
         metadata = crate.crate(
             facts,
             commands,
@@ -92,10 +96,9 @@ def keep_light(folder: Path, target: Path, figures: Sequence[str], **traced: Any
             commit=commit,
         )
         (inside / crate.CRATE).write_text(json.dumps(metadata, indent=1) + "\n", encoding="utf-8")
-        contents = _contents(inside)
-        sums = {name: folders.digest(content) for name, content in contents.items()}
-        (inside / archive.CHECKSUMS).write_bytes(archive.sums_text(sums))
-        total = sum(map(len, contents.values())) + (inside / archive.CHECKSUMS).stat().st_size
+        sealed = {"light": True, "data": results.data, "scale": results.scale, "commit": commit, "date": date}
+        sizes = archive.seal(publication, sealed)
+        total = sum(sizes.values()) + (inside / archive.CHECKSUMS).stat().st_size
         if total > MOST_BYTES:
             raise InvalidInput(
                 "the light archive would be too large",
@@ -103,13 +106,9 @@ def keep_light(folder: Path, target: Path, figures: Sequence[str], **traced: Any
                 expected=f"at most {MOST_BYTES} bytes",
                 received=str(total),
             )
-        publication.manifest(
-            {"light": True, "data": results.data, "scale": results.scale, "commit": commit, "date": date}
-        )
-    kinds: dict[str, int] = {}
-    for name, content in contents.items():
-        kind = name.removesuffix(".gz").rpartition(".")[2]
-        kinds[kind] = kinds.get(kind, 0) + len(content)
+    kinds: Counter[str] = Counter()
+    for name, size in sizes.items():
+        kinds[name.removesuffix(".gz").rpartition(".")[2]] += size
     return kinds
 
 
@@ -170,11 +169,3 @@ def _write_left_out(path: Path, results: Published, kept: set[str]) -> None:
     ]
     columns = zip(*rows, strict=True) if rows else ((), (), (), ())
     tables.write(path, dict(zip(("figure", "file", "bytes", "sha256"), columns, strict=True)))
-
-
-def _contents(folder: Path) -> dict[str, bytes]:
-    return {
-        path.relative_to(folder).as_posix(): path.read_bytes()
-        for path in sorted(folder.rglob("*"))
-        if path.is_file()
-    }

@@ -1,103 +1,79 @@
-"""The charts of published figures on the page: from a figure's manifest to what the page's script draws."""
+"""The charts of published figures on the page: their lines as the page's script draws them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import asdict
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
 
-from pipeline.charts import Chart, Lines, from_json, style_keys
-from pipeline.palette import CYCLE, Style, colour_name
+from pipeline.charts import Chart, Line, lines_of
+from pipeline.palette import colour_name
 from pipeline.report.published import PublishedFigure
-
-
-def declared(figure: PublishedFigure) -> list[Chart]:
-    """Return the charts that a figure was published with."""
-    return [from_json(plain, figure.name) for plain in figure.manifest.get("charts", [])]
+from pipeline.validation import InvalidInput
 
 
 def charts_of(figure: PublishedFigure) -> list[dict[str, Any]]:
-    """Return the charts of a figure whose tables are there, as the page's script draws them."""
-    found = []
-    for chart in declared(figure):
-        lines = [_line(chart, one) for one, table in _drawn(figure, chart) if table is not None]
-        if lines:
-            x_label, y_label = chart.axes
-            found.append(
-                {
-                    "title": chart.title,
-                    "x_label": x_label,
-                    "y_label": ": ".join(filter(None, [chart.title, y_label])),
-                    "log_x": chart.log_x,
-                    "log_y": chart.log_y,
-                    "zero": chart.zero,
-                    "least": chart.least or None,
-                    "limits": chart.limits,
-                    "words": chart.words or None,
-                    "references": [asdict(reference) for reference in chart.references],
-                    "lines": lines,
-                }
-            )
+    """Return the charts of a figure whose tables are there, with their lines."""
+    found: list[dict[str, Any]] = []
+    for chart in figure.charts:
+        with suppress(InvalidInput):  # a table that an earlier version published without these columns
+            found.append(_plain(chart, figure.tables_of(chart)))
     return found
 
 
-def columns_of(figure: PublishedFigure) -> dict[str, set[str]]:
-    """Return the columns that the charts of a figure read, by the file names of tables."""
-    needed: dict[str, set[str]] = {}
-    for chart in declared(figure):
-        for lines, header in _drawn(figure, chart):
-            if isinstance(lines.table, str) and header is not None:
-                ends = {f"{lines.y}_low", f"{lines.y}_high"} & set(header)
-                needed.setdefault(f"{lines.table}.csv", set()).update(_columns(chart, lines) | ends)
-    return needed
-
-
-def drawn_rows(figure: PublishedFigure, name: str, rows: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return which rows of a table (n,) bool its charts draw."""
-    size = len(next(iter(rows.values())))
-    drawn = np.zeros(size, dtype=bool)
-    for chart in declared(figure):
-        for lines, header in _drawn(figure, chart):
-            if header is None or lines.table != name:
-                continue
-            chosen = np.ones(size, dtype=bool)
-            for column, value in lines.where.items():
-                chosen &= np.isin(rows[column], value)
-            if lines.by and (keys := style_keys(lines.styles)):
-                chosen &= np.isin(np.asarray(rows[lines.by]).astype(str), keys)
-            drawn |= chosen
-    return drawn
-
-
-def _columns(chart: Chart, lines: Lines) -> set[str]:
-    band = [lines.band] if isinstance(lines.band, str) else lines.band
-    named = (lines.x or chart.x, lines.y, lines.by, lines.less, *band, *lines.where)
-    return {name for name in named if name}
-
-
-def _drawn(figure: PublishedFigure, chart: Chart) -> Iterator[tuple[Lines, list[str] | None]]:
-    """Lines of a chart with the columns of their table; None if that is not there, or not with their columns."""
-    for lines in (chart, *chart.also):
-        header = (
-            figure.headers.get(f"{lines.table}.csv") if isinstance(lines.table, str) else list(lines.table)
-        )
-        yield lines, header if header is not None and _columns(chart, lines) <= set(header) else None
-
-
-def _line(chart: Chart, lines: Lines) -> dict[str, Any]:
-    names = ("y", "table", "by", "where", "band", "less", "times")
-    style = lines.styles if isinstance(lines.styles, Style) else None
-    styles = lines.styles if isinstance(lines.styles, Mapping) else {}
+def _plain(chart: Chart, tables: Mapping[str, Any]) -> dict[str, Any]:
+    series = [_series(chart, line) for line in lines_of(replace(chart, least=0.0), tables)]
+    x_label, y_label = chart.axes
     return {
-        **{name: getattr(lines, name) for name in names},
-        "x": lines.x or chart.x,
-        "style": _style(style, 0) if style else None,
-        "styles": {key: _style(of, number) for number, (key, of) in enumerate(styles.items())},
+        "title": chart.title,
+        "x_label": x_label,
+        "y_label": ": ".join(filter(None, [chart.title, y_label])),
+        "log_x": chart.log_x,
+        "log_y": chart.log_y,
+        "zero": chart.zero,
+        "least": chart.least or None,
+        "limits": chart.limits,
+        "names": list(chart.words.values()) or None,
+        "references": [asdict(reference) for reference in chart.references],
+        "note": _band_words(chart, tables),
+        "series": series,
     }
 
 
-def _style(style: Style, number: int) -> dict[str, Any]:
-    colour = colour_name(style.colour or CYCLE[number % len(CYCLE)])
-    return {**asdict(style), "colour": colour}
+def _series(chart: Chart, line: Line) -> dict[str, Any]:
+    ends = [end for end in (line.interval, line.band) if end]
+    bands = {
+        name: _short(np.where(np.isfinite(ends[0][n]), ends[0][n], ends[-1][n]))
+        for n, name in enumerate(("lo", "hi"))
+        if ends
+    }
+    style = line.style
+    return {
+        "key": line.key,
+        "name": "" if style.label == chart.y else style.label,
+        "colour": colour_name(style.colour),
+        "line": style.line,
+        "width": style.width,
+        "x": _short(np.rint(line.x) if chart.words else line.x),
+        "y": _short(line.y),
+        **bands,
+    }
+
+
+def _short(values: np.ndarray) -> list[float | int | None]:
+    """Return numbers of six digits; None where there is none."""
+    return [
+        None if not np.isfinite(v) else int(v) if v == int(v) else float(f"{v:.6g}") for v in values.tolist()
+    ]
+
+
+def _band_words(chart: Chart, tables: Mapping[str, Any]) -> str:
+    """Return what the bands of the first lines are."""
+    if isinstance(chart.table, str) and f"{chart.y}_low" in tables[chart.table]:
+        return "bands: 95 % interval"
+    if not isinstance(chart.band, str):
+        return "bands: quartiles"
+    return "bands: ±1 standard deviation" if chart.band else ""

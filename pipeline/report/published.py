@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from pipeline.charts import Chart, from_json
 from pipeline.storage import tables
 from pipeline.storage.sealed_folders import complaints_about, read_manifest
 from pipeline.validation import InvalidInput
@@ -38,6 +39,7 @@ class PublishedFigure:
     folder: Path
     manifest: dict[str, Any]
     headers: dict[str, list[str]]
+    _read: dict[str, dict[str, np.ndarray]] = field(default_factory=dict, repr=False)
 
     @property
     def title(self) -> str:
@@ -67,10 +69,22 @@ class PublishedFigure:
         # A choice is its class and its name.
         return value["name"] if isinstance(value, Mapping) and value.keys() == {"<type>", "name"} else value
 
+    @property
+    def charts(self) -> list[Chart]:
+        """The charts that it was published with."""
+        return [from_json(plain, self.name) for plain in self.manifest.get("charts", [])]
+
     def table(self, name: str) -> dict[str, np.ndarray] | None:
         """Return the columns of a table by its name without suffix; None if there is none."""
         path = self.folder / f"{name}.csv"
-        return tables.read(path) if path.name in self.headers else None
+        if name not in self._read and path.name in self.headers:
+            self._read[name] = tables.read(path)
+        return self._read.get(name)
+
+    def tables_of(self, chart: Chart) -> dict[str, dict[str, np.ndarray]]:
+        """Return the tables of a chart that are there, by name."""
+        names = [lines.table for lines in (chart, *chart.also) if isinstance(lines.table, str)]
+        return {name: table for name in names if (table := self.table(name)) is not None}
 
     @cached_property
     def arrays(self) -> dict[str, np.ndarray]:

@@ -17,7 +17,6 @@ import numpy as np
 from pipeline import pictures
 from pipeline.charts import Chart, Lines, Sheet
 from pipeline.palette import CYCLE, Style
-from pipeline.report.page_charts import declared
 from pipeline.report.published import PublishedFigure, read_published
 from pipeline.storage import tables
 from pipeline.storage.sealed_folders import MANIFEST
@@ -122,9 +121,7 @@ def compare_variants(run: Path) -> list[Path]:
     written = [run / VARIANTS]
     for name, variants in by_figure.items():
         charts = [
-            chart
-            for chart in declared(variants[0].figure)
-            if isinstance(chart.table, str) and not chart.words
+            chart for chart in variants[0].figure.charts if isinstance(chart.table, str) and not chart.words
         ]
         if charts:
             written += _draw(run / f"variants_{name}", variants, charts[0])

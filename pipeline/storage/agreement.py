@@ -141,29 +141,30 @@ def _compared(kept: Path, made: Path, name: str, most: float) -> Agreement:
 
 def _verdicts(kept: Path, made: Path, most: float) -> Agreement:
     """Compare our values to the digits of the tables that they come from, verdicts exactly."""
-    before, now = (tables.read(_there(folder, CLAIMS)) for folder in (kept, made))
-    for folder, columns in ((kept, before), (made, now)):
-        if lacking := [name for name in ANSWERS if name not in columns]:
+    before, now = (
+        {row["claim"]: row for row in tables.read_rows(_there(folder, CLAIMS))} for folder in (kept, made)
+    )
+    for folder, rows in ((kept, before), (made, now)):
+        if lacking := [name for name in ANSWERS for row in rows.values() if name not in row]:
             raise InvalidInput(
-                "claims of another rule", where=str(folder / CLAIMS), expected=", ".join(lacking)
+                "claims of another rule",
+                where=str(folder / CLAIMS),
+                expected=", ".join(dict.fromkeys(lacking)),
             )
     largest = 0.0
-    wrong = [f"{claim}: not in the archive" for claim in now["claim"] if claim not in before["claim"]]
-    later = dict(zip(now["claim"].tolist(), range(len(now["claim"])), strict=True))
-    for n, claim in enumerate(before["claim"].tolist()):
-        m = later.get(claim)
-        if m is None:
+    wrong = [f"{claim}: not in the archive" for claim in now if claim not in before]
+    for claim, row in before.items():
+        again = now.get(claim)
+        if again is None:
             wrong.append(f"{claim}: not there")
-            continue
-        if other := [name for name in ANSWERS if before[name][n] != now[name][m]]:
-            wrong += [f"{claim}, {name}: {before[name][n]} is not {now[name][m]}" for name in other]
-            continue
-        a, b = (np.asarray(column, dtype=float) for column in (before["value"][n], now["value"][m]))
-        if not (np.isnan(a) and np.isnan(b)):
-            off = max(abs(float(a - b)) - NOT_ZERO, 0.0) / max(abs(float(a)), abs(float(b)), NOT_ZERO)
-            largest = max(largest, np.inf if np.isnan(off) else off)
-            if not off <= most:
-                wrong.append(f"{claim}: {float(a):.10g} is not {float(b):.10g}")
+        elif other := [name for name in ANSWERS if row[name] != again[name]]:
+            wrong += [f"{claim}, {name}: {row[name]} is not {again[name]}" for name in other]
+        else:
+            a, b = (np.array([float(one["value"] or "nan")]) for one in (row, again))
+            off = float(tables.needed(a, b, NOT_ZERO)[0])
+            largest = max(largest, off)
+            if off > most:
+                wrong.append(f"{claim}: {a[0]:.10g} is not {b[0]:.10g}")
     return Agreement(kept.name, CLAIMS, largest, most, tuple(wrong))
 
 

@@ -1,30 +1,25 @@
-"""Archives of full-scale results: one folder for each date and commit, with the digest of every file.
+"""Archives of full-scale results: a folder for each date and commit, and in it one for each data set.
 
-``<archive>/<date>-<commit>/<data>/<figure>/…`` holds the published files, ``<archive>/<date>-<commit>/SHA256SUMS``
-their digests (``sha256sum -c SHA256SUMS`` checks them), and ``<archive>/index.csv`` one row per data set.
+``<archive>/<date>-<commit>/<data>/<figure>/…`` holds the published files, ``SHA256SUMS`` in the folder of the data set
+their digests (``sha256sum -c SHA256SUMS`` checks them), and a sealed ``manifest.json`` beside it date and commit.
 """
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import re
 import shutil
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from pipeline.storage import crate, provenance
+from pipeline.storage import provenance
 from pipeline.storage import sealed_folders as folders
-from pipeline.storage.publishing import new_file
+from pipeline.storage.publishing import Publication, publish
 from pipeline.storage.sbom import SBOM, bill_of_materials
 from pipeline.validation import InvalidInput, require_name
 
 CHECKSUMS = "SHA256SUMS"
-INDEX = "index.csv"
-COLUMNS = ("archive", "date", "commit", "data", "figures", "files", "bytes", "checksums_sha256")
-
 
 Files = dict[str, Path | bytes]
 """Files by their names in an archive, or their content."""
@@ -40,17 +35,17 @@ def keep(
     scale: str = "full",
     **traced: Any,
 ) -> Path:
-    """Archive figures in ``<archive_root>/<name>/<data>`` and return ``<archive_root>/<name>``.
+    """Archive figures in ``<archive_root>/<name>/<data>`` and return that folder.
 
     Archived are the files that each figure's manifest lists, the tables beside the figures, the lock file and its
-    bill of materials.  Archiving the same results again changes nothing, and completes what a killed run began.
+    bill of materials.  Archiving the same results again changes nothing.
 
     Parameters
     ----------
     source : Path
         ``results/<data>/full``, or a run of ``results/scratch``.
     archive_root : Path
-        Folder of all archives and of ``index.csv``.
+        Folder of all archives.
     figures : sequence of str
         Folders of figures that must be in `source`.
     name : str
@@ -67,12 +62,49 @@ def keep(
     InvalidInput
         As `traced_files`; if the archive has other content already; or it cannot be written.
     """
-    archive = archive_root / require_name("the archive's name", name)
+    target = archive_root / require_name("the archive's name", name) / data
     files = traced_files(source, figures, scale=scale, **traced)
     for figure in sorted(set(figures)):
         files |= {f"{figure}/{one}": source / figure / one for one in _listed(source / figure)}
-    with folders.writing(archive):
-        return _keep_files(files, archive, data, figures, date=traced["date"], commit=traced["commit"])
+    if target.exists():
+        wanted = {
+            name: folders.digest(item) if isinstance(item, bytes) else folders.file_digest(item)
+            for name, item in files.items()
+        }
+        if not (target / CHECKSUMS).is_file() or verify(target) or _read_sums(target) != wanted:
+            raise InvalidInput(
+                "the archive already holds other results of this date and commit",
+                where=f"{name}/{data}",
+                expected="the same files, or none",
+            )
+        return target
+    with publish(target, having="archive") as publication:
+        write_files(publication.folder, files)
+        for figure in figures:
+            if complaints := folders.complaints_about(publication.folder / figure):
+                raise InvalidInput(f"changed while it was being archived: {complaints[0]}", where=figure)
+        facts = {"archive": name, "data": data, "date": traced["date"], "commit": traced["commit"]}
+        seal(publication, facts)
+    return target
+
+
+def write_files(folder: Path, files: Files) -> None:
+    """Write files into the folder of an archive."""
+    for name, item in files.items():
+        copy = folder / name
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        copy.write_bytes(item) if isinstance(item, bytes) else shutil.copyfile(item, copy)
+        folders.sync(copy)
+
+
+def seal(publication: Publication, facts: Mapping[str, Any]) -> dict[str, int]:
+    """Write the list of checksums of an archive and give its manifest these facts; return the bytes of each file."""
+    folder = publication.folder
+    files = {path.relative_to(folder).as_posix(): path for path in folder.rglob("*") if path.is_file()}
+    sums = "".join(f"{folders.file_digest(files[name])}  {name}\n" for name in sorted(files))
+    folders.write_bytes(folder / CHECKSUMS, sums.encode())
+    publication.manifest(facts)
+    return {name: path.stat().st_size for name, path in files.items()}
 
 
 def figures_of_run(run: Path) -> tuple[str, list[str]]:
@@ -174,20 +206,12 @@ def verify(archive: Path) -> list[str]:
         except OSError as error:
             problems.append(f"{name}: cannot be read ({error.strerror})")
     present = {p.relative_to(archive).as_posix() for p in archive.rglob("*") if not p.is_dir()}
-    light = {CHECKSUMS, folders.MANIFEST} if crate.CRATE in sums else {CHECKSUMS}
-    problems += [f"{name}: added" for name in sorted(present - sums.keys() - light)]
-    if crate.CRATE in sums:
-        problems += _not_sealed(archive, sums)
-    for row in _read_index(archive.parent / INDEX):
-        if row["archive"] == archive.name:
-            part = {k: v for k, v in sums.items() if k.startswith(f"{row['data']}/")}
-            if folders.digest(sums_text(part)) != row["checksums_sha256"]:
-                problems.append(f"{CHECKSUMS}: not what {INDEX} recorded for {row['data']}")
-    return problems
+    added = sorted(present - sums.keys() - {CHECKSUMS, folders.MANIFEST})
+    return [*problems, *(f"{name}: added" for name in added), *_not_sealed(archive, sums)]
 
 
 def _not_sealed(archive: Path, sums: dict[str, str]) -> list[str]:
-    """Return how the manifest of a light archive differs from its list of checksums."""
+    """Return how the manifest of an archive differs from its list of checksums."""
     try:
         files = folders.read_manifest(archive)["files"].items()
     except InvalidInput as complaint:
@@ -248,79 +272,6 @@ def _listed(folder: Path) -> list[str]:
     return [*names, folders.MANIFEST]
 
 
-def _keep_files(
-    files: Files,
-    archive: Path,
-    data: str,
-    figures: Sequence[str],
-    *,
-    date: str,
-    commit: str,
-) -> Path:
-    """Copy, list and index; each of the three is one rename, so that a killed run can be completed."""
-    wanted = {
-        f"{data}/{name}": folders.digest(item) if isinstance(item, bytes) else folders.file_digest(item)
-        for name, item in sorted(files.items())
-    }
-    target = archive / data
-    indexed = _read_index(archive.parent / INDEX)
-    sums = _read_sums(archive) if (archive / CHECKSUMS).is_file() else {}
-    listed = {k: v for k, v in sums.items() if k.startswith(f"{data}/")}
-    if target.exists():
-        present = {
-            p.relative_to(archive).as_posix(): folders.file_digest(p)
-            for p in target.rglob("*")
-            if p.is_file()
-        }
-        if present != wanted or listed not in ({}, wanted):
-            raise InvalidInput(
-                "the archive already holds other results of this date and commit",
-                where=f"{archive.name}/{data}",
-                expected="the same files, or none",
-            )
-    elif listed:
-        raise InvalidInput("the archive has lost these results", where=f"{archive.name}/{data}")
-    else:
-        archive.mkdir(parents=True, exist_ok=True)
-        folders.remove_stale(archive)
-        with folders.temporary_folder(archive) as temporary:
-            for name, item in files.items():
-                copy = temporary / name
-                copy.parent.mkdir(parents=True, exist_ok=True)
-                copy.write_bytes(item) if isinstance(item, bytes) else shutil.copyfile(item, copy)
-                folders.sync(copy)
-                if folders.file_digest(copy) != wanted[f"{data}/{name}"]:
-                    raise InvalidInput("the file changed while it was being archived", where=name)
-            temporary.replace(target)
-    with new_file(archive / CHECKSUMS, replace=True) as path:  # read, so that it is ours
-        path.write_bytes(sums_text({**sums, **wanted}))
-    row = {
-        "archive": archive.name,
-        "date": date,
-        "commit": commit,
-        "data": data,
-        "figures": " ".join(sorted({PurePosixPath(figure).name for figure in figures})),
-        "files": str(len(files)),
-        "bytes": str(sum((target / name).stat().st_size for name in files)),
-        "checksums_sha256": folders.digest(sums_text(wanted)),
-    }
-    # A row of an archive that is no longer there would promise what nobody can look up.
-    there = [r for r in indexed if (archive.parent / r["archive"] / r["data"]).is_dir()]
-    rows = [r for r in there if (r["archive"], r["data"]) != (archive.name, data)]
-    text = io.StringIO(newline="")
-    writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(sorted([*rows, row], key=lambda r: (r["archive"], r["data"])))
-    with new_file(archive.parent / INDEX, replace=True) as path:
-        path.write_bytes(text.getvalue().encode())
-    return archive
-
-
-def sums_text(sums: dict[str, str]) -> bytes:
-    """Return digests by name as ``sha256sum`` writes them."""
-    return "".join(f"{sums[name]}  {name}\n" for name in sorted(sums)).encode()
-
-
 def _read_sums(archive: Path) -> dict[str, str]:
     """Return the sha256 of each file, by its name in the archive."""
     sums = {}
@@ -335,14 +286,3 @@ def _read_sums(archive: Path) -> dict[str, str]:
             )
         sums[match[2]] = match[1]
     return sums
-
-
-def _read_index(path: Path) -> list[dict[str, str]]:
-    if not path.is_file():
-        return []
-    with path.open(newline="", encoding="utf-8", errors="replace") as stream:
-        reader = csv.DictReader(stream)
-        header, rows = tuple(reader.fieldnames or ()), list(reader)
-    if header != COLUMNS or any(None in r or None in r.values() for r in rows):
-        raise InvalidInput("the index cannot be understood", where=path.name, expected=",".join(COLUMNS))
-    return rows

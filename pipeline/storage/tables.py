@@ -11,7 +11,8 @@ import io
 import math
 import re
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from operator import methodcaller
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +22,9 @@ from pipeline.storage.publishing import Replace, new_file
 from pipeline.storage.sealed_folders import digest, read_manifest, writing
 from pipeline.validation import InvalidInput
 
-_INTEGER = re.compile(r"0|-?[1-9]\d{0,17}")
-_NUMBER = re.compile(r"-?(?:0|[1-9]\d*)(?:\.\d+)?(?:e[+-]?\d+)?|-?inf|")
+_INTEGER, _NUMBER = r"(?:0|-?[1-9]\d{0,17})", r"(?:-?(?:0|[1-9]\d*)(?:\.\d+)?(?:e[+-]?\d+)?|-?inf|)"
+_INTEGERS, _NUMBERS = (re.compile(rf"{cell}(?:\n{cell})*+") for cell in (_INTEGER, _NUMBER))
+"""Of all cells of a column, a line to each."""
 _SHOWN_DIFFERENCES = 10
 
 
@@ -81,6 +83,36 @@ def write(
         partial.write_bytes(content)
 
 
+def renew(
+    path: Path,
+    rows: Sequence[Mapping[str, Any]],
+    stale: Callable[[Mapping[str, str]], bool],
+    *,
+    columns: Sequence[str],
+    sort_by: Sequence[str],
+    replace: Replace = True,
+) -> None:
+    """Write rows into a table in place of the stale ones of those that are there.
+
+    Parameters
+    ----------
+    path : Path
+    rows : sequence of mapping
+        Cells by column: text, numbers or booleans.
+    stale : callable
+        Of a row that is there, each cell as text, whether it goes.
+    columns, sort_by : sequence of str
+        All columns; those of text by which the rows are sorted.
+    replace : bool or callable
+        As for `write`.
+    """
+    kept = [row for row in read_rows(path) if not stale(row)] if path.is_file() else []
+    cells = {
+        name: [*(row.get(name, "") for row in kept), *(_cell(row[name]) for row in rows)] for name in columns
+    }
+    write(path, cells, sort_by=sort_by, replace=replace)
+
+
 def read(path: Path, *, sha256: str | None = None) -> dict[str, np.ndarray]:
     """Return the columns of a table, in file order.
 
@@ -94,8 +126,7 @@ def read(path: Path, *, sha256: str | None = None) -> dict[str, np.ndarray]:
         If the file is missing, empty, not UTF-8, a row is not as long as the header, or the bytes that were read
         do not have the sha256 given.
     """
-    header, rows = _cells(Path(path), sha256)
-    return {name: _typed([row[i] for row in rows]) for i, name in enumerate(header)}
+    return {name: _typed(cells) for name, cells in _cells(Path(path), sha256).items()}
 
 
 def read_published(folder: Path) -> dict[str, dict[str, np.ndarray]]:
@@ -122,8 +153,8 @@ def read_rows(path: Path) -> list[dict[str, str]]:
     InvalidInput
         As `read`.
     """
-    header, rows = _cells(Path(path))
-    return [dict(zip(header, row, strict=True)) for row in rows]
+    columns = _cells(Path(path))
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
 def compare(path_a: Path, path_b: Path, *, relative: float = 1e-6, absolute: float = 1e-9) -> list[str]:
@@ -143,7 +174,7 @@ def compare(path_a: Path, path_b: Path, *, relative: float = 1e-6, absolute: flo
     differences = [
         (int(i), f"line {i + 2}, {name}: {a[name][i]} is not {b[name][i]}")
         for name in a
-        for i in np.flatnonzero(_needed(a[name], b[name], absolute) > relative)
+        for i in np.flatnonzero(needed(a[name], b[name], absolute) > relative)
     ]
     differences.sort(key=lambda item: item[0])
     told = [sentence for _, sentence in differences[:_SHOWN_DIFFERENCES]]
@@ -163,7 +194,7 @@ def relative_differences(path_a: Path, path_b: Path, *, absolute: float = 1e-9) 
     a, b = read(path_a), read(path_b)
     if _unlike(a, b):
         return dict.fromkeys(a, np.inf)
-    return {name: float(_needed(a[name], b[name], absolute).max(initial=0.0)) for name in a}
+    return {name: float(needed(a[name], b[name], absolute).max(initial=0.0)) for name in a}
 
 
 def _unlike(a: Mapping[str, np.ndarray], b: Mapping[str, np.ndarray]) -> str:
@@ -174,7 +205,7 @@ def _unlike(a: Mapping[str, np.ndarray], b: Mapping[str, np.ndarray]) -> str:
     return "" if length_a == length_b else f"rows differ in number: {length_a} is not {length_b}"
 
 
-def _needed(a: np.ndarray, b: np.ndarray, absolute: float) -> np.ndarray:
+def needed(a: np.ndarray, b: np.ndarray, absolute: float) -> np.ndarray:
     """Return the relative tolerance at which each cell of two columns agrees; 0 where equal, infinite if never."""
     if a.dtype.kind not in "if" or b.dtype.kind not in "if":
         return np.where(a.astype(str) == b.astype(str), 0.0, np.inf)
@@ -194,19 +225,20 @@ def _column(name: str, values: Any, where: str) -> np.ndarray:
         raise InvalidInput(
             f"the column {name!r} is not one-dimensional", where=where, received=f"shape {array.shape}"
         )
-    if array.dtype.kind == "O" and all(isinstance(value, str) for value in array):
+    kinds = set(map(type, values)) if array.dtype.kind in "OU" else set()
+    mixed = not all(issubclass(kind, str) for kind in kinds)
+    if array.dtype.kind == "O" and not mixed:
         array = array.astype(str)  # as a DataFrame holds text, or a column without rows
-    mixed = array.dtype.kind == "U" and not all(isinstance(value, str) for value in values)
     if array.dtype.kind not in "biufU" or mixed:
         raise InvalidInput(
             f"the column {name!r} is not of one plain type",
             where=where,
             expected="numbers, booleans or text",
-            received="text and other things" if mixed else str(array.dtype),
+            received="text and other things" if array.dtype.kind == "U" else str(array.dtype),
         )
-    if array.dtype.kind == "U" and (broken := [v for v in array if any(c in v for c in "\r\n\0")]):
+    if kinds and (broken := [v for v in set(array.tolist()) if any(c in v for c in "\r\n\0")]):
         raise InvalidInput(
-            f"the column {name!r} holds text of several lines", where=where, received=repr(str(broken[0]))
+            f"the column {name!r} holds text of several lines", where=where, received=repr(min(broken))
         )
     # Adding zero turns -0.0, whose sign would depend on the order of summation, into 0.0.
     return array + 0.0 if array.dtype.kind == "f" else array
@@ -214,13 +246,17 @@ def _column(name: str, values: Any, where: str) -> np.ndarray:
 
 def _written(array: np.ndarray) -> list[Any]:
     """Return the cells of a column: numbers of ten significant digits, NaN as nothing."""
-    if array.dtype.kind != "f":
-        return array.tolist()
-    return ["" if math.isnan(value) else f"{value:.10g}" for value in array.tolist()]
+    return [_cell(value) for value in array.tolist()] if array.dtype.kind == "f" else array.tolist()
 
 
-def _cells(path: Path, sha256: str | None = None) -> tuple[list[str], list[list[str]]]:
-    """Return header and rows of a CSV file, every row as long as the header."""
+def _cell(value: Any) -> str:
+    if isinstance(value, float):
+        return "" if math.isnan(value) else f"{value + 0.0:.10g}"
+    return str(value)
+
+
+def _cells(path: Path, sha256: str | None = None) -> dict[str, Sequence[str]]:
+    """Return the columns of a CSV file, every row as long as the header."""
     try:
         content = path.read_bytes()
         if sha256 is not None and (received := digest(content)) != sha256:
@@ -230,10 +266,27 @@ def _cells(path: Path, sha256: str | None = None) -> tuple[list[str], list[list[
                 expected=f"sha256 {sha256[:12]}…",
                 received=f"{received[:12]}…",
             )
-        if path.suffix == ".gz":
-            content = gzip.decompress(content)
-        reader = csv.reader(io.StringIO(content.decode("utf-8-sig"), newline=""), strict=True)
-        lines = [(reader.line_num, row) for row in reader]
+        text = (gzip.decompress(content) if path.suffix == ".gz" else content).decode("utf-8-sig")
+        lines = text.removesuffix("\n").split("\n")
+        commas = set(map(methodcaller("count", ","), lines))
+        if len(commas) == 1 and 0 not in commas and '"' not in text and "\r" not in text:
+            cells, width = ",".join(lines).split(","), commas.pop() + 1
+            header, columns = cells[:width], [cells[width + i :: width] for i in range(width)]
+        else:
+            reader = csv.reader(io.StringIO(text, newline=""), strict=True)
+            header = next(reader, [])
+            rows = []
+            for row in reader:
+                # In a table of one column an empty cell is written as "", so an empty line is a truncated row.
+                if len(row) != len(header):
+                    raise InvalidInput(
+                        "a row is not as long as the header",
+                        where=f"{path.name}, line {reader.line_num}",
+                        expected=f"{len(header)} cells",
+                        received=str(len(row)),
+                    )
+                rows.append(row)
+            columns = [[row[i] for row in rows] for i in range(len(header))]
     except (OSError, EOFError, zlib.error) as error:
         what = f"cannot read the table: {getattr(error, 'strerror', '') or error}"
         raise InvalidInput(what, where=str(path)) from error
@@ -243,29 +296,23 @@ def _cells(path: Path, sha256: str | None = None) -> tuple[list[str], list[list[
         raise InvalidInput(
             f"the table is not CSV: {error}", where=f"{path.name}, line {reader.line_num}"
         ) from error
-    if not lines or not any(lines[0][1]):
+    if not any(header):
         raise InvalidInput("the table is empty", where=path.name, expected="a line of column names")
-    header = lines[0][1]
     if twice := [name for name in header if header.count(name) > 1]:
         raise InvalidInput(f"two columns are called {twice[0]!r}", where=path.name)
-    for number, row in lines[1:]:
-        # In a table of one column an empty cell is written as "", so an empty line is a truncated row.
-        if len(row) != len(header):
-            raise InvalidInput(
-                "a row is not as long as the header",
-                where=f"{path.name}, line {number}",
-                expected=f"{len(header)} cells",
-                received=str(len(row)),
-            )
-    return header, [row for _, row in lines[1:]]
+    return dict(zip(header, columns, strict=True))
 
 
-def _typed(cells: list[str]) -> np.ndarray:
+def _typed(cells: Sequence[str]) -> np.ndarray:
     """Return a column in the narrowest type that fits every cell."""
-    if cells and all(map(_INTEGER.fullmatch, cells)):
-        return np.array(cells, dtype=np.int64)
-    if all(map(_NUMBER.fullmatch, cells)):
-        return np.array([float(cell) if cell else np.nan for cell in cells], dtype=np.float64)
-    if all(cell in ("True", "False") for cell in cells):
+    lines = "\n".join(cells)
+    if (
+        lines.count("\n") == len(cells) - 1
+    ):  # one search for all cells takes a fifth of the time of one for each
+        if _INTEGERS.fullmatch(lines):
+            return np.array(list(map(int, cells)), dtype=np.int64)
+        if _NUMBERS.fullmatch(lines):
+            return np.array([float(cell or "nan") for cell in cells], dtype=np.float64)
+    if cells and set(cells) <= {"True", "False"}:
         return np.array([cell == "True" for cell in cells])
     return np.array(cells, dtype=str)

@@ -10,8 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
-
 from pipeline import papers
 from pipeline.papers.explanations import of_run
 from pipeline.storage import tables
@@ -98,8 +96,8 @@ def keep_numbers(path: Path, numbers: Sequence[Numbers], data_name: str, group: 
         for run in numbers
         for name, value in run.without.items()
     ]
-    made = {(data_name, group, run.switch) for run in numbers}
-    _replace(path, pd.DataFrame(rows, columns=columns), made, sort_by=["name"])
+    named = [dict(zip(columns, row, strict=True)) for row in rows]
+    _replace(path, named, numbers, data_name, group, sort_by=["name"])
 
 
 def keep_table(
@@ -118,8 +116,7 @@ def keep_table(
         for row in rows
         if row["answer_moves"] or row["outside_the_interval"]
     ]
-    switches = {(data_name, group, run.switch) for run in numbers}
-    _replace(path, pd.DataFrame(moved), switches, sort_by=["claim"])
+    _replace(path, moved, numbers, data_name, group, sort_by=["claim"])
 
 
 def keep_runs(
@@ -142,24 +139,27 @@ def keep_runs(
         }
         for run in numbers
     ]
-    switches = {(data_name, group, run.switch) for run in numbers}
-    _replace(path, pd.DataFrame(runs), switches, sort_by=[])
+    _replace(path, runs, numbers, data_name, group, sort_by=[])
 
 
 def _replace(
-    path: Path, rows: pd.DataFrame, switches: set[tuple[str, str, str]], *, sort_by: list[str]
+    path: Path,
+    rows: Sequence[Mapping[str, Any]],
+    numbers: Sequence[Numbers],
+    data_name: str,
+    group: str,
+    *,
+    sort_by: list[str],
 ) -> None:
-    """Replace the rows of switches, each with its data set and group, in a table."""
-    by = ["data", "group", "switch"]
-    parts = [rows] if len(rows) else []
-    if path.is_file():
-        old = pd.DataFrame(dict(tables.read(path)))
-        kept = old[[entries not in switches for entries in old[by].itertuples(index=False, name=None)]]
-        # A column of texts that are all empty is read as numbers that are missing.
-        texts = [name for name in rows.columns if len(rows) and not pd.api.types.is_numeric_dtype(rows[name])]
-        kept = kept.reindex(columns=rows.columns) if len(rows) else kept
-        parts = [kept.assign(**{name: kept[name].astype(object).fillna("") for name in texts}), *parts]
-    if parts := [part for part in parts if len(part)]:
-        tables.write(path, pd.concat(parts), sort_by=[*by, *sort_by], replace=True)  # read above
+    """Replace the rows of these switches in a table, which goes when no row is left."""
+    made, by = {(data_name, group, run.switch) for run in numbers}, ["data", "group", "switch"]
+
+    def stale(row: Mapping[str, str]) -> bool:
+        return tuple(row[name] for name in by) in made
+
+    there = tables.read_rows(path) if path.is_file() else []
+    if rows or not all(map(stale, there)):
+        columns = [*(rows or there)[0]]
+        tables.renew(path, rows, stale, columns=columns, sort_by=[*by, *sort_by])
     else:
         path.unlink(missing_ok=True)

@@ -343,20 +343,16 @@ def write_claims(
         Figures that were judged: rows of others that the file has stay.  By default the file is replaced.
     """
     rows = [_row(verdict) for verdict in verdicts]
-    plain = _row(papers.Verdict(papers.claim("zhang2007_walkers"), papers.Agreement.UNTESTABLE, ""))
-    if judged is not None and path.is_file():
-        anew = {*judged, *(row["figure"] for row in rows)}
-        before = [row for row in tables.read_rows(path) if row.get("figure") not in anew]
-        rows += [
-            {name: _cell(row[name], plain[name]) for name in plain} for row in before if {*row} == {*plain}
-        ]
-    columns = {name: _column([row[name] for row in rows]) for name in plain}
-    tables.write(path, columns, sort_by=["claim"], replace=lambda old: old.startswith(b"claim,paper,"))
-
-
-def _cell(text: str, like: Any) -> Any:
-    """Return a cell of a file as text or number, as in the same column of a verdict's row."""
-    return text if isinstance(like, str) else float(text or "nan")
+    columns = [*_row(papers.Verdict(papers.claim("zhang2007_walkers"), papers.Agreement.UNTESTABLE, ""))]
+    anew = {*(judged or ()), *(row["figure"] for row in rows)}
+    tables.renew(
+        path,
+        rows,
+        lambda row: judged is None or row.get("figure") in anew or {*row} != {*columns},
+        columns=columns,
+        sort_by=["claim"],
+        replace=lambda old: old.startswith(b"claim,paper,"),
+    )
 
 
 def _row(verdict: papers.Verdict) -> dict[str, Any]:
@@ -401,7 +397,3 @@ def _row(verdict: papers.Verdict) -> dict[str, Any]:
         "n_people": np.nan if found.people is None else float(found.people),
         "written": claim.written,
     }
-
-
-def _column(entries: Sequence[Any]) -> np.ndarray:
-    return np.array(entries, dtype=str if entries and isinstance(entries[0], str) else float)

@@ -97,10 +97,9 @@ def _counts(
 
 def renew(path: Path, rows: pd.DataFrame) -> None:
     """Replace the rows of the same data sets in the file."""
-    old = pd.DataFrame(dict(tables.read(path))) if path.is_file() else rows[:0]
-    kept = old[~old["data"].isin(rows["data"])]
-    together = pd.concat([kept.assign(unit=kept["unit"].fillna("")), rows]) if len(kept) else rows
-    tables.write(path, together, sort_by=["data", "name"], replace=True)  # read above
+    anew = set(rows["data"])
+    cells = rows.to_dict("records")
+    tables.renew(path, cells, lambda row: row["data"] in anew, columns=COLUMNS, sort_by=["data", "name"])
 
 
 Cells = tuple[list[str], list[list[str]]]

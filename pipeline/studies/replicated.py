@@ -26,6 +26,9 @@ from pipeline.seeding import derive_generator
 
 POPULATION, PERSON, DRAW, CLIP = "population", "person", "draw", "clip"
 
+SD = "sd"
+"""How `aggregate` makes a standard deviation."""
+
 INGEST = "table_ingest"
 """Table of the clips that a figure rests on."""
 
@@ -196,7 +199,7 @@ def aggregate(
     by : sequence of str
         Columns that tell apart what is aggregated.
     columns : mapping of str to tuple
-        Name → column that it is of, and how it is aggregated.
+        Name → column that it is of, and how it is aggregated; `SD`: standard deviation, divisor n - 1, 0 of one value.
     banded : iterable of str
         Those means and medians that have 95 % intervals, ``<name>_low`` and ``<name>_high``: all rows of a clip, or
         person, are drawn together; NaN where there is only one.
@@ -216,7 +219,11 @@ def aggregate(
             for name, *at in zip(names, *ends, strict=True):
                 for end, value in zip(("low", "high"), at, strict=True):
                     bands.setdefault(f"{name}_{end}", {})[key] = value
-    aggregated = groups.agg(**({count: (by[0], "size")} if count else {}), **columns)
+    counted = {count: (by[0], "size")} if count else {}
+    known = {name: (of, "std" if how == SD else how) for name, (of, how) in columns.items()}
+    aggregated = groups.agg(**counted, **known)
+    for name in (name for name, (_, how) in columns.items() if how == SD):
+        aggregated[name] = aggregated[name].where(groups.size() > 1, 0.0)
     for name, of_groups in reversed(bands.items()):
         after = list(aggregated).index(name.rpartition("_")[0]) + 1
         aggregated.insert(after, name, list(of_groups.values()) or np.nan)

@@ -186,13 +186,6 @@ def test_its_own_manifest_is_part_of_it(results: Path, lock: Path, tmp_path: Pat
     }.get(change, ["manifest.json"])
 
 
-def test_a_manifest_that_no_archive_has_is_added(results: Path, lock: Path, tmp_path: Path) -> None:
-    facts = {**FACTS, "lock": lock}
-    kept = archive.keep(results, tmp_path / "archive", FIGURES, name="all", data="synthetic", **facts)
-    (kept / "manifest.json").write_text("{}")
-    assert archive.verify(kept) == ["manifest.json: added"]
-
-
 @pytest.mark.parametrize(
     ("facts", "words"), [({"dirty": True}, "commit first"), ({"commit": "e" * 40}, "by another commit")]
 )
@@ -234,9 +227,9 @@ def test_a_run_with_changed_options_is_kept_under_its_name(tmp_path: Path, lock:
     data, figures = archive.figures_of_run(run)
     facts = {"data": data, "scale": "", "lock": lock, **FACTS}
     kept = archive.keep(run, tmp_path / "archive", figures, name="my_variant", **facts)
-    assert kept == tmp_path / "archive" / "my_variant"
+    assert kept == tmp_path / "archive" / "my_variant" / "synthetic"
     assert archive.verify(kept) == []
-    assert (kept / "synthetic" / "1_model.components=20" / "zhang2007_fig5" / "table.csv").is_file()
+    assert (kept / "1_model.components=20" / "zhang2007_fig5" / "table.csv").is_file()
     with pytest.raises(InvalidInput, match="plain name"):
         archive.keep(run, tmp_path / "archive", figures, name="../elsewhere", **facts)
     with pytest.raises(InvalidInput, match="no finished figure"):

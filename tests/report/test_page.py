@@ -16,7 +16,7 @@ import pytest
 from PIL import Image
 
 from pipeline import papers
-from pipeline.charts import Lines, Reference, Sheet, from_json, to_json
+from pipeline.charts import Chart, Lines, Reference, Sheet, from_json, lines_of, to_json
 from pipeline.palette import Style
 from pipeline.pictures.embedding import packed_vector, reduced
 from pipeline.report import templates, verdicts
@@ -25,6 +25,7 @@ from pipeline.report.page_charts import charts_of
 from pipeline.report.published import read_published
 from pipeline.report.verdicts import counts_by_kind
 from pipeline.storage.sealed_folders import read_manifest, write_manifest
+from pipeline.storage.tables import read, write
 from pipeline.validation import InvalidInput
 from tests.report.planted import CLAIM, VIEW_CHARTS, plant, view_errors
 
@@ -207,7 +208,7 @@ def test_controls_are_labelled_and_headings_in_order(results: Path) -> None:
     assert all(after - before <= 1 for before, after in pairwise(levels))
 
 
-def test_of_tables_the_page_holds_the_rows_and_columns_that_are_drawn(tmp_path: Path) -> None:
+def test_of_tables_the_page_holds_what_is_drawn_and_what_players_compare_with(tmp_path: Path) -> None:
     rows = 3000
     large = {
         "method": ["map"] * rows,
@@ -219,13 +220,18 @@ def test_of_tables_the_page_holds_the_rows_and_columns_that_are_drawn(tmp_path: 
     folder = tmp_path / "synthetic" / "smoke"
     plant(folder / "zhang2007_fig5", table=large)
     text, page = page_of(folder)
-    embedded = re.search(r'id="curves-zhang2007_fig5">(.*?)</script>', text, re.DOTALL)
+    embedded = re.search(r'id="tables-zhang2007_fig5">(.*?)</script>', text, re.DOTALL)
     assert embedded is not None
     lines = json.loads(embedded[1])["table.csv"].splitlines()
-    assert lines[0] == "method,view_angle_deg,absolute_error_mm2,absolute_error_sd_mm2"
-    assert lines[2] == "map,1,0.333333,1"
+    assert lines[0] == "method,view_angle_deg,absolute_error_mm2"
+    assert lines[2] == "map,1,0.333333"
     assert len(lines) == rows + 1
-    assert len(page.values("data-spec")) == 1
+    [spec] = page.values("data-spec")
+    assert spec is not None
+    [drawn] = json.loads(spec)["series"]
+    assert (drawn["key"], drawn["x"][:3], drawn["y"][:3]) == ("map", [0, 1, 2], [0, 0.333333, 0.666667])
+    assert (drawn["lo"][1], drawn["hi"][1]) == (-0.666667, 1.33333)
+    assert "of_no_curve" not in text
 
 
 def test_numbers_over_data_sets_stand_beside_full_results_only(tmp_path: Path, results: Path) -> None:
@@ -288,10 +294,23 @@ def test_every_paper_has_three_sentences_and_a_figure_of_its_own() -> None:
 def test_a_chart_of_columns_that_are_not_there_is_left_out(results: Path) -> None:
     figure = read_published(results, ["zhang2007_fig5"]).figures["zhang2007_fig5"]
     drawn = charts_of(figure)
-    assert [chart["lines"][0]["y"] for chart in drawn] == ["absolute_error_mm2", "relative_error"]
+    assert [chart["y_label"] for chart in drawn] == ["mean square error (mm²)", "relative error"]
     assert {"missing_variance_mm2"}.isdisjoint(view_errors())
-    assert list(drawn[0]["lines"][0]["styles"]) == ["least_squares", "map"]
-    assert (drawn[0]["x_label"], drawn[0]["y_label"]) == ("view angle (°)", "mean square error (mm²)")
+    assert [line["key"] for line in drawn[0]["series"]] == ["least_squares", "map"]
+    assert drawn[0]["x_label"] == "view angle (°)"
+
+
+def test_series_that_are_named_by_numbers_are_found_in_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "table.csv"
+    made = {"view_deg": [0.0, 0.0, 30.0, 30.0], "x": [1.0, 2.0, 1.0, 2.0], "error_mm": [1.0, 2.0, 3.0, 4.0]}
+    write(path, made)
+    styles = {"0.0": Style("0°"), "30.0": Style("30°")}
+    chart = Chart(x="x", y="error_mm", by="view_deg", styles=styles)
+    for table in (made, read(path)):
+        assert {line.key: line.y.tolist() for line in lines_of(chart, {"table": table})} == {
+            "0.0": [1.0, 2.0],
+            "30.0": [3.0, 4.0],
+        }
 
 
 def test_charts_are_kept_as_they_are_declared() -> None:

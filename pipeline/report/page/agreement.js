@@ -93,13 +93,13 @@ const Agreement = (() => {
   }
 
   // The button of the walker's player; what is found is in the data of its output, too.
-  function start(played, curves) {
+  function start(played, tables) {
     const { people } = played;
     const button = document.getElementById("again"), out = document.getElementById("agreement");
     const percent = share => `${(100 * share).toPrecision(2)} %`;
     async function check() {
       button.disabled = true;
-      const [five, four, angles] = ["zhang2007_fig5", "zhang2007_fig4", "zhang2007_joint_angles"].map(name => curves(name, "table.csv"));
+      const [five, four, angles] = ["zhang2007_fig5", "zhang2007_fig4", "zhang2007_joint_angles"].map(name => tables(name, "table.csv"));
       const parts = angles ? 2 : 1, told = [];
       const tell = done => part => { out.textContent = `${Math.round(100 * (done + part) / parts)} %`; };
       const found = await figureFive(people, five, tell(0));

@@ -2,7 +2,6 @@
 // Curves as SVG, with a slider below each that reads off the values: by mouse, finger or keyboard.
 const Charts = (() => {
   const SVG = "http://www.w3.org/2000/svg", W = 640, HIGH = 300, ROW = 22, BESIDE = 62, RIGHT = 14, TOP = 12, BOTTOM = 44;
-  const CYCLE = ["black", "orange", "blue", "green", "purple", "amber", "sky", "grey"];
   const ROLES = JSON.parse(document.getElementById("roles").textContent);
 
   function parse(text) {
@@ -34,47 +33,11 @@ const Charts = (() => {
 
   const words = name => String(name).replace(/\bmap\b/, "MAP").replaceAll("_", " ");
 
-  // The lines of a chart, as the figure declares them; `tables` gives a table by its file name.
-  function series(spec, tables) {
-    const found = [], places = spec.words ? Object.keys(spec.words) : null, line = { solid: "", points: "", dashed: "7 4", dotted: "2 3" };
-    for (const lines of spec.lines) {
-      const table = typeof lines.table === "string" ? tables(`${lines.table}.csv`) : inline(lines.table);
-      if (!table) continue;
-      const column = name => table.header.indexOf(name), [x, y, by, less] = [lines.x, lines.y, lines.by, lines.less].map(column);
-      const where = Object.entries(lines.where).map(([name, value]) => [column(name), [value].flat().map(plain)]);
-      const rows = table.rows.filter(row => where.every(([c, values]) => values.includes(plain(row[c]))));
-      const ends = [`${lines.y}_low`, `${lines.y}_high`].map(column), band = [lines.band].flat().filter(Boolean).map(column);
-      const keyed = Object.keys(lines.styles), of = new Map(keyed.map(key => [key, []]));
-      for (const row of rows) {
-        const key = by >= 0 ? keyed.find(k => plain(k) === plain(row[by])) ?? (keyed.length ? null : row[by]) : keyed[0] ?? lines.y;
-        if (key === null) continue;
-        if (!of.has(key)) of.set(key, []);
-        const scaled = c => lines.times * (number(row[c]) - (less >= 0 ? number(row[less]) : 0)), value = scaled(y);
-        const [lo, hi] = ends.every(c => c >= 0) && Number.isFinite(number(row[ends[0]])) ? ends.map(scaled) : band.length === 2 ? band.map(scaled)
-          : band.length === 1 ? [-1, 1].map(sign => value + sign * lines.times * number(row[band[0]])) : [NaN, NaN];
-        const at = places ? places.indexOf(plain(row[x])) : number(row[x]);
-        if (Number.isFinite(value) && Number.isFinite(at) && at >= (places ? 0 : -Infinity)) of.get(key).push({ x: at, y: value, lo, hi });
-      }
-      for (const [key, points] of of) if (points.length) {
-        const style = lines.styles[key] ?? lines.style ?? {};
-        points.sort((a, b) => a.x - b.x);
-        if (!style.interval && style.label !== undefined) for (const p of points) p.lo = p.hi = NaN;
-        found.push({ key, name: style.label || "", points, colour: style.colour || CYCLE[found.length % CYCLE.length],
-          dash: line[style.line] ?? "", width: style.width === undefined ? 1.8 : 1.8 * style.width, dots: style.line === "points" || !!places });
-      }
-    }
-    return { series: found, names: places && places.map(key => spec.words[key]) };
-  }
-  const plain = value => { const text = value === true ? "True" : value === false ? "False" : String(value); return text !== "" && !Number.isNaN(Number(text)) ? String(Number(text)) : text; };
-  function inline(columns) {
-    const header = Object.keys(columns);
-    return { header, rows: columns[header[0]].map((_, i) => header.map(name => columns[name][i])) };
-  }
-  // What the bands are.
-  function bandWords(spec, tables) {
-    const lines = spec.lines[0], table = typeof lines.table === "string" ? tables(`${lines.table}.csv`) : null;
-    return table?.header.includes(`${lines.y}_low`) ? "bands: 95 % interval" : typeof lines.band !== "string" ? "bands: quartiles"
-      : !lines.band ? "" : "bands: ±1 standard deviation";
+  // The lines of a chart, with their points.
+  function series(spec) {
+    const dashes = { dashed: "7 4", dotted: "2 3" };
+    return spec.series.map(({ key, name, colour, line, width, x, y, lo, hi }) => ({ key, name, colour, dash: dashes[line] ?? "", width: 1.8 * width,
+      dots: line === "points" || !!spec.names, points: x.map((at, i) => ({ x: at, y: y[i], lo: lo?.[i] ?? NaN, hi: hi?.[i] ?? NaN })) }));
   }
 
   function ticks(low, high, log) {
@@ -251,5 +214,5 @@ const Charts = (() => {
     }
   }
   const roles = name => ROLES[name] ?? name;
-  return { Chart, parse, series, bandWords, say, within, words, number, roles };
+  return { Chart, parse, series, say, within, words, number, roles };
 })();

@@ -2,9 +2,9 @@
 // Curves and pictures when they come into view, the ledger, players.
 (() => {
   const store = new Map();
-  // A table of the page: the rows and columns that are drawn.
-  const curves = (figure, name) => {
-    if (!store.has(figure)) { const at = document.getElementById(`curves-${figure}`); store.set(figure, at ? JSON.parse(at.textContent) : {}); }
+  // A table of the page, of which players read some columns.
+  const tables = (figure, name) => {
+    if (!store.has(figure)) { const at = document.getElementById(`tables-${figure}`); store.set(figure, at ? JSON.parse(at.textContent) : {}); }
     const of = store.get(figure);
     if (typeof of[name] === "string") of[name] = Charts.parse(of[name]);
     return of[name] ?? null;
@@ -13,8 +13,8 @@
   function drawn(box) {
     if (box.dataset.done) return;
     box.dataset.done = "yes";
-    const spec = JSON.parse(box.dataset.spec), of = name => curves(box.dataset.figure, name), made = Charts.series(spec, of);
-    if (made.series.length) new Charts.Chart(box, { ...made, spec, note: made.series.some(s => s.dots) ? "" : Charts.bandWords(spec, of) });
+    const spec = JSON.parse(box.dataset.spec), series = Charts.series(spec);
+    new Charts.Chart(box, { series, names: spec.names, spec, note: series.some(s => s.dots) ? "" : spec.note });
   }
   // What is drawn when it comes into view: its place is kept, so that nothing moves.
   const charts = [...document.querySelectorAll("[data-spec]")], pictures = [...document.querySelectorAll("[data-packed]")];
@@ -53,6 +53,6 @@
     try { await navigator.clipboard.writeText(button.dataset.text); button.textContent = "copied"; } catch { button.textContent = "select and copy"; }
   });
   Ledger.start();
-  const played = Players.start(curves);
-  if (played) Agreement.start(played, curves);
+  const played = Players.start(tables);
+  if (played) Agreement.start(played, tables);
 })();

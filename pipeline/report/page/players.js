@@ -139,12 +139,10 @@ const Players = (() => {
 
     const shown = [...new Set(table.rows.map(row => row[table.header.indexOf("method")]))];
     const figure = JSON.parse(document.querySelector('[data-figure="zhang2007_fig5"][data-spec]').dataset.spec);
-    const spec = { ...figure, y_label: "error in depth (mm)", references: [], limits: figure.limits?.map(Math.sqrt), lines: figure.lines.map(lines => ({ ...lines, y: "rms_error_mm", band: "" })) };
-    const published = Charts.series(spec, () => table);
-    published.series.forEach(s => {
-      s.name = `all walkers, ${s.name} (figure 5)`; s.width = 1.2; s.dash = "5 3";
-      s.points.forEach(p => { p.lo = p.hi = NaN; });
-    });
+    const spec = { ...figure, y_label: "error in depth (mm)", references: [], limits: figure.limits?.map(Math.sqrt) };
+    const [method, viewed, rms] = ["method", "view_angle_deg", "rms_error_mm"].map(name => table.header.indexOf(name));
+    const published = Charts.series(figure).map(s => ({ ...s, name: `all walkers, ${s.name} (figure 5)`, width: 1.2, dash: "5 3",
+      points: table.rows.filter(row => row[method] === s.key).map(row => ({ x: Number(row[viewed]), y: Number(row[rms]), lo: NaN, hi: NaN })) }));
     const own = { key: "own", name: "this walker, now", points: [], colour: "blue", dash: "", width: 2.6 };
     let chart = null;
     const state = { method: "map" };
@@ -179,7 +177,7 @@ const Players = (() => {
         + `from here, as computed (zhang2007_coverage calibrates them on other people). The cloud: ${state.cloud.length} draws from the posterior.` : "";
       own.colour = Charts.roles(chosen.role);
       if (!chart) {
-        chart = new Charts.Chart(id("player-curve"), { series: [...published.series, own],
+        chart = new Charts.Chart(id("player-curve"), { series: [...published, own],
           spec: { ...spec, held: true } });
         chart.onmove = setView;
       }
@@ -376,9 +374,9 @@ const Players = (() => {
   }
 
   // Returns the walkers and their player, null where there are none.
-  function start(curves) {
+  function start(tables) {
     const packed = data("walkers"), clipped = data("clips"), people = packed && Gait.people(packed);
-    const five = curves("zhang2007_fig5", "table.csv");
+    const five = tables("zhang2007_fig5", "table.csv");
     if (people && five) { Experiment.start(people); Yours.start(people); }
     // Each player begins in a task of its own, after the first screen is drawn.
     const first = () => Gait.fold(people, people.shown);

@@ -14,9 +14,9 @@ from pipeline.palette import Style
 from pipeline.scenes import Columns, Notes, Plot, Rows, Space3D
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
+from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
-from pipeline.studies.replicated import aggregate
+from pipeline.studies.replicated import SD, aggregate
 from pipeline.studies.study import Figure, Recorder
 from pipeline.studies.walks.figures.presentation import CURVES, VIEW
 from pipeline.studies.walks.joint_angles import JointAngleErrors, JointAngles
@@ -52,7 +52,7 @@ class JointAngleFigure(Figure):
             return aggregate(of, by, columns, errors, cluster="person", count=count)
 
         return {
-            "table": over(rows, [*which, "view_angle_deg"], _sd=sd),
+            "table": over(rows, [*which, "view_angle_deg"], _sd=SD),
             "table_walkers": tidy(walkers, by=["walker", *which]),
             "table_summary": over(walkers, which, "walkers", _median="median", _worst="max"),
         }

@@ -18,9 +18,9 @@ from pipeline.scenes import Columns, Image2D, Notes, Rows, Space3D
 from pipeline.seeding import derive_generator
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
+from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
-from pipeline.studies.replicated import aggregate
+from pipeline.studies.replicated import SD, aggregate
 from pipeline.studies.study import Figure, Recorder
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
 from pipeline.studies.walks.figures.presentation import CURVES, METHODS, VIEW
@@ -70,7 +70,7 @@ class ViewErrors(Figure):
         walkers = people.groupby(["person", "walker", "method"], as_index=False)[ERRORS].mean()
         columns: dict[str, tuple[str, Any]] = {}
         for name in people.columns[4:]:
-            columns |= {name: (name, "mean")} | ({_SD[name]: (name, sd)} if name in _SD else {})
+            columns |= {name: (name, "mean")} | ({_SD[name]: (name, SD)} if name in _SD else {})
         made = {
             "table": over_walkers(people, ["method", "view_angle_deg"], columns),
             "table_people": tidy(people, by=["walker", "method", "view_angle_deg"]),
