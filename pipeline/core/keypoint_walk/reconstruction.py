@@ -315,7 +315,7 @@ def _costs(begun: Sequence[_Begun]) -> np.ndarray:
     """Costs at one noise: that of the start with the smallest residual."""
     refined = [one.on_its_way for one in begun]
     noise = min((one.noise for one in refined), key=lambda noise: noise.sigma_px)
-    return np.array([one.objective.cost(one.x, one.used, noise) for one in refined])
+    return np.array([one.cost(noise) for one in refined])
 
 
 def _best_of(begun: Sequence[_Begun]) -> tuple[_Refined, list[Candidate]]:

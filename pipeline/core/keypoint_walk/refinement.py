@@ -110,8 +110,9 @@ def initial_unknowns(prior: Prior, start: Start, path: Path, focal_px: float, tr
 
 
 def _solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
-    _, solution, failed = lapack.dposv(matrix.T, right, lower=1)  # whose memory Fortran reads as it is
+    _, solution, failed = lapack.dposv(matrix, right, lower=1)
     if failed:  # unknowns that nothing determines, from an ill-conditioned start
+        matrix = np.tril(matrix) + np.tril(matrix, -1).T
         matrix = matrix + 1e-6 * np.diag(np.diag(matrix)) + 1e-9 * np.eye(len(matrix))
         solution = np.linalg.lstsq(matrix, right, rcond=None)[0]
     return np.asarray(solution)
@@ -169,7 +170,7 @@ class Refinement:
         self._exchanged, self.used = dict.fromkeys(LIMBS, none), keypoints
         self._swapped = _exchanged(keypoints, dict.fromkeys(LIMBS, ~none))
         self._step, self._converged = 0, False
-        self._residual: np.ndarray | None = None
+        self._found(self.objective.residual(self.x, keypoints))
 
     def advance(self, steps: int | None = None) -> Refinement:
         """Go so many steps further, or until the cost hardly falls."""
@@ -179,10 +180,9 @@ class Refinement:
         last = most if steps is None else min(self._step + steps, most)
         while self._step < last and not (self._converged and self._step >= LEAST_STEPS):
             self._step += 1
-            noise = self.noise
             if self._relabel and self._step in RELABEL_STEPS:
-                self._look_for_exchanged(noise)
-                noise = self.noise
+                self._look_for_exchanged()
+            noise = self.noise
             here = self.objective.quadratic(self.x, self.used, noise)
             move = -_solve(here.matrix, here.gradient)
             move /= max(*(abs(move[index]) / limit for index, limit in limits), 1.0)
@@ -192,35 +192,38 @@ class Refinement:
                 residual = self.objective.residual(moved, self.used)
                 there = self.objective.cost_of(moved, residual, self.used.weights, noise)
                 if there < here.cost:
-                    self.x, self._residual, cost = moved, residual, there
+                    self.x, cost = moved, there
+                    self._found(residual)
                     break
                 move /= 2.0
             self._converged = here.cost - cost < ENOUGH
         return self
 
-    @property
-    def noise(self) -> Noise:
-        """Scale of the residuals as they are."""
-        if self._residual is None:
-            self._residual = self.objective.residual(self.x, self.used)
-        return estimate_noise(self._residual, self.used.weights)
+    def _found(self, residual: np.ndarray) -> None:
+        self._residual, self.noise = residual, estimate_noise(residual, self.used.weights)
 
-    def _look_for_exchanged(self, noise: Noise) -> None:
+    def cost(self, noise: Noise) -> float:
+        """J where this start has come to, at this noise."""
+        return self.objective.cost_of(self.x, self._residual, self.used.weights, noise)
+
+    def _look_for_exchanged(self) -> None:
+        sigma_px, nu = self.noise.sigma_px, self.objective.setting.nu
+        image = self.objective.image(self.x)
         costs = [
-            point_costs(self.objective.residual(self.x, points), noise.sigma_px, self.objective.setting.nu)
-            * points.weights
+            point_costs(image - points.pixels, sigma_px, nu) * points.weights
             for points in (self._given, self._swapped)
         ]
         self._exchanged = find_exchanged(costs[0], costs[1])
-        self.used, self._residual = _exchanged(self._given, self._exchanged), None
+        self.used = _exchanged(self._given, self._exchanged)
+        self._found(image - self.used.pixels)
 
     def fit(self) -> Fit:
         """Return the walker so far."""
-        x, noise = self.x.copy(), self.noise
+        x = self.x.copy()
         for angle in (HEADING, PHASE):
             x[angle] = (x[angle] + np.pi) % (2.0 * np.pi) - np.pi
-        cost = self.objective.cost(x, self.used, noise)
-        return Fit(x, noise, cost, self._exchanged, self._start, self._converged, self.objective)
+        cost = self.cost(self.noise)
+        return Fit(x, self.noise, cost, self._exchanged, self._start, self._converged, self.objective)
 
 
 def _exchanged(keypoints: Keypoints, frames: dict[str, np.ndarray]) -> Keypoints:
