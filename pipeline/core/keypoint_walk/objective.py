@@ -10,8 +10,8 @@ Symbols
 ``Q``      ``R_x(phi) P``; image ``f Q_xy / Q_z``
 ``sigma``  robust scale of the residual, px;  ``kappa``  residuals that say the same again: slow errors of a detector
 ``I``      information of a keypoint on its point P (3 x 3): of every unknown it asks only how P moves with it
-``d f(t)`` how P moves with an unknown of q: a direction d (one of the three axes; turned, a later phase, pitched; nearer,
-           as a longer lens shows it) times a function of time f (1, t, the bend of an acceleration, cosines)
+``d f(t)`` how P moves with an unknown of q: a direction d (one of the three axes, a turn, a later phase, a pitch,
+           or nearer, as a longer lens shows it) times a function of time f (1, t, the bend of an acceleration, cosines)
 ``J(x)``   ``1/kappa sum (nu + 2) log(1 + r² / (nu sigma²)) + (W' - m)^T P0 (W' - m) + lengths + path + priors``:
            twice a negative logarithm of a probability
 
@@ -45,7 +45,9 @@ for _h in range(1, HARMONICS + 1):
     _ALONG[2 * _h - 1, 2 * _h], _ALONG[2 * _h, 2 * _h - 1] = _h, -_h
 _ENDS = np.eye(JOINTS)[BONES[:, 1]] - np.eye(JOINTS)[BONES[:, 0]]
 """(16, 15): what a bone is of the joints."""
-_PAIRED = np.swapaxes((np.eye(len(BONES))[PAIRS[:, 0]] - np.eye(len(BONES))[PAIRS[:, 1]])[..., None] * _ENDS, 1, 2)
+_PAIRED = np.swapaxes(
+    (np.eye(len(BONES))[PAIRS[:, 0]] - np.eye(len(BONES))[PAIRS[:, 1]])[..., None] * _ENDS, 1, 2
+)
 """(P, 15, 16): what each joint says of left less right, by bone."""
 NU = 4.0
 """Degrees of freedom of Student's t."""
@@ -219,7 +221,9 @@ class Objective:
         """Points P (T, 15, 3) in level camera axes, mm."""
         return self._level_points(x)[0].T
 
-    def _level_points(self, x: np.ndarray, *, moving: bool = False) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _level_points(
+        self, x: np.ndarray, *, moving: bool = False
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """P (3, 15, T), the part of it that is the body, with its derivative by the phase, and the basis (9, T)."""
         walker = x[:SIZE].reshape(JOINTS, 3, BLOCKS).swapaxes(0, 1)
         walker = np.concatenate([walker, walker @ _ALONG], axis=1) if moving else walker
@@ -351,7 +355,9 @@ class Objective:
         seen = w * focal / points[2] * (R[:2, :, None, None] - tangent[:, None] * R[2][:, None, None])
         information = np.einsum("iajt,ibjt->abjt", seen, seen)
         pull = np.einsum("iajt,ijt->ajt", seen, w * residual)
-        gradient[:SIZE] += (to_walker(pull, heading).reshape(-1, T) @ basis.T).reshape(3, JOINTS, -1).swapaxes(0, 1).ravel()
+        gradient[:SIZE] += (
+            (to_walker(pull, heading).reshape(-1, T) @ basis.T).reshape(3, JOINTS, -1).swapaxes(0, 1).ravel()
+        )
 
         own, zero = body[:, :JOINTS], np.zeros_like(w)
         directions = [(-own[2], zero, own[0]), body[:, JOINTS:], (zero, -level[2], level[1])]

@@ -21,7 +21,6 @@ from pipeline.core.keypoint_walk.objective import (
     PHASE,
     TURN,
     Keypoints,
-    Noise,
 )  # fmt: skip
 from pipeline.core.keypoint_walk.prior import Prior
 from pipeline.core.keypoint_walk.refinement import Fit
@@ -66,7 +65,9 @@ def _spread(matrix: np.ndarray, onto: np.ndarray) -> np.ndarray:
     """``onto^T M^-1 onto`` of a Gauss-Newton matrix M, of which the lower triangle is given."""
     factor, failed = lapack.dpotrf(matrix, lower=1)
     if failed:
-        return np.asarray(onto.T @ np.linalg.pinv(np.tril(matrix) + np.tril(matrix, -1).T, hermitian=True) @ onto)
+        return np.asarray(
+            onto.T @ np.linalg.pinv(np.tril(matrix) + np.tril(matrix, -1).T, hermitian=True) @ onto
+        )
     half, _ = lapack.dtrtrs(factor, onto, lower=1)
     spread = blas.dsyrk(1.0, half, trans=1, lower=1)
     return np.asarray(np.tril(spread) + np.tril(spread, -1).T)
@@ -84,7 +85,7 @@ def relative_positions(walker: np.ndarray, x: np.ndarray, times: np.ndarray) -> 
     return np.asarray(own @ np.swapaxes(level_axes(x[HEADING] + x[TURN] * times), 1, 2))
 
 
-def posterior(prior: Prior, fit: Fit, keypoints: Keypoints, noise: Noise) -> Posterior:
+def posterior(prior: Prior, fit: Fit, keypoints: Keypoints) -> Posterior:
     """Compute the walk and its error bars.
 
     Parameters
@@ -93,11 +94,10 @@ def posterior(prior: Prior, fit: Fit, keypoints: Keypoints, noise: Noise) -> Pos
     fit : Fit
     keypoints : Keypoints
         With labels exchanged as `fit.exchanged` says.
-    noise : Noise
     """
     x, times = fit.x, fit.objective.setting.times
     T = len(times)
-    matrix = fit.objective.quadratic(x, keypoints, noise).matrix
+    matrix = fit.objective.quadratic(x, keypoints, fit.noise).matrix
     walker = give_bias_back(prior, x[:SIZE])
     back = np.eye(len(x), order="F")
     back[:SIZE, :SIZE] = prior.giving_back.T

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import lapack
 
+from pipeline.core.anatomical import JOINTS
 from pipeline.core.keypoint_walk.exchanged import LIMBS, cheapest_labels, exchange
 from pipeline.core.keypoint_walk.objective import (
     HEADING,
@@ -29,7 +30,7 @@ from pipeline.core.keypoint_walk.objective import (
     Setting,
     point_costs,
 )  # fmt: skip
-from pipeline.core.keypoint_walk.path import Path
+from pipeline.core.keypoint_walk.path import SEEN_SHARE, TRUNK, Path
 from pipeline.core.keypoint_walk.prior import Prior
 from pipeline.core.keypoint_walk.start import Start
 from pipeline.core.keypoint_walk.training import SIZE
@@ -109,6 +110,11 @@ def initial_unknowns(prior: Prior, start: Start, path: Path, focal_px: float, tr
     return x
 
 
+def trunk_of(keypoints: Keypoints) -> list[int]:
+    """Joints of the trunk that are seen, or all joints if there is none: the path is that of their middle."""
+    return [j for j in TRUNK if (keypoints.weights[:, j] > 0).mean() >= SEEN_SHARE] or list(range(JOINTS))
+
+
 def _solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     _, solution, failed = lapack.dposv(matrix, right, lower=1)
     if failed:  # unknowns that nothing determines, from an ill-conditioned start
@@ -139,8 +145,6 @@ class Refinement:
     start : Start
     path : Path
         Found in the image.
-    trunk : list of int
-        Joints whose middle the path is.
     relabel : bool
         Whether to look for frames with left and right exchanged.
     unknowns : (n,), optional
@@ -154,7 +158,6 @@ class Refinement:
         keypoints: Keypoints,
         start: Start,
         path: Path,
-        trunk: list[int],
         *,
         relabel: bool = True,
         unknowns: np.ndarray | None = None,
@@ -162,7 +165,7 @@ class Refinement:
         self.objective = Objective(prior, setting, start.frequency_hz)
         if unknowns is None:
             self.x = np.zeros(self.objective.unknowns)
-            self.x[:UNKNOWNS] = initial_unknowns(prior, start, path, setting.focal_px, trunk)
+            self.x[:UNKNOWNS] = initial_unknowns(prior, start, path, setting.focal_px, trunk_of(keypoints))
         else:
             self.x = unknowns.copy()
         none = np.zeros(len(setting.times), dtype=bool)

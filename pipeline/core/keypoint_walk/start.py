@@ -148,7 +148,9 @@ def _grid_cost(grid: Grid, images: np.ndarray, phases: np.ndarray) -> np.ndarray
     whitened = whitened.reshape(-1, len(images), GRID_BLOCKS, size)
     whitened[:, :, 0] -= grid.whitened_mean[:, None]
     gram = np.swapaxes(whitened @ np.swapaxes(whitened, -1, -2), 0, 1)
-    waves = np.stack([np.ones_like(phases), *(f(h * phases) for h in (1, 2) for f in (np.cos, np.sin))], axis=-1)
+    waves = np.stack(
+        [np.ones_like(phases), *(f(h * phases) for h in (1, 2) for f in (np.cos, np.sin))], axis=-1
+    )
     pairs = (waves[:, :, None] * waves[:, None]).reshape(len(phases), -1)
     return gram.reshape(*gram.shape[:2], -1) @ pairs.T + grid.log_determinant[:, None]
 

@@ -107,9 +107,7 @@ def test_a_generic_minimiser_finds_nothing_lower(monkeypatch: pytest.MonkeyPatch
     starts = find_starts(keypoints.pixels, keypoints.weights, times, sim.focal_px, prior())
     setting = Setting(times, sim.focal_px, True)
     fit = (
-        Refinement(prior(), setting, keypoints, starts.starts[0], starts.path, TRUNK, relabel=False)
-        .advance()
-        .fit()
+        Refinement(prior(), setting, keypoints, starts.starts[0], starts.path, relabel=False).advance().fit()
     )
     objective = fit.objective
     # In units in which the curvature is one, so that a method without curvature gets somewhere.
