@@ -47,7 +47,7 @@ def train_model(arguments: Sequence[str]) -> int:
         )
     else:
         trained = calibrate(model_file.load(), walks)
-        said = f"the model of {trained.compact.rest.walkers} people, calibrated on {people} of another laboratory"
+        said = f"the model of {trained.compact.walkers} people, calibrated on {people} of another laboratory"
     model_file.save(trained, folder)
     tell(f"{said}; written to {folder}")
     return 0

@@ -58,6 +58,8 @@ _ENDS = np.stack(
     ]
 )
 """(9, 15): what a segment is of the joints."""
+JOINTS_OF = tuple(np.flatnonzero(row) for row in np.abs(_M) @ np.abs(_ENDS))
+"""Joints that each angle is made of; of them it asks forwards and up alone."""
 
 
 def sagittal_angles(positions: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ import numpy as np
 
 from pipeline.core.anatomical import BONES, JOINTS, PAIRS
 from pipeline.core.anatomical.laboratories import COMMON
-from pipeline.core.keypoint_walk import CompactMoments, Moments, WalkerModel, expand, model_of
+from pipeline.core.keypoint_walk import CompactMoments, WalkerModel, expand, model_of
 from pipeline.core.keypoint_walk.calibration import ANYBODY, AS_OURS, CYCLE_KINDS, GROUPS, LEVELS, Calibration
 from pipeline.core.keypoint_walk.training import BLOCKS, SIZE
 from pipeline.core.sagittal_angles import KINDS
@@ -31,7 +31,13 @@ ENTRY = "walkers"
 """Entry of the manifest by which the folder of a model is known."""
 
 
-_MULTIPLIERS = {
+_SHAPES: dict[str, tuple[int | str, ...]] = {
+    "mean": (JOINTS, 3, BLOCKS), "components": ("N", SIZE), "eigenvalues": ("N",),
+    "within": ((BLOCKS + 1) // 2, 3 * JOINTS, 3 * JOINTS), "bone_variance": (len(BONES),),
+    "pair_variance": (len(PAIRS),), "aperiodic_variance": (JOINTS, 3), "log_frequency": (2,),
+}  # fmt: skip
+"""Arrays of `CompactMoments`."""
+_MULTIPLIERS: dict[str, tuple[int, ...]] = {
     "joints": (len(GROUPS), 3, len(LEVELS)), "angles": (len(KINDS), len(LEVELS)),
     "cycle": (len(CYCLE_KINDS), len(LEVELS)), "view": (2, len(LEVELS)),
 }  # fmt: skip
@@ -72,28 +78,15 @@ class TrainedModel:
         return self.concentration * (1.0 - COMMON if "calibrated_on" in self.about else 1.0)
 
 
-def _arrays(trained: TrainedModel) -> dict[str, np.ndarray]:
-    small, rest = trained.compact, trained.compact.rest
-    return {
-        "mean": rest.mean,
-        "components": small.components,
-        "eigenvalues": small.eigenvalues,
-        "within": small.within,
-        "bone_variance": rest.bone_variance,
-        "pair_variance": rest.pair_variance,
-        "aperiodic_variance": rest.aperiodic_variance,
-        "log_frequency": rest.log_frequency,
-        **{
-            f"{name}_multipliers": np.stack([getattr(one, name) for one in trained.calibrations.values()])
-            for name in _MULTIPLIERS
-        },
-    }
-
-
 def save(trained: TrainedModel, folder: Path) -> None:
     """Publish a model: the arrays in single precision, and the manifest with their digest, both or none."""
     content = io.BytesIO()
-    arrays = {name: np.asarray(array, dtype=np.float32) for name, array in _arrays(trained).items()}
+    arrays = {name: getattr(trained.compact, name) for name in _SHAPES}
+    arrays |= {
+        f"{name}_multipliers": np.stack([getattr(one, name) for one in trained.calibrations.values()])
+        for name in _MULTIPLIERS
+    }
+    arrays = {name: np.asarray(array, dtype=np.float32) for name, array in arrays.items()}
     np.savez_compressed(content, allow_pickle=False, **arrays)
     data = content.getvalue()
     with publish(folder, having=ENTRY) as publication:
@@ -102,7 +95,7 @@ def save(trained: TrainedModel, folder: Path) -> None:
             {
                 "version": VERSION,
                 "sha256": hashlib.sha256(data).hexdigest(),
-                ENTRY: trained.compact.rest.walkers,
+                ENTRY: trained.compact.walkers,
                 **trained.about,
             }
         )
@@ -133,26 +126,12 @@ def _load(folder: Path) -> TrainedModel:
         raise InvalidInput("the model is not what its manifest says", where=str(folder / "model.npz"))
     stored, _ = load_npz(data, "model.npz")
     arrays = {name: np.asarray(array, dtype=float) for name, array in stored.items()}
-    shapes: dict[str, tuple[int | str, ...]] = {
-        "mean": (JOINTS, 3, BLOCKS), "components": ("N", SIZE), "eigenvalues": ("N",),
-        "within": ((BLOCKS + 1) // 2, 3 * JOINTS, 3 * JOINTS), "bone_variance": (len(BONES),),
-        "pair_variance": (len(PAIRS),), "aperiodic_variance": (JOINTS, 3), "log_frequency": (2,),
-        **{f"{name}_multipliers": ("K", *shape) for name, shape in _MULTIPLIERS.items()},
-    }  # fmt: skip
-    for name, shape in shapes.items():
+    for name, shape in (_SHAPES | {f"{k}_multipliers": ("K", *s) for k, s in _MULTIPLIERS.items()}).items():
         place = f"model.npz, {name}"
         require_finite(place, require_shape(place, arrays.get(name), shape))
     require_shape("model.npz, eigenvalues", arrays["eigenvalues"], arrays["components"].shape[:1])
-    rest = Moments(
-        mean=arrays["mean"],
-        covariance=np.empty((0, 0)),
-        bone_variance=arrays["bone_variance"],
-        pair_variance=arrays["pair_variance"],
-        aperiodic_variance=arrays["aperiodic_variance"],
-        log_frequency=arrays["log_frequency"],
-        walkers=require_range("manifest.json, walkers", manifest["walkers"], at_least=1, whole=True),
-    )
-    compact = CompactMoments(arrays["components"], arrays["eigenvalues"], arrays["within"], rest)
+    people = require_range("manifest.json, walkers", manifest["walkers"], at_least=1, whole=True)
+    compact = CompactMoments(walkers=people, **{name: arrays[name] for name in _SHAPES})
     multipliers = [arrays[f"{name}_multipliers"] for name in _MULTIPLIERS]
     for name, array in zip(_MULTIPLIERS, multipliers, strict=True):
         require_range(f"model.npz, {name}: kinds of bars", len(array), at_least=1, at_most=2, whole=True)
@@ -167,6 +146,6 @@ def _load(folder: Path) -> TrainedModel:
         raise InvalidInput(
             "must tell how many people each source has", where="manifest.json, people_by_source"
         )
-    for source, people in sources.items():
-        require_range(f"manifest.json, people_by_source, {source}", people, at_least=1, whole=True)
+    for source, count in sources.items():
+        require_range(f"manifest.json, people_by_source, {source}", count, at_least=1, whole=True)
     return TrainedModel(compact, calibrations, about)

@@ -12,14 +12,14 @@ from pipeline.core.fourier import cycle_basis
 from pipeline.core.keypoint_walk import Reconstruction
 from pipeline.core.keypoint_walk.film import Stretch
 from pipeline.core.keypoint_walk.objective import HEADING, LOG_F
-from pipeline.core.keypoint_walk.training import BLOCKS, SIZE
+from pipeline.core.keypoint_walk.training import BLOCKS
 from pipeline.core.keypoint_walk.verdict import Verdict
 from pipeline.core.keypoint_walk.view import level_axes
 from pipeline.formats import motion
 from pipeline.formats.bvh import Names
 from pipeline.reconstruct.clip import Input, Walk
 from pipeline.reconstruct.cycle import scale_mm
-from pipeline.reconstruct.summary import observed, units
+from pipeline.reconstruct.summary import observed, units, world_mm
 from pipeline.skeleton import WALKER15
 
 
@@ -51,11 +51,7 @@ def in_walkers_axes(found: Reconstruction) -> np.ndarray:
     The axes are those of the heading in the middle of the stretch, where the pelvis is at x = y = 0; the path is
     included.
     """
-    x, objective = found.fit.x, found.fit.objective
-    own = x.copy()
-    own[:SIZE] = found.posterior.walker.ravel()
-    walked = objective.level_points(own) @ level_axes(float(x[HEADING]))
-    walked = walked - walked[len(walked) // 2, WALKER15.index("pelvis")]
+    walked = world_mm(found) @ level_axes(float(found.fit.x[HEADING]))
     walked[..., 2] -= walked[:, list(ANKLES), 2].min()
     return np.asarray(walked)
 

@@ -57,4 +57,4 @@ def calibrated(compact: CompactMoments, known: np.ndarray, share: float) -> Comp
         model.mean, model.covariance.reshape(shape), model.bone_variance, model.pair_variance
     )
     found = anatomical.unfamiliar(prior, anatomical.Differences(size=0.0), share, list(known))
-    return replace(compact, rest=replace(compact.rest, mean=found.mean))
+    return replace(compact, mean=found.mean)

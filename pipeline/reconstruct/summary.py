@@ -202,7 +202,7 @@ def _stretch(stretch: Stretch, walk: Walk, given: Input) -> dict[str, Any]:
                 for limb, frames in found.fit.exchanged.items()
             },
         },
-        "noise": {"sigma_px": _round(found.noise.sigma_px, 2), "kappa": _round(found.noise.kappa, 2)},
+        "noise": {"sigma_px": _round(found.fit.noise.sigma_px, 2), "kappa": _round(found.fit.noise.kappa, 2)},
         "half_width_95_mm": {
             joint: [_round(v, 0) for v in row]
             for joint, row in zip(

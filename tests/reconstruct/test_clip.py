@@ -406,7 +406,7 @@ def test_frames_of_another_video_are_left_out(recordings: Path) -> None:
 def test_the_model_that_ships_is_small_and_holds_no_person() -> None:
     trained = model_file.load()
     people = sum(trained.about["people_by_source"].values())
-    assert trained.compact.rest.walkers == people == 36
+    assert trained.compact.walkers == people == 36
     ours, anybody = (trained.calibrations[whom] for whom in (AS_OURS, ANYBODY))
     assert anybody.joints[..., 2].mean() > ours.joints[..., 2].mean()
     assert len(trained.compact.components) < people / 2

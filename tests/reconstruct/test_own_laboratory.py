@@ -36,9 +36,9 @@ def test_somebody_else_of_that_laboratory_is_nearer_with_every_known_person(
 ) -> None:
     *known, tested = elsewhere
     knees = [WALKER15.index("left_knee"), WALKER15.index("right_knee")]
-    off = [abs(small.rest.mean[knees, 1, 0] - tested[0, knees, 1]).mean()]
+    off = [abs(small.mean[knees, 1, 0] - tested[0, knees, 1]).mean()]
     for count in (1, 3):
-        moved = calibrated(small, np.stack(known[:count]), 1.0).rest.mean
+        moved = calibrated(small, np.stack(known[:count]), 1.0).mean
         off.append(abs(moved[knees, 1, 0] - tested[0, knees, 1]).mean())
     assert off[0] > 30.0
     assert off[2] < off[1] < off[0]
@@ -49,15 +49,15 @@ def test_constants_move_left_and_right_alike_and_nothing_else(
     small: CompactMoments, elsewhere: np.ndarray
 ) -> None:
     moved = calibrated(small, elsewhere, 1.0)
-    apart = moved.rest.mean - small.rest.mean
+    apart = moved.mean - small.mean
     np.testing.assert_array_equal(apart[..., 1:], 0.0)
     np.testing.assert_allclose(apart[WALKER15.index("pelvis")], 0.0, atol=1e-9)
     np.testing.assert_allclose(
         apart[list(WALKER15.mirror), :, 0], apart[..., 0] * [-1.0, 1.0, 1.0], atol=1e-6
     )
     assert moved.components is small.components
-    same = calibrated(small, anatomical.by_block(small.rest.mean)[None], 1.0)
-    np.testing.assert_allclose(same.rest.mean, small.rest.mean, atol=1e-6)
+    same = calibrated(small, anatomical.by_block(small.mean)[None], 1.0)
+    np.testing.assert_allclose(same.mean, small.mean, atol=1e-6)
 
 
 def test_two_people_in_a_folder_calibrate_the_model_that_ships(tmp_path: Path) -> None:
@@ -72,5 +72,5 @@ def test_two_people_in_a_folder_calibrate_the_model_that_ships(tmp_path: Path) -
     mine, ours = model_file.load(tmp_path / "mine"), model_file.load()
     assert mine.about["calibrated_on"] == {"people": 2, "walks": 2}
     assert mine.unfamiliar == 0.5 * ours.unfamiliar  # what is each one's own stays
-    assert abs(mine.compact.rest.mean - ours.compact.rest.mean).max() > 5.0
+    assert abs(mine.compact.mean - ours.compact.mean).max() > 5.0
     np.testing.assert_array_equal(mine.compact.components, ours.compact.components)

@@ -224,7 +224,7 @@ def watch(film: Film) -> Watched:
         frames = film.frame_rate_hz / _stride_hz(walked[0]), other.frame_rate_hz / _stride_hz(stretch)
         if not nearer or abs(frames[0] / frames[1] - 1.0) < SAME_PERIOD:
             return told
-    watched = _watch(other)
+    watched = _watch(other, stretch)
     why = f"at {film.frame_rate_hz:g} frames a second nobody walks, at {other.frame_rate_hz:g} somebody does"
     stretches = tuple(_doubted(stretch, why) for stretch in watched.stretches)
     said = f"The frame rate is taken to be {other.frame_rate_hz:g} Hz: {why}. Give the true one."
@@ -260,7 +260,8 @@ def _doubted(stretch: Stretch, why: str) -> Stretch:
     return replace(stretch, judgement=Judgement(Verdict.doubtful, (why, *stretch.judgement.reasons)))
 
 
-def _watch(film: Film) -> Watched:
+def _watch(film: Film, quick: Stretch | None = None) -> Watched:
+    """Reconstruct the parts of a film; one that was looked at quickly is taken from there, if that was all."""
     notes: list[str] = []
     T, first = len(film.pixels), film.first
     moving, parts = moving_parts(film.pixels, film.frame_rate_hz), film.parts()
@@ -270,6 +271,7 @@ def _watch(film: Film) -> Watched:
         notes.append(
             f"The path is not straight throughout: reconstructed are frames {_frames(parts, first)}."
         )
+    known = {(s.first_frame, s.last_frame): s for s in (quick,) if s and not film.both_labellings}
     longest = round(LONGEST_S * film.frame_rate_hz)
     stretches: list[Stretch] = []
     for start, stop in parts[:MOST_STRETCHES]:
@@ -277,7 +279,7 @@ def _watch(film: Film) -> Watched:
             spare = stop - start - longest
             start, stop = start + spare // 2, start + spare // 2 + longest
             notes.append(f"Of a long stretch the middle {LONGEST_S:g} s are used.")
-        stretch = film.stretch(start, stop)
+        stretch = known.get((first + start, first + stop - 1)) or film.stretch(start, stop)
         walked = [] if stretch.walks else film.walking_parts(start, stop)
         if walked:
             words = ", ".join(f"{s.first_frame} to {s.last_frame}" for s in walked)

@@ -9,6 +9,9 @@ Symbols
            t~² = t² minus its mean; ``w(t) = W' b(omega t + phase)``
 ``Q``      ``R_x(phi) P``; image ``f Q_xy / Q_z``
 ``sigma``  robust scale of the residual, px;  ``kappa``  residuals that say the same again: slow errors of a detector
+``I``      information of a keypoint on its point P (3 x 3): of every unknown it asks only how P moves with it
+``d f(t)`` how P moves with an unknown of q: a direction d (one of the three axes, a turn, a later phase, a pitch,
+           or nearer, as a longer lens shows it) times a function of time f (1, t, the bend of an acceleration, cosines)
 ``J(x)``   ``1/kappa sum (nu + 2) log(1 + r² / (nu sigma²)) + (W' - m)^T P0 (W' - m) + lengths + path + priors``:
            twice a negative logarithm of a probability
 
@@ -23,10 +26,10 @@ import numpy as np
 from scipy.linalg import blas
 
 from pipeline.core.anatomical import BONES, JOINTS, PAIRS, PHASES
-from pipeline.core.fourier import cycle_basis, cycle_slope, equal_phases
+from pipeline.core.fourier import cycle_basis, equal_phases
 from pipeline.core.keypoint_walk.prior import Prior
 from pipeline.core.keypoint_walk.training import BLOCKS, HARMONICS, SIZE
-from pipeline.core.keypoint_walk.view import level_axes, level_axes_slope, pitched, pitched_slope
+from pipeline.core.keypoint_walk.view import pitched, to_level, to_walker
 
 X0, Y0, Z0, VX, VZ, HEADING, PITCH, PHASE, LOG_F, AX, AZ, TURN = range(SIZE, SIZE + 12)
 UNKNOWNS = SIZE + 12
@@ -34,6 +37,18 @@ UNKNOWNS = SIZE + 12
 
 CYCLE = cycle_basis(equal_phases(PHASES), BLOCKS)
 """(20, 9): basis at the phases at which lengths are looked at."""
+RIGHT, DOWN, AWAY, TURNED, LATER, PITCHED, NEARER = range(7)
+"""Directions d; the functions of time are 1, t, the bend, and cosines."""
+_ALONG = np.zeros((BLOCKS, BLOCKS))
+"""Takes a walker's coefficients to those of his velocity along the phase."""
+for _h in range(1, HARMONICS + 1):
+    _ALONG[2 * _h - 1, 2 * _h], _ALONG[2 * _h, 2 * _h - 1] = _h, -_h
+_ENDS = np.eye(JOINTS)[BONES[:, 1]] - np.eye(JOINTS)[BONES[:, 0]]
+"""(16, 15): what a bone is of the joints."""
+_PAIRED = np.swapaxes(
+    (np.eye(len(BONES))[PAIRS[:, 0]] - np.eye(len(BONES))[PAIRS[:, 1]])[..., None] * _ENDS, 1, 2
+)
+"""(P, 15, 16): what each joint says of left less right, by bone."""
 NU = 4.0
 """Degrees of freedom of Student's t."""
 PITCH_SD = np.radians(6.0)
@@ -119,6 +134,7 @@ class Quadratic:
     cost : float
     gradient : (417,)
     matrix : (417, 417)
+        The lower triangle, in the order of Fortran.
     """
 
     cost: float
@@ -176,7 +192,18 @@ class Objective:
         mean[LOG_F - SIZE] = (both[0] * np.log(start_hz) + both[1] * population[0]) / sum(both)
         variance[LOG_F - SIZE] = 1.0 / sum(both)
         self.q_mean, self.q_precision = mean, 1.0 / variance
-        self._constant = np.diag(np.concatenate([np.zeros(SIZE), self.q_precision]))
+        self._times = np.concatenate([[np.ones_like(t), t, self.bend], self.wander.T])
+        waves = np.arange(3, 3 + setting.cosines)
+        axes = np.repeat([RIGHT, DOWN, AWAY], setting.cosines)
+        self._direction = np.array(
+            [RIGHT, DOWN, AWAY, RIGHT, AWAY, TURNED, PITCHED, LATER, LATER, RIGHT, AWAY, TURNED, *axes]
+            + [NEARER] * (setting.focal_sd > 0)
+        )
+        self._time = np.array(
+            [0, 0, 0, 1, 1, 0, 0, 0, 1, 2, 2, 1, *np.tile(waves, 3)] + [0] * (setting.focal_sd > 0)
+        )
+        self._on_path = self._direction <= AWAY
+        self._constant = np.diag(np.concatenate([np.zeros(SIZE), self.q_precision])).T
         self._constant[:SIZE, :SIZE] = prior.precision
         typical = 2.0 * np.pi * np.exp(population[0]) * float(prior.belt @ prior.model.mean.ravel())
         self.tie_variance = 3.0 * (TIE_SD[0] * typical + TIE_SD[1]) ** 2
@@ -188,28 +215,31 @@ class Objective:
 
     def camera_points(self, x: np.ndarray) -> np.ndarray:
         """Points Q (T, 15, 3) in camera axes, mm."""
-        points = self.level_points(x) @ pitched(x[PITCH]).T
-        points[..., 2] = np.maximum(points[..., 2], NEAREST_MM)
-        return np.asarray(points)
+        return self._camera_points(self._level_points(x)[0], x).T
 
     def level_points(self, x: np.ndarray) -> np.ndarray:
         """Points P (T, 15, 3) in level camera axes, mm."""
-        walker = x[:SIZE].reshape(JOINTS, 3, BLOCKS)
-        t = self.setting.times
-        basis = cycle_basis(2.0 * np.pi * np.exp(x[LOG_F]) * t + x[PHASE], BLOCKS)
-        own = np.moveaxis(walker @ basis.T, -1, 0)  # (T, 15, 3)
-        level = own @ np.swapaxes(level_axes(x[HEADING] + x[TURN] * t), 1, 2)
-        return np.asarray(level + self._path(x)[:, None])
+        return self._level_points(x)[0].T
 
-    def _path(self, x: np.ndarray) -> np.ndarray:
+    def _level_points(
+        self, x: np.ndarray, *, moving: bool = False
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """P (3, 15, T), the part of it that is the body, with its derivative by the phase, and the basis (9, T)."""
+        walker = x[:SIZE].reshape(JOINTS, 3, BLOCKS).swapaxes(0, 1)
+        walker = np.concatenate([walker, walker @ _ALONG], axis=1) if moving else walker
         t = self.setting.times
-        path = np.empty((len(t), 3))
-        path[:, 0] = x[X0] + x[VX] * t + x[AX] * self.bend
-        path[:, 1] = x[Y0]
-        path[:, 2] = x[Z0] + x[VZ] * t + x[AZ] * self.bend
-        if self.setting.cosines:
-            path += self.wander @ x[UNKNOWNS : UNKNOWNS + 3 * self.setting.cosines].reshape(3, -1).T
-        return path
+        basis = cycle_basis(2.0 * np.pi * np.exp(x[LOG_F]) * t + x[PHASE], BLOCKS).T
+        own = (walker.reshape(-1, BLOCKS) @ basis).reshape(3, -1, len(t))
+        body = to_level(own, x[HEADING] + x[TURN] * t)
+        along = np.zeros((3, len(self._times)))
+        along[self._direction[self._on_path], self._time[self._on_path]] = x[SIZE:][self._on_path]
+        return body[:, :JOINTS] + (along @ self._times)[:, None], body, basis
+
+    @staticmethod
+    def _camera_points(level: np.ndarray, x: np.ndarray) -> np.ndarray:
+        points = np.tensordot(pitched(x[PITCH]), level, axes=1)
+        np.maximum(points[2], NEAREST_MM, out=points[2])
+        return points
 
     def focal_px(self, x: np.ndarray) -> float:
         """Focal length, px."""
@@ -230,8 +260,8 @@ class Objective:
 
     def image(self, x: np.ndarray) -> np.ndarray:
         """Image of the walker (T, 15, 2), px."""
-        points = self.camera_points(x)
-        return np.asarray(self.focal_px(x) * points[..., :2] / points[..., 2:])
+        points = self._camera_points(self._level_points(x)[0], x)
+        return np.asarray(self.focal_px(x) * points[:2] / points[2]).T
 
     def residual(self, x: np.ndarray, keypoints: Keypoints) -> np.ndarray:
         """Image of the walker minus keypoints (T, 15, 2), px."""
@@ -259,7 +289,7 @@ class Objective:
         return off, slope
 
     def _lengths(self, walker: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        along = (walker[BONES[:, 1]] - walker[BONES[:, 0]]) @ CYCLE.T  # (16, 3, K)
+        along = (_ENDS @ walker.reshape(JOINTS, -1)).reshape(len(BONES), 3, BLOCKS) @ CYCLE.T  # (16, 3, K)
         length = np.sqrt((along**2).sum(axis=1))
         mean = length.mean(axis=-1)
         return along, length, length - mean[:, None], mean[PAIRS[:, 0]] - mean[PAIRS[:, 1]]
@@ -287,7 +317,7 @@ class Objective:
 
     def quadratic(self, x: np.ndarray, keypoints: Keypoints, noise: Noise) -> Quadratic:
         """J, half its gradient and half its Gauss-Newton matrix at x."""
-        gradient, matrix = np.zeros(self.unknowns), self._constant.copy()
+        gradient, matrix = np.zeros(self.unknowns), self._constant.copy("F")
         away = x[:SIZE] - self.prior.mean.ravel()
         gradient[:SIZE] = self.prior.precision @ away
         cost = float(away @ gradient[:SIZE]) + self._apart
@@ -302,76 +332,60 @@ class Objective:
             apart, slopes = np.concatenate([apart, off]), np.concatenate([slopes, slope])
             weight = np.concatenate([weight, np.full(len(off), 1.0 / self.tie_variance)])
         cost += more + float(apart**2 @ weight)
-        pulled = slopes.T * weight
-        gradient += pulled @ apart
+        gradient += slopes.T @ (weight * apart)
         # In place: the matrix is large, and these are few.
-        blas.dgemm(1.0, pulled, slopes, 1.0, matrix.T, overwrite_c=1)
+        blas.dsyrk(1.0, slopes.T * np.sqrt(weight), 1.0, matrix, lower=1, overwrite_c=1)
         return Quadratic(cost, gradient, matrix)
 
     def _add_image(
         self, x: np.ndarray, keypoints: Keypoints, noise: Noise, gradient: np.ndarray, matrix: np.ndarray
     ) -> float:
         """Add the data's terms in place; return their cost."""
-        walker = x[:SIZE].reshape(JOINTS, 3, BLOCKS)
         t, focal, nu = self.setting.times, self.focal_px(x), self.setting.nu
-        T = len(t)
-        omega = 2.0 * np.pi * np.exp(x[LOG_F])
-        psi = omega * t + x[PHASE]
-        basis, slope = cycle_basis(psi, BLOCKS), cycle_slope(psi, BLOCKS)
-        own = walker @ basis.T  # (15, 3, T)
-        moving = walker @ slope.T
-        heading = x[HEADING] + x[TURN] * t
-        A, dA = np.moveaxis(level_axes(heading), 0, -1), np.moveaxis(level_axes_slope(heading), 0, -1)
-        R, dR = pitched(x[PITCH]), pitched_slope(x[PITCH])
-        RA = np.einsum("ij,jkt->ikt", R, A)
-        level = np.einsum("ikt,jkt->jit", A, own) + self._path(x).T
-        points = np.einsum("ik,jkt->jit", R, level)
-        depth = np.maximum(points[:, 2], NEAREST_MM)
-        image = focal * points[:, :2] / depth[:, None]
-        residual = image - np.moveaxis(keypoints.pixels, 0, -1)  # (15, 2, T)
-        weights = keypoints.weights.T
-        r2 = (residual**2).sum(axis=1) / noise.sigma_px**2
+        T, heading, R = len(t), x[HEADING] + x[TURN] * t, pitched(x[PITCH])
+        level, body, basis = self._level_points(x, moving=True)
+        points = self._camera_points(level, x)
+        tangent = points[:2] / points[2]
+        residual, weights = focal * tangent - keypoints.pixels.T, keypoints.weights.T
+        r2 = (residual**2).sum(axis=0) / noise.sigma_px**2
         cost = (nu + 2.0) / noise.kappa * float((weights * np.log1p(r2 / nu)).sum())
         w = np.sqrt(weights * (nu + 2.0) / (nu + r2) / noise.kappa) / noise.sigma_px
 
-        # Of the image with respect to camera axes, weighted: f / Z (e_x - u/f e_z), and so for y.
-        scale = w * focal / depth
+        # The weighted image's derivative by P: f / Z of (R's first rows less the tangent times its last).
+        seen = w * focal / points[2] * (R[:2, :, None, None] - tangent[:, None] * R[2][:, None, None])
+        information = np.einsum("iajt,ibjt->abjt", seen, seen)
+        pull = np.einsum("iajt,ijt->ajt", seen, w * residual)
+        gradient[:SIZE] += (
+            (to_walker(pull, heading).reshape(-1, T) @ basis.T).reshape(3, JOINTS, -1).swapaxes(0, 1).ravel()
+        )
 
-        def seen(vectors: np.ndarray) -> np.ndarray:
-            """Weighted image (15, 2, T) of small displacements (15 or 1, 3, T) in camera axes."""
-            return np.asarray(scale[:, None] * (vectors[:, :2] - image / focal * vectors[:, 2:]))
-
-        count = 27 + self.unknowns - SIZE
-        columns = np.empty((JOINTS, count, 2, T))
-        for axis in range(3):
-            toward = seen(RA[None, :, axis])
-            columns[:, axis * BLOCKS : (axis + 1) * BLOCKS] = toward[:, None] * basis.T[None, :, None]
-        shifted = [seen(np.broadcast_to(R[:, k, None], (1, 3, T))) for k in range(3)]
-        turned = seen(np.einsum("ij,jkt,nkt->nit", R, dA, own, optimize=True))
-        phased = seen(np.einsum("ikt,jkt->jit", RA, moving))
-        pitch = seen(np.einsum("ik,jkt->jit", dR, level))
-        border = (
-            *shifted, shifted[0] * t, shifted[2] * t, turned, pitch, phased, phased * (omega * t),
-            shifted[0] * self.bend, shifted[2] * self.bend, turned * t,
-        )  # fmt: skip
-        for k, column in enumerate(border):
-            columns[:, 27 + k] = column
-        for axis in range(3):
-            for k, wave in enumerate(self.wander.T):
-                columns[:, 39 + axis * self.setting.cosines + k] = shifted[axis] * wave
+        own, zero = body[:, :JOINTS], np.zeros_like(w)
+        directions = [(-own[2], zero, own[0]), body[:, JOINTS:], (zero, -level[2], level[1])]
         if self.setting.focal_sd:
-            columns[:, -1] = w[:, None] * image
-        flat = columns.reshape(JOINTS, count, 2 * T)
-        product = flat @ np.swapaxes(flat, 1, 2)
-        pull = (flat @ (w[:, None] * residual).reshape(JOINTS, 2 * T, 1))[..., 0]
-        for joint in range(JOINTS):
-            at = slice(27 * joint, 27 * (joint + 1))
-            matrix[at, at] += product[joint, :27, :27]
-            matrix[at, SIZE:] += product[joint, :27, 27:]
-            matrix[SIZE:, at] += product[joint, 27:, :27]
-        matrix[SIZE:, SIZE:] += product[:, 27:, 27:].sum(axis=0)
-        gradient[:SIZE] += pull[:, :27].ravel()
-        gradient[SIZE:] += pull[:, 27:].sum(axis=0)
+            directions.append(-points[2] * R[2][:, None, None])
+        moved = np.array(directions)  # (3 or 4, 3, 15, T)
+        told = np.concatenate([information, np.einsum("dajt,abjt->dbjt", moved, information)])
+        d, f = self._direction, self._time
+        scale = np.ones(len(d))
+        scale[LOG_F - SIZE] = 2.0 * np.pi * np.exp(x[LOG_F])
+        pulled = np.concatenate([pull.sum(axis=1), np.einsum("dajt,ajt->dt", moved, pull)])
+        gradient[SIZE:] += scale * (pulled @ self._times.T)[d, f]
+
+        # Products of functions of time, summed over the frames.
+        pairs = np.concatenate([told.sum(axis=2), np.einsum("dajt,bajt->dbt", told, moved)], axis=1)
+        corner = pairs @ (self._times[:, None] * self._times).reshape(-1, T).T
+        corner = corner.reshape(*pairs.shape[:2], len(self._times), -1)[d[:, None], d, f[:, None], f]
+        matrix[SIZE:, SIZE:] += scale[:, None] * corner * scale
+        told = to_walker(told.swapaxes(0, 1), heading)  # (3, 6 or 7, 15, T)
+        border = told.reshape(-1, T) @ (self._times[:, None] * basis).reshape(-1, T).T
+        border = border.reshape(3, -1, JOINTS, len(self._times), BLOCKS)[:, d, :, f]
+        border = (scale[:, None, None, None] * border).swapaxes(1, 2).reshape(len(d), SIZE)
+        matrix[SIZE:, :SIZE] += border
+        information = to_walker(told[:, :3].swapaxes(0, 1), heading)
+        blocks = information.reshape(-1, T) @ (basis[:, None] * basis).reshape(-1, T).T
+        of_joints = matrix[:SIZE, :SIZE].reshape(JOINTS, 3, BLOCKS, JOINTS, 3, BLOCKS)
+        of_joints = np.einsum("jakjbl->abjkl", of_joints)  # a view of the blocks on the diagonal
+        of_joints += blocks.reshape(3, 3, JOINTS, BLOCKS, BLOCKS)
         return cost
 
     def _add_lengths(
@@ -379,25 +393,16 @@ class Objective:
     ) -> tuple[float, np.ndarray, np.ndarray]:
         """Add the terms of constant lengths in place; return their cost, and of pairs differences (6,) and slopes."""
         along, length, off, apart = self._lengths(walker)
-        direction = along / length[:, None]
-        slope = (direction[:, :, None] * CYCLE.T).reshape(len(BONES), 27, PHASES)
+        slope = ((along / length[:, None])[:, :, None] * CYCLE.T).reshape(len(BONES), 27, PHASES)
         mean = slope.mean(axis=-1)
+        pull = slope @ (self.length_weight[:, None] * off)[..., None]
+        gradient[:SIZE] += (_ENDS.T @ pull[..., 0]).ravel()
         centred = slope - mean[..., None]
-        pull = np.einsum("b,bnk,bk->bn", self.length_weight, slope, off)
-        block = (self.length_weight[:, None, None] * centred) @ np.swapaxes(centred, 1, 2)
-        for bone, (i, j) in enumerate(BONES):
-            first, second = slice(27 * i, 27 * (i + 1)), slice(27 * j, 27 * (j + 1))
-            gradient[second] += pull[bone]
-            gradient[first] -= pull[bone]
-            matrix[first, first] += block[bone]
-            matrix[second, second] += block[bone]
-            matrix[first, second] -= block[bone]
-            matrix[second, first] -= block[bone]
-        lever = np.zeros((len(PAIRS), JOINTS, 27))
-        for pair, (left, right) in enumerate(PAIRS):
-            for bone, sign in ((left, 1.0), (right, -1.0)):
-                lever[pair, BONES[bone, 1]] += sign * mean[bone]
-                lever[pair, BONES[bone, 0]] -= sign * mean[bone]
+        blocks = (self.length_weight[:, None, None] * centred) @ np.swapaxes(centred, 1, 2)
+        of_joints = matrix[:SIZE, :SIZE].reshape(JOINTS, 27, JOINTS, 27)
+        of_joints[BONES.max(axis=1), :, BONES.min(axis=1)] -= blocks
+        on_diagonal = np.einsum("jajb->jab", of_joints)  # a view
+        on_diagonal += (np.abs(_ENDS).T @ blocks.reshape(len(BONES), -1)).reshape(JOINTS, 27, 27)
         slopes = np.zeros((len(PAIRS), self.unknowns))
-        slopes[:, :SIZE] = lever.reshape(len(PAIRS), SIZE)
+        slopes[:, :SIZE] = (_PAIRED @ mean).reshape(len(PAIRS), SIZE)
         return float((off**2).sum(axis=-1) @ self.length_weight), apart, slopes

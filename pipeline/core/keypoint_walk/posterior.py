@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import lapack
+from scipy.linalg import blas, lapack
 
 from pipeline.core.anatomical import JOINTS
 from pipeline.core.fourier import cycle_basis, cycle_slope
@@ -21,13 +21,12 @@ from pipeline.core.keypoint_walk.objective import (
     PHASE,
     TURN,
     Keypoints,
-    Noise,
 )  # fmt: skip
 from pipeline.core.keypoint_walk.prior import Prior
 from pipeline.core.keypoint_walk.refinement import Fit
 from pipeline.core.keypoint_walk.training import BLOCKS, SIZE
-from pipeline.core.keypoint_walk.view import level_axes, level_axes_slope
-from pipeline.core.sagittal_angles import sagittal_angles, sagittal_slopes
+from pipeline.core.keypoint_walk.view import level_axes
+from pipeline.core.sagittal_angles import JOINTS_OF, sagittal_angles, sagittal_slopes
 from pipeline.skeleton import WALKER15
 
 PELVIS = WALKER15.index("pelvis")
@@ -62,12 +61,16 @@ class Posterior:
     log_frequency_sd: float
 
 
-def _inverse(matrix: np.ndarray) -> np.ndarray:
+def _spread(matrix: np.ndarray, onto: np.ndarray) -> np.ndarray:
+    """``onto^T M^-1 onto`` of a Gauss-Newton matrix M, of which the lower triangle is given."""
     factor, failed = lapack.dpotrf(matrix, lower=1)
     if failed:
-        return np.linalg.pinv(matrix, hermitian=True)
-    inverse, _ = lapack.dpotri(factor, lower=1)
-    return np.asarray(np.tril(inverse) + np.tril(inverse, -1).T)
+        return np.asarray(
+            onto.T @ np.linalg.pinv(np.tril(matrix) + np.tril(matrix, -1).T, hermitian=True) @ onto
+        )
+    half, _ = lapack.dtrtrs(factor, onto, lower=1)
+    spread = blas.dsyrk(1.0, half, trans=1, lower=1)
+    return np.asarray(np.tril(spread) + np.tril(spread, -1).T)
 
 
 def give_bias_back(prior: Prior, drawn: np.ndarray) -> np.ndarray:
@@ -82,7 +85,7 @@ def relative_positions(walker: np.ndarray, x: np.ndarray, times: np.ndarray) -> 
     return np.asarray(own @ np.swapaxes(level_axes(x[HEADING] + x[TURN] * times), 1, 2))
 
 
-def posterior(prior: Prior, fit: Fit, keypoints: Keypoints, noise: Noise) -> Posterior:
+def posterior(prior: Prior, fit: Fit, keypoints: Keypoints) -> Posterior:
     """Compute the walk and its error bars.
 
     Parameters
@@ -91,33 +94,28 @@ def posterior(prior: Prior, fit: Fit, keypoints: Keypoints, noise: Noise) -> Pos
     fit : Fit
     keypoints : Keypoints
         With labels exchanged as `fit.exchanged` says.
-    noise : Noise
     """
     x, times = fit.x, fit.objective.setting.times
     T = len(times)
-    inverse = _inverse(fit.objective.quadratic(x, keypoints, noise).matrix)
+    matrix = fit.objective.quadratic(x, keypoints, fit.noise).matrix
     walker = give_bias_back(prior, x[:SIZE])
-    G = prior.giving_back
-    covariance = np.empty(inverse.shape)
-    covariance[:SIZE, :SIZE] = G @ inverse[:SIZE, :SIZE] @ G.T + prior.remaining
-    covariance[:SIZE, SIZE:] = G @ inverse[:SIZE, SIZE:]
-    covariance[SIZE:, :SIZE] = covariance[:SIZE, SIZE:].T
-    covariance[SIZE:, SIZE:] = inverse[SIZE:, SIZE:]
+    back = np.eye(len(x), order="F")
+    back[:SIZE, :SIZE] = prior.giving_back.T
+    covariance = _spread(matrix, back)
+    covariance[:SIZE, :SIZE] += prior.remaining
 
     omega = 2.0 * np.pi * np.exp(x[LOG_F])
     psi = omega * times + x[PHASE]
     basis, slope = cycle_basis(psi, BLOCKS), cycle_slope(psi, BLOCKS)
-    A, dA = level_axes(x[HEADING] + x[TURN] * times), level_axes_slope(x[HEADING] + x[TURN] * times)
+    A = level_axes(x[HEADING] + x[TURN] * times)
     relative = walker - walker[PELVIS]
-    own, moving = relative @ basis.T, relative @ slope.T
-    positions = np.einsum("tik,jkt->tji", A, own)
+    positions, phased = (np.einsum("tik,jkt->jti", A, relative @ waves.T) for waves in (basis, slope))
     aperiodic = prior.model.aperiodic_variance
     leftover = np.einsum("tik,jk->tji", A**2, aperiodic + aperiodic[PELVIS])
     leftover[:, PELVIS] = 0.0
 
     # Rows of a joint: its coefficients, minus the pelvis's; then heading, turn, phase, log frequency.
-    turned = np.einsum("tik,jkt->jti", dA, own)
-    phased = np.einsum("tik,jkt->jti", A, moving)
+    turned = np.stack([-positions[..., 2], np.zeros((JOINTS, T)), positions[..., 0]], axis=-1)
     others = np.stack(
         [turned, turned * times[:, None], phased, phased * (omega * times)[:, None]], axis=-1
     )  # (15, T, 3, 4)
@@ -140,7 +138,7 @@ def posterior(prior: Prior, fit: Fit, keypoints: Keypoints, noise: Noise) -> Pos
     return Posterior(
         walker=walker,
         covariance=covariance,
-        positions_mm=positions,
+        positions_mm=np.moveaxis(positions, 0, 1),
         sd_mm=np.sqrt(np.maximum(np.moveaxis(variance, 0, 1), 0.0) + leftover),
         angles_rad=angles,
         angles_sd_rad=angles_sd,
@@ -193,12 +191,17 @@ def angles_with_deviations(
     phase_slopes : (T, 407)
         Derivatives of the phases with respect to these unknowns.
     """
-    own = np.moveaxis(walker @ cycle_basis(psi, BLOCKS).T, -1, 0)
-    moving = np.moveaxis(walker @ cycle_slope(psi, BLOCKS).T, -1, 0)
+    basis = cycle_basis(psi, BLOCKS)
+    own, moving = (np.moveaxis(walker @ waves.T, -1, 0) for waves in (basis, cycle_slope(psi, BLOCKS)))
     slopes = sagittal_slopes(own)
-    rows = np.einsum("tajx,tjx->ta", slopes, moving)[..., None] * phase_slopes[:, None]
-    rows[..., :SIZE] += (slopes[..., None] * cycle_basis(psi, BLOCKS)[:, None, None, None]).reshape(
-        *rows.shape[:2], SIZE
-    )
-    variance = ((rows @ covariance) * rows).sum(axis=-1)
+    rates = np.einsum("tajx,tjx->ta", slopes, moving)
+    # A row is what an angle says of its few joints, and what their phases say of all: each with its own part.
+    of_phases = phase_slopes @ covariance
+    variance = rates**2 * (of_phases * phase_slopes).sum(axis=-1)[:, None]
+    unknown = np.arange(SIZE).reshape(JOINTS, 3, BLOCKS)
+    for number, joints in enumerate(JOINTS_OF):
+        part = unknown[joints, 1:].ravel()
+        rows = (slopes[:, number, joints, 1:, None] * basis[:, None, None]).reshape(len(psi), -1)
+        of_rows = rows @ covariance[np.ix_(part, part)] + 2.0 * rates[:, [number]] * of_phases[:, part]
+        variance[:, number] += (of_rows * rows).sum(axis=-1)
     return sagittal_angles(own), np.sqrt(np.maximum(variance, 0.0) + ANGLE_FLOOR_RAD**2)

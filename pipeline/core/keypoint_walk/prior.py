@@ -67,16 +67,17 @@ class Grid:
     Attributes
     ----------
     headings_rad : (72,)
-    mean : (72, n)
-        By joint seen, image axis (right, down) and coefficient, the constant centred over joints.
     inverse_factor : (72, n, n)
-        Inverse of the lower Cholesky factor of the covariance.
+        Inverse of the lower Cholesky factor of the covariance, by joint seen, image axis (right, down) and coefficient,
+        the constant centred over joints.
+    whitened_mean : (72, n)
+        The factor's product with the mean.
     log_determinant : (72,)
     """
 
     headings_rad: np.ndarray
-    mean: np.ndarray
     inverse_factor: np.ndarray
+    whitened_mean: np.ndarray
     log_determinant: np.ndarray
 
 
@@ -210,7 +211,7 @@ def projected_grid(mean: np.ndarray, covariance: np.ndarray, seen: np.ndarray) -
         factor = np.linalg.cholesky(both)
         factors[number] = solve_triangular(factor, np.eye(size), lower=True)
         determinants[number] = 2.0 * np.log(np.diag(factor)).sum()
-    return Grid(headings, means, factors, determinants)
+    return Grid(headings, factors, (factors @ means[..., None])[..., 0], determinants)
 
 
 def belt_speed(prior: Prior) -> float:

@@ -12,8 +12,7 @@ import numpy as np
 from pipeline.core.anatomical import JOINTS
 from pipeline.core.keypoint_walk.cycle import GaitCycle, gait_cycle
 from pipeline.core.keypoint_walk.exchanged import exchange_all
-from pipeline.core.keypoint_walk.objective import HEADING, LOG_F, NU, PHASE, Keypoints, Noise, Setting
-from pipeline.core.keypoint_walk.path import SEEN_SHARE, TRUNK
+from pipeline.core.keypoint_walk.objective import HEADING, LOG_F, NU, PHASE, Keypoints, Setting
 from pipeline.core.keypoint_walk.posterior import Posterior, posterior
 from pipeline.core.keypoint_walk.prior import Prior
 from pipeline.core.keypoint_walk.refinement import Fit, Refinement
@@ -91,7 +90,6 @@ class Reconstruction:
         Whether the other labelling explains the keypoints about as well.
     keypoints : Keypoints
         As used: labels exchanged where the fit says so.
-    noise : Noise
     rms_residual_px : float
         Root mean square of the residual along an image axis without its white part; a point counts at most as
         `OUTLIER` times sigma.
@@ -107,7 +105,6 @@ class Reconstruction:
     labels_exchanged: bool
     labels_unsure: bool
     keypoints: Keypoints
-    noise: Noise
     rms_residual_px: float
     shake_px: np.ndarray
     height_px: float
@@ -165,7 +162,7 @@ class Reconstruction:
     @cached_property
     def posterior(self) -> Posterior:
         """The walk and its error bars; computed when it is asked for: most that is tried is not told."""
-        return posterior(self.fit.objective.prior, self.fit, self.keypoints, self.noise)
+        return posterior(self.fit.objective.prior, self.fit, self.keypoints)
 
     @property
     def focal_px(self) -> float:
@@ -260,7 +257,7 @@ def reconstruct(
     pixels = np.where(seen[..., None], pixels, 0.0)
     times = (np.arange(len(pixels)) - (len(pixels) - 1) / 2.0) / frame_rate_hz
 
-    def best_of(pixels: np.ndarray) -> tuple[_Refined, list[Candidate]]:
+    def best_of(pixels: np.ndarray) -> tuple[_Begun, list[Candidate]]:
         labelled = [Keypoints(pixels, weights)]
         if both_labellings:
             labelled.append(Keypoints(exchange_all(pixels), exchange_all(weights)))
@@ -270,20 +267,20 @@ def reconstruct(
             if overground is not None:
                 starts = replace(starts, overground=overground)
             setting = Setting(times, focal_px, starts.overground, cosines, nu, focal_sd)
-            trunk = trunk_of(keypoints)
             begun += [
                 _Begun(
-                    bool(other), starts,
-                    Refinement(prior, setting, keypoints, start, starts.path, trunk, relabel=relabel),
+                    bool(other),
+                    starts,
+                    Refinement(prior, setting, keypoints, start, starts.path, relabel=relabel),
                 )
                 for start in starts.starts[:most_starts]
-            ]  # fmt: skip
+            ]
         if min(one.starts.least_distance for one in begun) > most_distance:
             raise InvalidInput("a walker looks like this from no side")
         return _best_of(begun)
 
     best, candidates = best_of(pixels)
-    shake = find_shake(best.fit, best.starts, best.used, prior)
+    shake = find_shake(best, prior)
     if shake.any():
         best, candidates = best_of(pixels - shake[:, None])
     return _reconstruction(best, candidates, shake)
@@ -297,29 +294,15 @@ class _Begun(NamedTuple):
     on_its_way: Refinement
 
 
-class _Refined(NamedTuple):
-    """A start refined: whether labels are exchanged throughout, the fit, its starts, and the keypoints as used."""
-
-    exchanged: bool
-    fit: Fit
-    starts: Starts
-    used: Keypoints
-
-
-def trunk_of(keypoints: Keypoints) -> list[int]:
-    """Joints of the trunk that are seen, or all joints if there is none."""
-    return [j for j in TRUNK if (keypoints.weights[:, j] > 0).mean() >= SEEN_SHARE] or list(range(JOINTS))
-
-
 def _costs(begun: Sequence[_Begun]) -> np.ndarray:
     """Costs at one noise: that of the start with the smallest residual."""
     refined = [one.on_its_way for one in begun]
     noise = min((one.noise for one in refined), key=lambda noise: noise.sigma_px)
-    return np.array([one.objective.cost(one.x, one.used, noise) for one in refined])
+    return np.array([one.cost(noise) for one in refined])
 
 
-def _best_of(begun: Sequence[_Begun]) -> tuple[_Refined, list[Candidate]]:
-    """The fit of least cost, and all that differ, the best first; what falls far behind is not refined to the end."""
+def _best_of(begun: Sequence[_Begun]) -> tuple[_Begun, list[Candidate]]:
+    """The start that leads to the least cost, and all that differ, best first; what falls far behind is given up."""
     racing = list(begun)
     for steps, behind in RACES:
         for one in racing:
@@ -329,25 +312,25 @@ def _best_of(begun: Sequence[_Begun]) -> tuple[_Refined, list[Candidate]]:
     for one in racing:
         one.on_its_way.advance()
     costs = _costs(begun)
-    order = np.argsort(costs, kind="stable")
-    fits = [_Refined(one.exchanged, one.on_its_way.fit(), one.starts, one.on_its_way.used) for one in begun]
+    order = [int(number) for number in np.argsort(costs, kind="stable")]
     candidates: list[Candidate] = []
     for number in order:
-        exchanged, fit, _, _ = fits[int(number)]
+        x = begun[number].on_its_way.fit().x
         candidate = Candidate(
-            float(fit.x[HEADING]),
-            float(fit.x[PHASE]),
-            float(np.exp(fit.x[LOG_F])),
-            exchanged,
+            float(x[HEADING]),
+            float(x[PHASE]),
+            float(np.exp(x[LOG_F])),
+            begun[number].exchanged,
             float(costs[number] - costs[order[0]]),
         )
         if not any(_same(candidate, other) for other in candidates):
             candidates.append(candidate)
-    return fits[int(order[0])], candidates
+    return begun[order[0]], candidates
 
 
-def find_shake(fit: Fit, starts: Starts, used: Keypoints, prior: Prior) -> np.ndarray:
+def find_shake(best: _Begun, prior: Prior) -> np.ndarray:
     """What the residuals of a frame's joints have in common (T, 2), px, if that is much of them; else zeros."""
+    fit, used = best.on_its_way.fit(), best.on_its_way.used
     shake = np.zeros((len(used.pixels), 2))
     for _ in range(SHAKE_ROUNDS):
         seen = (used.weights > 0)[..., None]
@@ -360,31 +343,27 @@ def find_shake(fit: Fit, starts: Starts, used: Keypoints, prior: Prior) -> np.nd
             break
         shake += common
         used = Keypoints(used.pixels - common[:, None], used.weights)
-        fit = (
-            Refinement(
-                prior, fit.objective.setting, used, fit.start, starts.path, trunk_of(used),
-                relabel=False, unknowns=fit.x,
-            ).advance().fit()
-        )  # fmt: skip
+        again = Refinement(
+            prior, fit.objective.setting, used, fit.start, best.starts.path, relabel=False, unknowns=fit.x
+        )
+        fit = again.advance().fit()
     return shake
 
 
-def _reconstruction(best: _Refined, candidates: list[Candidate], shake: np.ndarray) -> Reconstruction:
-    exchanged, fit, starts, used = best
-    x = fit.x
-    rivals = [c for c in candidates[1:] if c.labels_exchanged != exchanged]
-    depth = fit.objective.camera_points(x)[..., 2].mean()
+def _reconstruction(best: _Begun, candidates: list[Candidate], shake: np.ndarray) -> Reconstruction:
+    fit, used = best.on_its_way.fit(), best.on_its_way.used
+    rivals = [c for c in candidates[1:] if c.labels_exchanged != best.exchanged]
+    depth = fit.objective.camera_points(fit.x)[..., 2].mean()
     return Reconstruction(
         fit=fit,
-        starts=starts,
+        starts=best.starts,
         candidates=tuple(candidates),
-        labels_exchanged=exchanged,
+        labels_exchanged=best.exchanged,
         labels_unsure=bool(rivals) and rivals[0].cost_above_best < LABELS_UNSURE,
         keypoints=used,
-        noise=fit.noise,
         rms_residual_px=_slow_residual(fit, used),
         shake_px=shake,
-        height_px=fit.objective.focal_px(x) * HEIGHT_MM / float(depth),
+        height_px=fit.objective.focal_px(fit.x) * HEIGHT_MM / float(depth),
     )
 
 
@@ -447,6 +426,3 @@ def _same(one: Candidate, other: Candidate) -> bool:
         and apart(one.phase_rad - other.phase_rad) < SAME[1]
         and abs(np.log(one.frequency_hz / other.frequency_hz)) < SAME[2]
     )
-
-
-__all__ = ["Candidate", "Noise", "Reconstruction", "reconstruct", "reconstruct_followed"]

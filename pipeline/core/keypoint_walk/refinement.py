@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import lapack
 
+from pipeline.core.anatomical import JOINTS
 from pipeline.core.keypoint_walk.exchanged import LIMBS, cheapest_labels, exchange
 from pipeline.core.keypoint_walk.objective import (
     HEADING,
@@ -29,7 +30,7 @@ from pipeline.core.keypoint_walk.objective import (
     Setting,
     point_costs,
 )  # fmt: skip
-from pipeline.core.keypoint_walk.path import Path
+from pipeline.core.keypoint_walk.path import SEEN_SHARE, TRUNK, Path
 from pipeline.core.keypoint_walk.prior import Prior
 from pipeline.core.keypoint_walk.start import Start
 from pipeline.core.keypoint_walk.training import SIZE
@@ -109,9 +110,15 @@ def initial_unknowns(prior: Prior, start: Start, path: Path, focal_px: float, tr
     return x
 
 
+def trunk_of(keypoints: Keypoints) -> list[int]:
+    """Joints of the trunk that are seen, or all joints if there is none: the path is that of their middle."""
+    return [j for j in TRUNK if (keypoints.weights[:, j] > 0).mean() >= SEEN_SHARE] or list(range(JOINTS))
+
+
 def _solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
-    _, solution, failed = lapack.dposv(matrix.T, right, lower=1)  # whose memory Fortran reads as it is
+    _, solution, failed = lapack.dposv(matrix, right, lower=1)
     if failed:  # unknowns that nothing determines, from an ill-conditioned start
+        matrix = np.tril(matrix) + np.tril(matrix, -1).T
         matrix = matrix + 1e-6 * np.diag(np.diag(matrix)) + 1e-9 * np.eye(len(matrix))
         solution = np.linalg.lstsq(matrix, right, rcond=None)[0]
     return np.asarray(solution)
@@ -138,8 +145,6 @@ class Refinement:
     start : Start
     path : Path
         Found in the image.
-    trunk : list of int
-        Joints whose middle the path is.
     relabel : bool
         Whether to look for frames with left and right exchanged.
     unknowns : (n,), optional
@@ -153,7 +158,6 @@ class Refinement:
         keypoints: Keypoints,
         start: Start,
         path: Path,
-        trunk: list[int],
         *,
         relabel: bool = True,
         unknowns: np.ndarray | None = None,
@@ -161,7 +165,7 @@ class Refinement:
         self.objective = Objective(prior, setting, start.frequency_hz)
         if unknowns is None:
             self.x = np.zeros(self.objective.unknowns)
-            self.x[:UNKNOWNS] = initial_unknowns(prior, start, path, setting.focal_px, trunk)
+            self.x[:UNKNOWNS] = initial_unknowns(prior, start, path, setting.focal_px, trunk_of(keypoints))
         else:
             self.x = unknowns.copy()
         none = np.zeros(len(setting.times), dtype=bool)
@@ -169,7 +173,7 @@ class Refinement:
         self._exchanged, self.used = dict.fromkeys(LIMBS, none), keypoints
         self._swapped = _exchanged(keypoints, dict.fromkeys(LIMBS, ~none))
         self._step, self._converged = 0, False
-        self._residual: np.ndarray | None = None
+        self._found(self.objective.residual(self.x, keypoints))
 
     def advance(self, steps: int | None = None) -> Refinement:
         """Go so many steps further, or until the cost hardly falls."""
@@ -179,10 +183,9 @@ class Refinement:
         last = most if steps is None else min(self._step + steps, most)
         while self._step < last and not (self._converged and self._step >= LEAST_STEPS):
             self._step += 1
-            noise = self.noise
             if self._relabel and self._step in RELABEL_STEPS:
-                self._look_for_exchanged(noise)
-                noise = self.noise
+                self._look_for_exchanged()
+            noise = self.noise
             here = self.objective.quadratic(self.x, self.used, noise)
             move = -_solve(here.matrix, here.gradient)
             move /= max(*(abs(move[index]) / limit for index, limit in limits), 1.0)
@@ -192,35 +195,38 @@ class Refinement:
                 residual = self.objective.residual(moved, self.used)
                 there = self.objective.cost_of(moved, residual, self.used.weights, noise)
                 if there < here.cost:
-                    self.x, self._residual, cost = moved, residual, there
+                    self.x, cost = moved, there
+                    self._found(residual)
                     break
                 move /= 2.0
             self._converged = here.cost - cost < ENOUGH
         return self
 
-    @property
-    def noise(self) -> Noise:
-        """Scale of the residuals as they are."""
-        if self._residual is None:
-            self._residual = self.objective.residual(self.x, self.used)
-        return estimate_noise(self._residual, self.used.weights)
+    def _found(self, residual: np.ndarray) -> None:
+        self._residual, self.noise = residual, estimate_noise(residual, self.used.weights)
 
-    def _look_for_exchanged(self, noise: Noise) -> None:
+    def cost(self, noise: Noise) -> float:
+        """J where this start has come to, at this noise."""
+        return self.objective.cost_of(self.x, self._residual, self.used.weights, noise)
+
+    def _look_for_exchanged(self) -> None:
+        sigma_px, nu = self.noise.sigma_px, self.objective.setting.nu
+        image = self.objective.image(self.x)
         costs = [
-            point_costs(self.objective.residual(self.x, points), noise.sigma_px, self.objective.setting.nu)
-            * points.weights
+            point_costs(image - points.pixels, sigma_px, nu) * points.weights
             for points in (self._given, self._swapped)
         ]
         self._exchanged = find_exchanged(costs[0], costs[1])
-        self.used, self._residual = _exchanged(self._given, self._exchanged), None
+        self.used = _exchanged(self._given, self._exchanged)
+        self._found(image - self.used.pixels)
 
     def fit(self) -> Fit:
         """Return the walker so far."""
-        x, noise = self.x.copy(), self.noise
+        x = self.x.copy()
         for angle in (HEADING, PHASE):
             x[angle] = (x[angle] + np.pi) % (2.0 * np.pi) - np.pi
-        cost = self.objective.cost(x, self.used, noise)
-        return Fit(x, noise, cost, self._exchanged, self._start, self._converged, self.objective)
+        cost = self.cost(self.noise)
+        return Fit(x, self.noise, cost, self._exchanged, self._start, self._converged, self.objective)
 
 
 def _exchanged(keypoints: Keypoints, frames: dict[str, np.ndarray]) -> Keypoints:

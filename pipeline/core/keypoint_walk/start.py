@@ -132,38 +132,33 @@ def frequency_candidates(
     return frequencies, cost_of(frequencies, squares), found[:, :, :GRID_BLOCKS]
 
 
-def _grid_cost(grid: Grid, image: np.ndarray, phases: np.ndarray) -> np.ndarray:
-    """J (72, P) of image coefficients (n joints, 5, 2) at all headings and phases."""
-    by_axis = np.swapaxes(image, -1, -2).copy()  # (n, 2, 5)
-    by_axis[:, :, 0] -= by_axis[:, :, 0].mean(axis=0)
-    turned = [by_axis * (np.arange(GRID_BLOCKS) == 0)]
-    for h in (1, 2):
-        p, q = by_axis[:, :, 2 * h - 1], by_axis[:, :, 2 * h]
-        cosine, sine = np.zeros_like(by_axis), np.zeros_like(by_axis)
-        cosine[:, :, 2 * h - 1], cosine[:, :, 2 * h] = p, q
-        sine[:, :, 2 * h - 1], sine[:, :, 2 * h] = q, -p
-        turned += [cosine, sine]
-    stacked = np.broadcast_to(
-        np.stack([t.ravel() for t in turned], axis=-1), (len(grid.mean), grid.mean.shape[1], 5)
-    ).copy()
-    stacked[:, :, 0] -= grid.mean
-    whitened = grid.inverse_factor @ stacked
-    gram = np.swapaxes(whitened, 1, 2) @ whitened
+def _grid_cost(grid: Grid, images: np.ndarray, phases: np.ndarray) -> np.ndarray:
+    """J (F, 72, P) of image coefficients (F, n joints, 5, 2) at all headings and phases."""
+    by_axis = np.swapaxes(images, -1, -2).copy()  # (F, n, 2, 5)
+    by_axis[..., 0] -= by_axis[..., 0].mean(axis=1, keepdims=True)
+    turned = np.zeros((len(images), GRID_BLOCKS, *by_axis.shape[1:]))
+    turned[:, 0, ..., 0] = by_axis[..., 0]
+    for sine in (1, 3):
+        p, q = by_axis[..., sine], by_axis[..., sine + 1]
+        turned[:, sine, ..., sine], turned[:, sine, ..., sine + 1] = p, q
+        turned[:, sine + 1, ..., sine], turned[:, sine + 1, ..., sine + 1] = q, -p
+    # Of all frequencies at once: the factors are large.
+    size = grid.whitened_mean.shape[1]
+    whitened = turned.reshape(-1, size) @ np.swapaxes(grid.inverse_factor, 1, 2)
+    whitened = whitened.reshape(-1, len(images), GRID_BLOCKS, size)
+    whitened[:, :, 0] -= grid.whitened_mean[:, None]
+    gram = np.swapaxes(whitened @ np.swapaxes(whitened, -1, -2), 0, 1)
     waves = np.stack(
-        [np.ones_like(phases), np.cos(phases), np.sin(phases), np.cos(2 * phases), np.sin(2 * phases)],
-        axis=-1,
+        [np.ones_like(phases), *(f(h * phases) for h in (1, 2) for f in (np.cos, np.sin))], axis=-1
     )
-    return np.einsum("pa,nab,pb->np", waves, gram, waves, optimize=True) + grid.log_determinant[:, None]
+    pairs = (waves[:, :, None] * waves[:, None]).reshape(len(phases), -1)
+    return gram.reshape(*gram.shape[:2], -1) @ pairs.T + grid.log_determinant[:, None]
 
 
 def _local_minima(cost: np.ndarray) -> np.ndarray:
     """Cells (n, 2) of a grid on a torus that no neighbour undercuts."""
-    lowest = np.ones(cost.shape, dtype=bool)
-    for i in (-1, 0, 1):
-        for j in (-1, 0, 1):
-            if i or j:
-                lowest &= cost <= np.roll(cost, (i, j), axis=(0, 1))
-    return np.argwhere(lowest)
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(cost, 1, mode="wrap"), (3, 3))
+    return np.argwhere(cost == around.min(axis=(2, 3)))
 
 
 def _apart(angle: float) -> float:
@@ -225,12 +220,12 @@ def find_starts(
     least, distance = np.inf, np.inf
     found: list[Start] = []
     heading_cost = np.full(len(grid.headings_rad), np.inf)
-    for number, frequency in enumerate(frequencies):
-        cost = _grid_cost(grid, image[number, seen] / size, phases)
+    costs = _grid_cost(grid, image[:, seen] / size, phases)
+    for number, (frequency, cost) in enumerate(zip(frequencies, costs, strict=True)):
         lowest = int(np.argmin(cost.min(axis=1)))
         if (lowest_cost := float(cost[lowest].min())) < least:
             least = lowest_cost
-            distance = (least - float(grid.log_determinant[lowest])) / grid.mean.shape[1]
+            distance = (least - float(grid.log_determinant[lowest])) / grid.whitened_mean.shape[1]
         if overground:
             v = speed[number]
             cost = cost + (((along - v) / (0.4 * v)) ** 2 + (across / (0.3 * v)) ** 2)[:, None]

@@ -14,7 +14,8 @@ distance, so size is left to the distance.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
@@ -33,22 +34,18 @@ MOST_WALKERS = 60.0
 """Largest effective number of walkers."""
 
 
-@dataclass(frozen=True)
-class WalkerModel:
-    """Walkers of a population, scaled to 1500 mm.
+@dataclass(frozen=True, kw_only=True)
+class Population:
+    """What is counted over the training walks, scaled to 1500 mm, but for how the coefficients vary.
 
     Attributes
     ----------
     mean : (15, 3, 9)
         Average walker, mm, in the walker's frame about the mean pelvis.
-    covariance : (405, 405)
-        C, mm².
     bone_variance : (16,)
         Mean variance of each bone's length within the cycle, mm².
     pair_variance : (P,)
         Mean squared difference of left and right bone, mm².
-    stance_variance : (16,)
-        Variance of the stance rows, mm² per rad².
     aperiodic_variance : (15, 3)
         Mean square of what four harmonics leave of each coordinate, mm².
     log_frequency : (2,)
@@ -58,13 +55,45 @@ class WalkerModel:
     """
 
     mean: np.ndarray
-    covariance: np.ndarray
     bone_variance: np.ndarray
     pair_variance: np.ndarray
-    stance_variance: np.ndarray
     aperiodic_variance: np.ndarray
     log_frequency: np.ndarray
     walkers: int
+
+    @property
+    def counted(self) -> dict[str, Any]:
+        """The fields that every kind of population has, by name."""
+        return {one.name: getattr(self, one.name) for one in fields(Population)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Moments(Population):
+    """A population before anything is shrunken.
+
+    Attributes
+    ----------
+    covariance : (405, 405)
+        S, mm².
+    """
+
+    covariance: np.ndarray
+
+
+@dataclass(frozen=True, kw_only=True)
+class WalkerModel(Population):
+    """A population with what is shrunken.
+
+    Attributes
+    ----------
+    covariance : (405, 405)
+        C, mm².
+    stance_variance : (16,)
+        Variance of the stance rows, mm² per rad².
+    """
+
+    covariance: np.ndarray
+    stance_variance: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -113,29 +142,6 @@ def mirror_image(walkers: np.ndarray) -> np.ndarray:
     return anatomical.by_joint(fourier.mirrored(anatomical.by_block(walkers)))
 
 
-@dataclass(frozen=True)
-class Moments:
-    """What is counted over the training walks, before anything is shrunken.
-
-    Attributes
-    ----------
-    mean : (15, 3, 9)
-        mm.
-    covariance : (405, 405)
-        S, mm².
-    bone_variance, pair_variance, aperiodic_variance, log_frequency, walkers
-        As `WalkerModel` has them.
-    """
-
-    mean: np.ndarray
-    covariance: np.ndarray
-    bone_variance: np.ndarray
-    pair_variance: np.ndarray
-    aperiodic_variance: np.ndarray
-    log_frequency: np.ndarray
-    walkers: int
-
-
 def moments(walks: Sequence[TrainingWalk], people: np.ndarray) -> Moments:
     """Mean, covariance and variations of the walks of several people and their mirror images.
 
@@ -182,14 +188,9 @@ def model_of(found: Moments) -> WalkerModel:
     """The model of walkers with these moments."""
     rows, _ = anatomical.stance_rows(found.mean)
     return WalkerModel(
-        mean=found.mean,
+        **found.counted,
         covariance=anatomical.structured_covariance(found.covariance, BLOCKS, Shrinkage()),
-        bone_variance=found.bone_variance,
-        pair_variance=found.pair_variance,
         stance_variance=np.einsum("ra,ab,rb->r", rows, found.covariance, rows, optimize=True),
-        aperiodic_variance=found.aperiodic_variance,
-        log_frequency=found.log_frequency,
-        walkers=found.walkers,
     )
 
 
@@ -198,8 +199,8 @@ def train(walks: Sequence[TrainingWalk], people: np.ndarray) -> WalkerModel:
     return model_of(moments(walks, people))
 
 
-@dataclass(frozen=True)
-class CompactMoments:
+@dataclass(frozen=True, kw_only=True)
+class CompactMoments(Population):
     """Moments of which only a few eigenwalkers are kept, and how joints go together within each harmonic.
 
     No training person can be read from it: it holds fewer eigenwalkers than half the people, none of their
@@ -213,14 +214,11 @@ class CompactMoments:
         mm².
     within : (5, 45, 45)
         Diagonal blocks of T: of the constant and of each harmonic, mm².
-    rest : Moments
-        Everything but the covariance, which is empty.
     """
 
     components: np.ndarray
     eigenvalues: np.ndarray
     within: np.ndarray
-    rest: Moments
 
 
 def compact(found: Moments, components: int) -> CompactMoments:
@@ -236,12 +234,8 @@ def compact(found: Moments, components: int) -> CompactMoments:
     order = np.argsort(values)[::-1][:components]
     T = anatomical.within_harmonics(found.covariance, BLOCKS).reshape(JOINTS * 3, BLOCKS, JOINTS * 3, BLOCKS)
     blocks = np.stack([T[:, k, :, k] for k in (0, *range(1, BLOCKS, 2))])
-    empty = np.empty((0, 0))
     return CompactMoments(
-        components=vectors[:, order].T,
-        eigenvalues=values[order],
-        within=blocks,
-        rest=replace(found, covariance=empty),
+        **found.counted, components=vectors[:, order].T, eigenvalues=values[order], within=blocks
     )
 
 
@@ -252,4 +246,4 @@ def expand(found: CompactMoments) -> Moments:
     for block in range(BLOCKS):
         T[:, block, :, block] = found.within[(block + 1) // 2]
     covariance = main + T.reshape(SIZE, SIZE) - anatomical.within_harmonics(main, BLOCKS)
-    return replace(found.rest, covariance=(covariance + covariance.T) / 2.0)
+    return Moments(**found.counted, covariance=(covariance + covariance.T) / 2.0)

@@ -30,24 +30,22 @@ def level_axes(heading_rad: np.ndarray | float) -> np.ndarray:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-def level_axes_slope(heading_rad: np.ndarray | float) -> np.ndarray:
-    """Derivatives (…, 3, 3) of `level_axes` with respect to the heading."""
+def to_level(own: np.ndarray, heading_rad: np.ndarray) -> np.ndarray:
+    """Vectors (3, …, T) in level camera axes of vectors (3, …, T) in the axes of a walker of headings (T,)."""
     c, s = np.cos(heading_rad), np.sin(heading_rad)
-    zero = np.zeros_like(c)
-    rows = [[s, c, zero], [zero, zero, zero], [-c, s, zero]]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    return np.stack([s * own[1] - c * own[0], -own[2], -s * own[0] - c * own[1]])
+
+
+def to_walker(level: np.ndarray, heading_rad: np.ndarray) -> np.ndarray:
+    """Vectors (3, …, T) in the walker's axes: the inverse of `to_level`."""
+    c, s = np.cos(heading_rad), np.sin(heading_rad)
+    return np.stack([-c * level[0] - s * level[2], s * level[0] - c * level[2], -level[1]])
 
 
 def pitched(pitch_rad: float) -> np.ndarray:
     """Rotation (3, 3) from level camera axes to those of a camera pitched about its horizontal axis."""
     c, s = np.cos(pitch_rad), np.sin(pitch_rad)
     return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
-
-
-def pitched_slope(pitch_rad: float) -> np.ndarray:
-    """Derivative (3, 3) of `pitched`."""
-    c, s = np.cos(pitch_rad), np.sin(pitch_rad)
-    return np.array([[0.0, 0.0, 0.0], [0.0, -s, -c], [0.0, c, -s]])
 
 
 def project(points: np.ndarray, focal_px: float) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -10,7 +10,6 @@ from pipeline.core.anatomical import JOINTS, concentration, person_weights
 from pipeline.core.keypoint_walk import (
     CompactMoments,
     Detector,
-    Moments,
     Prior,
     WalkerModel,
     compact,
@@ -20,7 +19,7 @@ from pipeline.core.keypoint_walk import (
     prepare,
 )
 from pipeline.core.keypoint_walk.prior import BONE_FACTOR
-from pipeline.core.keypoint_walk.training import BLOCKS, SIZE
+from pipeline.core.keypoint_walk.training import BLOCKS
 from pipeline.processes import map_processes
 from pipeline.studies.keypoints.conditions import Knowledge
 from pipeline.studies.keypoints.dataset import FilmedWalkers, FilmedWalkersDataset
@@ -29,6 +28,7 @@ from pipeline.validation import Count, Several
 
 NO_BONES = 1e3
 """Factor on the tolerances of lengths with which these say nothing."""
+_STACKED = [one.name for one in fields(CompactMoments)]
 LEAST_VARIANCE = 1e-6
 """Of a harmonic that walkers have not, mm²."""
 
@@ -71,17 +71,9 @@ class KeypointWalkers:
 
     def prior(self, left_out: int, knowledge: Knowledge) -> Prior:
         """Return the prior without a group of people or a source."""
-        rest = Moments(
-            mean=self.mean[left_out],
-            covariance=np.empty((0, 0)),
-            bone_variance=self.bone_variance[left_out],
-            pair_variance=self.pair_variance[left_out],
-            aperiodic_variance=self.aperiodic_variance[left_out],
-            log_frequency=self.log_frequency[left_out],
-            walkers=int(self.walkers[left_out]),
-        )
         small = CompactMoments(
-            self.components[left_out], self.eigenvalues[left_out], self.within[left_out], rest
+            walkers=int(self.walkers[left_out]),
+            **{name: getattr(self, name)[left_out] for name in _STACKED if name != "walkers"},
         )
         return prepare(
             with_harmonics(model_of(expand(small)), knowledge.harmonics),
@@ -130,30 +122,21 @@ class KeypointWalkersModel(Model):
 
         found = map_processes(without, range(len(left_out)), workers)
         kept = min(len(small.eigenvalues) for small in found[:groups])
-        rests = [small.rest for small in found]
-        components, eigenvalues = np.zeros((len(found), kept, SIZE)), np.zeros((len(found), kept))
-        for number, small in enumerate(
-            found
-        ):  # those of a single source may be fewer: the others are nothing
-            own = min(kept, len(small.eigenvalues))
-            components[number, :own], eigenvalues[number, :own] = (
-                small.components[:own],
-                small.eigenvalues[:own],
-            )
+
+        def whole(values: np.ndarray) -> np.ndarray:
+            # Those of a single source may be fewer: the others are nothing.
+            return np.pad(values[:kept], [(0, max(kept - len(values), 0)), *[(0, 0)] * (values.ndim - 1)])
+
+        found = [
+            replace(small, components=whole(small.components), eigenvalues=whole(small.eigenvalues))
+            for small in found
+        ]
         return KeypointWalkers(
             group=group,
             source=np.array(
                 [groups + names.index(name) if name in names else -1 for name in source.tolist()]
             ),
-            mean=np.stack([rest.mean for rest in rests]),
-            components=components,
-            eigenvalues=eigenvalues,
-            within=np.stack([small.within for small in found]),
-            bone_variance=np.stack([rest.bone_variance for rest in rests]),
-            pair_variance=np.stack([rest.pair_variance for rest in rests]),
-            aperiodic_variance=np.stack([rest.aperiodic_variance for rest in rests]),
-            log_frequency=np.stack([rest.log_frequency for rest in rests]),
-            walkers=np.array([rest.walkers for rest in rests]),
+            **{name: np.stack([getattr(small, name) for small in found]) for name in _STACKED},
             unfamiliar=np.array([0.0] * groups + [lacking(name) for name in names]),
             words=f"{kept} eigenwalkers, people left out in {groups} groups",
         )

@@ -22,7 +22,7 @@ def test_what_changes_from_step_to_step_widens_the_bars_with_the_pelvis_it_is_co
     variances = []
     for leftover in (np.zeros((15, 3)), aperiodic):
         given = replace(prior(), model=replace(prior().model, aperiodic_variance=leftover))
-        bars = posterior(given, found.fit, found.keypoints, found.noise)
+        bars = posterior(given, found.fit, found.keypoints)
         variances.append(bars.sd_mm**2)
         assert bars.angles_sd_rad.min() >= ANGLE_FLOOR_RAD
     times = found.fit.objective.setting.times
