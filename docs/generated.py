@@ -43,7 +43,7 @@ def _experiments() -> dict[str, Any]:
 
 def option_classes() -> Iterator[tuple[str, str, type[Any], list[str]]]:
     """Yield each class of options: title, what stands before its names, class, presets that use it."""
-    from pipeline.cli.composition import DATA
+    from pipeline.cli.compose import DATA
     from pipeline.reconstruct.training import Training
     from pipeline.reconstruct.writing import Reconstruct
     from pipeline.studies.experiment import Experiment

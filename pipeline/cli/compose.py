@@ -5,8 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Sequence
-from contextlib import suppress
-from dataclasses import is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from enum import Enum
 from functools import cache
 from pathlib import Path
@@ -15,11 +14,15 @@ from typing import Any, get_args, get_type_hints
 from pipeline import mappings
 from pipeline.ingestion.data import FolderData, RecordedData, SyntheticData
 from pipeline.processes import processes_for, usable_cores
+from pipeline.resources import CONF, PACKAGE
 from pipeline.storage import user_cache
-from pipeline.storage.sealed_folders import TYPE, canonical
+from pipeline.storage.provenance import versions
+from pipeline.storage.sealed_folders import digest
 from pipeline.studies import registry
 from pipeline.studies.experiment import Experiment
 from pipeline.validation import InvalidInput, require_name
+
+DATA = {"synthetic": SyntheticData, "recorded": RecordedData, "folder": FolderData}
 
 
 def compose(overrides: Sequence[str]) -> Experiment:
@@ -30,57 +33,50 @@ def compose(overrides: Sequence[str]) -> Experiment:
     InvalidInput
         If an override names no option.  Hydra's own errors are put into words by `composition.in_words`.
     """
-    made: list[Experiment] = []
 
-    def plain() -> Any:
+    def composed() -> Experiment:
         from pipeline.cli import composition
 
-        made.append(composition.composed(overrides))
-        with suppress(InvalidInput):  # of what cannot be kept, such as a number that is not finite
-            kept = canonical(made[0])
-            return kept if _whole(kept) == made[0] else None
-        return None
+        return composition.composed(overrides)
 
     said = ("experiment", *overrides, os.environ.get("MOCAP_MIRROR"), usable_cores())
-    kept = user_cache.remembered(said, plain)
-    return on_this_machine(made[0] if made else _whole(kept))
+    return on_this_machine(user_cache.remembered(said, composed, of=_rests_on))
+
+
+def _rests_on() -> str:
+    """Return a digest of what a composition follows from: the option classes as loaded, and the files of options.
+
+    What the options are for may be edited without composing anew.
+    """
+    composers = [PACKAGE / "cli" / f"{name}.py" for name in ("composition", "overrides")]
+    files = [path for path in sorted(CONF.rglob("*.yaml")) if path.parent.name != "paper"]
+    names = [path.relative_to(CONF).as_posix() for path in files]
+    contents = [digest(path.read_bytes()) for path in (*composers, *files)]
+    return digest(repr((_schema(), names, contents)).encode())[:32]
 
 
 @cache
-def _named(hint: Any) -> tuple[type[Any], ...]:
-    """Return the classes that a type hint names."""
-    return (
-        (hint,) if isinstance(hint, type) else tuple(kind for part in get_args(hint) for kind in _named(part))
-    )
-
-
-@cache
-def _classes() -> dict[type[Any], dict[str, Any]]:
-    """Return the classes of all options, with the types of their fields."""
-    found: dict[type[Any], dict[str, Any]] = {}
-    options = [kind for group in registry.GROUPS for kind in registry.options(group).values()]
-    waiting: list[type[Any]] = [Experiment, SyntheticData, RecordedData, FolderData, *options]
-    while waiting:
-        if (kind := waiting.pop()) not in found:
-            found[kind] = get_type_hints(kind) if is_dataclass(kind) else {}
-            waiting += [inner for hint in found[kind].values() for inner in _named(hint)]
-    return found
-
-
-def _whole(value: Any, hint: Any = Experiment) -> Any:
-    """Return the options whose canonical form this is."""
-    if isinstance(value, list):
-        return [_whole(item, hint) for item in value]
-    if not isinstance(value, dict):
-        return value
-    if TYPE not in value:
-        return {name: _whole(item, hint) for name, item in value.items()}
-    named = (kind for kind in _classes() if kind.__name__ == value[TYPE])
-    kind = next(kind for kind in named if issubclass(kind, _named(hint)))
-    if issubclass(kind, Enum):
-        return kind[value["name"]]
-    fields = _classes()[kind]
-    return kind(**{name: _whole(item, fields[name]) for name, item in value.items() if name != TYPE})
+def _schema() -> str:
+    """Return the option classes, with the type, default and sizes of each field, as text."""
+    groups = {group: registry.options(group) for group in registry.GROUPS}
+    lines = [repr((versions(("hydra-core", "omegaconf")), groups))]
+    waiting: list[type[Any]] = [
+        Experiment,
+        *DATA.values(),
+        *(kind for of in groups.values() for kind in of.values()),
+    ]
+    for kind in waiting:  # which grows by the classes of the fields
+        hints = get_type_hints(kind) if is_dataclass(kind) else {}
+        lines.append(f"{kind} {list(kind) if issubclass(kind, Enum) else ''}")
+        for field in fields(kind) if is_dataclass(kind) else ():
+            default = field.default if field.default_factory is MISSING else field.default_factory()
+            words = "" if default is MISSING else repr(default)
+            lines.append(f"{field.name} {hints[field.name]} {words} {dict(field.metadata)}")
+        named = [
+            inner for hint in hints.values() for inner in (hint, *get_args(hint)) if isinstance(inner, type)
+        ]
+        waiting += [inner for inner in dict.fromkeys(named) if inner not in waiting]
+    return "\n".join(lines)
 
 
 def on_this_machine(experiment: Experiment) -> Experiment:

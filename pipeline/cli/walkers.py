@@ -13,13 +13,12 @@ from pipeline.cli.options import Options, filled
 from pipeline.clips.options import Steady
 from pipeline.clips.usable import RawClip, report_row
 from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
-from pipeline.core import camera, fourier, linear_model, reconstruction
+from pipeline.core import camera, fourier
 from pipeline.ingestion.corpus import joints_of
 from pipeline.skeleton import WALKER15
 from pipeline.storage import tables
 from pipeline.storage.publishing import require_new
-from pipeline.storage.sealed_folders import read_manifest
-from pipeline.validation import InvalidInput, require_choice, require_range
+from pipeline.validation import InvalidInput, require_choice
 
 FIGURES = "a folder of zhang2007_fig4, zhang2007_fig5, zhang2004_fig3 or zhang2004_fig4, made anew"
 
@@ -91,7 +90,6 @@ class FigureWalkers:
     """
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder
         path = folder / "arrays.npz"
         needed = {
             "walker",
@@ -127,24 +125,33 @@ class FigureWalkers:
         )
 
     def reconstructed(self, name: str, method: str, view_angle_deg: float | None) -> Walk:
-        """Return a walker as reconstructed from a view: from any, where the figure holds what the model learns from.
+        """Return a walker as reconstructed from one of the views that the figure demonstrates.
 
         Parameters
         ----------
         name, method : str
         view_angle_deg : float, optional
-            By default the figure's first demonstration.
+            By default the first.
+
+        Raises
+        ------
+        InvalidInput
+            If there is no such walker, method or view.
         """
         walk, views = self.original(name), self._arrays["demonstration_view_deg"]
         methods = self._arrays["methods"].tolist()
         m = methods.index(require_choice("method", method, methods))
         wanted = float(views[0]) if view_angle_deg is None else view_angle_deg
         near = np.flatnonzero(np.abs(views - wanted) < 1e-6)
-        missing = (
-            self._arrays["missing"][m, self._index(name), int(near[0])]
-            if near.size
-            else self._from_view(self._index(name), methods[m], wanted)
-        )
+        if not near.size:
+            shown = ", ".join(f"{view:g}" for view in views)
+            raise InvalidInput(
+                "the figure holds no reconstruction from this view",
+                where="view_angle_deg",
+                expected=f"{shown}; or make the figure with sweep.demonstration_views_deg",
+                received=f"{wanted:g}",
+            )
+        missing = self._arrays["missing"][m, self._index(name), int(near[0])]
         angle = np.radians(wanted)
         again = camera.combine(camera.project(walk.coefficients, angle), missing, angle)
         return replace(walk, name=f"{walk.name}, {method} from {wanted:g}°", coefficients=again)
@@ -152,35 +159,6 @@ class FigureWalkers:
     def _index(self, name: str) -> int:
         walkers = self._arrays["walker"].tolist()
         return walkers.index(require_choice("walker", name or walkers[0], walkers))
-
-    def _from_view(self, r: int, method: str, view_angle_deg: float) -> np.ndarray:
-        """The missing dimension (5, 15) from a view that the figure does not demonstrate, by the fold's own model."""
-        require_range("view_angle_deg", view_angle_deg, at_least=-180, at_most=180)
-        shown = ", ".join(f"{view:g}" for view in self._arrays["demonstration_view_deg"])
-        stored = {"samples", "person", "residual_covariance_mm2"} <= set(self._arrays)
-        options = read_manifest(self._folder)["configuration"] if stored else {}
-        model, sweep = options.get("model", {}), options.get("sweep", {})
-        as_computed = stored and self._arrays["samples"].shape[1] == 225 and model.get("mirror") is False
-        if not as_computed:
-            expected = (
-                f"{shown}; or make the figure with sweep.demonstration_views_deg; or any, of zhang2007_fig5"
-            )
-            raise InvalidInput("the figure holds no reconstruction from this view", where="view_angle_deg",
-                               expected=expected, received=f"{view_angle_deg:g}")  # fmt: skip
-        samples, person = self._arrays["samples"], self._arrays["person"]
-        fold = linear_model.fit(
-            samples[person != person[r]], model["components"], divisor=model["divisor"]["name"]
-        )
-        measured, angle = ~self._arrays["unmeasured"][r], np.radians([view_angle_deg])
-        views = reconstruction.from_known_views(
-            linear_model.of_measured(fold, measured),
-            linear_model.without_joints(samples[r], measured),
-            angle,
-            noise_variance=None if method == "least_squares" else float(sweep["noise_variance_mm2"]),
-        )
-        # Of joints that nobody measured, what the eigenwalkers expect.
-        of_model = linear_model.unflatten(fold.mean + views.coefficients[0] @ fold.components)
-        return np.where(measured, views.missing[0], camera.missing_dimension(of_model, angle[0]))
 
 
 def recorded_walk(path: Path, *, skeleton: str, units: str, subject: str = "", harmonics: int = 2) -> Walk:

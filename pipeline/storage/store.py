@@ -286,3 +286,36 @@ class Plan(Store):
             return Artefact(stage, key, content_digest(kept), {}, {}, False, 0.0, why)
         except (OSError, ValueError, KeyError, TypeError, AttributeError):
             return Artefact(stage, key, content, {}, {}, True, 0.0, why)
+
+    def follow(self, steps: Sequence[Mapping[str, Any]]) -> list[Artefact]:
+        """Return the artefacts of stages that were noted by `Steps`."""
+        made: dict[str, Artefact] = {}
+        for step in steps:
+            stage, inputs = step["stage"], [made[name] for name in step["reads"]]
+            made[stage] = self.artefact(stage, step["options"], inputs, _nothing, code=step["code"])
+        return list(made.values())
+
+
+class Steps(Plan):
+    """A plan that only notes, in plain values, what each stage is made of: for a `Plan` to follow."""
+
+    def __init__(self) -> None:
+        self.noted: list[dict[str, Any]] = []
+
+    def artefact(
+        self,
+        stage: str,
+        options: Any,
+        inputs: Sequence[Artefact | str],
+        compute: Callable[[], tuple[Mapping[str, Any], Mapping[str, Any]]],
+        *,
+        code: str,
+    ) -> Artefact:
+        """Note a stage and return an artefact of which nothing but the stage is known."""
+        reads = [item.stage if isinstance(item, Artefact) else item for item in inputs]
+        self.noted.append({"stage": stage, "options": canonical(options), "reads": reads, "code": code})
+        return Artefact(stage, "", "", {}, {}, True, 0.0, "")
+
+
+def _nothing() -> Any:
+    raise AssertionError("a plan computes nothing")

@@ -10,13 +10,10 @@ import pytest
 
 from pipeline.cli import index
 from pipeline.cli.compose import compose
-from pipeline.cli.composition import DATA
 from pipeline.cli.errors import sentence
 from pipeline.cli.main import COMMANDS, _help_of, command
 from pipeline.cli.presets import presets
 from pipeline.storage import user_cache
-from pipeline.studies import registry
-from pipeline.studies.experiment import Experiment
 from pipeline.validation import InvalidInput
 from tests.conftest import Said
 from tests.processes import finished
@@ -45,14 +42,9 @@ SLIPS = [
 def indexed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The index, in a cache of the test's own."""
     monkeypatch.setenv("GAIT_PIPELINE_CACHE", str(tmp_path))
-    write()
+    index.refuse_slips(["seed=1"])
     (path,) = (tmp_path / user_cache.edition()).iterdir()
     return path
-
-
-def write() -> None:
-    groups = {group: registry.options(group) for group in registry.GROUPS}
-    index.write_index(Experiment, {"scale": {}, "data": DATA, **groups})
 
 
 def judged(*overrides: str) -> str:
@@ -110,23 +102,21 @@ def test_what_it_cannot_judge_passes(override: str, indexed: Path) -> None:
     assert judged(*override.split(" ") if "'" not in override else [override]) == ""
 
 
-def test_an_index_of_other_sources_or_none_judges_nothing(
+def test_an_index_of_other_sources_a_damaged_one_and_none_are_made_anew(
     indexed: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    whole = indexed.read_bytes()
+    for content in (b"{", b"[]", b"", whole[:-1], whole.replace(b"sweep", b"swep", 1)):
+        indexed.write_bytes(content)
+        assert judged("swep=1")
+        assert indexed.read_bytes() != content
+    indexed.unlink()
+    assert judged("swep=1")
+    assert indexed.is_file()
+    monkeypatch.setenv("GAIT_PIPELINE_CACHE", "/dev/null")
     assert judged("swep=1")
     monkeypatch.setattr(user_cache, "edition", lambda: "of other sources")
-    assert judged("swep=1") == ""
-    monkeypatch.undo()
-    monkeypatch.setenv("GAIT_PIPELINE_CACHE", str(indexed.parent.parent))
-    for content in ("{", "[]", ""):
-        indexed.write_text(content)
-        assert judged("swep=1") == ""
-    write()
-    assert judged("swep=1")
-    indexed.unlink()
-    assert judged("swep=1") == ""
-    monkeypatch.setenv("GAIT_PIPELINE_CACHE", "/dev/null")
-    write()
+    monkeypatch.setattr(index, "_index", lambda: {"options": {}, "groups": {"swep": {"1": {}}}})
     assert judged("swep=1") == ""
 
 
