@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import MISSING, fields, is_dataclass
 from enum import Enum
 from functools import cache
@@ -12,17 +13,15 @@ from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
 from pipeline import mappings
-from pipeline.ingestion.data import FolderData, RecordedData, SyntheticData
+from pipeline.ingestion.data import DATA_SETS, FolderData
 from pipeline.processes import processes_for, usable_cores
 from pipeline.resources import CONF, PACKAGE
 from pipeline.storage import user_cache
 from pipeline.storage.provenance import versions
-from pipeline.storage.sealed_folders import digest
+from pipeline.storage.sealed_folders import TYPE, canonical, digest
 from pipeline.studies import registry
 from pipeline.studies.experiment import Experiment
 from pipeline.validation import InvalidInput, require_name
-
-DATA = {"synthetic": SyntheticData, "recorded": RecordedData, "folder": FolderData}
 
 
 def compose(overrides: Sequence[str]) -> Experiment:
@@ -34,13 +33,41 @@ def compose(overrides: Sequence[str]) -> Experiment:
         If an override names no option.  Hydra's own errors are put into words by `composition.in_words`.
     """
 
-    def composed() -> Experiment:
+    made: list[Experiment] = []
+
+    def plain() -> Any:
         from pipeline.cli import composition
 
-        return composition.composed(overrides)
+        made.append(composition.composed(overrides))
+        with suppress(InvalidInput):  # of what cannot be kept, such as a number that is not finite
+            kept = canonical(made[0])
+            return kept if _whole(kept) == made[0] else None
+        return None
 
     said = ("experiment", *overrides, os.environ.get("MOCAP_MIRROR"), usable_cores())
-    return on_this_machine(user_cache.remembered(said, composed, of=_rests_on))
+    kept = user_cache.remembered(said, plain, of=_rests_on)
+    return on_this_machine(made[0] if made else _whole(kept))
+
+
+def _whole(value: Any, hint: Any = Experiment) -> Any:
+    """Return the options whose canonical form this is."""
+    if isinstance(value, list):
+        return [_whole(item, hint) for item in value]
+    if not isinstance(value, dict):
+        return value
+    if TYPE not in value:
+        return {name: _whole(item, hint) for name, item in value.items()}
+    named = (kind for kind in _classes() if kind.__name__ == value[TYPE])
+    kind = next(kind for kind in named if issubclass(kind, _named(hint)))
+    if issubclass(kind, Enum):
+        return kind[value["name"]]
+    hints = _classes()[kind]
+    return kind(**{name: _whole(item, hints[name]) for name, item in value.items() if name != TYPE})
+
+
+def _named(hint: Any) -> tuple[type[Any], ...]:
+    """Return the classes that a type hint names."""
+    return tuple(part for part in (hint, *get_args(hint)) if isinstance(part, type))
 
 
 def _rests_on() -> str:
@@ -56,26 +83,29 @@ def _rests_on() -> str:
 
 
 @cache
+def _classes() -> dict[type[Any], dict[str, Any]]:
+    """Return the classes of all options, with the types of their fields."""
+    waiting: list[type[Any]] = [Experiment, *DATA_SETS.values()]
+    waiting += [kind for group in registry.GROUPS for kind in registry.options(group).values()]
+    found: dict[type[Any], dict[str, Any]] = {}
+    for kind in waiting:  # which grows by the classes of the fields
+        if kind not in found:
+            found[kind] = get_type_hints(kind) if is_dataclass(kind) else {}
+            waiting += [inner for hint in found[kind].values() for inner in _named(hint)]
+    return found
+
+
+@cache
 def _schema() -> str:
     """Return the option classes, with the type, default and sizes of each field, as text."""
     groups = {group: registry.options(group) for group in registry.GROUPS}
     lines = [repr((versions(("hydra-core", "omegaconf")), groups))]
-    waiting: list[type[Any]] = [
-        Experiment,
-        *DATA.values(),
-        *(kind for of in groups.values() for kind in of.values()),
-    ]
-    for kind in waiting:  # which grows by the classes of the fields
-        hints = get_type_hints(kind) if is_dataclass(kind) else {}
+    for kind, hints in _classes().items():
         lines.append(f"{kind} {list(kind) if issubclass(kind, Enum) else ''}")
         for field in fields(kind) if is_dataclass(kind) else ():
             default = field.default if field.default_factory is MISSING else field.default_factory()
             words = "" if default is MISSING else repr(default)
             lines.append(f"{field.name} {hints[field.name]} {words} {dict(field.metadata)}")
-        named = [
-            inner for hint in hints.values() for inner in (hint, *get_args(hint)) if isinstance(inner, type)
-        ]
-        waiting += [inner for inner in dict.fromkeys(named) if inner not in waiting]
     return "\n".join(lines)
 
 

@@ -23,9 +23,9 @@ from hydra.types import RunMode
 from omegaconf import OmegaConf
 from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException
 
-from pipeline.cli.compose import DATA
 from pipeline.cli.overrides import quoted
 from pipeline.cli.presets import CONF, presets
+from pipeline.ingestion.data import DATA_SETS
 from pipeline.studies import registry
 from pipeline.studies.experiment import Experiment, Scale
 from pipeline.validation import InvalidInput
@@ -42,7 +42,7 @@ def register() -> None:
     store = ConfigStore.instance()
     store.store(name="experiment_schema", node=Experiment)
     store.store(group="scale", name="base_scale", node=Scale)
-    for name, kind in DATA.items():
+    for name, kind in DATA_SETS.items():
         store.store(group="data", name=f"base_{name}", node=kind)
     for group in registry.GROUPS:
         for name, option in registry.options(group).items():

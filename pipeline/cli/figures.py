@@ -7,7 +7,9 @@ import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.text import Text
@@ -33,11 +35,26 @@ def judged(
     folder: Path, data_name: str, figures: Sequence[str], *, overridden: bool = False
 ) -> list[papers.Verdict]:
     """Return the verdicts on figures, remembered by the content of their tables."""
-    found: list[papers.Verdict] = user_cache.remembered(
+    found = user_cache.remembered(
         ("verdicts", data_name, overridden, *figures, *tables.digests(folder, figures)),
-        lambda: judge_folder(folder, data_name, figures, overridden=overridden),
+        lambda: [
+            [one.claim.name, one.agreement, one.why, one.evidence and asdict(one.evidence), one.beyond]
+            for one in judge_folder(folder, data_name, figures, overridden=overridden)
+        ],
     )
-    return found
+    return [
+        papers.Verdict(
+            papers.claim(name), papers.Agreement(agreement), why, _evidence(evidence), papers.Beyond(beyond)
+        )
+        for name, agreement, why, evidence, beyond in found
+    ]
+
+
+def _evidence(plain: dict[str, Any] | None) -> papers.Evidence | None:
+    if plain is None:
+        return None
+    estimates = {name: papers.Estimate(**one) for name, one in plain.items() if isinstance(one, dict)}
+    return papers.Evidence(**{**plain, **estimates})
 
 
 def make_figure(

@@ -28,11 +28,11 @@ FROM_FILES = ("data", "scale")
 
 def _index() -> dict[str, Any]:
     """Return the options of an experiment, and of those that each choice of a group has."""
-    from pipeline.cli.compose import DATA
+    from pipeline.ingestion.data import DATA_SETS
     from pipeline.studies import registry
     from pipeline.studies.experiment import Experiment, Scale
 
-    groups: dict[str, Mapping[str, type[Any]]] = {"scale": {"scale": Scale}, "data": DATA}
+    groups: dict[str, Mapping[str, type[Any]]] = {"scale": {"scale": Scale}, "data": DATA_SETS}
     groups |= {group: registry.options(group) for group in registry.GROUPS}
     trees: dict[str, dict[str, Any]] = {}
     for group, classes in groups.items():

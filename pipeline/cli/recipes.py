@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from contextlib import nullcontext, suppress
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -73,17 +73,18 @@ def recipes(names: Sequence[str], common: Sequence[str], *, steps: bool = False)
     """
     made: list[Recipe] = []
 
-    def kept() -> list[Recipe] | None:
+    def plain() -> list[dict[str, Any]] | None:
         from pipeline.cli.compose import compose
         from pipeline.ingestion.data import FolderData
 
         experiments = [compose([*common, f"experiment={name}"]) for name in names or built_figures()]
         made.extend(recipe(one, steps=False) for one in experiments)
         # The user's folder is named as it is called here and now.
-        return None if any(isinstance(one.data, FolderData) for one in experiments) else made
+        return None if any(isinstance(one.data, FolderData) for one in experiments) else [*map(asdict, made)]
 
     said = ("recipes", *names, "of", *common, os.environ.get("MOCAP_MIRROR"))
-    found: list[Recipe] = user_cache.remembered(said, kept) or made
+    kept = user_cache.remembered(said, plain)
+    found = made or [Recipe(**one) for one in kept]
     wanted = [steps and one.steps is None and bool(names or not one.lacking) for one in found]
     return [_with_steps(one, common) if more else one for one, more in zip(found, wanted, strict=True)]
 

@@ -6,8 +6,8 @@ Nothing in it can be out of date, for other sources have another name; without i
 from __future__ import annotations
 
 import hashlib
+import json
 import os
-import pickle
 import re
 import sys
 from collections.abc import Callable, Sequence
@@ -24,7 +24,7 @@ from pipeline.validation import InvalidInput
 KEPT = 12
 """Editions whose folders are kept, the latest."""
 
-_EDITION, _OURS = re.compile(r"[0-9a-f]{32}"), re.compile(r"[0-9a-f]{32}\.pickle")
+_EDITION, _OURS = re.compile(r"[0-9a-f]{32}"), re.compile(r"[0-9a-f]{32}\.json")
 
 
 def place() -> Path:
@@ -50,22 +50,22 @@ def _digest() -> str:
 def remembered(
     what: Sequence[object], make: Callable[[], Any], *, of: Callable[[], str] | None = None
 ) -> Any:
-    """Return the value that `make` returns, which follows from the sources and from `what` alone.
+    """Return the plain value that `make` returns, which follows from the sources and from `what` alone.
 
     Parameters
     ----------
     what : sequence
         Values whose ``repr`` tells all of them.
     make : callable
-        Returns a value, or None, which is not kept; it is not called if something is.
+        Returns what JSON can hold, or None, which is not kept; it is not called if something is.
     of : callable, optional
         Returns a digest, 32 hexadecimal digits, of the part of the sources that it follows from; by default of all.
     """
-    name, before = hashlib.sha256(repr(what).encode()).hexdigest()[:32] + ".pickle", (of or edition)()
+    name, before = hashlib.sha256(repr(what).encode()).hexdigest()[:32] + ".json", (of or edition)()
     if (kept := read(name, of=before)) is not None:
-        return pickle.loads(kept)  # of the user's own folder, with our seal
+        return json.loads(kept)
     if (made := make()) is not None and (of or _digest)() == before:  # else somebody has edited meanwhile
-        write(name, pickle.dumps(made), of=before)
+        write(name, json.dumps(made).encode(), of=before)
     return made
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from pipeline.cli import composition
-from pipeline.cli.compose import _rests_on, _schema, compose, on_this_machine
+from pipeline.cli.compose import _classes, _rests_on, _schema, compose, on_this_machine
 from pipeline.cli.figures import judged
 from pipeline.cli.presets import CONF, presets
 from pipeline.storage import tables, user_cache
@@ -77,7 +77,7 @@ def test_what_was_composed_while_somebody_edited_is_not_kept(
 def test_a_damaged_file_is_composed_again(own_cache: Path, composed: list[list[str]]) -> None:
     overrides = ["experiment=zhang2007_fig5"]
     first = compose(overrides)
-    (kept,) = own_cache.rglob("*.pickle")
+    (kept,) = own_cache.rglob("*.json")
     whole = kept.read_bytes()
     for damaged in (whole[:100], b"[]", b"", whole.replace(b"2007", b"2008", 1), b"\xff" * 100):
         assert damaged != whole
@@ -92,6 +92,14 @@ def test_a_refusal_is_not_kept(composed: list[list[str]]) -> None:
         with pytest.raises(InvalidInput, match="results must name a folder"):
             compose(["experiment=zhang2007_fig5", "results=' '"])
     assert len(composed) == 1, "the options are kept, and refused on this machine each time"
+
+
+def test_what_cannot_be_kept_is_composed_each_time(composed: list[list[str]]) -> None:
+    for _ in range(2):
+        experiment = compose(["experiment=zhang2007_fig5", "sweep.view_angle_deg.step=nan"])
+        with pytest.raises(InvalidInput, match="must be above 0"):
+            experiment.validate()
+    assert len(composed) == 2
 
 
 def test_it_rests_on_the_files_of_options_and_not_on_those_of_papers(
@@ -127,6 +135,7 @@ def test_it_rests_on_the_classes_of_options(changed: dict[str, Any], monkeypatch
         made = dataclasses.make_dataclass("Model", [(name, int, field) for name, field in of.items()])
         with monkeypatch.context() as patch:
             patch.setattr("pipeline.studies.registry.options", lambda group: {"one": made})
+            patch.setattr("pipeline.cli.compose._classes", _classes.__wrapped__)
             return _schema.__wrapped__()
 
     assert schema({}) == schema({})
@@ -150,10 +159,10 @@ def test_old_editions_go_and_files_of_others_stay(own_cache: Path) -> None:
     for path in own_cache.iterdir():
         os.utime(path, (0, 0))
     for number in range(user_cache.KEPT + 3):
-        user_cache.write("0" * 32 + ".pickle", b"1", of=f"{number:032d}")
+        user_cache.write("0" * 32 + ".json", b"1", of=f"{number:032d}")
         os.utime(own_cache / f"{number:032d}", (number + 1, number + 1))
-    assert user_cache.read("0" * 32 + ".pickle", of=f"{user_cache.KEPT + 2:032d}") == b"1"
-    assert user_cache.read("0" * 32 + ".pickle", of=f"{0:032d}") is None
+    assert user_cache.read("0" * 32 + ".json", of=f"{user_cache.KEPT + 2:032d}") == b"1"
+    assert user_cache.read("0" * 32 + ".json", of=f"{0:032d}") is None
     assert (mine / "thesis.json").read_text() == "mine"
     assert len(list(own_cache.iterdir())) <= user_cache.KEPT + 3
 
