@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.cli.presets import presets
 from pipeline.storage import user_cache
 from pipeline.storage.sealed_folders import canonical
-from pipeline.storage.store import Steps
+from pipeline.storage.store import Plan
 from pipeline.validation import InvalidInput
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ class Recipe:
     lacking : str
         Why the data set has no clips for it; empty if it has.
     steps : list of dict, optional
-        What its stages are made of, as `Steps` notes it, and options and sources of the figure; None if that depends
+        What its stages are made of, as `Plan` notes it, and options and sources of the figure; None if that depends
         on recordings, which may change, or is refused.
     """
 
@@ -73,11 +73,15 @@ def recipes(names: Sequence[str], common: Sequence[str], *, steps: bool = False)
     """
     made: list[Recipe] = []
 
-    def plain() -> list[dict[str, Any]] | None:
+    def composed(name: str) -> Experiment:
         from pipeline.cli.compose import compose
+
+        return compose([*common, f"experiment={name}"])
+
+    def plain() -> list[dict[str, Any]] | None:
         from pipeline.ingestion.data import FolderData
 
-        experiments = [compose([*common, f"experiment={name}"]) for name in names or built_figures()]
+        experiments = [composed(name) for name in names or built_figures()]
         made.extend(recipe(one, steps=False) for one in experiments)
         # The user's folder is named as it is called here and now.
         return None if any(isinstance(one.data, FolderData) for one in experiments) else [*map(asdict, made)]
@@ -85,8 +89,10 @@ def recipes(names: Sequence[str], common: Sequence[str], *, steps: bool = False)
     said = ("recipes", *names, "of", *common, os.environ.get("MOCAP_MIRROR"))
     kept = user_cache.remembered(said, plain)
     found = made or [Recipe(**one) for one in kept]
-    wanted = [steps and one.steps is None and bool(names or not one.lacking) for one in found]
-    return [_with_steps(one, common) if more else one for one, more in zip(found, wanted, strict=True)]
+    return [
+        recipe(composed(one.name)) if steps and one.steps is None and (names or not one.lacking) else one
+        for one in found
+    ]
 
 
 def built_figures() -> list[str]:
@@ -95,12 +101,6 @@ def built_figures() -> list[str]:
 
     there = set(presets())
     return [name for paper in PAPERS.values() for name in (*paper.figures, *paper.beyond) if name in there]
-
-
-def _with_steps(one: Recipe, common: Sequence[str]) -> Recipe:
-    from pipeline.cli.compose import compose
-
-    return recipe(compose([*common, f"experiment={one.name}"]))
 
 
 def recipe(experiment: Experiment, *, steps: bool = True) -> Recipe:
@@ -118,9 +118,9 @@ def recipe(experiment: Experiment, *, steps: bool = True) -> Recipe:
     found: list[dict[str, Any]] | None = None
     if steps or isinstance(experiment.data, SyntheticPeople):
         with nullcontext() if steps else suppress(InvalidInput):
-            chain.run(experiment, noted := Steps())
+            chain.run(experiment, plan := Plan(Path(experiment.results), {}))
             figure = {"options": canonical(experiment.figure), "code": figure_code(experiment)}
-            found = [*noted.noted, figure]
+            found = [*plan.steps, figure]
     return Recipe(
         name=experiment.name,
         results=experiment.results,

@@ -11,12 +11,13 @@ from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from pathlib import Path
 
 from pipeline.clips.options import SyntheticPeople
 from pipeline.processes import map_processes
 from pipeline.stages import chain, populations
 from pipeline.storage.sealed_folders import compact, digest
-from pipeline.storage.store import Steps, Store
+from pipeline.storage.store import Plan, Store
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.study import NoSweep
 
@@ -111,13 +112,13 @@ def plan(experiments: Sequence[Experiment], *, task_s: float) -> list[Task]:
 
 def _keys(one: Experiment) -> dict[str, str]:
     """Return the stages of a figure, and of its further populations, with digests of what each is made of."""
-    steps = Steps()
+    asked = Plan(Path(one.results), {})
     sweeps = not isinstance(one.sweep, NoSweep)
-    chain.run(one, steps, through="sweep" if sweeps else "model")
+    chain.run(one, asked, through="sweep" if sweeps else "model")
     if populations.count(one):
-        (populations.swept if sweeps else populations.sampled)(one, 0, steps)
+        (populations.swept if sweeps else populations.sampled)(one, 0, asked)
     keys: dict[str, str] = {}
-    for step in steps.noted:
+    for step in asked.steps:
         made_from = [step, *(keys[stage] for stage in step["reads"])]
         keys[step["stage"]] = digest(compact(made_from))
     return keys

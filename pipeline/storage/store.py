@@ -252,10 +252,16 @@ class Plan(Store):
     results : Path
     before : mapping of str to (str, str)
         Key and content of earlier artefacts by stage, to compare with.
+
+    Attributes
+    ----------
+    steps : list of dict
+        What each stage that was asked for is made of, in plain values, for another plan to `follow`.
     """
 
     def __init__(self, results: Path, before: Mapping[str, tuple[str, str]]) -> None:
         self.cache, self.before = Path(results) / "cache", before
+        self.steps: list[dict[str, Any]] = []
         self._libraries = versions(_KEYED_LIBRARIES)
 
     def artefact(
@@ -273,6 +279,8 @@ class Plan(Store):
         are the keys of what is made from it.
         """
         made_from, key = self._key(stage, options, inputs, code)
+        reads = [item.stage if isinstance(item, Artefact) else item for item in inputs]
+        self.steps.append({"stage": stage, "options": made_from["options"], "reads": reads, "code": code})
         (before, content), why = self.before.get(stage, ("", "")), ""
         if before != key:
             try:
@@ -288,33 +296,12 @@ class Plan(Store):
             return Artefact(stage, key, content, {}, {}, True, 0.0, why)
 
     def follow(self, steps: Sequence[Mapping[str, Any]]) -> list[Artefact]:
-        """Return the artefacts of stages that were noted by `Steps`."""
+        """Return the artefacts of the stages that another plan was asked for."""
         made: dict[str, Artefact] = {}
         for step in steps:
             stage, inputs = step["stage"], [made[name] for name in step["reads"]]
             made[stage] = self.artefact(stage, step["options"], inputs, _nothing, code=step["code"])
         return list(made.values())
-
-
-class Steps(Plan):
-    """A plan that only notes, in plain values, what each stage is made of: for a `Plan` to follow."""
-
-    def __init__(self) -> None:
-        self.noted: list[dict[str, Any]] = []
-
-    def artefact(
-        self,
-        stage: str,
-        options: Any,
-        inputs: Sequence[Artefact | str],
-        compute: Callable[[], tuple[Mapping[str, Any], Mapping[str, Any]]],
-        *,
-        code: str,
-    ) -> Artefact:
-        """Note a stage and return an artefact of which nothing but the stage is known."""
-        reads = [item.stage if isinstance(item, Artefact) else item for item in inputs]
-        self.noted.append({"stage": stage, "options": canonical(options), "reads": reads, "code": code})
-        return Artefact(stage, "", "", {}, {}, True, 0.0, "")
 
 
 def _nothing() -> Any:
