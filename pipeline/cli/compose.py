@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
 from pipeline import mappings
+from pipeline.cli.index import write_index
 from pipeline.ingestion.data import DATA_SETS, FolderData
 from pipeline.processes import processes_for, usable_cores
 from pipeline.resources import CONF, PACKAGE
@@ -33,6 +34,7 @@ def compose(overrides: Sequence[str]) -> Experiment:
         If an override names no option.  Hydra's own errors are put into words by `composition.in_words`.
     """
 
+    _indexed()
     made: list[Experiment] = []
 
     def plain() -> Any:
@@ -47,6 +49,12 @@ def compose(overrides: Sequence[str]) -> Experiment:
     said = ("experiment", *overrides, os.environ.get("MOCAP_MIRROR"), usable_cores())
     kept = user_cache.remembered(said, plain, of=_rests_on)
     return on_this_machine(made[0] if made else _whole(kept))
+
+
+@cache
+def _indexed() -> None:
+    """Keep the index of options, once: their classes are loaded now."""
+    write_index()
 
 
 def _whole(value: Any, hint: Any = Experiment) -> Any:

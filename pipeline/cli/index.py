@@ -1,6 +1,7 @@
 """The options by name, from an index of the user's cache: a slip is refused before any library is loaded.
 
-What the index cannot judge passes, and is judged by the composition.
+It is written where experiments are composed, for the sources and options as they are; without one, or with other
+sources, the same slip is refused by the composition.  What the index cannot judge passes.
 """
 
 from __future__ import annotations
@@ -24,6 +25,14 @@ _EXTENDS = re.compile(r"^defaults:[\s\[-]*(\w+)", re.MULTILINE)
 
 
 FROM_FILES = ("data", "scale")
+
+
+_INDEX = ("options",)
+
+
+def write_index() -> None:
+    """Keep the index, if it is not there."""
+    user_cache.remembered(_INDEX, _index)
 
 
 def _index() -> dict[str, Any]:
@@ -71,7 +80,7 @@ def _values(hint: Any) -> Any:
 
 
 def refuse_slips(arguments: Sequence[str]) -> None:
-    """Refuse overrides that name no option, or give it a value that it cannot have.
+    """Refuse overrides that name no option, or give it a value that it cannot have, if the index is there.
 
     Raises
     ------
@@ -83,7 +92,8 @@ def refuse_slips(arguments: Sequence[str]) -> None:
     given = [(key, value) for key, value in given if not key.startswith("hydra")]
     if several or not given:
         return
-    index = user_cache.remembered(("options",), _index)
+    if (index := user_cache.remembered(_INDEX, lambda: None)) is None:
+        return
     chosen = dict(_CHOSEN.findall((CONF / "config.yaml").read_text(encoding="utf-8")))
     for key, value in given:
         if key == "experiment":
