@@ -43,14 +43,14 @@ def _experiments() -> dict[str, Any]:
 
 def option_classes() -> Iterator[tuple[str, str, type[Any], list[str]]]:
     """Yield each class of options: title, what stands before its names, class, presets that use it."""
-    from pipeline.cli.composition import DATA
+    from pipeline.ingestion.data import DATA_SETS
     from pipeline.reconstruct.training import Training
     from pipeline.reconstruct.writing import Reconstruct
     from pipeline.studies.experiment import Experiment
     from pipeline.studies.registry import GROUPS, options
 
     yield "Every figure", "", Experiment, ["every figure"]
-    for name, kind in DATA.items():
+    for name, kind in DATA_SETS.items():
         where = {
             "synthetic": "synthetic",
             "recorded": "optical, many, cmu, hdm05, hdm05_squat",

@@ -24,10 +24,11 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
-from pipeline.cli.figures import attempt, report
+from pipeline.cli.figures import attempt, make_figures, report
 from pipeline.cli.options import filled
 from pipeline.cli.progress import line
-from pipeline.cli.status import CURRENT, status
+from pipeline.cli.recipes import recipe
+from pipeline.cli.status import CURRENT, JOBS, latest, states, status
 from pipeline.cli.summary import Failure, Outcome
 from pipeline.cli.tasks import FIGURE, Task, plan
 from pipeline.storage.store import Plan, Store
@@ -42,9 +43,6 @@ from pipeline.validation import (
     require_choice,
 )
 
-JOBS = "jobs"
-"""Folder of scripts and logs, beside the figures."""
-_SUBMITTED = "_submitted.pkl"
 _MOST_WAIT_S = 15.0
 _SEEN_GONE = 4
 """Looks after which a job that is not queued and left no result is lost: on a shared disk a file may come later."""
@@ -77,16 +75,22 @@ class _Named:
     launch: Launch = field(default_factory=Launch)
 
 
-def split_launch(arguments: Sequence[str]) -> tuple[Launch | None, list[str]]:
-    """Return how figures are launched, None for this machine, and the other arguments.  Raises InvalidInput."""
+def launch_figures(
+    jobs: Sequence[tuple[Experiment, Path]], arguments: Sequence[str], *, console: Console
+) -> list[str]:
+    """Make figures as ``launch=`` and its options say, and return why some were not made, a sentence each.
+
+    Raises
+    ------
+    InvalidInput
+        If there is no such scheduler, or an option is unknown or out of range.
+    """
     where = [item[7:] for item in arguments if item.startswith("launch=")]
-    given = [item for item in arguments if item.startswith("launch.")]
-    others = [item for item in arguments if not item.startswith(("launch=", "launch."))]
     if require_choice("launch", where[-1] if where else "local", ("local", "slurm")) == "local":
-        return None, others
-    options = filled(_Named, given).launch
+        return make_figures(jobs, console=console)
+    options = filled(_Named, [item for item in arguments if item.startswith("launch.")]).launch
     require_bounds("launch", options)
-    return options, others
+    return make_on_cluster(jobs, options, console=console)
 
 
 @dataclass(frozen=True)
@@ -164,7 +168,7 @@ class _Queue:
 
     def adopted(self, task: Task, waiting: dict[str, str]) -> _Job | None:
         """Return the job of a task that an earlier run left, if it is queued or running."""
-        number = _latest(self.folder / task.name)
+        number = latest(self.folder / task.name)
         if number not in waiting:
             return None
         return _Job(task, self._submitit.SlurmJob((self.folder / task.name).resolve(), number))
@@ -182,7 +186,7 @@ def make_on_cluster(
     options : Launch
     console : Console
     """
-    stale = [(one, folder) for one, folder in jobs if status(one, folder).state != CURRENT]
+    stale = [(one, folder) for one, folder in jobs if status(recipe(one), folder).state != CURRENT]
     if not stale:
         console.print(f"{len(jobs)} figures are current")
         return []
@@ -257,32 +261,3 @@ def _watch(
             time.sleep(wait_s)
             wait_s = min(wait_s * 1.2, _MOST_WAIT_S)
     return made
-
-
-def states() -> dict[str, str] | None:
-    """Return the state of each of this user's jobs that has not ended; None if Slurm does not answer."""
-    command = ["squeue", "--me", "-h", "-o", "%i %T"]
-    try:
-        said = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    except (OSError, subprocess.CalledProcessError):
-        return None
-    return dict(line.split(" ", 1) for line in said.splitlines() if " " in line)
-
-
-def _latest(folder: Path) -> str:
-    """Return the number of the last job of a task, empty if there was none."""
-    numbers = [int(path.name.removesuffix(_SUBMITTED)) for path in folder.glob(f"[0-9]*{_SUBMITTED}")]
-    return str(max(numbers)) if numbers else ""
-
-
-def jobs_of(results: Path) -> dict[str, str]:
-    """Return what is known of the last job of each task below ``jobs``: queued, running or ended, and its log."""
-    found: dict[str, str] = {}
-    names = {path.name: number for path in sorted((results / JOBS).glob("*")) if (number := _latest(path))}
-    seen = (states() or {}) if names else {}
-    words = {"PENDING": "queued", "CONFIGURING": "queued"}
-    for name, number in names.items():
-        log = results / JOBS / name / f"{number}_0_log.err"
-        state = words.get(seen[number], "running") if number in seen else "ended"
-        found[name] = f"{state} {number}" + (f", {log}" if log.is_file() else "")
-    return found

@@ -10,42 +10,39 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TransferSpeedColumn
 from rich.text import Text
 
-from pipeline import papers
-from pipeline.cli.compose import compose
-from pipeline.cli.figures import judged, lacking
 from pipeline.cli.presets import listed, presets, split_named
+from pipeline.cli.recipes import Recipe, recipes
 from pipeline.cli.status import CURRENT, status
-from pipeline.cli.summary import claims_table, counts_by_kind, open_console
-from pipeline.ingestion.data import RecordedData
-from pipeline.storage import archive, provenance, tables
-from pipeline.storage.sealed_folders import MANIFEST, read_manifest
-from pipeline.studies import published
-from pipeline.studies.ledger import write_claims
+from pipeline.cli.summary import claim_rows, claims_table, counts_by_kind, open_console
+from pipeline.storage import archive, provenance, tables, user_cache
+from pipeline.storage.sealed_folders import MANIFEST, file_digest, read_manifest
 from pipeline.validation import InvalidInput, require_choice
 
 
-def built_figures() -> list[str]:
-    """Return the presets that exist, in the papers' order."""
-    there = set(presets())
-    return [
-        name for paper in papers.PAPERS.values() for name in (*paper.figures, *paper.beyond) if name in there
-    ]
+def figures_for(arguments: Sequence[str], among: Sequence[str] = ()) -> tuple[Recipe, list[str]]:
+    """Return a recipe of a data set and the figures for which it has clips: of all, or among some.
 
-
-def figures_for(arguments: Sequence[str], among: Sequence[str] = ()) -> list[str]:
-    """Return those for which the data set has clips: of all figures, or among some."""
-    return [
-        name for name in among or built_figures() if not lacking(compose([f"experiment={name}", *arguments]))
-    ]
+    Raises
+    ------
+    InvalidInput
+        If the arguments name figures.
+    """
+    if split_named(arguments)[0]:
+        raise InvalidInput("this is done for all figures", where="experiment", expected="no experiment=")
+    found = recipes(among, arguments)
+    return found[0], [one.name for one in found if not one.lacking]
 
 
 def fetch(arguments: Sequence[str]) -> int:
     """Download the public recordings; return 1 if some failed."""
+    from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TransferSpeedColumn
+
+    from pipeline.cli.compose import compose
     from pipeline.fetch import Progress as Progress_
     from pipeline.fetch import fetch as fetch_files
+    from pipeline.ingestion.data import RecordedData
 
     options = [item for item in arguments if "=" in item]
     only = [item for item in arguments if "=" not in item]
@@ -83,23 +80,18 @@ def fetch(arguments: Sequence[str]) -> int:
     return 1 if report.failed else 0
 
 
-def _results_folder(arguments: Sequence[str]) -> tuple[Any, Path]:
-    if split_named(arguments)[0]:
-        raise InvalidInput("this is done for all figures", where="experiment", expected="no experiment=")
-    config = compose(["experiment=zhang2007_fig2", *arguments])
-    return config, Path(config.results) / config.data.name / config.scale.name
-
-
 def report(arguments: Sequence[str]) -> int:
     """Judge the claims again and write the page over all figures of a data set."""
-    config, folder = _results_folder(arguments)
-    open_console().print(make_page(folder, config.data.name, figures_for(arguments)), soft_wrap=True)
+    one, figures = figures_for(arguments)
+    open_console().print(make_page(one.published_in, one.data, figures), soft_wrap=True)
     return 0
 
 
 def make_page(folder: Path, data_name: str, figures: Sequence[str]) -> str:
     """Write ``claims.csv`` and ``index.html`` in ``results/<data>/<scale>`` and return a sentence about the page."""
+    from pipeline.cli.figures import judged
     from pipeline.report.document import write_page
+    from pipeline.studies.ledger import write_claims
 
     if folder.is_dir():
         write_claims(folder / "claims.csv", judged(folder, data_name, figures))
@@ -115,26 +107,35 @@ def claims(arguments: Sequence[str]) -> int:
     """
     known = presets()
     named, common = split_named([f"experiment={a}" if a in known else a for a in arguments])
-    config, folder = _results_folder(common)
+    one, figures = figures_for(common, [require_choice("experiment", name, known) for name in named])
+    folder, out = one.published_in, open_console()
     if not folder.is_dir():
-        data, scale = config.data.name, config.scale.name
-        options = ("" if data == "synthetic" else f" DATA={data}") + (
-            "" if scale == "full" else f" SCALE={scale}"
+        options = ("" if one.data == "synthetic" else f" DATA={one.data}") + (
+            "" if one.scale == "full" else f" SCALE={one.scale}"
         )
-        open_console().print(f"nothing is made yet in {folder}: make sweeps{options}", soft_wrap=True)
+        out.print(f"nothing is made yet in {folder}: make sweeps{options}", soft_wrap=True)
         return 1
-    chosen = [require_choice("experiment", name, presets()) for name in named]
-    verdicts = judged(folder, config.data.name, figures_for(common, chosen))
-    if folder.is_dir() and not named:
-        write_claims(folder / "claims.csv", verdicts)
-    out = open_console()
-    out.print(claims_table(verdicts, out.width))
-    settled = (papers.Agreement.AGREES, papers.Agreement.MET)
-    for verdict in verdicts:
-        if verdict.evidence and verdict.agreement not in settled:
-            out.print(Text(f"{verdict.claim.name}: {verdict.agreement}: {verdict.why}"), soft_wrap=True)
-    out.print(f"{config.data.name}, {config.scale.name}")
-    out.print("\n".join(counts_by_kind(verdicts)))
+    file = folder / "claims.csv"
+
+    def judge() -> dict[str, Any]:
+        from pipeline.cli.figures import judged
+        from pipeline.studies.ledger import write_claims
+
+        verdicts = judged(folder, one.data, figures)
+        if not named:
+            write_claims(file, verdicts)
+        return {"rows": claim_rows(verdicts), "file": "" if named else file_digest(file)}
+
+    content = tables.digests(folder, figures)
+    told = user_cache.remembered(("claims", one.data, bool(named), *figures, *content), judge)
+    if not named and not (file.is_file() and file_digest(file) == told["file"]):
+        told = judge()
+    out.print(claims_table(told["rows"], out.width))
+    for row in told["rows"]:
+        if row["why"]:
+            out.print(Text(f"{row['claim']}: {row['agreement']}: {row['why']}"), soft_wrap=True)
+    out.print(f"{one.data}, {one.scale}")
+    out.print("\n".join(counts_by_kind(told["rows"])))
     return 0
 
 
@@ -144,16 +145,19 @@ def readme(arguments: Sequence[str]) -> int:
     ``data=...`` first renews the rows of a data set from its published figures; ``data=synthetic`` the README's
     pictures, too.
     """
-    layout = papers.read_mapping(provenance.PROJECT / "conf" / "readme.yaml")
+    from pipeline.papers import read_mapping
+    from pipeline.studies import published
+
+    layout = read_mapping(provenance.PROJECT / "conf" / "readme.yaml")
     path = provenance.PROJECT / "results" / "published.csv"
     if arguments:
         from pipeline.report.first_screen import draw_first_screen
         from pipeline.report.published import read_published
 
-        config, folder = _results_folder(arguments)
-        figures = figures_for(arguments)
+        one, figures = figures_for(arguments)
+        folder = one.published_in
         published.renew(path, published.measured(folder, figures, layout))
-        if config.data.name == "synthetic":
+        if one.data == "synthetic":
             draw_first_screen(
                 read_published(folder, figures), provenance.PROJECT / "results" / "archive" / "light"
             )
@@ -172,8 +176,8 @@ def view(arguments: Sequence[str]) -> int:
         raise InvalidInput("no figure is named", expected="view FIGURE", received=" ".join(arguments))
     path = Path(arguments[0])
     if path.suffix != ".rrd":
-        _, folder = _results_folder(arguments[1:])
-        path = folder / arguments[0] / "recording.rrd"
+        one, _ = figures_for(arguments[1:])
+        path = one.published_in / arguments[0] / "recording.rrd"
     if not path.is_file():
         raise InvalidInput("no such recording yet", where=str(path), expected=f"`make {arguments[0]}` first")
     if sys.platform.startswith("linux") and not (
@@ -203,36 +207,39 @@ def keep(arguments: Sequence[str]) -> int:
     """
     own = dict(item.split("=", 1) for item in arguments if item.partition("=")[0] in _KEEP and "=" in item)
     arguments = [item for item in arguments if item.partition("=")[0] not in _KEEP]
-    config, folder = _results_folder(arguments)
-    root, made_with, out = Path(config.results) / "archive", provenance.provenance(), open_console()
+    one, figures = figures_for(arguments)
+    folder = one.published_in
+    root, made_with, out = Path(one.results) / "archive", provenance.provenance(), open_console()
     facts = {
         "date": date.today().isoformat(),
         "commit": made_with["commit"],
         "dirty": made_with["dirty"],
     }
     if name := own.get("name"):
-        run = Path(own["run"]) if own.get("run") else _latest_run(Path(config.results) / "scratch")
+        run = Path(own["run"]) if own.get("run") else _latest_run(Path(one.results) / "scratch")
         data, found = archive.figures_of_run(run)
         kept = archive.keep(run, root, found, name=name, data=data, scale="", **facts)
         out.print(f"kept {run} in {kept}", soft_wrap=True)
         return 0
-    figures = figures_for(arguments)
     if only := own.get("only"):
         require_choice("only", only, figures)
     elif folder.is_dir():
-        write_claims(folder / "claims.csv", judged(folder, config.data.name, figures))
+        from pipeline.cli.figures import judged
+        from pipeline.studies.ledger import write_claims
+
+        write_claims(folder / "claims.csv", judged(folder, one.data, figures))
     chosen = [only] if only else figures
     current = _current(chosen, folder, arguments, commit=facts["commit"])
     if own.get("light") not in (None, "", "0"):
         from pipeline.report.light import keep_light
 
-        target = root / "light" / config.data.name
+        target = root / "light" / one.data
         kinds = keep_light(folder, target, chosen, current=current, **facts)
         sizes = ", ".join(f"{kind} {size / 1e6:.2f}" for kind, size in sorted(kinds.items()))
         out.print(f"kept in {target} ({sum(kinds.values()) / 1e6:.2f} MB: {sizes})", soft_wrap=True)
         return 0
     moment = f"{facts['date']}-{facts['commit'][:12]}" + (f"-{only}" if only else "")
-    kept = archive.keep(folder, root, chosen, name=moment, data=config.data.name, current=current, **facts)
+    kept = archive.keep(folder, root, chosen, name=moment, data=one.data, current=current, **facts)
     out.print(f"kept in {kept}")
     return 0
 
@@ -244,11 +251,8 @@ def _current(figures: Sequence[str], folder: Path, arguments: Sequence[str], *, 
     """
     there = [name for name in figures if (folder / name / MANIFEST).is_file()]
     others = [name for name in there if read_manifest(folder / name)["provenance"].get("commit") != commit]
-    return [
-        name
-        for name in others
-        if status(compose([f"experiment={name}", *arguments]), folder / name).state == CURRENT
-    ]
+    known = recipes(others, arguments, steps=True) if others else []
+    return [one.name for one in known if status(one, folder / one.name).state == CURRENT]
 
 
 def _latest_run(scratch: Path) -> Path:

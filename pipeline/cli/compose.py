@@ -6,17 +6,20 @@ import os
 import re
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from enum import Enum
 from functools import cache
 from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
 from pipeline import mappings
-from pipeline.ingestion.data import FolderData, RecordedData, SyntheticData
+from pipeline.cli.index import write_index
+from pipeline.ingestion.data import DATA_SETS, FolderData
 from pipeline.processes import processes_for, usable_cores
+from pipeline.resources import CONF, PACKAGE
 from pipeline.storage import user_cache
-from pipeline.storage.sealed_folders import TYPE, canonical
+from pipeline.storage.provenance import versions
+from pipeline.storage.sealed_folders import TYPE, canonical, digest
 from pipeline.studies import registry
 from pipeline.studies.experiment import Experiment
 from pipeline.validation import InvalidInput, require_name
@@ -30,6 +33,8 @@ def compose(overrides: Sequence[str]) -> Experiment:
     InvalidInput
         If an override names no option.  Hydra's own errors are put into words by `composition.in_words`.
     """
+
+    _indexed()
     made: list[Experiment] = []
 
     def plain() -> Any:
@@ -42,29 +47,14 @@ def compose(overrides: Sequence[str]) -> Experiment:
         return None
 
     said = ("experiment", *overrides, os.environ.get("MOCAP_MIRROR"), usable_cores())
-    kept = user_cache.remembered(said, plain)
+    kept = user_cache.remembered(said, plain, of=_rests_on)
     return on_this_machine(made[0] if made else _whole(kept))
 
 
 @cache
-def _named(hint: Any) -> tuple[type[Any], ...]:
-    """Return the classes that a type hint names."""
-    return (
-        (hint,) if isinstance(hint, type) else tuple(kind for part in get_args(hint) for kind in _named(part))
-    )
-
-
-@cache
-def _classes() -> dict[type[Any], dict[str, Any]]:
-    """Return the classes of all options, with the types of their fields."""
-    found: dict[type[Any], dict[str, Any]] = {}
-    options = [kind for group in registry.GROUPS for kind in registry.options(group).values()]
-    waiting: list[type[Any]] = [Experiment, SyntheticData, RecordedData, FolderData, *options]
-    while waiting:
-        if (kind := waiting.pop()) not in found:
-            found[kind] = get_type_hints(kind) if is_dataclass(kind) else {}
-            waiting += [inner for hint in found[kind].values() for inner in _named(hint)]
-    return found
+def _indexed() -> None:
+    """Keep the index of options, once: their classes are loaded now."""
+    write_index()
 
 
 def _whole(value: Any, hint: Any = Experiment) -> Any:
@@ -79,8 +69,52 @@ def _whole(value: Any, hint: Any = Experiment) -> Any:
     kind = next(kind for kind in named if issubclass(kind, _named(hint)))
     if issubclass(kind, Enum):
         return kind[value["name"]]
-    fields = _classes()[kind]
-    return kind(**{name: _whole(item, fields[name]) for name, item in value.items() if name != TYPE})
+    hints = _classes()[kind]
+    return kind(**{name: _whole(item, hints[name]) for name, item in value.items() if name != TYPE})
+
+
+def _named(hint: Any) -> tuple[type[Any], ...]:
+    """Return the classes that a type hint names."""
+    return tuple(part for part in (hint, *get_args(hint)) if isinstance(part, type))
+
+
+def _rests_on() -> str:
+    """Return a digest of what a composition follows from: the option classes as loaded, and the files of options.
+
+    What the options are for may be edited without composing anew.
+    """
+    composers = [PACKAGE / "cli" / f"{name}.py" for name in ("composition", "overrides")]
+    files = [path for path in sorted(CONF.rglob("*.yaml")) if path.parent.name != "paper"]
+    names = [path.relative_to(CONF).as_posix() for path in files]
+    contents = [digest(path.read_bytes()) for path in (*composers, *files)]
+    return digest(repr((_schema(), names, contents)).encode())[:32]
+
+
+@cache
+def _classes() -> dict[type[Any], dict[str, Any]]:
+    """Return the classes of all options, with the types of their fields."""
+    waiting: list[type[Any]] = [Experiment, *DATA_SETS.values()]
+    waiting += [kind for group in registry.GROUPS for kind in registry.options(group).values()]
+    found: dict[type[Any], dict[str, Any]] = {}
+    for kind in waiting:  # which grows by the classes of the fields
+        if kind not in found:
+            found[kind] = get_type_hints(kind) if is_dataclass(kind) else {}
+            waiting += [inner for hint in found[kind].values() for inner in _named(hint)]
+    return found
+
+
+@cache
+def _schema() -> str:
+    """Return the option classes, with the type, default and sizes of each field, as text."""
+    groups = {group: registry.options(group) for group in registry.GROUPS}
+    lines = [repr((versions(("hydra-core", "omegaconf")), groups))]
+    for kind, hints in _classes().items():
+        lines.append(f"{kind} {list(kind) if issubclass(kind, Enum) else ''}")
+        for field in fields(kind) if is_dataclass(kind) else ():
+            default = field.default if field.default_factory is MISSING else field.default_factory()
+            words = "" if default is MISSING else repr(default)
+            lines.append(f"{field.name} {hints[field.name]} {words} {dict(field.metadata)}")
+    return "\n".join(lines)
 
 
 def on_this_machine(experiment: Experiment) -> Experiment:

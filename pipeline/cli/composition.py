@@ -23,15 +23,12 @@ from hydra.types import RunMode
 from omegaconf import OmegaConf
 from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException
 
-from pipeline.cli.index import write_index
 from pipeline.cli.overrides import quoted
 from pipeline.cli.presets import CONF, presets
-from pipeline.ingestion.data import FolderData, RecordedData, SyntheticData
+from pipeline.ingestion.data import DATA_SETS
 from pipeline.studies import registry
 from pipeline.studies.experiment import Experiment, Scale
 from pipeline.validation import InvalidInput
-
-DATA = {"synthetic": SyntheticData, "recorded": RecordedData, "folder": FolderData}
 
 
 @cache
@@ -45,14 +42,12 @@ def register() -> None:
     store = ConfigStore.instance()
     store.store(name="experiment_schema", node=Experiment)
     store.store(group="scale", name="base_scale", node=Scale)
-    for name, kind in DATA.items():
+    for name, kind in DATA_SETS.items():
         store.store(group="data", name=f"base_{name}", node=kind)
     for group in registry.GROUPS:
         for name, option in registry.options(group).items():
             alone = not (CONF / group / f"{name}.yaml").is_file()
             store.store(group=group, name=name if alone else f"base_{name}", node=_schema(option))
-    groups = {group: registry.options(group) for group in registry.GROUPS}
-    write_index(Experiment, {"scale": {"scale": Scale}, "data": DATA, **groups})
 
 
 def _schema(option: type[Any]) -> Any:

@@ -24,36 +24,19 @@ from pipeline.clips.kinds import Clips
 from pipeline.ingestion.data import FolderData
 from pipeline.processes import core_lent
 from pipeline.stages import chain, figure
-from pipeline.storage import user_cache
-from pipeline.storage.sealed_folders import MANIFEST, file_digest, require_replaceable
+from pipeline.storage import tables, user_cache
+from pipeline.storage.sealed_folders import require_replaceable
 from pipeline.storage.store import Store
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.ledger import judge_folder, write_claims
-from pipeline.validation import InvalidInput
-
-
-def lacking(experiment: Experiment) -> str:
-    """Return why the data set has no clips for this experiment; empty if it has."""
-    try:
-        experiment.validate()
-    except InvalidInput as error:
-        if error.where == "data":
-            return str(error)
-    return ""
 
 
 def judged(
     folder: Path, data_name: str, figures: Sequence[str], *, overridden: bool = False
 ) -> list[papers.Verdict]:
     """Return the verdicts on figures, remembered by the content of their tables."""
-    content = [
-        (file.parent.name, file.name, file_digest(file))
-        for figure in figures
-        for file in [*sorted((folder / figure).glob("table*.csv")), folder / figure / MANIFEST]
-        if file.is_file()
-    ]
     found = user_cache.remembered(
-        ("verdicts", data_name, overridden, *figures, *content),
+        ("verdicts", data_name, overridden, *figures, *tables.digests(folder, figures)),
         lambda: [
             [one.claim.name, one.agreement, one.why, one.evidence and asdict(one.evidence), one.beyond]
             for one in judge_folder(folder, data_name, figures, overridden=overridden)
@@ -214,7 +197,6 @@ def _ledger(outcomes: Sequence[Outcome], experiments: dict[str, Experiment]) -> 
     parent = parents.pop()
     figures = [outcome.figure for outcome in outcomes]
     one = experiments[figures[0]]
-    as_preset = parent == Path(one.results) / one.data.name / one.scale.name
-    verdicts = judged(parent, one.data.name, figures, overridden=not as_preset)
+    verdicts = judged(parent, one.data.name, figures, overridden=parent != one.published_in)
     write_claims(parent / "claims.csv", verdicts, judged=figures)
     return verdicts

@@ -1,7 +1,7 @@
 """The options by name, from an index of the user's cache: a slip is refused before any library is loaded.
 
-Composing loads what every study stands on.  The index is written after that, for the sources and options as they are;
-without one, or with other sources, the same slip is refused by the composition.  What the index cannot judge passes.
+It is written where experiments are composed, for the sources and options as they are; without one, or with other
+sources, the same slip is refused by the composition.  What the index cannot judge passes.
 """
 
 from __future__ import annotations
@@ -26,29 +26,37 @@ _EXTENDS = re.compile(r"^defaults:[\s\[-]*(\w+)", re.MULTILINE)
 
 FROM_FILES = ("data", "scale")
 
+
 _INDEX = ("options",)
 
 
-def write_index(options: type[Any], groups: Mapping[str, Mapping[str, type[Any]]]) -> None:
-    """Write the index of the options of an experiment, and of those that each choice of a group has."""
+def write_index() -> None:
+    """Keep the index, if it is not there."""
+    user_cache.remembered(_INDEX, _index)
 
-    def index() -> dict[str, Any]:
-        trees: dict[str, dict[str, Any]] = {}
-        for group, classes in groups.items():
-            known = {name: _tree(kind) for name, kind in classes.items()}
-            files = {path.stem: path.read_text(encoding="utf-8") for path in (CONF / group).glob("*.yaml")}
-            for name, text in files.items():
-                while name not in known and (base := _EXTENDS.search(text)):
-                    above = base[1].removeprefix("base_")
-                    known |= {name: known[above]} if above in known else {}
-                    text = files.get(above, "")
-            # Of data sets and scales the classes are no choices, only what files make of them.
-            trees[group] = {
-                name: tree for name, tree in known.items() if group not in FROM_FILES or name in files
-            }
-        return {"options": _tree(options), "groups": trees}
 
-    user_cache.remembered(_INDEX, index)
+def _index() -> dict[str, Any]:
+    """Return the options of an experiment, and of those that each choice of a group has."""
+    from pipeline.ingestion.data import DATA_SETS
+    from pipeline.studies import registry
+    from pipeline.studies.experiment import Experiment, Scale
+
+    groups: dict[str, Mapping[str, type[Any]]] = {"scale": {"scale": Scale}, "data": DATA_SETS}
+    groups |= {group: registry.options(group) for group in registry.GROUPS}
+    trees: dict[str, dict[str, Any]] = {}
+    for group, classes in groups.items():
+        known = {name: _tree(kind) for name, kind in classes.items()}
+        files = {path.stem: path.read_text(encoding="utf-8") for path in (CONF / group).glob("*.yaml")}
+        for name, text in files.items():
+            while name not in known and (base := _EXTENDS.search(text)):
+                above = base[1].removeprefix("base_")
+                known |= {name: known[above]} if above in known else {}
+                text = files.get(above, "")
+        # Of data sets and scales the classes are no choices, only what files make of them.
+        trees[group] = {
+            name: tree for name, tree in known.items() if group not in FROM_FILES or name in files
+        }
+    return {"options": _tree(Experiment), "groups": trees}
 
 
 def _tree(kind: type[Any]) -> dict[str, Any]:
@@ -82,7 +90,9 @@ def refuse_slips(arguments: Sequence[str]) -> None:
     several = {"-m", "--multirun"} & set(arguments)
     given = [(match[1], match[2]) for item in arguments if (match := _SIMPLE.fullmatch(item))]
     given = [(key, value) for key, value in given if not key.startswith("hydra")]
-    if several or not given or (index := user_cache.remembered(_INDEX, lambda: None)) is None:
+    if several or not given:
+        return
+    if (index := user_cache.remembered(_INDEX, lambda: None)) is None:
         return
     chosen = dict(_CHOSEN.findall((CONF / "config.yaml").read_text(encoding="utf-8")))
     for key, value in given:

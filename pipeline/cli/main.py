@@ -60,16 +60,16 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from datetime import datetime
-from functools import partial
 from importlib import import_module
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.cli.presets import first_comment, place, presets, split_named
+from pipeline.cli.presets import first_comment, presets, split_named
 from pipeline.resources import version
 
 if TYPE_CHECKING:
+    from pipeline.cli.recipes import Recipe
     from pipeline.studies.experiment import Experiment
 
 IDENTITY = {"experiment", "data", "scale", "workers", "results", "data.mirror", "data.raw"}
@@ -174,14 +174,12 @@ def help_text() -> str:
     return (__doc__ or "").replace("{figures}", "\n".join(lines))
 
 
-def destination(experiment: Experiment, overrides: Sequence[str], moment: str) -> Path:
+def destination(experiment: Experiment | Recipe, overrides: Sequence[str], moment: str) -> Path:
     """Return the folder of a figure: its own for a preset without further overrides, else one in scratch."""
     allowed = IDENTITY | (OWN_FILES if "data=folder" in overrides else set())
     names = {item.split("=", 1)[0].lstrip("+~") for item in overrides}
-    results = Path(experiment.results)
-    if names <= allowed:
-        return results / experiment.data.name / experiment.scale.name / experiment.name
-    return results / "scratch" / moment / experiment.name
+    run = experiment.published_in if names <= allowed else Path(experiment.results) / "scratch" / moment
+    return run / experiment.name
 
 
 def _moment() -> str:
@@ -197,55 +195,57 @@ def make_all(arguments: Sequence[str]) -> int:
     from pipeline.cli.index import refuse_slips
 
     refuse_slips([item for item in arguments if not item.startswith("launch")])
-    from pipeline.cli.cluster import jobs_of, make_on_cluster, split_launch
-    from pipeline.cli.compose import compose
-    from pipeline.cli.figures import lacking, make_figures
+    from pipeline.cli.recipes import recipes
     from pipeline.cli.summary import open_console
 
-    dry = "--dry-run" in arguments
-    launch, arguments = split_launch([item for item in arguments if item != "--dry-run"])
+    launched, arguments = _apart(arguments, lambda item: item.startswith(("launch=", "launch.")))
+    dry, arguments = _apart(arguments, lambda item: item == "--dry-run")
     chosen, common = split_named(arguments)
-    moment = _moment()
-    jobs = []
+    found = recipes(chosen, common, steps=bool(dry))
     left_out: dict[str, list[str]] = {}
-    for name in chosen or presets():
-        experiment = compose([*common, f"experiment={name}"])
-        if not chosen and (reason := lacking(experiment)):
-            left_out.setdefault(reason, []).append(name)
-            continue
-        jobs.append((experiment, destination(experiment, common, moment)))
-    if not chosen:
-        jobs.sort(key=lambda job: place(job[0].paper, job[0].cost_s, job[0].name))
-    console = open_console()
+    for one in () if chosen else found:
+        if one.lacking:
+            left_out.setdefault(one.lacking, []).append(one.name)
+    there = [one for one in found if chosen or not one.lacking]
+    ordered = there if chosen else sorted(there, key=lambda one: one.place)
+    moment, console = _moment(), open_console()
     if dry:
         from pipeline.cli.status import print_status, status
 
-        print_status(
-            [status(experiment, folder) for experiment, folder in jobs],
-            console,
-            jobs_of(jobs[0][1].parent) if jobs else {},
-        )
+        folders = [destination(one, common, moment) for one in ordered]
+        print_status([*map(status, ordered, folders)], console, folders[0].parent if folders else None)
         return 0
-    make = partial(make_on_cluster, options=launch) if launch else make_figures
-    refused = make(jobs, console=console)
+    from pipeline.cli.compose import compose
+    from pipeline.cli.figures import make_figures
     from pipeline.storage.sealed_folders import MANIFEST
 
-    if not chosen and _as_presets(jobs) and any((folder / MANIFEST).is_file() for _, folder in jobs):
-        from pipeline.cli.commands import built_figures, make_page
+    experiments = [compose([*common, f"experiment={one.name}"]) for one in ordered]
+    jobs = [(one, destination(one, common, moment)) for one in experiments]
+    if launched:
+        from pipeline.cli.cluster import launch_figures
 
-        made = {experiment.name for experiment, _ in jobs}
-        of_these = [name for name in built_figures() if name in made]
-        console.print(make_page(jobs[0][1].parent, jobs[0][0].data.name, of_these), soft_wrap=True)
+        refused = launch_figures(jobs, launched, console=console)
+    else:
+        refused = make_figures(jobs, console=console)
+    if not chosen and _as_presets(jobs) and any((folder / MANIFEST).is_file() for _, folder in jobs):
+        from pipeline.cli.commands import make_page
+
+        console.print(
+            make_page(jobs[0][1].parent, jobs[0][0].data.name, [one.name for one in there]), soft_wrap=True
+        )
     for reason, names in left_out.items():
         console.print(f"Left out: {', '.join(names)}: {reason}", style="yellow", soft_wrap=True)
     return 1 if refused else 0
 
 
+def _apart(arguments: Sequence[str], chosen: Callable[[str], bool]) -> tuple[list[str], list[str]]:
+    """Return the arguments that are chosen, and the others."""
+    return [item for item in arguments if chosen(item)], [item for item in arguments if not chosen(item)]
+
+
 def _as_presets(jobs: Sequence[tuple[Experiment, Path]]) -> bool:
     """Return whether figures go to their own folders, without changed options."""
-    return all(
-        folder == Path(one.results) / one.data.name / one.scale.name / one.name for one, folder in jobs
-    )
+    return all(folder == one.published_in / one.name for one, folder in jobs)
 
 
 def _make_one(experiment: Experiment, overrides: Sequence[str], folder: Path | None) -> str:

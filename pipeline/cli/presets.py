@@ -19,20 +19,6 @@ def split_named(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
     return named, [item for item in arguments if item not in of_figures]
 
 
-def place(paper: str, cost_s: float, name: str) -> tuple[int, bool, int, float, str]:
-    """Return the place of a figure among others.
-
-    By subject, on each the figures of the papers before those of our own, by paper, the short before the long.
-    """
-    from pipeline.papers import PAPERS  # here, for help waits for no library
-
-    if paper not in PAPERS:
-        return (max(one.order for one in PAPERS.values()) + 1, True, 0, cost_s, name)
-    of = PAPERS[paper]
-    subject = min(one.order for one in PAPERS.values() if one.subject == of.subject)
-    return (subject, name in of.beyond, of.order, cost_s, name)
-
-
 def first_comment(name: str) -> str:
     """Return the first comment of a preset: paper, figure and what it shows."""
     lines = (CONF / "experiment" / f"{name}.yaml").read_text(encoding="utf-8").splitlines()

@@ -15,6 +15,7 @@ from pipeline import papers
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import make_figure
 from pipeline.cli.presets import CONF
+from pipeline.cli.recipes import recipe
 from pipeline.cli.status import CURRENT, status
 from pipeline.cli.summary import open_console
 from pipeline.papers import Kind, Verdict
@@ -30,9 +31,8 @@ from pipeline.validation import InvalidInput, require_choice
 PLAIN = "as it is"
 """Name of the figures without a switch."""
 
-KEEP, QUOTED, MADE = "keep", "quoted", "made"
-"""Arguments: keep the results in the repository; make the switches alone that explanations quote; make nothing, and
-tabulate the switches whose figures are all there."""
+KEEP, QUOTED = "keep", "quoted"
+"""Arguments: keep the results in the repository; make the switches alone that explanations quote."""
 
 QUIET = ("figure.picture=false", "figure.recording=false")
 
@@ -102,15 +102,14 @@ def sensitivity(arguments: Sequence[str]) -> int:
 
     Arguments are overrides as on the command line, and names of groups of ``conf/sensitivity.yaml``; by default all.
     Names of switches (``start_free``) make these alone, beside the figures as they are that they are compared with.
-    ``quoted`` makes alone what explanations quote; ``made`` makes nothing, and tabulates the switches whose figures
-    are all current, after a run that was stopped.  ``keep`` also writes what the repository
-    holds: the numbers of explanations and, of whole groups, what switches move, ``results/sensitivity.csv``, and what
-    was run, ``results/sensitivity_runs.csv``.  A figure that is current is not made again: an interrupted run goes on
-    where it ended.
+    ``quoted`` makes alone what explanations quote.  ``keep`` also writes what the repository holds: the numbers of
+    explanations and, of whole groups, what switches move, ``results/sensitivity.csv``, and what was run,
+    ``results/sensitivity_runs.csv``.  A figure that is current is not made again: an interrupted run goes on where it
+    ended.
     """
     known = groups()
     options = [item for item in arguments if "=" in item]
-    words = [item for item in arguments if "=" not in item and item not in (KEEP, QUOTED, MADE)]
+    words = [item for item in arguments if "=" not in item and item not in (KEEP, QUOTED)]
     having = {
         name: set(words) & {_word(switch) for switch in group["switches"]} for name, group in known.items()
     }
@@ -128,8 +127,6 @@ def sensitivity(arguments: Sequence[str]) -> int:
             every = list(_alone(every, named))
         if QUOTED in arguments:
             every = list(_quoted(every, first.data.name, name))
-        if MADE in arguments:
-            every = [switch for switch in every if not list(_lacking(switch, options, folder))]
         rows, numbers = _measured(every, name, options, folder)
         columns = {column: np.array([row[column] for row in rows]) for column in rows[0]}
         tables.write(folder / "table.csv", columns, sort_by=["claim", "switch"])
@@ -223,7 +220,7 @@ def _lacking(switch: Switch, options: Sequence[str], below: Path) -> Iterator[tu
     for figure in switch.figures:
         experiment = compose([f"experiment={figure}", *options, *switch.common, *switch.overrides, *QUIET])
         folder = _folder(below, switch) / figure
-        if status(experiment, folder).state != CURRENT:
+        if status(recipe(experiment), folder).state != CURRENT:
             yield experiment, folder
 
 

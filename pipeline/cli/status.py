@@ -1,8 +1,9 @@
-"""Which figures are current, stale or missing, found without computing anything."""
+"""Which figures are current, stale or missing, found without computing anything, and the jobs that make them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import subprocess
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,14 +11,16 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from pipeline.stages import chain
-from pipeline.stages.figure import figure_code
-from pipeline.storage.sealed_folders import canonical, complaints_about, read_manifest
+from pipeline.cli.recipes import Recipe
+from pipeline.storage.sealed_folders import complaints_about, read_manifest
 from pipeline.storage.store import Plan
-from pipeline.studies.experiment import Experiment
 
 CURRENT, STALE, MISSING = "current", "stale", "missing"
 _STYLES = {CURRENT: "green", STALE: "yellow", MISSING: "red"}
+
+JOBS = "jobs"
+"""Folder of scripts and logs of a cluster's jobs, beside the figures."""
+_SUBMITTED = "_submitted.pkl"
 
 
 @dataclass(frozen=True)
@@ -40,47 +43,81 @@ class Status:
     to_compute: tuple[str, ...]
 
 
-def status(experiment: Experiment, folder: Path) -> Status:
-    """Compare a published figure with its experiment: stages by content, the figure by options and sources."""
-    there = folder.is_dir() and not complaints_about(folder, hashes=False)
-    manifest = read_manifest(folder) if there else {}
+def status(recipe: Recipe, folder: Path) -> Status:
+    """Compare a published figure with its recipe: stages by content, the figure by options and sources."""
+    complaints = complaints_about(folder, hashes=False) if folder.is_dir() else ["not made yet"]
+    manifest = {} if complaints else read_manifest(folder)
     before = {
         name: (str(stage["key"]), str(stage.get("content", "")))
         for name, stage in manifest.get("stages", {}).items()
     }
-    plan = Plan(Path(experiment.results), before)
-    artefacts = [kept.artefact for kept in chain.run(experiment, plan)]
-    to_compute = tuple(artefact.stage for artefact in artefacts if artefact.computed)
-    if not folder.is_dir():
-        return Status(experiment.name, MISSING, "not made yet", to_compute)
-    if not there:
-        return Status(experiment.name, MISSING, complaints_about(folder, hashes=False)[0], to_compute)
+    assert recipe.steps is not None
+    *stages, figure = recipe.steps
+    artefacts = Plan(Path(recipe.results), before).follow(stages)
     changed = [a for a in artefacts if not a.content or a.content != before.get(a.stage, ("", ""))[1]]
-    if changed:  # the first explains those that follow from it
-        return Status(experiment.name, STALE, f"{changed[0].stage}: {changed[0].why}", to_compute)
-    if manifest["configuration"].get("figure") != canonical(experiment.figure):
-        return Status(experiment.name, STALE, "figure: options changed", to_compute)
-    if not manifest.get("code"):
-        return Status(experiment.name, STALE, "figure: without further populations yet", to_compute)
-    if manifest.get("code") != figure_code(experiment):
-        return Status(experiment.name, STALE, "figure: code changed", to_compute)
-    return Status(experiment.name, CURRENT, "", to_compute)
+    state, why = STALE, ""
+    if complaints:
+        state, why = MISSING, complaints[0]
+    elif changed:  # the first explains those that follow from it
+        why = f"{changed[0].stage}: {changed[0].why}"
+    elif manifest["configuration"].get("figure") != figure["options"]:
+        why = "figure: options changed"
+    elif not manifest.get("code"):
+        why = "figure: without further populations yet"
+    elif manifest["code"] != figure["code"]:
+        why = "figure: code changed"
+    else:
+        state = CURRENT
+    return Status(recipe.name, state, why, tuple(a.stage for a in artefacts if a.computed))
 
 
-def print_status(found: Sequence[Status], console: Console, jobs: Mapping[str, str]) -> None:
-    """Print a row for each figure, and what is known of the cluster's jobs: of figures in it, of shared work below."""
+def print_status(found: Sequence[Status], console: Console, results: Path | None) -> None:
+    """Print a row for each figure, and what is known of the cluster's jobs of a folder of results.
+
+    Those of figures stand in the table, those of shared work below it.
+    """
+    jobs = jobs_of(results) if results else {}
     table = Table(box=None, pad_edge=False)
     for heading in ("figure", "state", "to compute", "why", *(["job"] if jobs else [])):
         table.add_column(heading, overflow="fold")
     for one in found:
         state = Text(one.state, style=_STYLES[one.state])
-        job = jobs.get(one.figure, "")
+        job = jobs.pop(one.figure, "")
         if job.startswith("ended") and one.state != CURRENT:
             job = job.replace("ended", "failed", 1)
-        table.add_row(one.figure, state, " ".join(one.to_compute) or "-", one.why, *([job] if jobs else []))
+        table.add_row(one.figure, state, " ".join(one.to_compute) or "-", one.why, *([job] if job else []))
     console.print(table)
-    for name in sorted(set(jobs) - {one.figure for one in found}):
+    for name in sorted(jobs):
         if not jobs[name].startswith("ended"):
             console.print(Text(f"{name}: {jobs[name]}"), soft_wrap=True)
     counts = {state: sum(one.state == state for one in found) for state in _STYLES}
     console.print(", ".join(f"{count} {state}" for state, count in counts.items()) + "; nothing was computed")
+
+
+def states() -> dict[str, str] | None:
+    """Return the state of each of this user's jobs that has not ended; None if Slurm does not answer."""
+    command = ["squeue", "--me", "-h", "-o", "%i %T"]
+    try:
+        said = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    except (OSError, subprocess.CalledProcessError):
+        return None
+    return dict(line.split(" ", 1) for line in said.splitlines() if " " in line)
+
+
+def latest(folder: Path) -> str:
+    """Return the number of the last job of a task, empty if there was none."""
+    numbers = [int(path.name.removesuffix(_SUBMITTED)) for path in folder.glob(f"[0-9]*{_SUBMITTED}")]
+    return str(max(numbers)) if numbers else ""
+
+
+def jobs_of(results: Path) -> dict[str, str]:
+    """Return what is known of the last job of each task below ``jobs``: queued, running or ended, and its log."""
+    found: dict[str, str] = {}
+    names = {path.name: number for path in sorted((results / JOBS).glob("*")) if (number := latest(path))}
+    seen = (states() or {}) if names else {}
+    words = {"PENDING": "queued", "CONFIGURING": "queued"}
+    for name, number in names.items():
+        log = results / JOBS / name / f"{number}_0_log.err"
+        state = words.get(seen[number], "running") if number in seen else "ended"
+        found[name] = f"{state} {number}" + (f", {log}" if log.is_file() else "")
+    return found

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import errno
 import os
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from pipeline.papers import Agreement, Beyond, Kind, Verdict, count
+if TYPE_CHECKING:
+    from pipeline.papers import Verdict
 
 WIDE = 110
 """Columns of a terminal in which all of a claim has room."""
@@ -116,27 +120,59 @@ def summarise(
         + ")."
     )
     if verdicts:
-        console.print(claims_table(verdicts))
-        console.print("\n".join(counts_by_kind(verdicts)))
+        rows = claim_rows(verdicts)
+        console.print(claims_table(rows))
+        console.print("\n".join(counts_by_kind(rows)))
     for remark in dict.fromkeys(r for outcome in outcomes for r in outcome.remarks):
         console.print(Text(remark, style="yellow"), soft_wrap=True)
 
 
-_STYLES = {
-    Agreement.AGREES: "green",
-    Agreement.MET: "green",
-    Agreement.CLOSE: "yellow",
-    Agreement.UNDECIDED: "yellow",
-    Agreement.DIFFERS: "red",
-    Agreement.NOT_MET: "red",
-    Beyond.YES: "green",
-    Beyond.NO: "yellow",
-    Beyond.WORSE: "red",
-    Beyond.UNKNOWN: "yellow",
+_AGREEMENTS = {
+    "agrees": "green",
+    "close": "yellow",
+    "undecided": "yellow",
+    "differs": "red",
+    "met": "green",
+    "not met": "red",
+    "untestable": "dim",
+    "not judged at smoke scale": "dim",
 }
+_BEYOND = {
+    "yes": ("green", "beyond the baseline"),
+    "no": ("yellow", "not"),
+    "worse": ("red", "worse than it"),
+    "unknown": ("yellow", "not known"),
+}
+"""Styles of the answers, in the order in which they are counted, and words of the counts."""
+
+Row = dict[str, str]
 
 
-def claims_table(verdicts: Sequence[Verdict], width: int = 160) -> Table:
+def claim_rows(verdicts: Sequence[Verdict]) -> list[Row]:
+    """Return what is shown of verdicts, in text, kind by kind; ``why`` where a claim does not agree."""
+    from pipeline.papers import Kind
+
+    rows, kinds = [], list(Kind)
+    for v in sorted(verdicts, key=lambda v: kinds.index(v.claim.kind)):
+        found, agreement = v.evidence, str(v.agreement)
+        rows.append(
+            {
+                "agreement": agreement,
+                "beyond baseline": str(v.beyond) if v.beyond in _BEYOND else "",
+                "claim": v.claim.name,
+                "published": "" if v.claim.published is None else f"{v.claim.published:g}",
+                "ours": str(found.value) if found else "",
+                "unit": v.claim.unit,
+                "baseline": str(found.baseline) if found and found.baseline else "",
+                "kind": str(v.claim.kind),
+                "same_as": v.claim.same_as,
+                "why": v.why if found and agreement not in ("agrees", "met") else "",
+            }
+        )
+    return rows
+
+
+def claims_table(rows: Sequence[Row], width: int = 160) -> Table:
     """Return the claims as a table, kind by kind: both answers, the published number, ours and the baseline's.
 
     In less than `WIDE` columns without the baseline's number.
@@ -147,46 +183,28 @@ def claims_table(verdicts: Sequence[Verdict], width: int = 160) -> Table:
     for heading in headings:
         right = heading in ("published", "ours", "baseline")
         table.add_column(heading, justify="right" if right else "left", overflow="fold")
-    kinds = list(Kind)
-    shown = None
-    for v in sorted(verdicts, key=lambda v: kinds.index(v.claim.kind)):
-        if v.claim.kind is not shown:
-            shown = v.claim.kind
-            table.add_row(Text(f"{shown}s", style="bold"))
-        found = v.evidence
-        beyond = "" if v.beyond is Beyond.NOT_APPLICABLE else str(v.beyond)
-        cells: list[Text | str] = [
-            Text(str(v.agreement), style=_STYLES.get(v.agreement, "dim")),
-            Text(beyond, style=_STYLES.get(v.beyond, "dim")),
-            v.claim.name,
-            "" if v.claim.published is None else f"{v.claim.published:g}",
-            str(found.value) if found else "",
-            v.claim.unit,
-            str(found.baseline) if found and found.baseline else "",
-        ]
-        table.add_row(*cells[: len(headings)])
+    for kind, of_kind in groupby(rows, lambda row: row["kind"]):
+        table.add_row(Text(f"{kind}s", style="bold"))
+        for row in of_kind:
+            styles = (_AGREEMENTS.get(row["agreement"], ""), _BEYOND.get(row["beyond baseline"], ("",))[0])
+            answers = [Text(row[name], style) for name, style in zip(headings, styles, strict=False)]
+            table.add_row(*answers, *(row[name] for name in headings[2:]))
     return table
 
 
-def counts_by_kind(verdicts: Sequence[Verdict]) -> list[str]:
-    """Return a line to each kind of claims: how many have each agreement, and of those how many are beyond what."""
+def counts_by_kind(rows: Sequence[Row]) -> list[str]:
+    """Return a line to each kind of claims: how many have each agreement, and of those how many are beyond what.
+
+    A number that is printed twice counts once.
+    """
     lines = []
-    for kind, of_kind in count(verdicts).items():
+    for kind, of_kind in groupby((row for row in rows if not row["same_as"]), lambda row: row["kind"]):
+        answers = Counter((row["agreement"], row["beyond baseline"]) for row in of_kind)
         told = []
-        for agreement in Agreement:
-            apart = {beyond: n for (found, beyond), n in of_kind.items() if found is agreement}
-            beyond = [f"{apart[b]} {_BEYOND[b]}" for b in Beyond if b in apart and b in _BEYOND]
-            if apart:
-                told.append(
-                    f"{sum(apart.values())} {agreement}" + (f" ({', '.join(beyond)})" if beyond else "")
-                )
+        for agreement in _AGREEMENTS:
+            count = sum(n for (found, _), n in answers.items() if found == agreement)
+            apart = [f"{n} {words}" for b, (_, words) in _BEYOND.items() if (n := answers[agreement, b])]
+            if count:
+                told.append(f"{count} {agreement}" + (f" ({', '.join(apart)})" if apart else ""))
         lines.append(f"{kind}s: " + ", ".join(told))
     return lines
-
-
-_BEYOND = {
-    Beyond.YES: "beyond the baseline",
-    Beyond.NO: "not",
-    Beyond.WORSE: "worse than it",
-    Beyond.UNKNOWN: "not known",
-}

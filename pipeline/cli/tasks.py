@@ -10,16 +10,18 @@ import math
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
 
 from pipeline.clips.options import SyntheticPeople
 from pipeline.processes import map_processes
 from pipeline.stages import chain, populations
-from pipeline.storage.sealed_folders import canonical, compact, digest
-from pipeline.storage.store import Store
+from pipeline.storage.sealed_folders import compact, digest
+from pipeline.storage.store import Plan, Store
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.study import NoSweep
 
-SAMPLES, SWEPT, FIGURE = "samples", "populations", "figure"
+SAMPLES, SWEPT, FIGURE = "population", "population_sweep", "figure"
 _SAMPLES_S = 0.012
 """Processor time of the samples of one synthetic walker, about."""
 
@@ -73,38 +75,33 @@ def plan(experiments: Sequence[Experiment], *, task_s: float) -> list[Task]:
     task_s : float
         Processor time of a block of populations, about.
     """
-    chains = [_chain(one) for one in experiments]
+    keys = [_keys(one) for one in experiments]
     users: dict[str, list[int]] = defaultdict(list)
-    for number, of_figure in enumerate(chains):
-        for _, key in of_figure:
+    for number, of_figure in enumerate(keys):
+        for key in of_figure.values():
             users[key].append(number)
     tasks: dict[str, Task] = {}
 
     def add(one: Experiment, through: str, key: str, numbers: tuple[int, ...], needs: tuple[str, ...]) -> str:
-        first = f"_{numbers[0] + 1}" if numbers else ""
-        name = f"{through}_{key[:8]}{first}"
-        cost = max(len(numbers), 1) * (_cost_s(one) / (populations.count(one) + 1))
-        cost = len(numbers) * _people(one) * _SAMPLES_S if through == SAMPLES else cost
-        tasks.setdefault(name, Task(name, one, through, numbers, needs, cost))
+        name = f"{through}_{key[:8]}" + (f"_{numbers[0] + 1}" if numbers else "")
+        cost_s = max(len(numbers), 1) * _each_s(one, through)
+        tasks.setdefault(name, Task(name, one, through, numbers, needs, cost_s))
         return name
 
     figures = []
-    for one, of_figure in zip(experiments, chains, strict=True):
+    for one, of_figure in zip(experiments, keys, strict=True):
         needs: tuple[str, ...] = ()
         samples: tuple[str, ...] = ()
-        last = [name for name, _ in of_figure if name in chain.STAGES][-1]
-        for (through, key), (_, following) in zip(of_figure, [*of_figure[1:], ("", "")], strict=True):
+        following = dict(pairwise(name for name in of_figure if name in chain.STAGES))
+        for through, key in of_figure.items():
             shared = len(users[key]) > 1
             if through in chain.STAGES:
-                if shared and (through == last or users[key] != users[following]):
+                if shared and (
+                    through not in following or users[key] != users[of_figure[following[through]]]
+                ):
                     needs = (add(one, through, key, (), needs),)
                 continue
-            each = (
-                _people(one) * _SAMPLES_S
-                if through == SAMPLES
-                else _cost_s(one) / (populations.count(one) + 1)
-            )
-            blocks = _blocks(populations.count(one), each, task_s)
+            blocks = _blocks(populations.count(one), _each_s(one, through), task_s)
             if shared or len(blocks) > 1:
                 made = tuple(add(one, through, key, block, samples) for block in blocks)
                 samples = made if through == SAMPLES else samples
@@ -113,26 +110,18 @@ def plan(experiments: Sequence[Experiment], *, task_s: float) -> list[Task]:
     return [*tasks.values(), *figures]
 
 
-def _chain(one: Experiment) -> list[tuple[str, str]]:
+def _keys(one: Experiment) -> dict[str, str]:
     """Return the stages of a figure, and of its further populations, with digests of what each is made of."""
-    none = isinstance(one.sweep, NoSweep)
-    corpus = one.dataset.corpus.name
-    keys = [
-        ("ingest", [one.data, one.skeleton, one.seed, corpus]),
-        ("dataset", one.dataset),
-        ("model", one.model),
-    ]
-    further = []
+    asked = Plan(Path(one.results), {})
+    sweeps = not isinstance(one.sweep, NoSweep)
+    chain.run(one, asked, through="sweep" if sweeps else "model")
     if populations.count(one):
-        further = [(SAMPLES, [keys[0][1], one.dataset.shared()])]
-        further += [] if none else [(SWEPT, [one.dataset, one.model, one.sweep.of_populations()])]
-    found = []
-    for parts in (keys if none else [*keys, ("sweep", one.sweep)]), further:
-        reached = ""
-        for name, options in parts:
-            reached = digest(compact([reached, canonical({name: options})]))
-            found.append((name, reached))
-    return found
+        (populations.swept if sweeps else populations.sampled)(one, 0, asked)
+    keys: dict[str, str] = {}
+    for step in asked.steps:
+        made_from = [step, *(keys[stage] for stage in step["reads"])]
+        keys[step["stage"]] = digest(compact(made_from))
+    return keys
 
 
 def _people(one: Experiment) -> int:
@@ -142,6 +131,11 @@ def _people(one: Experiment) -> int:
 def _cost_s(one: Experiment) -> float:
     """Return the processor time of a figure, which grows with its people beyond those of the papers."""
     return one.cost_s * max(1.0, _people(one) / SyntheticPeople.population)
+
+
+def _each_s(one: Experiment, through: str) -> float:
+    """Return the processor time of a stage, or of one population."""
+    return _people(one) * _SAMPLES_S if through == SAMPLES else _cost_s(one) / (populations.count(one) + 1)
 
 
 def _blocks(count: int, each_s: float, task_s: float) -> list[tuple[int, ...]]:

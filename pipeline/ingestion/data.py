@@ -197,3 +197,7 @@ class FolderData(Recordings):
             subject=self.subject,
         )
         return self.request_for(corpus, self.choose(corpus, clips), workers, skeleton.missing)
+
+
+DATA_SETS = {"synthetic": SyntheticData, "recorded": RecordedData, "folder": FolderData}
+"""What the data sets of ``conf/data`` extend."""

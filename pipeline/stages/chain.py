@@ -1,23 +1,20 @@
-"""The four stages before the figure, one after the other."""
+"""The four stages before the figure, one after the other: clips, samples, model and measurements."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
+from functools import partial
 from typing import Any
 
-from pipeline.stages import dataset, ingest, model, sweep
-from pipeline.stages.artefacts import Stored
+from pipeline.stages import ingest
+from pipeline.stages.artefacts import Stored, stored
 from pipeline.storage.store import Store
+from pipeline.storage.typed import result_type
 from pipeline.studies.experiment import Experiment
+from pipeline.studies.study import SweepInputs
 
-STAGES: Mapping[str, tuple[Callable[..., Stored[Any]], tuple[int, ...]]] = {
-    "ingest": (ingest.run, ()),
-    "dataset": (dataset.run, (0,)),
-    "model": (model.run, (1,)),
-    "sweep": (sweep.run, (0, 1, 2)),
-}
-"""Each stage, and the places of those whose results it reads."""
+STAGES = ("ingest", "dataset", "model", "sweep")
 
 
 def run(
@@ -39,9 +36,33 @@ def run(
         Makes the context in which a stage, given its name, runs.
     """
     done: list[Stored[Any]] = []
-    for name, (stage, reads) in STAGES.items():
-        with at(name):
-            done.append(stage(experiment, *(done[place] for place in reads), store))
-        if name == through:
-            break
+    for stage in STAGES[: STAGES.index(through) + 1]:
+        with at(stage):
+            done.append(_after(done, stage, experiment, store) if done else ingest.run(experiment, store))
     return tuple(done)
+
+
+def _after(before: Sequence[Stored[Any]], stage: str, experiment: Experiment, store: Store) -> Stored[Any]:
+    """Return what a stage makes, by its options, of the results of the stages before it."""
+    options = getattr(experiment, stage)
+    made_from, inputs = options, before[-1:]
+    if stage == "sweep":
+        inputs = before if options.reads_clips else before[1:]
+        if options.draws_random_numbers:
+            made_from = {"sweep": options, "seed": experiment.seed}
+        clips, dataset, model = (kept.value for kept in before)
+        others = (experiment.dataset, experiment.model, experiment.workers, experiment.seed)
+        given = SweepInputs(clips, dataset, model, *others)
+        method, compute = options.measure, partial(options.measure, given)
+    else:
+        method = options.build if stage == "dataset" else options.learn
+        compute = partial(method, before[-1].value, workers=experiment.workers)
+    return stored(
+        store,
+        stage,
+        made_from,
+        inputs,
+        compute,
+        result=result_type(method),
+        sources=[type(options).__module__],
+    )

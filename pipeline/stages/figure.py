@@ -63,13 +63,12 @@ def _publish(
             tables.write(publication.folder / f"{name}.csv", table)
         report = report_table(inputs.clips.report, inputs.clips.report_columns)
         tables.write(publication.folder / f"{INGEST}.csv", report, sort_by=["source", "person", "clip"])
-        as_preset = folder.parent == Path(experiment.results) / experiment.data.name / experiment.scale.name
         verdicts = judge_figure(
             experiment.name,
             {**made, INGEST: report},
             experiment.data.name,
             smoke=experiment.scale.name == SMOKE,
-            overridden=not as_preset,
+            overridden=folder.parent != experiment.published_in,
         )
         write_claims(publication.folder / "claims.csv", verdicts)
         (publication.folder / "arrays.npz").write_bytes(packed({**inputs.arrays, **figure.arrays(inputs)}))

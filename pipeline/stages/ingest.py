@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -35,7 +34,7 @@ def run(experiment: Experiment, store: Store) -> Stored[Clips]:
             sources=[request.source],
         )
     except NoUsableClips as refusal:
-        path = Path(experiment.results) / experiment.data.name / experiment.scale.name / "refused_clips.csv"
+        path = experiment.published_in / "refused_clips.csv"
         path.parent.mkdir(parents=True, exist_ok=True)
         tables.write(path, report_table(refusal.report, refusal.columns), sort_by=["clip"])
         rows = "; ".join(f"{row['clip']}: {row['reason']}" for row in refusal.report[:50] if row["reason"])

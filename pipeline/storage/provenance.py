@@ -17,7 +17,7 @@ PACKAGE = Path(__file__).resolve().parent.parent
 PROJECT = PACKAGE.parent
 LOCK = PROJECT / "requirements.lock"
 
-_PACKAGES = ("numpy", "scipy", "pandas", "hydra-core", "omegaconf", "rerun-sdk", "matplotlib")
+PACKAGES = ("numpy", "scipy", "pandas", "hydra-core", "omegaconf", "rerun-sdk", "matplotlib")
 _THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_CORETYPE")
 
 
@@ -68,7 +68,7 @@ def provenance() -> dict[str, Any]:
     changes = _git("status", "--porcelain", *aside) if ours else None
     return {
         "python": platform.python_version(),
-        "packages": versions(_PACKAGES),
+        "packages": versions(PACKAGES),
         "commit": commit or "unknown",
         "dirty": "unknown" if changes is None else bool(changes),
         "machine": platform.machine(),

@@ -252,10 +252,16 @@ class Plan(Store):
     results : Path
     before : mapping of str to (str, str)
         Key and content of earlier artefacts by stage, to compare with.
+
+    Attributes
+    ----------
+    steps : list of dict
+        What each stage that was asked for is made of, in plain values, for another plan to `follow`.
     """
 
     def __init__(self, results: Path, before: Mapping[str, tuple[str, str]]) -> None:
         self.cache, self.before = Path(results) / "cache", before
+        self.steps: list[dict[str, Any]] = []
         self._libraries = versions(_KEYED_LIBRARIES)
 
     def artefact(
@@ -273,6 +279,8 @@ class Plan(Store):
         are the keys of what is made from it.
         """
         made_from, key = self._key(stage, options, inputs, code)
+        reads = [item.stage if isinstance(item, Artefact) else item for item in inputs]
+        self.steps.append({"stage": stage, "options": made_from["options"], "reads": reads, "code": code})
         (before, content), why = self.before.get(stage, ("", "")), ""
         if before != key:
             try:
@@ -286,3 +294,15 @@ class Plan(Store):
             return Artefact(stage, key, content_digest(kept), {}, {}, False, 0.0, why)
         except (OSError, ValueError, KeyError, TypeError, AttributeError):
             return Artefact(stage, key, content, {}, {}, True, 0.0, why)
+
+    def follow(self, steps: Sequence[Mapping[str, Any]]) -> list[Artefact]:
+        """Return the artefacts of the stages that another plan was asked for."""
+        made: dict[str, Artefact] = {}
+        for step in steps:
+            stage, inputs = step["stage"], [made[name] for name in step["reads"]]
+            made[stage] = self.artefact(stage, step["options"], inputs, _nothing, code=step["code"])
+        return list(made.values())
+
+
+def _nothing() -> Any:
+    raise AssertionError("a plan computes nothing")

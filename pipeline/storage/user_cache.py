@@ -1,4 +1,4 @@
-"""The user's cache: what follows from the sources alone, kept under a digest of their content.
+"""The user's cache: what follows from the sources alone, kept under a digest of their content, the *edition*.
 
 Nothing in it can be out of date, for other sources have another name; without it everything is only slower.
 """
@@ -17,10 +17,11 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.resources import CONF, PACKAGE
+from pipeline.storage.provenance import PACKAGES, versions
 from pipeline.storage.publishing import new_file
 from pipeline.validation import InvalidInput
 
-KEPT = 6
+KEPT = 12
 """Editions whose folders are kept, the latest."""
 
 _EDITION, _OURS = re.compile(r"[0-9a-f]{32}"), re.compile(r"[0-9a-f]{32}\.json")
@@ -34,19 +35,21 @@ def place() -> Path:
 
 @cache
 def edition() -> str:
-    """Return a digest of the content of all sources and options, and of the Python that reads them, at the start."""
+    """Return a digest of all sources and options, and of the Python and libraries that read them, at the start."""
     return _digest()
 
 
 def _digest() -> str:
-    found = hashlib.sha256(sys.version.encode())
+    found = hashlib.sha256(repr((sys.version, versions(PACKAGES))).encode())
     for root in (PACKAGE, CONF):
         for path in sorted(path for kind in ("py", "yaml") for path in root.rglob(f"*.{kind}")):
             found.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
     return found.hexdigest()[:32]
 
 
-def remembered(what: Sequence[object], make: Callable[[], Any]) -> Any:
+def remembered(
+    what: Sequence[object], make: Callable[[], Any], *, of: Callable[[], str] | None = None
+) -> Any:
     """Return the plain value that `make` returns, which follows from the sources and from `what` alone.
 
     Parameters
@@ -55,12 +58,14 @@ def remembered(what: Sequence[object], make: Callable[[], Any]) -> Any:
         Values whose ``repr`` tells all of them.
     make : callable
         Returns what JSON can hold, or None, which is not kept; it is not called if something is.
+    of : callable, optional
+        Returns a digest, 32 hexadecimal digits, of the part of the sources that it follows from; by default of all.
     """
-    name, of = hashlib.sha256(repr(what).encode()).hexdigest()[:32] + ".json", edition()
-    with suppress(ValueError):
-        return json.loads(read(name, of=of) or b"")
-    if (made := make()) is not None and _digest() == of:  # else somebody has edited meanwhile
-        write(name, json.dumps(made).encode(), of=of)
+    name, before = hashlib.sha256(repr(what).encode()).hexdigest()[:32] + ".json", (of or edition)()
+    if (kept := read(name, of=before)) is not None:
+        return json.loads(kept)
+    if (made := make()) is not None and (of or _digest)() == before:  # else somebody has edited meanwhile
+        write(name, json.dumps(made).encode(), of=before)
     return made
 
 

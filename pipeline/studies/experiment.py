@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from pipeline.clips.options import Data, Skeleton
 from pipeline.processes import usable_cores
@@ -55,6 +56,11 @@ class Experiment:
         default_factory=usable_cores
     )  # processes at a time; more are as many as there are cores
     results: str = "results"  # folder of results
+
+    @property
+    def published_in(self) -> Path:
+        """Folder of the figures of this data set and scale, as their presets have them."""
+        return Path(self.results) / self.data.name / self.scale.name
 
     def validate(self) -> None:
         """Validate all options.

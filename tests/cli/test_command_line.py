@@ -856,19 +856,20 @@ def test_ctrl_c_while_options_are_read_is_no_traceback(
 
 @pytest.mark.thorough
 def test_claims_and_archive_ask_only_for_what_the_data_set_has() -> None:
-    from pipeline.cli.commands import built_figures, figures_for
+    from pipeline.cli.commands import figures_for
+    from pipeline.cli.recipes import built_figures
 
     every = built_figures()
     assert set(every) == set(presets())
-    assert figures_for(["data=synthetic"]) == every
-    bends = figures_for(["data=hdm05"])
+    assert figures_for(["data=synthetic"])[1] == every
+    _, bends = figures_for(["data=hdm05"])
     assert set(bends) == {f for f in every if f.startswith("mozerov2006")} - {"mozerov2006_warp_error"}
 
 
 def test_what_a_data_set_has_nothing_for_is_left_out_and_said(
     say: Callable, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pipeline.cli.main.presets", lambda: ["mozerov2006_fig1", "zhang2007_fig5"])
+    monkeypatch.setattr("pipeline.cli.recipes.built_figures", lambda: ["mozerov2006_fig1", "zhang2007_fig5"])
     said = say("figures", "data=hdm05", "data.raw=nowhere", "data.mirror=", f"results={tmp_path}")
     assert said.status == 1, "none of its recordings is on this machine"
     assert "Left out: " in said.out

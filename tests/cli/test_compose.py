@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
+import itertools
 import os
+import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from pipeline.cli import composition
-from pipeline.cli.compose import compose, on_this_machine
+from pipeline.cli.compose import _classes, _rests_on, _schema, compose, on_this_machine
 from pipeline.cli.figures import judged
-from pipeline.cli.presets import presets
+from pipeline.cli.presets import CONF, presets
 from pipeline.storage import tables, user_cache
 from pipeline.storage.sealed_folders import write_manifest
 from pipeline.studies.ledger import judge_folder
@@ -52,11 +56,10 @@ def test_the_second_time_it_is_the_same(data: str, tmp_path: Path, composed: lis
 
 def test_what_it_rests_on_is_asked_again(monkeypatch: pytest.MonkeyPatch, composed: list[list[str]]) -> None:
     overrides = ["experiment=zhang2007_fig5", "data=cmu"]
-    for mirror, cores, edition in (("a", 1, "x"), ("b", 1, "x"), ("b", 2, "x"), ("b", 2, "y"), ("b", 2, "y")):
+    for mirror, cores, of in (("a", 1, "x"), ("b", 1, "x"), ("b", 2, "x"), ("b", 2, "y"), ("b", 2, "y")):
         monkeypatch.setenv("MOCAP_MIRROR", mirror)
         monkeypatch.setattr("pipeline.cli.compose.usable_cores", lambda cores=cores: cores)
-        for digest in ("edition", "_digest"):
-            monkeypatch.setattr(user_cache, digest, lambda edition=edition: edition)
+        monkeypatch.setattr("pipeline.cli.compose._rests_on", lambda of=of: of)
         assert compose(overrides).data.mirror == mirror  # type: ignore[attr-defined]
     assert len(composed) == 4
 
@@ -64,8 +67,8 @@ def test_what_it_rests_on_is_asked_again(monkeypatch: pytest.MonkeyPatch, compos
 def test_what_was_composed_while_somebody_edited_is_not_kept(
     monkeypatch: pytest.MonkeyPatch, composed: list[list[str]]
 ) -> None:
-    user_cache.edition()
-    monkeypatch.setattr(user_cache, "_digest", lambda: "edited")
+    editions = map(str, itertools.count())
+    monkeypatch.setattr("pipeline.cli.compose._rests_on", lambda: next(editions))
     for _ in range(2):
         compose(["experiment=zhang2007_fig5"])
     assert len(composed) == 2
@@ -97,6 +100,47 @@ def test_what_cannot_be_kept_is_composed_each_time(composed: list[list[str]]) ->
         with pytest.raises(InvalidInput, match="must be above 0"):
             experiment.validate()
     assert len(composed) == 2
+
+
+def test_it_rests_on_the_files_of_options_and_not_on_those_of_papers(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    copy = tmp_path / "conf"
+    shutil.copytree(CONF, copy)
+    monkeypatch.setattr("pipeline.cli.compose.CONF", copy)
+    before = _rests_on()
+    for name in ("paper/zhang2007.yaml", "experiment/zhang2007_fig5.yaml", "config.yaml", "scale/smoke.yaml"):
+        path = copy / name
+        whole = path.read_bytes()
+        path.write_bytes(whole + b"# edited\n")
+        assert (_rests_on() == before) == name.startswith("paper")
+        path.write_bytes(whole)
+    assert _rests_on() == before
+    (copy / "model" / "of_mine.yaml").write_text("a: 1\n")
+    assert _rests_on() != before
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"components": dataclasses.field(default=7)},
+        {"components": dataclasses.field(default_factory=lambda: 30)},
+        {"components": dataclasses.field(default=30, metadata={"scale": {"value": "walkers"}})},
+        {"further": dataclasses.field(default=1)},
+    ],
+)
+def test_it_rests_on_the_classes_of_options(changed: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    def schema(fields: dict[str, Any]) -> str:
+        of = {"components": dataclasses.field(default=30)} | fields
+        made = dataclasses.make_dataclass("Model", [(name, int, field) for name, field in of.items()])
+        with monkeypatch.context() as patch:
+            patch.setattr("pipeline.studies.registry.options", lambda group: {"one": made})
+            patch.setattr("pipeline.cli.compose._classes", _classes.__wrapped__)
+            return _schema.__wrapped__()
+
+    assert schema({}) == schema({})
+    made = "components" in changed and changed["components"].default is dataclasses.MISSING
+    assert (schema(changed) == schema({})) == made, "a factory's value counts, not that it is made"
 
 
 def test_without_a_cache_it_is_composed_each_time(

@@ -10,13 +10,10 @@ import pytest
 
 from pipeline.cli import index
 from pipeline.cli.compose import compose
-from pipeline.cli.composition import DATA
 from pipeline.cli.errors import sentence
 from pipeline.cli.main import COMMANDS, _help_of, command
 from pipeline.cli.presets import presets
 from pipeline.storage import user_cache
-from pipeline.studies import registry
-from pipeline.studies.experiment import Experiment
 from pipeline.validation import InvalidInput
 from tests.conftest import Said
 from tests.processes import finished
@@ -45,14 +42,9 @@ SLIPS = [
 def indexed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The index, in a cache of the test's own."""
     monkeypatch.setenv("GAIT_PIPELINE_CACHE", str(tmp_path))
-    write()
+    index.write_index()
     (path,) = (tmp_path / user_cache.edition()).iterdir()
     return path
-
-
-def write() -> None:
-    groups = {group: registry.options(group) for group in registry.GROUPS}
-    index.write_index(Experiment, {"scale": {}, "data": DATA, **groups})
 
 
 def judged(*overrides: str) -> str:
@@ -121,12 +113,12 @@ def test_an_index_of_other_sources_or_none_judges_nothing(
     for content in ("{", "[]", ""):
         indexed.write_text(content)
         assert judged("swep=1") == ""
-    write()
+    index.write_index()
     assert judged("swep=1")
     indexed.unlink()
     assert judged("swep=1") == ""
     monkeypatch.setenv("GAIT_PIPELINE_CACHE", "/dev/null")
-    write()
+    index.write_index()
     assert judged("swep=1") == ""
 
 

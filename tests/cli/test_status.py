@@ -14,12 +14,14 @@ from pipeline.cli.compose import compose
 from pipeline.cli.figures import make_figure
 from pipeline.cli.main import main
 from pipeline.cli.presets import presets
-from pipeline.cli.status import status
+from pipeline.cli.recipes import recipe
+from pipeline.cli.status import Status, status
 from pipeline.stages import ingest
 from pipeline.storage import source_code
 from pipeline.storage.sealed_folders import read_manifest
 from pipeline.storage.source_code import sources_digest
 from pipeline.storage.store import Store
+from pipeline.studies.experiment import Experiment
 
 FIGURE = "zhang2007_fig2"
 
@@ -38,6 +40,11 @@ def experiment(results: Path, *overrides: str):  # type: ignore[no-untyped-def]
     return compose([f"experiment={FIGURE}", f"results={results}", *quick, *overrides])
 
 
+def state_of(one: Experiment, folder: Path) -> Status:
+    """The status of an experiment's figure in a folder."""
+    return status(recipe(one), folder)
+
+
 def place(results: Path) -> Path:
     return results / "synthetic" / "smoke" / FIGURE
 
@@ -48,7 +55,7 @@ def snapshot(folder: Path) -> dict[Path, int]:
 
 def test_what_was_just_made_is_current_and_nothing_is_written(results: Path) -> None:
     before = snapshot(results)
-    found = status(experiment(results), place(results))
+    found = state_of(experiment(results), place(results))
     assert (found.state, found.why, found.to_compute) == ("current", "", ())
     assert snapshot(results) == before
 
@@ -64,20 +71,20 @@ def test_what_was_just_made_is_current_and_nothing_is_written(results: Path) -> 
 def test_it_says_which_option_changed(
     results: Path, override: str, why: str, to_compute: tuple[str, ...]
 ) -> None:
-    found = status(experiment(results, override), place(results))
+    found = state_of(experiment(results, override), place(results))
     assert (found.state, found.why, found.to_compute) == ("stale", why, to_compute)
 
 
 def test_it_says_that_the_code_changed(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pipeline.stages.artefacts.sources_digest", lambda modules: "0" * 64)
-    found = status(experiment(results), place(results))
+    found = state_of(experiment(results), place(results))
     assert (found.state, found.why) == ("stale", "ingest: code changed")
     assert found.to_compute == ("ingest", "dataset", "model", "sweep")
 
 
 def test_it_says_that_the_figures_own_code_changed(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pipeline.stages.figure.sources_digest", lambda modules: "0" * 64)
-    found = status(experiment(results), place(results))
+    found = state_of(experiment(results), place(results))
     assert (found.state, found.why) == ("stale", "figure: code changed")
 
 
@@ -114,7 +121,7 @@ def test_an_edited_reader_leaves_synthetic_figures_current(
 
 
 def test_a_made_figure_is_current_after_readers_are_edited(results: Path, edited_readers: Path) -> None:
-    found = status(experiment(results), place(results))
+    found = state_of(experiment(results), place(results))
     assert (found.state, found.to_compute) == ("current", ())
 
 
@@ -127,11 +134,11 @@ def test_clips_that_come_out_equal_leave_the_figure_current(
     walks = edited_readers / "clips" / "walks.py"
     walks.write_text(walks.read_text(encoding="utf-8") + "\nUNUSED = 1\n", encoding="utf-8")
     source_code._module.cache_clear()
-    found = status(one, place(copy))
+    found = state_of(one, place(copy))
     assert (found.state, found.why) == ("stale", "ingest: code changed")
     assert found.to_compute == ("ingest", "dataset", "model", "sweep"), "what follows is not known"
     assert ingest.run(one, Store(copy)).artefact.why == "code changed"
-    found = status(one, place(copy))
+    found = state_of(one, place(copy))
     assert (found.state, found.to_compute) == ("current", ())
 
 
@@ -140,13 +147,13 @@ def test_what_is_missing_damaged_or_forgotten_is_named(results: Path, tmp_path: 
     shutil.copytree(results, copy)
     shutil.rmtree(copy / "cache")
     one = dataclasses.replace(experiment(results), results=str(copy))
-    assert status(one, place(copy)).state == "current"
+    assert state_of(one, place(copy)).state == "current"
     other = dataclasses.replace(experiment(results, "model.components=20"), results=str(copy))
-    assert "no longer in the cache" in status(other, place(copy)).why
+    assert "no longer in the cache" in state_of(other, place(copy)).why
     (place(copy) / "table.csv").unlink()
-    assert status(one, place(copy)).why == "table.csv is missing"
+    assert state_of(one, place(copy)).why == "table.csv is missing"
     shutil.rmtree(place(copy))
-    found = status(one, place(copy))
+    found = state_of(one, place(copy))
     assert (found.state, found.why) == ("missing", "not made yet")
 
 
@@ -174,6 +181,7 @@ def test_results_of_another_commit_may_be_archived_while_the_sources_are_the_sam
     assert current("model.components=20") == []
     assert current(commit=made_by) == []  # of this commit: nothing is asked
     monkeypatch.setattr("pipeline.stages.artefacts.sources_digest", lambda modules: "0" * 64)
+    monkeypatch.setenv("GAIT_PIPELINE_CACHE", "/dev/null")
     assert current() == []
 
 
@@ -186,10 +194,10 @@ def test_a_figure_is_there_before_its_further_populations(
         with pytest.raises(KeyboardInterrupt):
             make_figure(few, folder, store=Store(tmp_path), early=True)
     assert {"table.csv", "claims.csv"} < set(read_manifest(folder)["files"])
-    found = status(few, folder)
+    found = state_of(few, folder)
     assert (found.state, found.why) == ("stale", "figure: without further populations yet")
     make_figure(few, folder, store=Store(tmp_path), early=True)
-    assert status(few, folder).state == "current"
+    assert state_of(few, folder).state == "current"
     assert (folder / "table_populations.csv").is_file()
 
 

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.cli.cluster import jobs_of, states
+from pipeline.cli.status import jobs_of, states
 from tests.kills import require_tidy, require_whole, tables
 from tests.processes import ROOT, WAIT_S, finished, started
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from pipeline.cli.compose import compose
 from pipeline.clips.options import Data
-from pipeline.stages import dataset, ingest, model, sweep
+from pipeline.stages import chain
 from pipeline.stages.artefacts import Stored
 from pipeline.storage.store import Store
 from pipeline.studies.experiment import Experiment
@@ -32,10 +32,7 @@ def smoke(figure: str, *overrides: str, data: Data | None = None) -> Experiment:
 
 def stored_stages(experiment: Experiment, store: Store) -> tuple[Stored[Any], ...]:
     """What each stage keeps, with its key."""
-    clips = ingest.run(experiment, store)
-    samples = dataset.run(experiment, clips, store)
-    learnt = model.run(experiment, samples, store)
-    return clips, samples, learnt, sweep.run(experiment, clips, samples, learnt, store)
+    return chain.run(experiment, store)
 
 
 def stages(experiment: Experiment, store: Store) -> Stages:

@@ -12,7 +12,7 @@ import pytest
 from pipeline.cli.compose import compose
 from pipeline.cli.summary import Outcome
 from pipeline.ingestion.data import RecordedData
-from pipeline.stages import dataset, ingest, model
+from pipeline.stages import chain, ingest
 from pipeline.storage import tables
 from pipeline.storage.store import Store
 
@@ -59,8 +59,7 @@ def test_the_same_man_under_two_numbers_never_straddles_a_fold(mocap_mirror: Pat
     data.table = str(tmp_path / "sources.csv")
     tables.write(Path(data.table), {name: [row[name] for row in few] for name in few[0]}, sort_by=["path"])
     store = Store(tmp_path)
-    kept = dataset.run(experiment, ingest.run(experiment, store), store)
-    samples, learnt = kept.value, model.run(experiment, kept, store).value
+    _, samples, learnt = (kept.value for kept in chain.run(experiment, store, through="model"))
     subject = [str(clip).split("_")[0] for clip in samples.clip]
     assert {"12", "37"} <= set(subject)
     one_man = {str(p) for p, s in zip(samples.person, subject, strict=True) if s in ("12", "37")}

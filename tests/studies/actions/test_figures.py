@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from pipeline.cli.compose import compose
-from pipeline.cli.figures import lacking, make_figure
+from pipeline.cli.figures import make_figure
+from pipeline.cli.recipes import lacking
 from pipeline.cli.summary import Outcome
 from pipeline.core.synchronization import allowed_disparities
 from pipeline.storage import tables
