@@ -299,6 +299,7 @@ def image_axes(view_angles_rad: np.ndarray) -> np.ndarray:
     array([ 2.,  3., -1.])
     """
     angles = np.atleast_1d(np.asarray(view_angles_rad, dtype=float))
-    c, s, zero, one = np.cos(angles), np.sin(angles), np.zeros_like(angles), np.ones_like(angles)
-    rows = [[c, s, zero], [zero, zero, one], [-s, c, zero]]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    c, s = np.cos(angles), np.sin(angles)
+    axes = np.zeros((len(angles), 3, 3))
+    axes[:, 0, 0], axes[:, 0, 1], axes[:, 1, 2], axes[:, 2, 0], axes[:, 2, 1] = c, s, 1.0, -s, c
+    return axes

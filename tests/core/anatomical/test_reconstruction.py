@@ -86,6 +86,42 @@ def test_lengths_without_limits_leave_the_linear_part() -> None:
     assert found.converged.all()
 
 
+@pytest.mark.parametrize("hidden", [False, True], ids=["all seen", "hidden joints"])
+def test_the_conditional_is_that_of_the_formula(hidden: bool) -> None:
+    """With the whole covariance in image axes, and inverses written out."""
+    prior, walker = learnt(12)
+    view = np.array([-0.7, 0.3])
+    found = anatomical.condition(
+        anatomical.turned(prior, view),
+        noise=Noise(bias=4.0),
+        hidden=HIDDEN if hidden else anatomical.NOTHING_HIDDEN,
+    )
+    u, o = found.unknown, ~found.unknown
+    rows = seen_from(walker, view)
+    for a, axes in enumerate(anatomical.image_axes(view)):
+        C = np.einsum("pi,kiblju,qj->kpblqu", axes, prior.covariance, axes).reshape(225, 225)
+        m = np.einsum("pi,kib->kpb", axes, prior.mean).ravel()
+        floor = np.broadcast_to(np.array([16.0, 0.0, 0.0, 0.0, 0.0]), (15, 3, 5)).ravel()[o]
+        gain = C[np.ix_(u, o)] @ np.linalg.inv(C[np.ix_(o, o)] + np.diag(100 + 0.2 * np.diag(C)[o] + floor))
+        expected = m[u] + gain @ (rows[a, 0, o] - m[o])
+        np.testing.assert_allclose(found.expect(rows[..., o])[a, 0], expected, atol=1e-8)
+        np.testing.assert_allclose(found.covariance[a], C[np.ix_(u, u)] - gain @ C[np.ix_(o, u)], atol=1e-7)
+
+
+def test_lengths_without_limits_leave_the_linear_part() -> None:
+    prior, walker = learnt(1)
+    view = np.radians([-40.0, 0.0, 90.0])
+    conditional = anatomical.condition(anatomical.turned(prior, view), noise=Noise())
+    observed = seen_from(walker, view)[..., ~conditional.unknown]
+    endless = Tolerances(
+        within=np.full(len(anatomical.BONES), np.inf), pairs=np.full(len(anatomical.PAIRS), np.inf)
+    )
+    found = anatomical.fit_lengths(conditional, observed, endless, with_covariance=True)
+    np.testing.assert_allclose(found.unknown, conditional.expect(observed), atol=1e-9)
+    np.testing.assert_allclose(found.covariance[:, 0], conditional.covariance, rtol=1e-6, atol=1e-6)
+    assert found.converged.all()
+
+
 def cost_of(lengths: anatomical.Lengths, rows: np.ndarray) -> float:
     return float(lengths.cost(rows[None])[0])
 
@@ -96,23 +132,16 @@ def test_the_derivatives_are_those_of_finite_differences(hidden: np.ndarray) -> 
     rows = seen_from(walker, np.array([0.6]))[0, 0]
     unknown = anatomical.unknown_coefficients(hidden, 5)
     limits = anatomical.tolerances(prior)
-    lengths = anatomical.Lengths(unknown, limits.within, limits.pairs)
-    value, gradient, matrix = lengths.derivatives(rows[None], exact=True)
-    assert value[0] == pytest.approx(cost_of(lengths, rows))
-    where = np.flatnonzero(unknown)
+    lengths, one = anatomical.Lengths(unknown, rows[None, ~unknown], limits), np.zeros(1, dtype=int)
+    here = rows[None, unknown]
+    gradient, matrix = lengths.slope(here, one)[1][0], lengths.matrix(here, one, exact=True)[0]
     rng = np.random.default_rng(0)
     for _ in range(4):
-        way = np.zeros(len(rows))
-        way[where] = rng.standard_normal(len(where))
-        step = 1e-4
-        ahead, behind = cost_of(lengths, rows + step * way), cost_of(lengths, rows - step * way)
-        assert (ahead - behind) / (2 * step) == pytest.approx(2 * gradient[0] @ way[where], rel=1e-6)
-        slopes = [lengths.derivatives((rows + h * way)[None])[1][0] for h in (step, -step)]
+        way, step = rng.standard_normal(here.shape[1]), 1e-4
+        (ahead, more), (behind, less) = (lengths.slope(here + h * way, one) for h in (step, -step))
+        assert (ahead - behind) / (2 * step) == pytest.approx(2 * gradient @ way, rel=1e-6)
         np.testing.assert_allclose(
-            (slopes[0] - slopes[1]) / (2 * step),
-            matrix[0] @ way[where],
-            rtol=1e-5,
-            atol=1e-6 * np.abs(matrix).max(),
+            (more - less)[0] / (2 * step), matrix @ way, rtol=1e-5, atol=1e-6 * np.abs(matrix).max()
         )
 
 
