@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import pandas as pd
 
+from pipeline.clips.kinds import Clips, Request
 from pipeline.ingestion.data import SyntheticData
 from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
@@ -67,16 +69,46 @@ def seed_of(experiment: Experiment, number: int) -> int:
     return int(derive_generator(experiment.seed, f"population {number + 1}").integers(2**31))
 
 
+def reported(experiment: Experiment, number: int, store: Store, made: Clips | None = None) -> Clips:
+    """Return the clips of one population without their positions, which are not kept."""
+    request = _request(experiment, number)
+
+    def without_positions() -> Clips:
+        clips = request.make() if made is None else made
+        return replace(clips, positions=clips.positions[:0])
+
+    corpus, sources = experiment.dataset.corpus, [request.source]
+    return stored(
+        store,
+        "population_clips",
+        request.options,
+        [],
+        without_positions,
+        result=corpus.result,
+        sources=sources,
+    ).value
+
+
+def _request(experiment: Experiment, number: int) -> Request:
+    seed = seed_of(experiment, number)
+    return experiment.data.request(experiment.dataset.corpus, experiment.skeleton, seed, 1)
+
+
 def sampled(experiment: Experiment, number: int, store: Store) -> Stored[Any]:
     """Return the data set of one population, which all figures of the walks share."""
-    dataset = experiment.dataset.shared()
-    request = experiment.data.request(dataset.corpus, experiment.skeleton, seed_of(experiment, number), 1)
+    dataset, request = experiment.dataset.shared(), _request(experiment, number)
+
+    def build() -> Any:
+        clips = request.make()
+        reported(experiment, number, store, clips)
+        return dataset.build(clips, workers=1)
+
     return stored(
         store,
         "population",
         {"clips": request.options, "dataset": dataset},
         [],
-        lambda: dataset.build(request.make(), workers=1),
+        build,
         result=result_type(dataset.build),
         sources=[request.source, type(dataset).__module__],
     )
