@@ -25,7 +25,7 @@ from scipy.linalg import lapack
 from pipeline.core import fourier
 from pipeline.core.anatomical.conditional import Conditional, inverse
 from pipeline.core.anatomical.prior import BONES, JOINTS, PAIRS, PHASES, Prior
-from pipeline.validation import require_range, require_shape
+from pipeline.validation import require_range
 
 LEAST_VARIANCE = 1.0
 """Of a tolerance, mm²: bones of a model may be exactly constant."""
@@ -146,7 +146,7 @@ class Lengths:
         return (walkers[:, BONES[:, 1]] - walkers[:, BONES[:, 0]]) @ self._basis.T
 
     def _measured(self, u: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, ...]:
-        """J (n,), direction (n, 16, a, K) and length (n, 16, K) of bones, and half what J grows with a length."""
+        """Length terms, direction (m, 16, a, K) and length (m, 16, K) of bones, half the terms' slopes by lengths."""
         walkers = self._start[which]
         walkers.reshape(len(u), -1)[:, self._rows] = u
         along = self._along(walkers)
@@ -160,7 +160,7 @@ class Lengths:
         return cost, along / length[:, :, None], length, pull
 
     def slope(self, u: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Length terms (m,) of unknown coefficients (m, U) of some observations (m,), and half their gradient (m, U)."""
+        """Length terms (m,) of unknowns (m, U) of some observations (m,) int, and half their gradient (m, U)."""
         cost, direction, _, pull = self._measured(u, which)
         of_bones = (pull[:, :, None] * direction) @ self._basis
         return cost, (_ENDS.T @ of_bones.reshape(len(u), len(BONES), -1)).reshape(len(u), -1)[:, self._rows]

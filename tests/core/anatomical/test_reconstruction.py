@@ -72,40 +72,23 @@ def test_the_conditional_is_that_of_the_formula(hidden: bool) -> None:
         np.testing.assert_allclose(found.covariance[a], C[np.ix_(u, u)] - gain @ C[np.ix_(o, u)], atol=1e-7)
 
 
-def test_lengths_without_limits_leave_the_linear_part() -> None:
-    prior, walker = learnt(1)
-    view = np.radians([-40.0, 0.0, 90.0])
-    conditional = anatomical.condition(anatomical.turned(prior, view), noise=Noise())
-    observed = seen_from(walker, view)[..., ~conditional.unknown]
-    endless = Tolerances(
-        within=np.full(len(anatomical.BONES), np.inf), pairs=np.full(len(anatomical.PAIRS), np.inf)
+@pytest.mark.parametrize("mirror", [False, True], ids=["walks", "mirror images, too"])
+@pytest.mark.parametrize("hidden", [anatomical.NOTHING_HIDDEN, HIDDEN], ids=["all seen", "hidden joints"])
+def test_the_expectation_from_walks_is_that_of_their_covariance(mirror: bool, hidden: np.ndarray) -> None:
+    rng, view, variances = np.random.default_rng(3), np.radians([-70.0, 20.0]), [30.0, 700.0]
+    walks = anatomical.Walks(100.0 * rng.standard_normal((9, 5, 15, 3)), mirror=mirror)
+    some, weights = np.array([0, 2, 3, 5, 8]), np.full(5, 0.2)
+    plain = Shrinkage(mirror=mirror, within_harmonic=0.0, diagonal=0.0, extra_variance=0.0)
+    prior, unknown = walks.fit(some, weights, plain), anatomical.unknown_coefficients(hidden, 5)
+    observed = 100.0 * rng.standard_normal((2, 3, int((~unknown).sum())))
+    mean, rows, _ = walks.centred(some, weights)
+    found = anatomical.expect_from_walks(
+        mean, rows, observed, view, unknown=unknown, noise_variances=variances
     )
-    found = anatomical.fit_lengths(conditional, observed, endless, with_covariance=True)
-    np.testing.assert_allclose(found.unknown, conditional.expect(observed), atol=1e-9)
-    np.testing.assert_allclose(found.covariance[:, 0], conditional.covariance, rtol=1e-6, atol=1e-6)
-    assert found.converged.all()
-
-
-@pytest.mark.parametrize("hidden", [False, True], ids=["all seen", "hidden joints"])
-def test_the_conditional_is_that_of_the_formula(hidden: bool) -> None:
-    """With the whole covariance in image axes, and inverses written out."""
-    prior, walker = learnt(12)
-    view = np.array([-0.7, 0.3])
-    found = anatomical.condition(
-        anatomical.turned(prior, view),
-        noise=Noise(bias=4.0),
-        hidden=HIDDEN if hidden else anatomical.NOTHING_HIDDEN,
-    )
-    u, o = found.unknown, ~found.unknown
-    rows = seen_from(walker, view)
-    for a, axes in enumerate(anatomical.image_axes(view)):
-        C = np.einsum("pi,kiblju,qj->kpblqu", axes, prior.covariance, axes).reshape(225, 225)
-        m = np.einsum("pi,kib->kpb", axes, prior.mean).ravel()
-        floor = np.broadcast_to(np.array([16.0, 0.0, 0.0, 0.0, 0.0]), (15, 3, 5)).ravel()[o]
-        gain = C[np.ix_(u, o)] @ np.linalg.inv(C[np.ix_(o, o)] + np.diag(100 + 0.2 * np.diag(C)[o] + floor))
-        expected = m[u] + gain @ (rows[a, 0, o] - m[o])
-        np.testing.assert_allclose(found.expect(rows[..., o])[a, 0], expected, atol=1e-8)
-        np.testing.assert_allclose(found.covariance[a], C[np.ix_(u, u)] - gain @ C[np.ix_(o, u)], atol=1e-7)
+    for variance, of_variance in zip(variances, found, strict=True):
+        noise = Noise(variance=variance, share=0.0)
+        conditional = anatomical.condition(anatomical.turned(prior, view), noise=noise, hidden=hidden)
+        np.testing.assert_allclose(of_variance, conditional.expect(observed), rtol=1e-8, atol=1e-7)
 
 
 def test_lengths_without_limits_leave_the_linear_part() -> None:
@@ -120,10 +103,6 @@ def test_lengths_without_limits_leave_the_linear_part() -> None:
     np.testing.assert_allclose(found.unknown, conditional.expect(observed), atol=1e-9)
     np.testing.assert_allclose(found.covariance[:, 0], conditional.covariance, rtol=1e-6, atol=1e-6)
     assert found.converged.all()
-
-
-def cost_of(lengths: anatomical.Lengths, rows: np.ndarray) -> float:
-    return float(lengths.cost(rows[None])[0])
 
 
 @pytest.mark.parametrize("hidden", [anatomical.NOTHING_HIDDEN, HIDDEN], ids=["all seen", "hidden joints"])
