@@ -49,14 +49,12 @@ class Estimate:
     covariance : (A, M, U, U)
         mm²; empty if not asked for.
     unknown : (45 B,) bool
-    converged : (A, M) bool
     """
 
     true: np.ndarray
     estimated: np.ndarray
     covariance: np.ndarray
     unknown: np.ndarray
-    converged: np.ndarray
 
 
 class People:
@@ -322,7 +320,6 @@ class Fold:
             true = turned.reshape(rows.shape)[..., unknown]
             observed = rows[..., ~unknown]
             covariance = np.empty((*true.shape[:2], 0, 0))
-            everywhere = np.ones(true.shape[:2], dtype=bool)
             if sampled:
                 learner, walks, weights = self._people.training(linear, self._without)
                 mean, training, _ = learner.centred(walks, weights)
@@ -331,7 +328,7 @@ class Fold:
                     mean, training, observed, view_rad, unknown=unknown, noise_variances=variances
                 )
                 for number, expected in zip(numbers, each, strict=True):
-                    found[number] = Estimate(true, expected, covariance, unknown, everywhere)
+                    found[number] = Estimate(true, expected, covariance, unknown)
                 continue
             conditional = self.conditional(linear, view_rad, hidden)
             if not lengths:
@@ -341,7 +338,7 @@ class Fold:
                     )
                 expected = conditional.expect(observed)
                 for number in numbers:
-                    found[number] = Estimate(true, expected, covariance, unknown, everywhere)
+                    found[number] = Estimate(true, expected, covariance, unknown)
                 continue
             limits = [self._tolerances(settings[number]) for number in numbers]
             count = len(walkers)
@@ -361,7 +358,6 @@ class Fold:
                     fitted.unknown[:, part],
                     fitted.covariance[:, part],
                     unknown,
-                    fitted.converged[:, part],
                 )
         return [found[number] for number in range(len(settings))]
 
