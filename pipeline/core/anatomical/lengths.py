@@ -132,10 +132,10 @@ class Lengths:
         self._products = (self._basis[:, :, None] * self._basis[:, None]).reshape(PHASES, -1)
         walkers = np.zeros((n, len(unknown)))
         walkers[:, ~unknown] = observed
-        walkers = walkers.reshape(n, JOINTS, 3, self._blocks)
+        split = walkers.reshape(n, JOINTS, 3, self._blocks)
         # Squared lengths along the axes of which everything is seen never change.
-        self._seen = (self._along(walkers[:, :, ~axes]) ** 2).sum(axis=2)
-        self._start = np.ascontiguousarray(walkers[:, :, axes])
+        self._seen = (self._along(split[:, :, ~axes]) ** 2).sum(axis=2)
+        self._start = np.ascontiguousarray(split[:, :, axes])
         self._weight = np.broadcast_to(
             ((self._blocks - 1) / PHASES / limits.within**2)[..., None], (n, len(BONES), 1)
         )
