@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import pandas as pd
 
-from pipeline.clips.kinds import Clips, Request
 from pipeline.ingestion.data import SyntheticData
 from pipeline.processes import map_processes
-from pipeline.seeding import derive_generator
 from pipeline.stages.artefacts import Stored, stored
+from pipeline.stages.population_clips import reported, request, seed_of
 from pipeline.storage.store import Store
 from pipeline.storage.typed import result_type
 from pipeline.studies.experiment import Experiment
@@ -64,53 +62,23 @@ def _without_intervals(table: pd.DataFrame, number: int) -> pd.DataFrame:
     return table
 
 
-def seed_of(experiment: Experiment, number: int) -> int:
-    """Return the seed of one population."""
-    return int(derive_generator(experiment.seed, f"population {number + 1}").integers(2**31))
-
-
-def reported(experiment: Experiment, number: int, store: Store, made: Clips | None = None) -> Clips:
-    """Return the clips of one population without their positions, which are not kept."""
-    request = _request(experiment, number)
-
-    def without_positions() -> Clips:
-        clips = request.make() if made is None else made
-        return replace(clips, positions=clips.positions[:0])
-
-    corpus, sources = experiment.dataset.corpus, [request.source]
-    return stored(
-        store,
-        "population_clips",
-        request.options,
-        [],
-        without_positions,
-        result=corpus.result,
-        sources=sources,
-    ).value
-
-
-def _request(experiment: Experiment, number: int) -> Request:
-    seed = seed_of(experiment, number)
-    return experiment.data.request(experiment.dataset.corpus, experiment.skeleton, seed, 1)
-
-
 def sampled(experiment: Experiment, number: int, store: Store) -> Stored[Any]:
     """Return the data set of one population, which all figures of the walks share."""
-    dataset, request = experiment.dataset.shared(), _request(experiment, number)
+    dataset, asked = experiment.dataset.shared(), request(experiment, number)
 
     def build() -> Any:
-        clips = request.make()
+        clips = asked.make()
         reported(experiment, number, store, clips)
         return dataset.build(clips, workers=1)
 
     return stored(
         store,
         "population",
-        {"clips": request.options, "dataset": dataset},
+        {"clips": asked.options, "dataset": dataset},
         [],
         build,
         result=result_type(dataset.build),
-        sources=[request.source, type(dataset).__module__],
+        sources=[asked.source, type(dataset).__module__],
     )
 
 
