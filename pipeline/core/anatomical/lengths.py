@@ -34,7 +34,7 @@ TURNING = 0.1
 degrees either way: twice the variance of the cosine between offset and bone."""
 STEP_MM = 5e-3
 """Newton's last step changes no coefficient by more; what is left is of the order of its square."""
-GAUSS_NEWTON_STEPS = 2
+GAUSS_NEWTON_STEPS = 3
 """First steps, which may be far from the minimum; the ones after them know the curvature of lengths too."""
 MOST_STEPS = 60
 MOST_HALVINGS = 12
