@@ -41,12 +41,12 @@ def missing_dimension(motion: np.ndarray, view_angle_rad: float | np.ndarray) ->
     return -np.sin(view_angle_rad) * motion[..., 0] + np.cos(view_angle_rad) * motion[..., 1]
 
 
-def project(motion: np.ndarray, view_angle_rad: float) -> np.ndarray:
+def project(motion: np.ndarray, view_angle_rad: float | np.ndarray) -> np.ndarray:
     """2D motion or 2D Fourier representation (…, 2) of a 3D one (…, 3) [zhang2007 3.4] [zhang2004 4].
 
     The projection is linear, so it does to Fourier coefficients what it does to positions.
     """
-    return np.stack([horizontal(motion, view_angle_rad), vertical(motion)], axis=-1)
+    return np.stack(np.broadcast_arrays(horizontal(motion, view_angle_rad), vertical(motion)), axis=-1)
 
 
 def combine(observed: np.ndarray, missing: np.ndarray, view_angle_rad: float | np.ndarray) -> np.ndarray:
@@ -56,7 +56,8 @@ def combine(observed: np.ndarray, missing: np.ndarray, view_angle_rad: float | n
     """
     c, s = np.cos(view_angle_rad), np.sin(view_angle_rad)
     across = observed[..., 0]
-    return np.stack([c * across - s * missing, s * across + c * missing, observed[..., 1]], axis=-1)
+    whole = c * across - s * missing, s * across + c * missing, observed[..., 1]
+    return np.stack(np.broadcast_arrays(*whole), axis=-1)
 
 
 def projection_matrix(view_angle_rad: float, *, trailing: int = 0) -> np.ndarray:

@@ -8,8 +8,8 @@ import pandas as pd
 
 from pipeline.ingestion.data import SyntheticData
 from pipeline.processes import map_processes
-from pipeline.seeding import derive_generator
 from pipeline.stages.artefacts import Stored, stored
+from pipeline.stages.population_clips import reported, request, seed_of
 from pipeline.storage.store import Store
 from pipeline.storage.typed import result_type
 from pipeline.studies.experiment import Experiment
@@ -62,23 +62,23 @@ def _without_intervals(table: pd.DataFrame, number: int) -> pd.DataFrame:
     return table
 
 
-def seed_of(experiment: Experiment, number: int) -> int:
-    """Return the seed of one population."""
-    return int(derive_generator(experiment.seed, f"population {number + 1}").integers(2**31))
-
-
 def sampled(experiment: Experiment, number: int, store: Store) -> Stored[Any]:
     """Return the data set of one population, which all figures of the walks share."""
-    dataset = experiment.dataset.shared()
-    request = experiment.data.request(dataset.corpus, experiment.skeleton, seed_of(experiment, number), 1)
+    dataset, asked = experiment.dataset.shared(), request(experiment, number)
+
+    def build() -> Any:
+        clips = asked.make()
+        reported(experiment, number, store, clips)
+        return dataset.build(clips, workers=1)
+
     return stored(
         store,
         "population",
-        {"clips": request.options, "dataset": dataset},
+        {"clips": asked.options, "dataset": dataset},
         [],
-        lambda: dataset.build(request.make(), workers=1),
+        build,
         result=result_type(dataset.build),
-        sources=[request.source, type(dataset).__module__],
+        sources=[asked.source, type(dataset).__module__],
     )
 
 

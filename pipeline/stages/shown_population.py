@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pipeline.stages import populations
+from pipeline.stages import population_clips, populations
 from pipeline.storage.store import Store
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs
@@ -40,10 +40,10 @@ def _in_the_middle(experiment: Experiment, made: dict[str, pd.DataFrame]) -> int
 
 
 def _inputs(experiment: Experiment, population: int, store: Store) -> FigureInputs[Any, Any, Any]:
-    """Return the inputs of the figure for one population: all that the stages make of its clips."""
-    seed, workers = populations.seed_of(experiment, population - 1), experiment.workers
-    corpus, options, model = experiment.dataset.corpus, experiment.dataset, experiment.model
-    clips = experiment.data.request(corpus, experiment.skeleton, seed, workers).make()
+    """Return the inputs of the figure for one population; no such figure reads the positions of clips."""
+    seed, workers = population_clips.seed_of(experiment, population - 1), experiment.workers
+    options, model = experiment.dataset, experiment.model
+    clips = population_clips.reported(experiment, population - 1, store)
     samples = options.of_shared(populations.sampled(experiment, population - 1, store).value)
     learnt = model.learn(samples, workers=workers)
     sweep = experiment.sweep

@@ -27,6 +27,7 @@ from pipeline.core.anatomical.conditional import (
     Conditional,
     Noise,
     condition,
+    expect_from_walks,
     unknown_coefficients,
 )
 from pipeline.core.anatomical.laboratories import (
@@ -94,6 +95,7 @@ __all__ = [
     "condition",
     "definitions",
     "deviation_at_instants",
+    "expect_from_walks",
     "fit",
     "fit_lengths",
     "image_axes",

@@ -78,6 +78,16 @@ def multipliers_without(
     found = np.empty((people, count, len(levels)))
     for group in range(count):
         values = z[..., groups == group].reshape(people, -1)
-        for person in range(people):
-            found[person, group] = np.quantile(values[alike != alike[person]], levels)
+        order = np.argsort(values, axis=None)
+        ranked, label = values.ravel()[order], alike[order // values.shape[1]]
+        for left_out in range(alike.max() + 1):
+            own = np.flatnonzero(label == left_out)
+            place = levels * (len(ranked) - len(own) - 1)
+            # The k-th of the others comes after so many of those left out.
+            before = own - np.arange(len(own))
+            low, high = (
+                ranked[k + np.searchsorted(before, k, side="right")]
+                for k in (np.floor(place).astype(int), np.ceil(place).astype(int))
+            )
+            found[alike == left_out, group] = low + place % 1.0 * (high - low)
     return found

@@ -13,13 +13,14 @@ The dual form of [zhang2007 3.15]: with C = E diag(lambda) E^T and N = sigma² I
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from scipy.linalg import lapack
 
-from pipeline.core.anatomical.prior import JOINTS, TurnedPrior
+from pipeline.core.anatomical.prior import JOINTS, TurnedPrior, image_axes
 from pipeline.validation import InvalidInput, require_range, require_shape
 
 
@@ -185,3 +186,46 @@ def condition(
 def _require_noise(noise: Noise) -> None:
     for name in ("variance", "share", "bias", "slow"):
         require_range(f"the noise's {name}", getattr(noise, name), at_least=0)
+
+
+def expect_from_walks(
+    mean: np.ndarray,
+    walks: np.ndarray,
+    observed: np.ndarray,
+    view_angles_rad: np.ndarray,
+    *,
+    unknown: np.ndarray,
+    noise_variances: Sequence[float],
+) -> np.ndarray:
+    """mu (S, A, M, U) of M walkers for each of S noise variances, mm, where the covariance is that of N walks.
+
+    Parameters
+    ----------
+    mean, walks : (45 B,), (N, 45 B)
+        As `Walks.centred` has them: C is ``walks^T walks``.
+    observed : (A, M, O)
+        In the axes of A views, mm.
+    view_angles_rad : (A,)
+    unknown : (45 B,) bool
+    noise_variances : (S,)
+        sigma², mm², positive.
+
+    Notes
+    -----
+    With C_oo = X_o^T X_o and C_uo = X_u^T X_o, mu is ``m_u + X_u^T (X_o X_o^T + sigma² I)^-1 X_o (o - m_o)``: a system
+    of the size of the walks, whose products serve every sigma², and no covariance.
+    """
+    found = np.empty((len(noise_variances), *observed.shape[:2], int(unknown.sum())))
+    rows = np.concatenate([mean[None], walks]).reshape(len(walks) + 1, JOINTS, 3, -1)
+    diagonal = np.diag_indices(len(walks))
+    for a, axes in enumerate(image_axes(view_angles_rad)):
+        turned = (axes @ rows).reshape(len(rows), -1)
+        seen, hidden = turned[:, ~unknown], turned[:, unknown]
+        products, right = seen[1:] @ seen[1:].T, seen[1:] @ (observed[a] - seen[0]).T
+        for s, variance in enumerate(noise_variances):
+            require_range("the noise variance (sigma²)", variance, above=0, unit="mm²")
+            matrix = products.copy()
+            matrix[diagonal] += variance
+            _, shares, _ = lapack.dposv(matrix.T, right, lower=1, overwrite_a=1)
+            found[s, a] = hidden[0] + shares.T @ hidden[1:]
+    return found

@@ -25,7 +25,7 @@ from scipy.linalg import lapack
 from pipeline.core import fourier
 from pipeline.core.anatomical.conditional import Conditional, inverse
 from pipeline.core.anatomical.prior import BONES, JOINTS, PAIRS, PHASES, Prior
-from pipeline.validation import require_range, require_shape
+from pipeline.validation import require_range
 
 LEAST_VARIANCE = 1.0
 """Of a tolerance, mm²: bones of a model may be exactly constant."""
@@ -111,102 +111,86 @@ class Posterior:
 
 
 class Lengths:
-    """The length terms of J for observations that show the same joints, with their derivatives.
+    """The length terms of J for n observations that show the same joints, with their derivatives.
 
     Parameters
     ----------
     unknown : (45 B,) bool
         As `Conditional.unknown`.
-    within : (16,) or (n, 16)
-        s_b, mm, for all observations or for each.
-    pairs : (P,) or (n, P)
-        s_p, mm.
+    observed : (n, O)
+        Observed coefficients, mm, in the order of ``~unknown``.
+    limits : Tolerances
+        For all observations or for each.
     """
 
-    def __init__(self, unknown: np.ndarray, within: np.ndarray, pairs: np.ndarray) -> None:
+    def __init__(self, unknown: np.ndarray, observed: np.ndarray, limits: Tolerances) -> None:
         of = unknown.reshape(JOINTS, 3, -1)
-        self.blocks = of.shape[-1]
-        self.axes = np.flatnonzero(of.any(axis=(0, 2)))
-        rows = of[:, self.axes].ravel()
-        self.rows = np.flatnonzero(rows)
-        self.all_rows = bool(rows.all())
-        self.basis = fourier.cycle_basis(fourier.equal_phases(PHASES), self.blocks)
-        self.weight = (self.blocks - 1) / PHASES / np.atleast_2d(within) ** 2
-        self.pair_weight = 1.0 / np.atleast_2d(pairs) ** 2
-        require_shape("s_b", self.weight, ("n", len(BONES)))
-        require_shape("s_p", self.pair_weight, ("n", len(PAIRS)))
-        self.starts, self.ends = BONES.T
-        self.left, self.right = PAIRS.T
-
-    def _measured(self, walkers: np.ndarray) -> tuple[np.ndarray, ...]:
-        of = walkers.reshape(len(walkers), JOINTS, 3, self.blocks)
-        across = of[:, self.ends] - of[:, self.starts]
-        along = across @ self.basis.T  # (n, 16, 3, K)
-        length = np.sqrt((along**2).sum(axis=2))
-        mean = length.mean(axis=-1)
-        return along, length, length - mean[..., None], mean[:, self.left] - mean[:, self.right]
-
-    def _weights(self, which: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-        """Weights (n or 1, 16) of bones and (n or 1, P) of pairs, for some of the observations."""
-        if which is None or len(self.weight) == 1:
-            return self.weight, self.pair_weight
-        return self.weight[which], self.pair_weight[which]
-
-    def cost(self, walkers: np.ndarray, which: np.ndarray | None = None) -> np.ndarray:
-        """Length terms (n,) of coefficients (n, 45 B), which are those of all or of some of the observations."""
-        _, _, off, apart = self._measured(walkers)
-        weight, pair_weight = self._weights(which)
-        return np.asarray(
-            ((off**2).sum(axis=-1) * weight).sum(axis=-1) + (apart**2 * pair_weight).sum(axis=-1)
+        n, self._blocks = len(observed), of.shape[-1]
+        axes = of.any(axis=(0, 2))
+        self._rows = np.flatnonzero(of[:, axes])
+        self._basis = fourier.cycle_basis(fourier.equal_phases(PHASES), self._blocks)
+        self._products = (self._basis[:, :, None] * self._basis[:, None]).reshape(PHASES, -1)
+        walkers = np.zeros((n, len(unknown)))
+        walkers[:, ~unknown] = observed
+        split = walkers.reshape(n, JOINTS, 3, self._blocks)
+        # Squared lengths along the axes of which everything is seen never change.
+        self._seen = (self._along(split[:, :, ~axes]) ** 2).sum(axis=2)
+        self._start = np.ascontiguousarray(split[:, :, axes])
+        self._weight = np.broadcast_to(
+            ((self._blocks - 1) / PHASES / limits.within**2)[..., None], (n, len(BONES), 1)
         )
+        self._pair_weight = np.broadcast_to(1.0 / limits.pairs**2, (n, len(PAIRS)))
 
-    def derivatives(
-        self, walkers: np.ndarray, which: np.ndarray | None = None, *, exact: bool = False
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Length terms (n,), half their gradient (n, U) and half their matrix (n, U, U).
+    def _along(self, walkers: np.ndarray) -> np.ndarray:
+        """Bones (n, 16, a, K) at the phases, along some axes, of coefficients (n, 15, a, B)."""
+        return (walkers[:, BONES[:, 1]] - walkers[:, BONES[:, 0]]) @ self._basis.T
 
-        The matrix is that of Gauss and Newton, or the exact one: with the curvature of lengths.
-        """
-        along, length, off, apart = self._measured(walkers)
-        weight, pair_weight = self._weights(which)
-        n, size = len(walkers), len(self.axes) * self.blocks
-        direction = along[:, :, self.axes] / length[:, :, None]
-        slope = (direction[:, :, :, None] * self.basis.T).reshape(n, len(BONES), size, PHASES)
-        mean = slope.mean(axis=-1)
-        gradient_b = weight[..., None] * (slope @ off[..., None])[..., 0]
-        matrix_b = slope @ np.swapaxes(slope, -1, -2) - PHASES * (mean[..., None] * mean[..., None, :])
-        matrix_b *= weight[..., None, None]
+    def _measured(self, u: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Length terms, direction (m, 16, a, K) and length (m, 16, K) of bones, half the terms' slopes by lengths."""
+        walkers = self._start[which]
+        walkers.reshape(len(u), -1)[:, self._rows] = u
+        along = self._along(walkers)
+        length = np.sqrt(self._seen[which] + (along**2).sum(axis=2))
+        mean = length.mean(axis=-1)
+        off, apart = length - mean[..., None], mean[:, PAIRS[:, 0]] - mean[:, PAIRS[:, 1]]
+        pull, force = self._weight[which] * off, self._pair_weight[which] * apart
+        cost = (pull * off).sum(axis=(1, 2)) + (force * apart).sum(axis=1)
+        pull[:, PAIRS[:, 0]] += force[..., None] / PHASES
+        pull[:, PAIRS[:, 1]] -= force[..., None] / PHASES
+        return cost, along / length[:, :, None], length, pull
+
+    def slope(self, u: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Length terms (m,) of unknowns (m, U) of some observations (m,) int, and half their gradient (m, U)."""
+        cost, direction, _, pull = self._measured(u, which)
+        of_bones = (pull[:, :, None] * direction) @ self._basis
+        return cost, (_ENDS.T @ of_bones.reshape(len(u), len(BONES), -1)).reshape(len(u), -1)[:, self._rows]
+
+    def matrix(self, u: np.ndarray, which: np.ndarray, *, exact: bool = False) -> np.ndarray:
+        """Half the matrix (m, U, U) of second derivatives: Gauss and Newton's, or with the curvature of lengths."""
+        _, direction, length, pull = self._measured(u, which)
+        n, a = len(u), direction.shape[2]
+        size, weight = a * self._blocks, self._weight[which]
+        tensor = direction[:, :, :, None] * direction[:, :, None]  # (n, 16, a, a, K)
         if exact:
-            matrix_b += self._curvature(direction, length, off * weight[..., None], apart * pair_weight)
+            bend = pull / length
+            tensor *= (weight - bend)[:, :, None, None]
+            tensor[:, :, np.arange(a), np.arange(a)] += bend[:, :, None]
+        else:
+            tensor *= weight[:, :, None, None]
+        blocks = (tensor @ self._products).reshape(*tensor.shape[:4], self._blocks, self._blocks)
+        of_bones = np.swapaxes(blocks, 3, 4).reshape(n, len(BONES), size, size)
+        mean = (direction @ self._basis).reshape(n, len(BONES), size) / PHASES
+        of_bones -= (PHASES * weight * mean)[..., None] * mean[..., None, :]
         levers = (_LEVERS @ mean).reshape(n, len(PAIRS), -1)
-        weighted = levers * pair_weight[..., None]
-        whole_gradient = (_ENDS.T @ gradient_b).reshape(n, -1) + (apart[:, None] @ weighted)[:, 0]
-        whole = np.swapaxes(levers, 1, 2) @ weighted
-        of_joints = (np.abs(_ENDS).T @ matrix_b.reshape(n, len(BONES), -1)).reshape(n, JOINTS, size, size)
-        blocks, joint = whole.reshape(n, JOINTS, size, JOINTS, size), np.arange(JOINTS)
-        blocks[:, joint, :, joint] += np.swapaxes(of_joints, 0, 1)
-        for one, other in ((self.starts, self.ends), (self.ends, self.starts)):
-            blocks[:, one, :, other] -= np.swapaxes(matrix_b, 0, 1)
-        cost = ((off**2).sum(axis=-1) * weight).sum(axis=-1) + (apart**2 * pair_weight).sum(axis=-1)
-        if self.all_rows:
-            return cost, whole_gradient, whole
-        return cost, whole_gradient[:, self.rows], whole[:, self.rows[:, None], self.rows]
-
-    def _curvature(
-        self, direction: np.ndarray, length: np.ndarray, pull: np.ndarray, apart: np.ndarray
-    ) -> np.ndarray:
-        """What the second derivatives of lengths add to the matrix of each bone, (n, 16, aB, aB)."""
-        force = apart / PHASES
-        pull[:, self.left] += force[..., None]
-        pull[:, self.right] -= force[..., None]
-        axes = np.arange(direction.shape[2])
-        tensor = -direction[:, :, :, None] * direction[:, :, None]
-        tensor[:, :, axes, axes] += 1.0
-        tensor *= (pull / length)[:, :, None, None]
-        outer = (self.basis[:, :, None] * self.basis[:, None]).reshape(PHASES, -1)
-        blocks = (tensor @ outer).reshape(*tensor.shape[:4], self.blocks, self.blocks)
-        size = len(axes) * self.blocks
-        return np.asarray(np.swapaxes(blocks, 3, 4).reshape(*tensor.shape[:2], size, size))
+        whole = np.swapaxes(levers, 1, 2) @ (levers * self._pair_weight[which][..., None])
+        of_joints = (np.abs(_ENDS).T @ of_bones.reshape(n, len(BONES), -1)).reshape(n, JOINTS, size, size)
+        by_joint, joint = whole.reshape(n, JOINTS, size, JOINTS, size), np.arange(JOINTS)
+        by_joint[:, joint, :, joint] += np.swapaxes(of_joints, 0, 1)
+        for one, other in (BONES.T, BONES.T[::-1]):
+            by_joint[:, one, :, other] -= np.swapaxes(of_bones, 0, 1)
+        if len(self._rows) == whole.shape[1]:
+            return whole
+        return whole[:, self._rows[:, None], self._rows]
 
 
 def fit_lengths(
@@ -231,58 +215,53 @@ def fit_lengths(
     views, walkers = observed.shape[:2]
     of_view = np.repeat(np.arange(views), walkers)
     precision = conditional.precision
-    unknown = conditional.unknown
     within, pairs = (
         np.tile(each, (views, 1)) if each.ndim == 2 else each
         for each in (tolerances.within, tolerances.pairs)
     )
-    lengths = Lengths(unknown, within, pairs)
-    expected = conditional.expect(observed).reshape(views * walkers, -1)
-    n, size = expected.shape
-    state = np.empty((n, len(unknown)))
-    state[:, ~unknown] = observed.reshape(n, -1)
-    state[:, unknown] = expected
-    converged, iterations, cost = np.zeros(n, dtype=bool), np.zeros(n, dtype=int), np.zeros(n)
+    n = views * walkers
+    lengths = Lengths(conditional.unknown, observed.reshape(n, -1), Tolerances(within=within, pairs=pairs))
+    expected = conditional.expect(observed).reshape(n, -1)
 
-    def pulled(rows: np.ndarray, off: np.ndarray) -> np.ndarray:
-        found = np.empty_like(off)
-        ends = np.searchsorted(of_view[rows], np.arange(views + 1))  # rows of a view stand together
+    def slope(u: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """J and half its gradient."""
+        off = u - expected[which]
+        pull = np.empty_like(off)
+        ends = np.searchsorted(of_view[which], np.arange(views + 1))  # rows of a view stand together
         for view in range(views):
             part = slice(ends[view], ends[view + 1])
-            found[part] = off[part] @ precision[view]
-        return found
+            pull[part] = off[part] @ precision[view]
+        cost, gradient = lengths.slope(u, which)
+        return (off * pull).sum(axis=1) + cost, gradient + pull
 
-    left = np.arange(n)
+    state, left = expected.copy(), np.arange(n)
+    cost, gradient = slope(state, left)
+    converged, iterations = np.zeros(n, dtype=bool), np.zeros(n, dtype=int)
     for iteration in range(MOST_STEPS):
-        off = state[left][:, unknown] - expected[left]
-        pull = pulled(left, off)
         exact = iteration >= GAUSS_NEWTON_STEPS
-        terms, gradient, matrix = lengths.derivatives(state[left], left, exact=exact)
-        cost[left] = (off * pull).sum(axis=1) + terms
-        iterations[left] += 1
-        step = np.empty_like(off)
-        for row, which in enumerate(left):
-            prior = precision[of_view[which]]
-            matrix[row] += prior
-            solved = _solve(matrix[row], gradient[row] + pull[row])
+        step = np.empty((len(left), state.shape[1]))
+        for row, matrix in enumerate(lengths.matrix(state[left], left, exact=exact)):
+            which = left[row]
+            matrix += precision[of_view[which]]
+            solved = _solve(matrix, gradient[which])
             if solved is None:  # far from the minimum the exact matrix may have no Cholesky factor
-                plain = lengths.derivatives(state[which : which + 1], left[row : row + 1])[2][0]
-                solved = _solve(plain + prior, gradient[row] + pull[row])
+                plain = lengths.matrix(state[which : which + 1], left[row : row + 1])[0]
+                solved = _solve(plain + precision[of_view[which]], gradient[which])
             step[row] = -solved
+        iterations[left] += 1
         small = (np.abs(step).max(axis=1) < STEP_MM) & exact
         converged[left[small]] = True
-        state[np.ix_(left[small], np.flatnonzero(unknown))] += step[small]
+        state[left[small]] += step[small]
         trying, factor = np.flatnonzero(~small), 1.0
         for _ in range(MOST_HALVINGS):
             if not len(trying):
                 break
             rows = left[trying]
-            proposal = state[rows]
-            proposal[:, unknown] += factor * step[trying]
-            off = proposal[:, unknown] - expected[rows]
-            here = (off * pulled(rows, off)).sum(axis=1) + lengths.cost(proposal, rows)
+            proposal = state[rows] + factor * step[trying]
+            here, slopes = slope(proposal, rows)
             falls = here <= cost[rows] * (1.0 + _ROUNDING)
-            state[rows[falls]] = proposal[falls]
+            took = rows[falls]
+            state[took], cost[took], gradient[took] = proposal[falls], here[falls], slopes[falls]
             trying, factor = trying[~falls], factor / 2.0
         small[trying] = True  # no step falls
         left = left[~small]
@@ -290,15 +269,13 @@ def fit_lengths(
             break
     covariance = np.empty((views, walkers, 0, 0))
     if with_covariance:
-        matrix = lengths.derivatives(state)[2] + precision[of_view]
-        covariance = np.stack([inverse(m) for m in matrix]).reshape(views, walkers, size, size)
+        matrix = lengths.matrix(state, np.arange(n)) + precision[of_view]
+        covariance = np.stack([inverse(m) for m in matrix]).reshape(views, walkers, *precision.shape[1:])
 
     def shaped(values: np.ndarray) -> np.ndarray:
         return values.reshape(views, walkers, *values.shape[1:])
 
-    return Posterior(
-        shaped(state[:, unknown]), covariance, shaped(cost), shaped(converged), shaped(iterations)
-    )
+    return Posterior(shaped(state), covariance, shaped(cost), shaped(converged), shaped(iterations))
 
 
 def _solve(matrix: np.ndarray, right: np.ndarray) -> Any:

@@ -135,13 +135,16 @@ class Walks:
         self._length_variance, length = lengths.var(axis=-1), lengths.mean(axis=-1)
         self._apart = (length[..., PAIRS[:, 0]] - length[..., PAIRS[:, 1]]) ** 2
 
-    def fit(self, some: np.ndarray, weights: np.ndarray, shrinkage: Shrinkage) -> Prior:
-        """Learn the prior from some walks (n,) int with these weights (n,); nothing of the others reaches it.
+    def centred(self, some: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return mean (45 B,) of some walks (n,) int with these weights (n,), and rows (N, 45 B) that make their S.
+
+        S is their products ``rows^T rows``.  The last is the weights (N,) of the walks and their mirror images.
+        Nothing of the other walks reaches them.
 
         Raises
         ------
         InvalidInput
-            If there are fewer than two, the weights do not sum to one, or shares of the covariance are out of range.
+            If there are fewer than two, or the weights do not sum to one.
         """
         weights = require_shape("the weights", np.asarray(weights, dtype=float), (len(some),))
         if len(some) < 2 or not np.isclose(weights.sum(), 1.0) or (weights <= 0).any():
@@ -149,20 +152,32 @@ class Walks:
                 "a prior needs two walks or more, with positive weights that sum to one",
                 received=f"{len(some)} walks, weights that sum to {weights.sum():g}",
             )
+        size = float(1.0 / (weights**2).sum())
+        w = np.tile(weights, len(self._rows)) / len(self._rows)
+        rows = self._rows[:, some].reshape(len(w), -1)
+        mean = w @ rows
+        rows -= mean
+        rows *= np.sqrt(size / (size - 1.0) * w)[:, None]
+        return mean, rows, w
+
+    def fit(self, some: np.ndarray, weights: np.ndarray, shrinkage: Shrinkage) -> Prior:
+        """Learn the prior from some walks (n,) int with these weights (n,), as `centred` has them.
+
+        Raises
+        ------
+        InvalidInput
+            If shares of the covariance are out of range, besides.
+        """
         a, b = shrinkage.within_harmonic, shrinkage.diagonal
         require_range("the share of T", a, at_least=0, at_most=1)
         require_range("the share of diag S", b, at_least=0, at_most=1 - a)
         require_range("the extra variance", shrinkage.extra_variance, at_least=0, unit="mm²")
-        images, blocks = len(self._rows), self._blocks
-        size = float(1.0 / (weights**2).sum())
-        w = np.tile(weights, images) / images
-        rows, length_variance, apart = (
-            part[:, some].reshape(len(w), -1) for part in (self._rows, self._length_variance, self._apart)
-        )
-        mean = w @ rows
-        rows -= mean
-        rows *= np.sqrt(size / (size - 1.0) * w)[:, None]
+        blocks = self._blocks
+        mean, rows, w = self.centred(some, weights)
         C = structured_covariance(rows.T @ rows, blocks, shrinkage)
+        length_variance, apart = (
+            part[:, some].reshape(len(w), -1) for part in (self._length_variance, self._apart)
+        )
         return Prior(
             mean=mean.reshape(JOINTS, 3, blocks),
             covariance=C.reshape(JOINTS, 3, blocks, JOINTS, 3, blocks),
@@ -299,6 +314,7 @@ def image_axes(view_angles_rad: np.ndarray) -> np.ndarray:
     array([ 2.,  3., -1.])
     """
     angles = np.atleast_1d(np.asarray(view_angles_rad, dtype=float))
-    c, s, zero, one = np.cos(angles), np.sin(angles), np.zeros_like(angles), np.ones_like(angles)
-    rows = [[c, s, zero], [zero, zero, one], [-s, c, zero]]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    c, s = np.cos(angles), np.sin(angles)
+    axes = np.zeros((len(angles), 3, 3))
+    axes[:, 0, 0], axes[:, 0, 1], axes[:, 1, 2], axes[:, 2, 0], axes[:, 2, 1] = c, s, 1.0, -s, c
+    return axes

@@ -76,10 +76,7 @@ class AnatomicalApproach:
         walker = self._data.coefficients[walk]
         missing = self.missing(self.fold(walk), walk, view_rad)
         turned = view_rad[:, None, None]
-        seen = np.stack(
-            np.broadcast_arrays(camera.horizontal(walker, turned), camera.vertical(walker)), axis=-1
-        )
-        again = camera.combine(seen, missing, turned)
+        again = camera.combine(camera.project(walker, turned), missing, turned)
         measured = ~self._data.unmeasured[walk]
         coefficients = linear_model.coefficients(model, linear_model.flatten(again), measured=measured)
         return Reconstruction(camera.missing_dimension(walker, turned) - missing, missing, coefficients)

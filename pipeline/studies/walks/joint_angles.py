@@ -88,10 +88,7 @@ class JointAngles(Sweep):
             ]
             missing = np.stack([*found, source.average_walker().missing])
             turned = view[:, None, None]
-            across = camera.horizontal(data.coefficients[r], turned)
-            height = np.broadcast_to(camera.vertical(data.coefficients[r]), across.shape)
-            seen = np.broadcast_to(np.stack([across, height], axis=-1), (*missing.shape, 2))
-            series = camera.combine(seen, missing, turned)
+            series = camera.combine(camera.project(data.coefficients[r], turned), missing, turned)
             return np.asarray(np.einsum("tk,mvkjs->mvtjs", design, series, optimize=True))
 
         def true(r: int) -> np.ndarray:

@@ -172,9 +172,7 @@ class UnknownView(Sweep):
 def _observed(sample: np.ndarray, view: np.ndarray) -> np.ndarray:
     """Return what A views (A,) show of a walker (D,), (A, 150), or (A, 151) with the frequency of zhang2004."""
     walker = unflatten(sample)
-    across = camera.horizontal(walker, view[:, None, None])
-    up = np.broadcast_to(camera.vertical(walker), across.shape)
-    observed = np.stack([across, up], axis=-1).reshape(len(view), -1)
+    observed = camera.project(walker, view[:, None, None]).reshape(len(view), -1)
     if len(sample) > walker.size:
         observed = np.column_stack([observed, np.full(len(view), sample[-1])])
     return observed

@@ -72,6 +72,25 @@ def test_the_conditional_is_that_of_the_formula(hidden: bool) -> None:
         np.testing.assert_allclose(found.covariance[a], C[np.ix_(u, u)] - gain @ C[np.ix_(o, u)], atol=1e-7)
 
 
+@pytest.mark.parametrize("mirror", [False, True], ids=["walks", "mirror images, too"])
+@pytest.mark.parametrize("hidden", [anatomical.NOTHING_HIDDEN, HIDDEN], ids=["all seen", "hidden joints"])
+def test_the_expectation_from_walks_is_that_of_their_covariance(mirror: bool, hidden: np.ndarray) -> None:
+    rng, view, variances = np.random.default_rng(3), np.radians([-70.0, 20.0]), [30.0, 700.0]
+    walks = anatomical.Walks(100.0 * rng.standard_normal((9, 5, 15, 3)), mirror=mirror)
+    some, weights = np.array([0, 2, 3, 5, 8]), np.full(5, 0.2)
+    plain = Shrinkage(mirror=mirror, within_harmonic=0.0, diagonal=0.0, extra_variance=0.0)
+    prior, unknown = walks.fit(some, weights, plain), anatomical.unknown_coefficients(hidden, 5)
+    observed = 100.0 * rng.standard_normal((2, 3, int((~unknown).sum())))
+    mean, rows, _ = walks.centred(some, weights)
+    found = anatomical.expect_from_walks(
+        mean, rows, observed, view, unknown=unknown, noise_variances=variances
+    )
+    for variance, of_variance in zip(variances, found, strict=True):
+        noise = Noise(variance=variance, share=0.0)
+        conditional = anatomical.condition(anatomical.turned(prior, view), noise=noise, hidden=hidden)
+        np.testing.assert_allclose(of_variance, conditional.expect(observed), rtol=1e-8, atol=1e-7)
+
+
 def test_lengths_without_limits_leave_the_linear_part() -> None:
     prior, walker = learnt(1)
     view = np.radians([-40.0, 0.0, 90.0])
@@ -86,33 +105,22 @@ def test_lengths_without_limits_leave_the_linear_part() -> None:
     assert found.converged.all()
 
 
-def cost_of(lengths: anatomical.Lengths, rows: np.ndarray) -> float:
-    return float(lengths.cost(rows[None])[0])
-
-
 @pytest.mark.parametrize("hidden", [anatomical.NOTHING_HIDDEN, HIDDEN], ids=["all seen", "hidden joints"])
 def test_the_derivatives_are_those_of_finite_differences(hidden: np.ndarray) -> None:
     prior, walker = learnt(2)
     rows = seen_from(walker, np.array([0.6]))[0, 0]
     unknown = anatomical.unknown_coefficients(hidden, 5)
     limits = anatomical.tolerances(prior)
-    lengths = anatomical.Lengths(unknown, limits.within, limits.pairs)
-    value, gradient, matrix = lengths.derivatives(rows[None], exact=True)
-    assert value[0] == pytest.approx(cost_of(lengths, rows))
-    where = np.flatnonzero(unknown)
+    lengths, one = anatomical.Lengths(unknown, rows[None, ~unknown], limits), np.zeros(1, dtype=int)
+    here = rows[None, unknown]
+    gradient, matrix = lengths.slope(here, one)[1][0], lengths.matrix(here, one, exact=True)[0]
     rng = np.random.default_rng(0)
     for _ in range(4):
-        way = np.zeros(len(rows))
-        way[where] = rng.standard_normal(len(where))
-        step = 1e-4
-        ahead, behind = cost_of(lengths, rows + step * way), cost_of(lengths, rows - step * way)
-        assert (ahead - behind) / (2 * step) == pytest.approx(2 * gradient[0] @ way[where], rel=1e-6)
-        slopes = [lengths.derivatives((rows + h * way)[None])[1][0] for h in (step, -step)]
+        way, step = rng.standard_normal(here.shape[1]), 1e-4
+        (ahead, more), (behind, less) = (lengths.slope(here + h * way, one) for h in (step, -step))
+        assert (ahead - behind) / (2 * step) == pytest.approx(2 * gradient @ way, rel=1e-6)
         np.testing.assert_allclose(
-            (slopes[0] - slopes[1]) / (2 * step),
-            matrix[0] @ way[where],
-            rtol=1e-5,
-            atol=1e-6 * np.abs(matrix).max(),
+            (more - less)[0] / (2 * step), matrix @ way, rtol=1e-5, atol=1e-6 * np.abs(matrix).max()
         )
 
 

@@ -222,7 +222,6 @@ def test_bars_that_are_right_cover_and_bars_that_are_not_are_put_right() -> None
         (Structure, {"partners": 1}, "sweep.partners"),
         (Occlusion, {"hidden": ["moustache"]}, "sweep.hidden"),
         (Occlusion, {"hidden": []}, "sweep.hidden"),
-        (Occlusion, {"joints": ["tail"]}, "a joint of WALKER15"),
         (ObservedNoise, {"partners": 0}, "sweep.partners"),
         (ViewAngleBars, {"candidates": 73}, "sweep.candidates"),
     ],

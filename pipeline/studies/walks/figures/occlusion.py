@@ -28,7 +28,6 @@ WORDS = {
     "far_arm": "far arm",
     "far_leg": "far leg",
     "far_side": "far arm and leg",
-    "own": "own choice",
 }
 
 

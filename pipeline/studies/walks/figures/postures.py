@@ -251,11 +251,10 @@ def _identification(inputs: Inputs) -> pd.DataFrame:
     person = np.unique(data.person, return_inverse=True)[1]
     views = sweep.demonstration_view_deg
     turned = np.radians(views)[None, :, None, None]
-    across = camera.horizontal(data.coefficients[:, None], turned)
-    up = np.broadcast_to(camera.vertical(data.coefficients[:, None]), across.shape)
+    seen = camera.project(data.coefficients[:, None], turned)
     blocks = []
     for name, depth in _missing_dimensions(sweep).items():
-        walkers = camera.combine(np.stack([across, up], axis=-1), depth, turned)
+        walkers = camera.combine(seen, depth, turned)
         flat = walkers.reshape(*walkers.shape[:2], -1)
         for one, other in permutations(range(len(views)), 2):
             apart = ((flat[:, one, None] - flat[None, :, other]) ** 2).sum(axis=-1)

@@ -49,14 +49,12 @@ class Estimate:
     covariance : (A, M, U, U)
         mm²; empty if not asked for.
     unknown : (45 B,) bool
-    converged : (A, M) bool
     """
 
     true: np.ndarray
     estimated: np.ndarray
     covariance: np.ndarray
     unknown: np.ndarray
-    converged: np.ndarray
 
 
 class People:
@@ -98,19 +96,24 @@ class People:
         covariance = self.data.residual_covariance[self.model.tested[person]]
         return np.einsum("aij,kjl,ail->aki", axes, covariance, axes)
 
-    def learn(self, setting: Setting, without: Iterable[int], known: Iterable[int] = ()) -> Prior:
-        """What is learnt without some people; some of their laboratory are known to belong to it."""
+    def training(
+        self, setting: Setting, without: Iterable[int]
+    ) -> tuple[anatomical.Walks, np.ndarray, np.ndarray]:
+        """All walks as a setting has them, and which (n,) are learnt from without some people, with what weights."""
         kept = ~np.isin(self._person, list(without))
         if not setting.all_walks:
             kept &= np.isin(np.arange(len(kept)), self.model.tested)
-        walks = np.flatnonzero(kept)
-        coefficients = self.data.coefficients[:, : 1 + 2 * setting.harmonics]
-        weights = anatomical.person_weights(self.data.person[walks])
-        mirror = setting.shrinkage.mirror
-        if (setting.harmonics, mirror) not in self._walks:
-            self._walks[setting.harmonics, mirror] = anatomical.Walks(coefficients, mirror=mirror)
-        prior = self._walks[setting.harmonics, mirror].fit(walks, weights, setting.shrinkage)
-        coefficients = coefficients[walks]
+        walks, how = np.flatnonzero(kept), (setting.harmonics, setting.shrinkage.mirror)
+        if how not in self._walks:
+            coefficients = self.data.coefficients[:, : 1 + 2 * setting.harmonics]
+            self._walks[how] = anatomical.Walks(coefficients, mirror=setting.shrinkage.mirror)
+        return self._walks[how], walks, anatomical.person_weights(self.data.person[walks])
+
+    def learn(self, setting: Setting, without: Iterable[int], known: Iterable[int] = ()) -> Prior:
+        """What is learnt without some people; some of their laboratory are known to belong to it."""
+        learner, walks, weights = self.training(setting, without)
+        prior = learner.fit(walks, weights, setting.shrinkage)
+        coefficients = self.data.coefficients[walks, : 1 + 2 * setting.harmonics]
         if setting.stance:
             prior = anatomical.with_stance(prior, coefficients, weights, share=setting.stance)
         if np.isfinite(setting.proportions):
@@ -305,29 +308,40 @@ class Fold:
     ) -> list[Estimate]:
         """Reconstruct walkers with each of several settings; those alike but for lengths are fitted together."""
         found: dict[int, Estimate] = {}
-        alike: dict[tuple[Setting, bool], list[int]] = {}
+        alike: dict[tuple[Setting, bool, bool], list[int]] = {}
         for number, setting in enumerate(settings):
-            alike.setdefault((setting.linear, setting.lengths), []).append(number)
-        for (linear, lengths), numbers in alike.items():
+            sampled = setting.sampled and not (setting.lengths or with_covariance)
+            linear = setting.with_noise(0.0) if sampled else setting.linear
+            alike.setdefault((linear, setting.lengths, sampled), []).append(number)
+        for (linear, lengths, sampled), numbers in alike.items():
             blocks = 1 + 2 * linear.harmonics
-            conditional = self.conditional(linear, view_rad, hidden)
+            unknown = anatomical.unknown_coefficients(hidden, blocks)
             turned = np.einsum(
                 "aij,mkjb->amkib", anatomical.image_axes(view_rad), anatomical.by_joint(walkers[:, :blocks])
             )
             rows = (turned + observation_error).reshape(*turned.shape[:2], -1)
-            unknown = conditional.unknown
             true = turned.reshape(rows.shape)[..., unknown]
             observed = rows[..., ~unknown]
+            covariance = np.empty((*true.shape[:2], 0, 0))
+            if sampled:
+                learner, walks, weights = self._people.training(linear, self._without)
+                mean, training, _ = learner.centred(walks, weights)
+                variances = [settings[number].noise.variance for number in numbers]
+                each = anatomical.expect_from_walks(
+                    mean, training, observed, view_rad, unknown=unknown, noise_variances=variances
+                )
+                for number, expected in zip(numbers, each, strict=True):
+                    found[number] = Estimate(true, expected, covariance, unknown)
+                continue
+            conditional = self.conditional(linear, view_rad, hidden)
             if not lengths:
-                covariance = np.empty((*true.shape[:2], 0, 0))
                 if with_covariance:
                     covariance = np.broadcast_to(
                         conditional.covariance[:, None], (*true.shape, true.shape[-1])
                     )
-                everywhere = np.ones(true.shape[:2], dtype=bool)
                 expected = conditional.expect(observed)
                 for number in numbers:
-                    found[number] = Estimate(true, expected, covariance, unknown, everywhere)
+                    found[number] = Estimate(true, expected, covariance, unknown)
                 continue
             limits = [self._tolerances(settings[number]) for number in numbers]
             count = len(walkers)
@@ -347,7 +361,6 @@ class Fold:
                     fitted.unknown[:, part],
                     fitted.covariance[:, part],
                     unknown,
-                    fitted.converged[:, part],
                 )
         return [found[number] for number in range(len(settings))]
 

@@ -70,19 +70,14 @@ class Occlusion(Sweep):
     seen_from_deg: Swept = scaled(start=0, stop=90, step="few_views_step_deg")  # true views
     partners: Choosers = scaled(value="partners")  # people who choose sigma² of MAP for each person
     hidden: list[str] = field(default_factory=lambda: list(HIDDEN))  # sets of joints that are hidden in turn
-    joints: list[str] = field(default_factory=list)  # hides these joints, too, as the condition "own"
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
         super().validate()
         for name in self.hidden:
             require_choice("sweep.hidden", name, HIDDEN)
-        for joint in self.joints:
-            WALKER15.index(joint)
-        if not self.hidden and not self.joints:
+        if not self.hidden:
             raise InvalidInput("nothing is hidden", where="sweep.hidden", expected=", ".join(HIDDEN))
-        if len(self.joints) == len(WALKER15.joints):
-            raise InvalidInput("one joint at least must be seen", where="sweep.joints")
 
     def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> HiddenJoints:
         """Return errors and coverage of every method, with each set of joints hidden."""
@@ -92,8 +87,6 @@ class Occlusion(Sweep):
         whole = anatomical_setting(inputs.model_options, people.harmonics)
         tuned = people.tuned_map(NOISE_VARIANCES_MM2[1:-1], self.partners, inputs.workers)
         conditions = {name: HIDDEN[name] for name in self.hidden}
-        if self.joints:
-            conditions["own"] = tuple(self.joints)
         masks = [np.isin(WALKER15.joints, names) for names in conditions.values()]
         weights = errors.parseval_weights(1 + 2 * people.harmonics)
 

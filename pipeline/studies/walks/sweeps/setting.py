@@ -51,6 +51,16 @@ class Setting:
         """Whether bones count."""
         return bool(np.isfinite(self.within) or np.isfinite(self.pairs))
 
+    @property
+    def sampled(self) -> bool:
+        """Whether the covariance is the sample covariance as it is, and sigma² the only noise."""
+        return self.linear == replace(
+            approach_two(self.noise.variance),
+            harmonics=self.harmonics,
+            all_walks=self.all_walks,
+            shrinkage=replace(PLAIN, mirror=self.shrinkage.mirror),
+        )
+
     def with_noise(self, variance: float) -> Setting:
         """The same with another sigma²."""
         return replace(self, noise=replace(self.noise, variance=variance))
