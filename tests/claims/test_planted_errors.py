@@ -20,7 +20,7 @@ from pipeline.cli.compose import compose
 from pipeline.core import camera, linear_model, reconstruction, viewpoint
 from pipeline.core.articulated_trajectory import limb_choice
 from pipeline.papers import Agreement, Beyond
-from pipeline.stages import dataset, ingest, model, populations, sweep
+from pipeline.stages import chain, populations
 from pipeline.storage.store import Store
 from pipeline.studies import ledger
 from pipeline.studies.actions.model import ActionSpaceModel
@@ -55,11 +55,7 @@ def made_of(figures: tuple[str, ...], folder: Path) -> dict[str, Any]:
     for name in figures:
         experiment = compose([f"experiment={name}", *REDUCED, *SIZES.get(name, ())])
         store = Store(folder)
-        clips = ingest.run(experiment, store)
-        samples = dataset.run(experiment, clips, store)
-        learnt = model.run(experiment, samples, store)
-        measured = sweep.run(experiment, clips, samples, learnt, store)
-        inputs = FigureInputs(experiment, clips.value, samples.value, learnt.value, measured.value)
+        inputs = FigureInputs(experiment, *(kept.value for kept in chain.run(experiment, store)))
         tables = {**experiment.figure.tables(inputs), **populations.tables(experiment, store)}
         found |= {name if key == "table" else f"{name}/{key}": table for key, table in tables.items()}
     return found
