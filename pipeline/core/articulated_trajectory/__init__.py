@@ -5,6 +5,7 @@ from pipeline.core.articulated_trajectory.limb_choice import (
     LimbChoice,
     choose_limb,
     select_signs,
+    solved,
 )
 from pipeline.core.articulated_trajectory.limb_tree import LimbTree
 from pipeline.core.articulated_trajectory.reconstruct import (
@@ -29,4 +30,5 @@ __all__ = [
     "prepared",
     "reconstruct",
     "select_signs",
+    "solved",
 ]

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -81,6 +82,14 @@ class LimbChoice:
 
 
 def choose_limb(
+    cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray, length: float, **options: Any
+) -> LimbChoice:
+    """The smoothest of the trajectories that images and length allow one limb; parameters are those of `solved`."""
+    hits, solution, basis = solved(cameras, pixels, parents, length, **options)
+    return select_signs(hits, solution, hits.usable, basis, mirrored=False)
+
+
+def solved(
     cameras: np.ndarray,
     pixels: np.ndarray,
     parents: np.ndarray,
@@ -90,8 +99,8 @@ def choose_limb(
     adjust: Adjustment = Adjustment.per_frame,
     noise_px: float = 0.0,
     time_limit_s: float = 1.0,
-) -> LimbChoice:
-    """The smoothest of the trajectories that images and length allow one limb [park2011 12].
+) -> tuple[RayHits, BinarySolution, TrajectoryBasis]:
+    """Candidates of one limb, the best signs that are found, and its own basis [park2011 12].
 
     Parameters
     ----------
@@ -126,7 +135,7 @@ def choose_limb(
         time_limit_s=time_limit_s,
         relax_below=_tangent_within(cameras, parents, hits, noise_px),
     )
-    return select_signs(hits, solution, used, own, mirrored=False)
+    return hits, solution, own
 
 
 def select_signs(

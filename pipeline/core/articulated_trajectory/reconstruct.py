@@ -12,7 +12,7 @@ Symbols
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -183,6 +183,8 @@ class Reconstruction:
         lengths were given and nothing else enters.
     starts : dict
         Of the refinement, by the choice (its id, with itself, so that it stays) and the number of cosines.
+    costs : dict
+        Of branches after a few steps of the refinement, by their choices, likewise.
     """
 
     images: np.ndarray
@@ -194,18 +196,19 @@ class Reconstruction:
     bases: Mapping[str, TrajectoryBasis] = field(default_factory=dict)
     known: dict[Place, LimbChoice] = field(default_factory=dict)
     starts: dict[tuple[int, int], tuple[LimbChoice, SphericalTrajectory]] = field(default_factory=dict)
+    costs: dict[tuple[int, ...], tuple[tuple[LimbChoice, ...], float]] = field(default_factory=dict)
 
     def under(self, options: Options) -> Reconstruction:
         """The same skeleton under other options; what they do not change is not chosen again."""
         if options.of_each_limb() == self.options.of_each_limb():
             return replace(self, options=options)
-        return replace(self, options=options, known={}, starts={})
+        return replace(self, options=options, known={}, starts={}, costs={})
 
     def with_lengths(self, lengths: np.ndarray) -> Reconstruction:
         """The same skeleton with other lengths (L,), mm."""
         if np.array_equal(lengths, self.lengths):
             return self
-        return replace(self, lengths=lengths, known={}, starts={})
+        return replace(self, lengths=lengths, known={}, starts={}, costs={})
 
     @cached_property
     def _cameras(self) -> np.ndarray:
@@ -217,14 +220,14 @@ class Reconstruction:
         if self.options.try_mirrors:
             # What was read off the rays stays as it is, or trees would be compared that have not the same unknowns.
             fixed = self.fixed_to(tree)
-            tree = better_mirrors(tree, fixed.choose, lambda other: fixed.refined(other, COMPARING).cost)
+            tree = better_mirrors(tree, fixed.choose, fixed.cost)
         limbs = {limb: tree.choices[limb] for limb in self.chain.limbs}
         chosen, imputed = tree.positions, tree.imputed
         if not self.options.refine:
             return Articulated(chosen, chosen, imputed, limbs, tree.lengths, None)
         refined = self.refined(tree, MOST_STEPS)
         positions = np.empty_like(chosen)
-        positions[:, self._order] = refined.positions
+        positions[:, [self.chain.joints.index(name) for name in (self.chain.root, *limbs)]] = refined.positions
         return Articulated(positions, chosen, imputed, limbs, refined.lengths, refined)
 
     def chosen(self) -> LimbTree:
@@ -240,7 +243,7 @@ class Reconstruction:
 
     def choose(self, tree: LimbTree, limb: str) -> LimbChoice:
         """The choice for a limb whose parent the tree has."""
-        way = tree.way_to(limb)[1:]
+        way = self.chain.ways[limb][1:]
         place = (limb, tuple(tree.choices[joint].mirrored for joint in way))
         if np.isnan(self.lengths).any():
             return self._choose(tree, limb)
@@ -275,42 +278,52 @@ class Reconstruction:
             return self
         lengths = np.where(np.isnan(self.lengths), tree.lengths, self.lengths)
         bases = {name: choice.basis for name, choice in tree.choices.items()}
-        return replace(self, lengths=lengths, bases=bases, known={}, starts={})
+        return replace(self, lengths=lengths, bases=bases, known={}, starts={}, costs={})
 
-    def refined(self, tree: LimbTree, max_iterations: int) -> Refinement:
-        """All limbs of a tree refined together, each in its own basis."""
-        limbs = self.chain.limbs
-        bases = [tree.choices[limb].basis for limb in limbs]
+    def cost(self, tree: LimbTree) -> float:
+        """Cost [park2011 5] of a tree after a few steps of its refinement, each branch from the root on its own.
+
+        No image and no unknown is of two branches, so that the cost is the sum of theirs, and of a limb that is tried
+        mirrored only one branch is refined again.
+        """
+        total = 0.0
+        for branch in self.chain.branches:
+            choices = tuple(tree.choices[limb] for limb in branch)
+            key = tuple(map(id, choices))
+            if key not in self.costs:
+                self.costs[key] = choices, self.refined(tree, COMPARING, branch).cost
+            total += self.costs[key][1]
+        return total
+
+    def refined(self, tree: LimbTree, max_iterations: int, limbs: Sequence[str] = ()) -> Refinement:
+        """All limbs of a tree, or those of some branches, refined together, each in its own basis."""
+        limbs = limbs or self.chain.limbs
+        choices = [tree.choices[limb] for limb in limbs]
         names = (self.chain.root, *limbs)
-        components = max(basis.components for basis in bases)
+        components = max(choice.basis.components for choice in choices)
+        cutoff = choices[0].basis.cutoff
         rows = cosine_basis(len(self.images), components)
         paths = []
-        for limb in limbs:
-            choice = tree.choices[limb]
+        for limb, choice in zip(limbs, choices, strict=True):
             key = (id(choice), components)
             if key not in self.starts:
-                path = starting_path(choice.directions, rows, cutoff=bases[0].cutoff, called=limb)
+                path = starting_path(choice.directions, rows, cutoff=cutoff, called=limb)
                 self.starts[key] = choice, path
             paths.append(self.starts[key][1])
         return refinement.refine(
-            self.images[:, self._order],
+            self.images[:, [self.chain.joints.index(name) for name in names]],
             self.camera,
             self.root,
             [-1, *(names.index(self.chain.held_by(limb)) for limb in limbs)],
-            np.stack([tree.choices[limb].directions for limb in limbs], axis=1),
-            tree.lengths,
+            np.stack([choice.directions for choice in choices], axis=1),
+            np.array([choice.hits.radius for choice in choices]),
             basis=rows,
             paths=paths,
-            cutoff=bases[0].cutoff,
-            components=[basis.components for basis in bases],
+            cutoff=cutoff,
+            components=[choice.basis.components for choice in choices],
             max_iterations=max_iterations,
             names=names,
         )
-
-    @property
-    def _order(self) -> list[int]:
-        """Places of the root and of the limbs' ends among the joints."""
-        return [self.chain.joints.index(name) for name in (self.chain.root, *self.chain.limbs)]
 
     def _seen(self, limb: str) -> np.ndarray:
         return self.images[:, self.chain.joints.index(limb)]

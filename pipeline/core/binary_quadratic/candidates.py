@@ -153,15 +153,14 @@ def programme_of(
             )
     require_range("relax_below", relax_below, at_least=0.0, unit="mm")
     excess = np.eye(components) - basis.T @ basis
-    norm = 1.0 - float(np.linalg.eigvalsh(excess)[0])
-    if norm > 1.0 + _NORM:
+    if np.abs(excess).max() < _ORTHONORMAL:
+        excess = np.zeros_like(excess)
+    elif (norm := 1.0 - float(np.linalg.eigvalsh(excess)[0])) > 1.0 + _NORM:
         raise InvalidInput(
             "the basis is not orthonormal, nor softer than that",
             expected="columns of spectral norm at most 1",
             received=f"{np.sqrt(norm):.6g}",
         )
-    if np.abs(excess).max() < _ORTHONORMAL:
-        excess = np.zeros_like(excess)
     lengths = np.linalg.norm(half_chord, axis=1)
     kind = np.zeros(frames, dtype=np.int8)
     kind[lengths < relax_below] = kernels.RELAXED

@@ -28,8 +28,8 @@ from pipeline.core.articulated_trajectory import (
     Reconstruction,
     TrajectoryBasis,
     TrajectoryBasisByRule,
-    choose_limb,
     prepared,
+    solved,
 )
 from pipeline.core.articulation import ray_sphere
 from pipeline.core.limb_chain import WALKER14, relative_trajectories
@@ -342,7 +342,7 @@ class _Reconstruction:
             solution = certificate = choice.solution
             # Where the signs are those of the certificate, it would be the same again.
             if beside and not options.exact and options.time_limit_s > 0.0:
-                certificate = choose_limb(
+                _, certificate, _ = solved(
                     self.camera.matrix,
                     self.images[:, child],
                     anchored[:, parent],
@@ -350,7 +350,7 @@ class _Reconstruction:
                     basis=self.basis,
                     noise_px=options.noise_px,
                     time_limit_s=options.time_limit_s,
-                ).solution
+                )
             anchored[:, child] = anchored[:, parent] + choice.hits.radius * choice.directions
             rows.append(
                 {

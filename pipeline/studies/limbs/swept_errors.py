@@ -11,6 +11,7 @@ import pandas as pd
 
 from pipeline.processes import map_processes
 from pipeline.studies.limbs.trials import LimbInputs, LimbSweep, LimbTrial
+from pipeline.validation import NonNegative
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,8 @@ class ErrorSweep(LimbSweep):
 
     in_the_basis: ClassVar[bool] = False
     """Whether errors are made in the trajectory basis, so that K has to be given."""
+
+    time_limit_s: NonNegative = 0.0  # nominal, of each search for better signs; 0: the first ones
 
 
 def measured(
