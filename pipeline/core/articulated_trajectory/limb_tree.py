@@ -42,7 +42,9 @@ class LimbTree:
 
     def placed(self, limb: str, choice: LimbChoice) -> LimbTree:
         """The tree with this choice for a limb, and without the limbs that the former one carried."""
-        kept = {name: other for name, other in self.choices.items() if limb not in (name, *self.chain.ways[name])}
+        kept = {
+            name: other for name, other in self.choices.items() if limb not in (name, *self.chain.ways[name])
+        }
         return replace(self, choices={**kept, limb: choice})
 
     @property

@@ -227,7 +227,9 @@ class Reconstruction:
             return Articulated(chosen, chosen, imputed, limbs, tree.lengths, None)
         refined = self.refined(tree, MOST_STEPS)
         positions = np.empty_like(chosen)
-        positions[:, [self.chain.joints.index(name) for name in (self.chain.root, *limbs)]] = refined.positions
+        positions[:, [self.chain.joints.index(name) for name in (self.chain.root, *limbs)]] = (
+            refined.positions
+        )
         return Articulated(positions, chosen, imputed, limbs, refined.lengths, refined)
 
     def chosen(self) -> LimbTree:

@@ -21,9 +21,7 @@ VIEW = 0.4
     missing=st.floats(0, 1),
 )
 @settings(max_examples=60)
-def test_the_density_is_the_product_over_the_joints_that_were_seen(
-    seed: int, missing: float
-) -> None:
+def test_the_density_is_the_product_over_the_joints_that_were_seen(seed: int, missing: float) -> None:
     """Against a loop over particles and joints with the densities of scipy."""
     generator = np.random.default_rng(seed)
     joints = 300.0 * generator.standard_normal((4, 6, 3))
