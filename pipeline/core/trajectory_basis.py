@@ -17,6 +17,7 @@ all that it is needed for is a sum of squares less another.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -63,7 +64,15 @@ def cosine_basis(F: int, K: int, *, at: np.ndarray | None = None) -> np.ndarray:
     """
     require_range("frames", F, at_least=1, whole=True)
     require_range("components", K, at_least=1, at_most=F, whole=True)
-    times = np.arange(F) if at is None else np.asarray(at)
+    return _cosines(F, K).copy() if at is None else _cosines_at(F, K, np.asarray(at))
+
+
+@lru_cache(maxsize=32)
+def _cosines(F: int, K: int) -> np.ndarray:
+    return _cosines_at(F, K, np.arange(F))
+
+
+def _cosines_at(F: int, K: int, times: np.ndarray) -> np.ndarray:
     # Multiples of a quarter turn over F, reduced in whole numbers: exact for sequences of any length.
     quarters = (2 * times[:, None] + 1) * np.arange(K) % (4 * F)
     basis = np.sqrt(2.0 / F) * np.cos(np.pi / (2 * F) * quarters)
@@ -100,15 +109,21 @@ def products(basis: np.ndarray) -> BasisProducts:
     True
     """
     frames, components = basis.shape
+    if components <= frames and np.array_equal(basis, _cosines(frames, components)):
+        return _products_of_cosines(frames, components)
     k = np.arange(components)
-    if components <= frames and np.array_equal(basis, cosine_basis(frames, components)):
-        quarters = (2 * np.arange(frames)[:, None] + 1) * np.arange(2 * components - 1) % (4 * frames)
-        size = np.where(k > 0, np.sqrt(2.0 / frames), np.sqrt(1.0 / frames))
-        columns = np.cos(np.pi / (2 * frames) * quarters)
-        return BasisProducts(columns, np.abs(k[:, None] - k), k[:, None] + k, 0.5 * np.outer(size, size))
     pairs = k[:, None] * components + k
     columns = (basis[:, :, None] * basis[:, None]).reshape(frames, -1)
     return BasisProducts(columns, pairs, pairs, np.full(pairs.shape, 0.5))
+
+
+@lru_cache(maxsize=32)
+def _products_of_cosines(frames: int, components: int) -> BasisProducts:
+    k = np.arange(components)
+    quarters = (2 * np.arange(frames)[:, None] + 1) * np.arange(2 * components - 1) % (4 * frames)
+    size = np.where(k > 0, np.sqrt(2.0 / frames), np.sqrt(1.0 / frames))
+    columns = np.cos(np.pi / (2 * frames) * quarters)
+    return BasisProducts(columns, np.abs(k[:, None] - k), k[:, None] + k, 0.5 * np.outer(size, size))
 
 
 def soft_ridge(components: int, cutoff: float) -> np.ndarray:

@@ -333,7 +333,7 @@ def nearest_faces(white, whitening, flat, normals):  # type: ignore[no-untyped-d
         for place in range(STRIDE * (count // STRIDE + 1)):
             # Every STRIDE-th point, then those beside them.
             j = (place * STRIDE) % (STRIDE * (count // STRIDE + 1)) + place // (count // STRIDE + 1)
-            if j >= count or left == 0 or 1.0 > (least + flat) * np.sqrt(farthest):
+            if j >= count or left == 0 or (least + flat) * np.sqrt(farthest) < 1.0:
                 continue
             j = (i + j) % count
             ahead = g0 = g1 = 0.0
@@ -357,9 +357,9 @@ def nearest_faces(white, whitening, flat, normals):  # type: ignore[no-untyped-d
                             q = outward[0, d] + corners[k, 0] * outward[1, d] + corners[k, 1] * outward[2, d]
                             reached += q * q
                         farthest = max(farthest, reached)
-        if left == 0 or 1.0 > (least + flat) * np.sqrt(farthest):
+        if left == 0 or (least + flat) * np.sqrt(farthest) < 1.0:
             continue
-        if 1.0 < (least - flat) * np.sqrt(farthest):
+        if (least - flat) * np.sqrt(farthest) > 1.0:
             found = 0
         least = min(least, 1.0 / np.sqrt(farthest))
         for k in range(left):
@@ -369,6 +369,6 @@ def nearest_faces(white, whitening, flat, normals):  # type: ignore[no-untyped-d
                 reached += q * q
                 if found < len(normals):
                     normals[found, d] = q
-            if found < len(normals) and 1.0 <= (least + flat) * np.sqrt(reached):
+            if found < len(normals) and (least + flat) * np.sqrt(reached) >= 1.0:
                 found += 1
     return found
