@@ -15,7 +15,7 @@ from pipeline.core.articulated_trajectory.reconstruct import (
     prepared,
     reconstruct,
 )
-from pipeline.core.trajectory_basis import TrajectoryBasis, TrajectoryBasisByRule
+from pipeline.core.trajectory_basis import TrajectoryBasis
 
 __all__ = [
     "MARGIN_OF_DOUBT",
@@ -25,7 +25,6 @@ __all__ = [
     "Options",
     "Reconstruction",
     "TrajectoryBasis",
-    "TrajectoryBasisByRule",
     "choose_limb",
     "prepared",
     "reconstruct",

@@ -12,7 +12,7 @@ Symbols
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -30,7 +30,7 @@ from pipeline.core.pinhole import Pinhole
 from pipeline.core.refinement import Refinement
 from pipeline.core.refinement.inputs import starting_path
 from pipeline.core.refinement.spherical import SphericalTrajectory
-from pipeline.core.trajectory_basis import TrajectoryBasis, TrajectoryBasisByRule, cosine_basis
+from pipeline.core.trajectory_basis import TrajectoryBasis, cosine_basis
 from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_range, require_shape
 
@@ -50,8 +50,8 @@ class Options:
 
     Attributes
     ----------
-    basis : TrajectoryBasis or TrajectoryBasisByRule
-        Of the trajectories; by rule each limb has its own K.
+    basis : TrajectoryBasis
+        Of the trajectories.
     adjust : Adjustment
         As for `articulation.ray_sphere`.
     noise_px : float
@@ -67,7 +67,7 @@ class Options:
         Nominal seconds for the certificate of each limb, as for `binary_quadratic.minimise`.
     """
 
-    basis: TrajectoryBasis | TrajectoryBasisByRule = TrajectoryBasis()  # noqa: RUF009 (it is immutable)
+    basis: TrajectoryBasis = TrajectoryBasis()  # noqa: RUF009 (it is immutable)
     adjust: Adjustment = Adjustment.per_frame
     noise_px: float = 0.0
     use_hinges: bool = False
@@ -176,13 +176,11 @@ class Reconstruction:
     lengths : (L,)
     chain : Chain
     options : Options
-    bases : dict
-        Of limbs whose basis is known already.
     known : dict
         Choices that have been made, by the limb and by whether each limb on the way to it is mirrored, where all
         lengths were given and nothing else enters.
     starts : dict
-        Of the refinement, by the choice (its id, with itself, so that it stays) and the number of cosines.
+        Of the refinement, by the choice (its id, with itself, so that it stays).
     costs : dict
         Of branches after a few steps of the refinement, by their choices, likewise.
     """
@@ -193,9 +191,8 @@ class Reconstruction:
     lengths: np.ndarray
     chain: Chain
     options: Options
-    bases: Mapping[str, TrajectoryBasis] = field(default_factory=dict)
     known: dict[Place, LimbChoice] = field(default_factory=dict)
-    starts: dict[tuple[int, int], tuple[LimbChoice, SphericalTrajectory]] = field(default_factory=dict)
+    starts: dict[int, tuple[LimbChoice, SphericalTrajectory]] = field(default_factory=dict)
     costs: dict[tuple[int, ...], tuple[tuple[LimbChoice, ...], float]] = field(default_factory=dict)
 
     def under(self, options: Options) -> Reconstruction:
@@ -219,7 +216,7 @@ class Reconstruction:
         tree = self.chosen()
         if self.options.try_mirrors:
             # What was read off the rays stays as it is, or trees would be compared that have not the same unknowns.
-            fixed = self.fixed_to(tree)
+            fixed = self.with_lengths(np.where(np.isnan(self.lengths), tree.lengths, self.lengths))
             tree = better_mirrors(tree, fixed.choose, fixed.cost)
         limbs = {limb: tree.choices[limb] for limb in self.chain.limbs}
         chosen, imputed = tree.positions, tree.imputed
@@ -261,7 +258,7 @@ class Reconstruction:
                 self._seen(limb),
                 tree.end(self.chain.held_by(limb)),
                 self._length(tree, limb),
-                basis=self.bases.get(limb, options.basis),
+                basis=options.basis,
                 adjust=options.adjust,
                 noise_px=options.noise_px,
                 time_limit_s=options.time_limit_s,
@@ -273,14 +270,6 @@ class Reconstruction:
                 expected=refusal.expected,
                 received=refusal.received,
             ) from None
-
-    def fixed_to(self, tree: LimbTree) -> Reconstruction:
-        """The same with the lengths and bases of a tree, where they were to be found."""
-        if isinstance(self.options.basis, TrajectoryBasis) and not np.isnan(self.lengths).any():
-            return self
-        lengths = np.where(np.isnan(self.lengths), tree.lengths, self.lengths)
-        bases = {name: choice.basis for name, choice in tree.choices.items()}
-        return replace(self, lengths=lengths, bases=bases, known={}, starts={}, costs={})
 
     def cost(self, tree: LimbTree) -> float:
         """Cost [park2011 5] of a tree after a few steps of its refinement, each branch from the root on its own.
@@ -298,20 +287,18 @@ class Reconstruction:
         return total
 
     def refined(self, tree: LimbTree, max_iterations: int, limbs: Sequence[str] = ()) -> Refinement:
-        """All limbs of a tree, or those of some branches, refined together, each in its own basis."""
+        """All limbs of a tree, or those of some branches, refined together."""
         limbs = limbs or self.chain.limbs
         choices = [tree.choices[limb] for limb in limbs]
         names = (self.chain.root, *limbs)
-        components = max(choice.basis.components for choice in choices)
-        cutoff = choices[0].basis.cutoff
-        rows = cosine_basis(len(self.images), components)
+        basis = self.options.basis
+        rows = cosine_basis(len(self.images), basis.components)
         paths = []
         for limb, choice in zip(limbs, choices, strict=True):
-            key = (id(choice), components)
-            if key not in self.starts:
-                path = starting_path(choice.directions, rows, cutoff=cutoff, called=limb)
-                self.starts[key] = choice, path
-            paths.append(self.starts[key][1])
+            if id(choice) not in self.starts:
+                path = starting_path(choice.directions, rows, cutoff=basis.cutoff, called=limb)
+                self.starts[id(choice)] = choice, path
+            paths.append(self.starts[id(choice)][1])
         return refinement.refine(
             self.images[:, [self.chain.joints.index(name) for name in names]],
             self.camera,
@@ -321,8 +308,7 @@ class Reconstruction:
             np.array([choice.hits.radius for choice in choices]),
             basis=rows,
             paths=paths,
-            cutoff=cutoff,
-            components=[choice.basis.components for choice in choices],
+            cutoff=basis.cutoff,
             max_iterations=max_iterations,
             names=names,
         )

@@ -27,7 +27,6 @@ from pipeline.core.articulated_trajectory import (
     Options,
     Reconstruction,
     TrajectoryBasis,
-    TrajectoryBasisByRule,
     prepared,
     solved,
 )
@@ -192,7 +191,7 @@ class _Reconstruction:
     def __init__(
         self,
         options: MotionsSweep,
-        basis: TrajectoryBasis | TrajectoryBasisByRule,
+        basis: TrajectoryBasis,
         truth: np.ndarray,
         lengths: np.ndarray,
         camera: Pinhole,
@@ -252,7 +251,7 @@ class _Reconstruction:
         if size <= 1e-9 * float(np.abs(path).max()):
             return 0.0
         used = np.ones(len(about), dtype=bool)
-        return outside(self.basis.of(about, used).rows(len(used), used), about) / size
+        return outside(self.basis.rows(len(used), used), about) / size
 
     def error_mm(self, positions: np.ndarray) -> float:
         """Return the mean distance of all joints but the root from the truth, both relative to it."""
@@ -342,7 +341,7 @@ class _Reconstruction:
             solution = certificate = choice.solution
             # Where the signs are those of the certificate, it would be the same again.
             if beside and not options.exact and options.time_limit_s > 0.0:
-                _, certificate, _ = solved(
+                _, certificate = solved(
                     self.camera.matrix,
                     self.images[:, child],
                     anchored[:, parent],
@@ -376,6 +375,6 @@ class _Reconstruction:
             used = hits.usable
             toward = (self.truth[:, child] - about - hits.middle) * hits.half_chord
             signs = np.where(toward.sum(axis=1) < 0.0, -1, 1)
-            rows = self.basis.of(hits.middle, used).rows(len(used), used)
+            rows = self.basis.rows(len(used), used)
             found.append(reconstructibility(rows, hits.middle[used], hits.half_chord[used], signs[used]))
         return found

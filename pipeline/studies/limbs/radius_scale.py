@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.core.articulated_trajectory import LimbChoice, TrajectoryBasis, TrajectoryBasisByRule
+from pipeline.core.articulated_trajectory import LimbChoice, TrajectoryBasis
 from pipeline.core.articulation import Adjustment, cast_rays, on_sphere
 from pipeline.core.refinement import refine
 from pipeline.core.trajectory_basis import cosine_basis
@@ -70,9 +70,7 @@ Score = tuple[dict[str, float], float, np.ndarray]
 class _Ways:
     """One limb, whose choices are known by the radius after adjustment, which is all that matters."""
 
-    def __init__(
-        self, sweep: RadiusScaleSweep, trial: LimbTrial, basis: TrajectoryBasis | TrajectoryBasisByRule
-    ) -> None:
+    def __init__(self, sweep: RadiusScaleSweep, trial: LimbTrial, basis: TrajectoryBasis) -> None:
         self.sweep, self.trial, self.basis = sweep, trial, basis
         self.pixels = trial.images + sweep.noise_px * trial.noise
         self.rays = cast_rays(trial.view.matrix, self.pixels, trial.parent)

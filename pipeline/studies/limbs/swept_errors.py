@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -36,9 +36,6 @@ class SweptErrors:
 @dataclass(kw_only=True)
 class ErrorSweep(LimbSweep):
     """A sweep of one cause of error."""
-
-    in_the_basis: ClassVar[bool] = False
-    """Whether errors are made in the trajectory basis, so that K has to be given."""
 
     time_limit_s: NonNegative = 0.0  # nominal, of each search for better signs; 0: the first ones
 

@@ -14,7 +14,6 @@ import pandas as pd
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.palette import Style
-from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.figures.limb_on_sphere import record_on_sphere
@@ -68,12 +67,6 @@ class LimbErrors(Figure):
 
     model = TrajectoryBasisModel
     sweep = ErrorSweep
-
-    def validate(self, experiment: Experiment) -> None:
-        """Validate the options against the rest of the experiment.  Raises InvalidInput if they do not fit."""
-        sweep, model = cast(ErrorSweep, experiment.sweep), cast(TrajectoryBasisModel, experiment.model)
-        if sweep.in_the_basis:
-            model.fixed_basis()
 
     def tables(self, inputs: FigureInputs) -> dict[str, pd.DataFrame]:
         """Return ``table``: trials before the first camera; ``table_points``: over them; and others of each sweep."""
