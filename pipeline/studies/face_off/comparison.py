@@ -143,9 +143,7 @@ class FaceOffSweep(CameraSweep):
     varied_view_deg: ViewAngle = 30.0  # where noise, occlusion and heading are varied
     components: Count = 20  # of the trajectory basis
     softness: NonNegative = 30.0  # of the trajectory basis; 0: a hard one, which long gaps leave undetermined
-    refine: bool = False  # of articulated trajectories, in the end: costs time, moves errors by 3 %
     noise_variance_mm2: Positive = 70.0  # of approach II
-    time_limit_s: NonNegative = 0.0  # of each choice of signs; 0: the first ones
 
     @property
     def reads_clips(self) -> bool:
@@ -298,15 +296,14 @@ class _Walk:
 
     def _by_articulation(self, walk: SeenWalk, condition: Condition) -> list[np.ndarray]:
         """Return what articulated trajectories make of it, each (F, 15, 3), mm."""
-        options = self.options
         ways = [
             Options(
                 self.basis,
                 noise_px=condition.noise_px,
                 use_hinges=use_hinges,
                 try_mirrors=try_mirrors,
-                refine=options.refine,
-                time_limit_s=options.time_limit_s,
+                refine=False,  # in the end, it would move errors by 3 %
+                time_limit_s=0.0,
             )
             for use_hinges, try_mirrors in ARTICULATED.values()
         ]

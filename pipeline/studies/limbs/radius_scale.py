@@ -41,7 +41,6 @@ class RadiusScaleSweep(ErrorSweep):
             [0.01, 0.03, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0, 1.1, 1.3, 2.0, 3.0, 10.0, 30.0, 100.0]
         )
     )  # of the length of the limb that is assumed, relative to the true one
-    refine: bool = True  # the radius with the trajectory, from the first adjustment: as in the paper
     adjusts: Distinct[Adjustment] = field(  # the first as in the paper
         default_factory=lambda: [Adjustment["global"], Adjustment.per_frame, Adjustment.robust]
     )
@@ -59,8 +58,8 @@ class RadiusScaleSweep(ErrorSweep):
 
     @property
     def ways(self) -> list[str]:
-        """What is made of a radius: refined if asked for, then each adjustment alone."""
-        return [*([REFINED] if self.refine else []), *map(str, self.adjusts)]
+        """What is made of a radius: refined, then each adjustment alone."""
+        return [REFINED, *map(str, self.adjusts)]
 
 
 Score = tuple[dict[str, float], float, np.ndarray]
