@@ -155,6 +155,7 @@ class MissingDataSweep(ErrorSweep):
     use_hinges: bool = False  # ours, not the paper's
     adjust: Adjustment = Adjustment.per_frame
     share: Annotated[float, bounded(above=0, at_most=1)] = 0.3  # of the trials: each is a skeleton
+    time_limit_s: NonNegative = 0.0  # signs at once, without certificates
 
     def measure(self, inputs: LimbInputs) -> MissingDataErrors:
         """Return the errors of every skeleton for every fraction of missing points and every pattern."""

@@ -16,13 +16,13 @@ from pipeline.core.articulation import Adjustment, cast_rays, on_sphere
 from pipeline.core.refinement import refine
 from pipeline.core.trajectory_basis import cosine_basis
 from pipeline.studies.limbs import nulls
-from pipeline.studies.limbs.scores import distance, limb_errors
+from pipeline.studies.limbs.scores import certificate, distance, limb_errors
 from pipeline.studies.limbs.swept_errors import ErrorSweep, SweptErrors, measured
 from pipeline.studies.limbs.trials import LimbInputs, LimbTrial
 from pipeline.validation import Distinct, Increasing, NonNegative, Positive
 
 REFINED = "refined"
-"""Adjusted in all frames, then refined with the trajectory: as in the paper."""
+"""Adjusted in all frames, then refined with the trajectory: as in the paper; certificates are those of the start."""
 
 MOST_STEPS = 100
 """Of a refinement: before a camera that shakes most end after 50; before a still one many would go on for hundreds, in
@@ -96,6 +96,7 @@ class _Ways:
             **errors,
             "adjusted_share": float(hits.adjusted.mean()),  # of frames whose ray misses the sphere
             "radius_ratio": radius_mm / trial.length,  # after adjustment, or refinement
+            **certificate(self.choices[hits.radius]),
             **self._of_nothing(scale),
             "adjusted_hanging_error": self._of_nothing(hits.radius / trial.length)["hanging_error"],
             "paths": np.stack([trial.relative, relative]) / trial.length,

@@ -12,7 +12,7 @@ from pipeline.core.articulation import Adjustment
 from pipeline.core.reconstructibility import reconstructibility
 from pipeline.seeding import derive_generator
 from pipeline.studies.limbs import nulls
-from pipeline.studies.limbs.scores import distance, limb_errors, true_signs
+from pipeline.studies.limbs.scores import certificate, distance, limb_errors, true_signs
 from pipeline.studies.limbs.swept_errors import ErrorSweep, SweptErrors, measured
 from pipeline.studies.limbs.trials import LimbInputs, LimbTrial, wrong_trajectory
 from pipeline.validation import Increasing, NonNegative
@@ -53,6 +53,7 @@ class RootErrorSweep(ErrorSweep):
             "child_error_ratio": distance(parent + choice.relative, trial.child) / trial.length,
             "parent_error_ratio": distance(parent, trial.parent) / trial.length,
             "reconstructibility": eta.ratio,  # about the wrong parent
+            **certificate(choice),
             **nulls.limb_errors(trial, moved=wrong),
             "paths": np.stack([trial.relative, parent + choice.relative - trial.parent]) / trial.length,
         }

@@ -11,7 +11,6 @@ import pandas as pd
 
 from pipeline.processes import map_processes
 from pipeline.studies.limbs.trials import LimbInputs, LimbSweep, LimbTrial
-from pipeline.validation import NonNegative
 
 
 @dataclass(frozen=True)
@@ -36,8 +35,6 @@ class SweptErrors:
 @dataclass(kw_only=True)
 class ErrorSweep(LimbSweep):
     """A sweep of one cause of error."""
-
-    time_limit_s: NonNegative = 0.0  # nominal, of each search for better signs; 0: the first ones
 
 
 def measured(
