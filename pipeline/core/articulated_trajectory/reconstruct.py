@@ -12,7 +12,6 @@ Symbols
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -181,8 +180,6 @@ class Reconstruction:
         lengths were given and nothing else enters.
     starts : dict
         Of the refinement, by the choice (its id, with itself, so that it stays).
-    costs : dict
-        Of branches after a few steps of the refinement, by their choices, likewise.
     """
 
     images: np.ndarray
@@ -193,19 +190,18 @@ class Reconstruction:
     options: Options
     known: dict[Place, LimbChoice] = field(default_factory=dict)
     starts: dict[int, tuple[LimbChoice, SphericalTrajectory]] = field(default_factory=dict)
-    costs: dict[tuple[int, ...], tuple[tuple[LimbChoice, ...], float]] = field(default_factory=dict)
 
     def under(self, options: Options) -> Reconstruction:
         """The same skeleton under other options; what they do not change is not chosen again."""
         if options.of_each_limb() == self.options.of_each_limb():
             return replace(self, options=options)
-        return replace(self, options=options, known={}, starts={}, costs={})
+        return replace(self, options=options, known={}, starts={})
 
     def with_lengths(self, lengths: np.ndarray) -> Reconstruction:
         """The same skeleton with other lengths (L,), mm."""
         if np.array_equal(lengths, self.lengths):
             return self
-        return replace(self, lengths=lengths, known={}, starts={}, costs={})
+        return replace(self, lengths=lengths, known={}, starts={})
 
     @cached_property
     def _cameras(self) -> np.ndarray:
@@ -217,16 +213,14 @@ class Reconstruction:
         if self.options.try_mirrors:
             # What was read off the rays stays as it is, or trees would be compared that have not the same unknowns.
             fixed = self.with_lengths(np.where(np.isnan(self.lengths), tree.lengths, self.lengths))
-            tree = better_mirrors(tree, fixed.choose, fixed.cost)
+            tree = better_mirrors(tree, fixed.choose, lambda other: fixed.refined(other, COMPARING).cost)
         limbs = {limb: tree.choices[limb] for limb in self.chain.limbs}
         chosen, imputed = tree.positions, tree.imputed
         if not self.options.refine:
             return Articulated(chosen, chosen, imputed, limbs, tree.lengths, None)
         refined = self.refined(tree, MOST_STEPS)
         positions = np.empty_like(chosen)
-        positions[:, [self.chain.joints.index(name) for name in (self.chain.root, *limbs)]] = (
-            refined.positions
-        )
+        positions[:, self._order] = refined.positions
         return Articulated(positions, chosen, imputed, limbs, refined.lengths, refined)
 
     def chosen(self) -> LimbTree:
@@ -271,47 +265,36 @@ class Reconstruction:
                 received=refusal.received,
             ) from None
 
-    def cost(self, tree: LimbTree) -> float:
-        """Cost [park2011 5] of a tree after a few steps of its refinement, each branch from the root on its own.
-
-        No image and no unknown is of two branches, so that the cost is the sum of theirs, and of a limb that is tried
-        mirrored only one branch is refined again.
-        """
-        total = 0.0
-        for branch in self.chain.branches:
-            choices = tuple(tree.choices[limb] for limb in branch)
-            key = tuple(map(id, choices))
-            if key not in self.costs:
-                self.costs[key] = choices, self.refined(tree, COMPARING, branch).cost
-            total += self.costs[key][1]
-        return total
-
-    def refined(self, tree: LimbTree, max_iterations: int, limbs: Sequence[str] = ()) -> Refinement:
-        """All limbs of a tree, or those of some branches, refined together."""
-        limbs = limbs or self.chain.limbs
-        choices = [tree.choices[limb] for limb in limbs]
-        names = (self.chain.root, *limbs)
+    def refined(self, tree: LimbTree, max_iterations: int) -> Refinement:
+        """All limbs of a tree refined together."""
+        names = (self.chain.root, *self.chain.limbs)
         basis = self.options.basis
         rows = cosine_basis(len(self.images), basis.components)
         paths = []
-        for limb, choice in zip(limbs, choices, strict=True):
+        for limb in self.chain.limbs:
+            choice = tree.choices[limb]
             if id(choice) not in self.starts:
                 path = starting_path(choice.directions, rows, cutoff=basis.cutoff, called=limb)
                 self.starts[id(choice)] = choice, path
             paths.append(self.starts[id(choice)][1])
         return refinement.refine(
-            self.images[:, [self.chain.joints.index(name) for name in names]],
+            self.images[:, self._order],
             self.camera,
             self.root,
-            [-1, *(names.index(self.chain.held_by(limb)) for limb in limbs)],
-            np.stack([choice.directions for choice in choices], axis=1),
-            np.array([choice.hits.radius for choice in choices]),
+            [-1, *(names.index(self.chain.held_by(limb)) for limb in self.chain.limbs)],
+            np.stack([tree.choices[limb].directions for limb in self.chain.limbs], axis=1),
+            tree.lengths,
             basis=rows,
             paths=paths,
             cutoff=basis.cutoff,
             max_iterations=max_iterations,
             names=names,
         )
+
+    @property
+    def _order(self) -> list[int]:
+        """Places of the root and of the limbs' ends among the joints."""
+        return [self.chain.joints.index(name) for name in (self.chain.root, *self.chain.limbs)]
 
     def _seen(self, limb: str) -> np.ndarray:
         return self.images[:, self.chain.joints.index(limb)]

@@ -85,15 +85,6 @@ class Chain:
             ways[limb] = (*ways.get(holder, ()), holder)
         return ways
 
-    @cached_property
-    def branches(self) -> tuple[tuple[str, ...], ...]:
-        """The limbs of each branch that begins at the root, in the order of all limbs."""
-        first = {limb: (*self.ways[limb], limb)[1] for limb in self.limbs}
-        return tuple(
-            tuple(limb for limb in self.limbs if first[limb] == branch)
-            for branch in dict.fromkeys(first.values())
-        )
-
 
 def chain_of(skeleton: Skeleton) -> Chain:
     """The chain of a skeleton's bones."""
