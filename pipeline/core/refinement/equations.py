@@ -73,11 +73,11 @@ def normal_equations(given: Observations, unknowns: np.ndarray, *, exact: bool =
     theta, phi = angles(given, unknowns)
     along, own = np.empty((2, limbs, numbers, frames))
     couplings = np.zeros((limbs, lines.shape[1], numbers, numbers, frames))
-    tree = (np.array(given.parents), lengths_mm(given, unknowns), given.charts)
+    tree = (given.carriers, lengths_mm(given, unknowns), given.charts)
     kernels.frame_by_frame(given.seen_by, tree, lines, theta, phi, numbers > 2, exact, along, own, couplings)
     gradient, scale = given.penalty * unknowns, given.penalty.copy()
     gradient[:, : 2 * components] += (along[:, :2] @ given.basis).reshape(limbs, -1)
-    scale[:, : 2 * components] += (own[:, :2] @ given.basis**2).reshape(limbs, -1)
+    scale[:, : 2 * components] += (own[:, :2] @ given.squared_basis).reshape(limbs, -1)
     rows = np.zeros((limbs, size, lines.shape[1], size))
     kernels.fill_rows(
         couplings @ products.columns, products.first, products.second, products.scale, lines, rows

@@ -14,6 +14,7 @@ over the given one.  Inside, limbs come before frames, so that everything about 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -66,12 +67,22 @@ class Observations:
     penalty: np.ndarray
     products: BasisProducts
 
-    @property
+    @cached_property
     def seen_by(self) -> tuple[np.ndarray, ...]:
         """What the kernels read of it."""
         return self.images, self.seen, self.projection, self.centre, self.root
 
-    @property
+    @cached_property
+    def carriers(self) -> np.ndarray:
+        """Parents (L,), for kernels."""
+        return np.array(self.parents)
+
+    @cached_property
+    def squared_basis(self) -> np.ndarray:
+        """Squares (F, K) of the basis."""
+        return np.asarray(self.basis**2)
+
+    @cached_property
     def lines(self) -> np.ndarray:
         """Each limb itself and those that carry it (L, M), the nearest first, then -1."""
         lines: list[list[int]] = []
@@ -206,7 +217,7 @@ def cost(given: Observations, unknowns: np.ndarray) -> float:
     Infinite if any joint that was seen stands behind its camera.
     """
     theta, phi = angles(given, unknowns)
-    tree = (np.array(given.parents), lengths_mm(given, unknowns), given.charts)
+    tree = (given.carriers, lengths_mm(given, unknowns), given.charts)
     squares = float(kernels.squared_distances(given.seen_by, tree, theta, phi))
     return 0.5 * (squares + float((given.penalty * unknowns**2).sum()))
 
