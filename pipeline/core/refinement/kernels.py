@@ -167,9 +167,27 @@ def frame_by_frame(seen_by, tree, lines, theta, phi, free, exact, along, own, co
 
 
 @compiled_with_free_sums
-def fill_rows(sums, first, second, scale, lines, rows):  # type: ignore[no-untyped-def]
-    """Blocks between angles into `rows` (L, N, M, N), from the sums (L, M, C, C, n) of couplings by products."""
+def fill_gradient(along, own, gradient, scale):  # type: ignore[no-untyped-def]
+    """Add sums (L, C, K + 1) of `frame_by_frame`, by the basis and by one, to gradient and scale (L, N)."""
+    components = along.shape[2] - 1
+    for limb in range(len(gradient)):
+        for a in range(2):
+            for k in range(components):
+                gradient[limb, a * components + k] += along[limb, a, k]
+                scale[limb, a * components + k] += own[limb, a, k]
+        if along.shape[1] > 2:
+            gradient[limb, 2 * components] += along[limb, 2, components]
+            scale[limb, 2 * components] += own[limb, 2, components]
+
+
+@compiled_with_free_sums
+def fill_rows(sums, first, second, scale, lines, penalty, rows):  # type: ignore[no-untyped-def]
+    """All blocks into `rows` (L, N, M, N), from the sums (L, M, C, C, n) of couplings.
+
+    Between angles they are of products, and beside them, if lengths are free, of the basis and of one.
+    """
     components = len(scale)
+    size = 2 * components
     for limb in range(len(rows)):
         for m in range(lines.shape[1]):
             if lines[limb, m] < 0:
@@ -181,6 +199,15 @@ def fill_rows(sums, first, second, scale, lines, rows):  # type: ignore[no-untyp
                             rows[limb, a * components + k, m, b * components + j] = scale[k, j] * (
                                 sums[limb, m, a, b, first[k, j]] + sums[limb, m, a, b, second[k, j]]
                             )
+            if rows.shape[1] > size:
+                before = sums.shape[4] - components - 1
+                for a in range(2):
+                    for k in range(components):
+                        rows[limb, a * components + k, m, size] = sums[limb, m, a, 2, before + k]
+                        rows[limb, size, m, a * components + k] = sums[limb, m, 2, a, before + k]
+                rows[limb, size, m, size] = sums[limb, m, 2, 2, before + components]
+        for n in range(rows.shape[1]):
+            rows[limb, n, 0, n] += penalty[limb, n]
 
 
 @compiled_with_free_sums

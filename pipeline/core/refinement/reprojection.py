@@ -78,9 +78,17 @@ class Observations:
         return np.array(self.parents)
 
     @cached_property
-    def squared_basis(self) -> np.ndarray:
-        """Squares (F, K) of the basis."""
-        return np.asarray(self.basis**2)
+    def sums(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """By what gradient, diagonal and blocks of the curvature are summed over frames: the last of each is one.
+
+        The basis (F, K + 1), its squares, and products of its columns, then the basis (F, n + K + 1).
+        """
+        one = np.ones((len(self.basis), 1))
+        return (
+            np.hstack([self.basis, one]),
+            np.hstack([self.basis**2, one]),
+            np.hstack([self.products.columns, self.basis, one]),
+        )
 
     @cached_property
     def lines(self) -> np.ndarray:
