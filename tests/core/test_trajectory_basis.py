@@ -109,35 +109,6 @@ def test_a_soft_basis_does_not_run_wild_in_a_gap_where_a_hard_one_does() -> None
     assert error["soft"] < 0.1 * error["hard"]
 
 
-@given(seed=seeds, frames=st.integers(4, 24))
-@settings(max_examples=40)
-def test_the_evidence_for_each_number_of_components_is_leaving_each_frame_out(seed: int, frames: int) -> None:
-    generator = np.random.default_rng(seed)
-    values = generator.standard_normal((frames, 2))
-    observed = generator.permutation(np.arange(frames) < max(4, frames - 3))
-    choice = basis.choose_components(values, observed=observed)
-    seen = np.flatnonzero(observed)
-    for k, error in enumerate(choice.error, start=1):
-        theta = idct(np.eye(frames, k), type=2, norm="ortho", axis=0)
-        left_out = []
-        for frame in seen:
-            others = seen[seen != frame]
-            a = np.linalg.lstsq(theta[others], values[others], rcond=None)[0]
-            left_out.append(np.square(values[frame] - theta[frame] @ a).sum())
-        assert error == pytest.approx(np.mean(left_out), rel=1e-6)
-    assert choice.least == np.argmin(choice.error) + 1
-
-
-@pytest.mark.parametrize("bandwidth", [3, 9, 17])
-@pytest.mark.parametrize("noise", [0.0, 0.02])
-def test_the_choice_finds_the_bandwidth(bandwidth: int, noise: float) -> None:
-    generator = np.random.default_rng(bandwidth)
-    values = basis.cosine_basis(100, bandwidth) @ generator.choice([-1.0, 1.0], (bandwidth, 3))
-    choice = basis.choose_components(values + noise * generator.standard_normal(values.shape))
-    assert bandwidth <= choice.least <= bandwidth + 2
-    assert choice.components == np.ceil(basis.HEADROOM * choice.least)
-
-
 GOOD = np.ones(10, dtype=bool)
 HOLED = np.where(np.arange(10) == 3, np.nan, 1.0)[:, None]
 REFUSED: dict[str, tuple[Callable[[], object], str]] = {
@@ -168,19 +139,6 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     "values of the wrong shape": (
         lambda: imputed(basis.cosine_basis(10, 3), GOOD, np.ones(10)),
         r"trajectory must have shape \(10, D\)",
-    ),
-    "nothing to choose by": (
-        lambda: basis.choose_components(np.ones((10, 1)), observed=np.arange(10) < 3),
-        "observed frames must be",
-    ),
-    "choice of NaN": (lambda: basis.choose_components(HOLED), "^frame 3: "),
-    "choice of a vector": (
-        lambda: basis.choose_components(np.ones(10)),
-        r"trajectory must have shape \(F, D\)",
-    ),
-    "choice with a wrong mask": (
-        lambda: basis.choose_components(np.ones((9, 1)), observed=GOOD),
-        r"observed must have shape \(9,\)",
     ),
 }
 

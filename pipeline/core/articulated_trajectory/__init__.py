@@ -5,6 +5,7 @@ from pipeline.core.articulated_trajectory.limb_choice import (
     LimbChoice,
     choose_limb,
     select_signs,
+    solved,
 )
 from pipeline.core.articulated_trajectory.limb_tree import LimbTree
 from pipeline.core.articulated_trajectory.reconstruct import (
@@ -14,7 +15,7 @@ from pipeline.core.articulated_trajectory.reconstruct import (
     prepared,
     reconstruct,
 )
-from pipeline.core.trajectory_basis import TrajectoryBasis, TrajectoryBasisByRule
+from pipeline.core.trajectory_basis import TrajectoryBasis
 
 __all__ = [
     "MARGIN_OF_DOUBT",
@@ -24,9 +25,9 @@ __all__ = [
     "Options",
     "Reconstruction",
     "TrajectoryBasis",
-    "TrajectoryBasisByRule",
     "choose_limb",
     "prepared",
     "reconstruct",
     "select_signs",
+    "solved",
 ]

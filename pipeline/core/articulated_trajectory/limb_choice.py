@@ -22,7 +22,7 @@ from pipeline.core.articulation import Adjustment, RayHits, ray_sphere
 from pipeline.core.binary_quadratic.solve import BinarySolution, minimise
 from pipeline.core.reconstructibility import MARGIN_GREEN_ABOVE, Confidence, confidence_of_mirror_margin
 from pipeline.core.refinement import spherical
-from pipeline.core.trajectory_basis import TrajectoryBasis, TrajectoryBasisByRule, cosine_basis
+from pipeline.core.trajectory_basis import TrajectoryBasis, cosine_basis
 from pipeline.validation import require_range
 
 MARGIN_OF_DOUBT = MARGIN_GREEN_ABOVE
@@ -49,7 +49,6 @@ class LimbChoice:
     directions : (F, 3)
         Unit vectors in the trajectory basis: where children are anchored.
     basis : TrajectoryBasis
-        Its K chosen if the limb was to choose it.
     """
 
     hits: RayHits
@@ -86,12 +85,31 @@ def choose_limb(
     parents: np.ndarray,
     length: float,
     *,
-    basis: TrajectoryBasis | TrajectoryBasisByRule,
+    basis: TrajectoryBasis,
     adjust: Adjustment = Adjustment.per_frame,
     noise_px: float = 0.0,
     time_limit_s: float = 1.0,
 ) -> LimbChoice:
-    """The smoothest of the trajectories that images and length allow one limb [park2011 12].
+    """The smoothest of the trajectories that images and length allow one limb; parameters are those of `solved`."""
+    hits, solution = solved(
+        cameras, pixels, parents, length,
+        basis=basis, adjust=adjust, noise_px=noise_px, time_limit_s=time_limit_s,
+    )  # fmt: skip
+    return select_signs(hits, solution, hits.usable, basis, mirrored=False)
+
+
+def solved(
+    cameras: np.ndarray,
+    pixels: np.ndarray,
+    parents: np.ndarray,
+    length: float,
+    *,
+    basis: TrajectoryBasis,
+    adjust: Adjustment = Adjustment.per_frame,
+    noise_px: float = 0.0,
+    time_limit_s: float = 1.0,
+) -> tuple[RayHits, BinarySolution]:
+    """Candidates of one limb, and the best signs that are found [park2011 12].
 
     Parameters
     ----------
@@ -103,7 +121,7 @@ def choose_limb(
         Trajectory of its parent, mm.
     length : float
         mm.
-    basis : TrajectoryBasis or TrajectoryBasisByRule
+    basis : TrajectoryBasis
     adjust : Adjustment
         As for `articulation.ray_sphere`.
     noise_px : float
@@ -114,19 +132,18 @@ def choose_limb(
     Raises
     ------
     InvalidInput
-        If the noise is no number of pixels, and as `ray_sphere`, `choose_components`, `restricted` and `minimise`.
+        If the noise is no number of pixels, and as `ray_sphere`, `restricted` and `minimise`.
     """
     hits = ray_sphere(cameras, pixels, parents, length, adjust=adjust).resolved()
     used = hits.usable
-    own = basis.of(hits.middle, used)
     solution = minimise(
-        own.rows(len(pixels), used),
+        basis.rows(len(pixels), used),
         hits.middle[used],
         hits.half_chord[used],
         time_limit_s=time_limit_s,
         relax_below=_tangent_within(cameras, parents, hits, noise_px),
     )
-    return select_signs(hits, solution, used, own, mirrored=False)
+    return hits, solution
 
 
 def select_signs(

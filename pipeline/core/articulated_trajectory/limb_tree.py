@@ -38,17 +38,14 @@ class LimbTree:
         if joint not in self.choices:
             return np.full_like(self.root, np.nan)
         choice = self.choices[joint]
-        return np.asarray(self.end(self.chain.held_by(joint)) + choice.hits.radius * choice.directions)
+        return np.asarray(self.end(self.chain.ways[joint][-1]) + choice.hits.radius * choice.directions)
 
     def placed(self, limb: str, choice: LimbChoice) -> LimbTree:
         """The tree with this choice for a limb, and without the limbs that the former one carried."""
-        kept = {name: other for name, other in self.choices.items() if limb not in (name, *self.way_to(name))}
+        kept = {
+            name: other for name, other in self.choices.items() if limb not in (name, *self.chain.ways[name])
+        }
         return replace(self, choices={**kept, limb: choice})
-
-    def way_to(self, limb: str) -> tuple[str, ...]:
-        """Joints from the root to a limb's parent."""
-        holder = self.chain.held_by(limb)
-        return (holder,) if holder == self.chain.root else (*self.way_to(holder), holder)
 
     @property
     def positions(self) -> np.ndarray:
@@ -56,7 +53,7 @@ class LimbTree:
         found = np.full((len(self.root), len(self.chain.joints), 3), np.nan)
         found[:, self.chain.joints.index(self.chain.root)] = self.root
         for limb, choice in self.choices.items():
-            found[:, self.chain.joints.index(limb)] = self.end(self.chain.held_by(limb)) + choice.relative
+            found[:, self.chain.joints.index(limb)] = self.end(self.chain.ways[limb][-1]) + choice.relative
         return found
 
     @property

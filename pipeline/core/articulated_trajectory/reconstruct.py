@@ -12,7 +12,6 @@ Symbols
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -30,7 +29,7 @@ from pipeline.core.pinhole import Pinhole
 from pipeline.core.refinement import Refinement
 from pipeline.core.refinement.inputs import starting_path
 from pipeline.core.refinement.spherical import SphericalTrajectory
-from pipeline.core.trajectory_basis import TrajectoryBasis, TrajectoryBasisByRule, cosine_basis
+from pipeline.core.trajectory_basis import TrajectoryBasis, cosine_basis
 from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_range, require_shape
 
@@ -50,8 +49,8 @@ class Options:
 
     Attributes
     ----------
-    basis : TrajectoryBasis or TrajectoryBasisByRule
-        Of the trajectories; by rule each limb has its own K.
+    basis : TrajectoryBasis
+        Of the trajectories.
     adjust : Adjustment
         As for `articulation.ray_sphere`.
     noise_px : float
@@ -67,7 +66,7 @@ class Options:
         Nominal seconds for the certificate of each limb, as for `binary_quadratic.minimise`.
     """
 
-    basis: TrajectoryBasis | TrajectoryBasisByRule = TrajectoryBasis()  # noqa: RUF009 (it is immutable)
+    basis: TrajectoryBasis = TrajectoryBasis()  # noqa: RUF009 (it is immutable)
     adjust: Adjustment = Adjustment.per_frame
     noise_px: float = 0.0
     use_hinges: bool = False
@@ -176,13 +175,11 @@ class Reconstruction:
     lengths : (L,)
     chain : Chain
     options : Options
-    bases : dict
-        Of limbs whose basis is known already.
     known : dict
         Choices that have been made, by the limb and by whether each limb on the way to it is mirrored, where all
         lengths were given and nothing else enters.
     starts : dict
-        Of the refinement, by the choice (its id, with itself, so that it stays) and the number of cosines.
+        Of the refinement, by the choice (its id, with itself, so that it stays).
     """
 
     images: np.ndarray
@@ -191,9 +188,8 @@ class Reconstruction:
     lengths: np.ndarray
     chain: Chain
     options: Options
-    bases: Mapping[str, TrajectoryBasis] = field(default_factory=dict)
     known: dict[Place, LimbChoice] = field(default_factory=dict)
-    starts: dict[tuple[int, int], tuple[LimbChoice, SphericalTrajectory]] = field(default_factory=dict)
+    starts: dict[int, tuple[LimbChoice, SphericalTrajectory]] = field(default_factory=dict)
 
     def under(self, options: Options) -> Reconstruction:
         """The same skeleton under other options; what they do not change is not chosen again."""
@@ -216,7 +212,7 @@ class Reconstruction:
         tree = self.chosen()
         if self.options.try_mirrors:
             # What was read off the rays stays as it is, or trees would be compared that have not the same unknowns.
-            fixed = self.fixed_to(tree)
+            fixed = self.with_lengths(np.where(np.isnan(self.lengths), tree.lengths, self.lengths))
             tree = better_mirrors(tree, fixed.choose, lambda other: fixed.refined(other, COMPARING).cost)
         limbs = {limb: tree.choices[limb] for limb in self.chain.limbs}
         chosen, imputed = tree.positions, tree.imputed
@@ -240,7 +236,7 @@ class Reconstruction:
 
     def choose(self, tree: LimbTree, limb: str) -> LimbChoice:
         """The choice for a limb whose parent the tree has."""
-        way = tree.way_to(limb)[1:]
+        way = self.chain.ways[limb][1:]
         place = (limb, tuple(tree.choices[joint].mirrored for joint in way))
         if np.isnan(self.lengths).any():
             return self._choose(tree, limb)
@@ -256,7 +252,7 @@ class Reconstruction:
                 self._seen(limb),
                 tree.end(self.chain.held_by(limb)),
                 self._length(tree, limb),
-                basis=self.bases.get(limb, options.basis),
+                basis=options.basis,
                 adjust=options.adjust,
                 noise_px=options.noise_px,
                 time_limit_s=options.time_limit_s,
@@ -269,40 +265,28 @@ class Reconstruction:
                 received=refusal.received,
             ) from None
 
-    def fixed_to(self, tree: LimbTree) -> Reconstruction:
-        """The same with the lengths and bases of a tree, where they were to be found."""
-        if isinstance(self.options.basis, TrajectoryBasis) and not np.isnan(self.lengths).any():
-            return self
-        lengths = np.where(np.isnan(self.lengths), tree.lengths, self.lengths)
-        bases = {name: choice.basis for name, choice in tree.choices.items()}
-        return replace(self, lengths=lengths, bases=bases, known={}, starts={})
-
     def refined(self, tree: LimbTree, max_iterations: int) -> Refinement:
-        """All limbs of a tree refined together, each in its own basis."""
-        limbs = self.chain.limbs
-        bases = [tree.choices[limb].basis for limb in limbs]
-        names = (self.chain.root, *limbs)
-        components = max(basis.components for basis in bases)
-        rows = cosine_basis(len(self.images), components)
+        """All limbs of a tree refined together."""
+        names = (self.chain.root, *self.chain.limbs)
+        basis = self.options.basis
+        rows = cosine_basis(len(self.images), basis.components)
         paths = []
-        for limb in limbs:
+        for limb in self.chain.limbs:
             choice = tree.choices[limb]
-            key = (id(choice), components)
-            if key not in self.starts:
-                path = starting_path(choice.directions, rows, cutoff=bases[0].cutoff, called=limb)
-                self.starts[key] = choice, path
-            paths.append(self.starts[key][1])
+            if id(choice) not in self.starts:
+                path = starting_path(choice.directions, rows, cutoff=basis.cutoff, called=limb)
+                self.starts[id(choice)] = choice, path
+            paths.append(self.starts[id(choice)][1])
         return refinement.refine(
             self.images[:, self._order],
             self.camera,
             self.root,
-            [-1, *(names.index(self.chain.held_by(limb)) for limb in limbs)],
-            np.stack([tree.choices[limb].directions for limb in limbs], axis=1),
+            [-1, *(names.index(self.chain.held_by(limb)) for limb in self.chain.limbs)],
+            np.stack([tree.choices[limb].directions for limb in self.chain.limbs], axis=1),
             tree.lengths,
             basis=rows,
             paths=paths,
-            cutoff=bases[0].cutoff,
-            components=[basis.components for basis in bases],
+            cutoff=basis.cutoff,
             max_iterations=max_iterations,
             names=names,
         )

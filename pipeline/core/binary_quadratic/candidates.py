@@ -153,15 +153,15 @@ def programme_of(
             )
     require_range("relax_below", relax_below, at_least=0.0, unit="mm")
     excess = np.eye(components) - basis.T @ basis
-    norm = 1.0 - float(np.linalg.eigvalsh(excess)[0])
-    if norm > 1.0 + _NORM:
+    if np.abs(excess).max() < _ORTHONORMAL:
+        excess = np.zeros_like(excess)
+    elif not _positive(excess + _NORM * np.eye(components)):
+        norm = np.linalg.norm(basis, ord=2)
         raise InvalidInput(
             "the basis is not orthonormal, nor softer than that",
             expected="columns of spectral norm at most 1",
-            received=f"{np.sqrt(norm):.6g}",
+            received=f"{norm:.6g}",
         )
-    if np.abs(excess).max() < _ORTHONORMAL:
-        excess = np.zeros_like(excess)
     lengths = np.linalg.norm(half_chord, axis=1)
     kind = np.zeros(frames, dtype=np.int8)
     kind[lengths < relax_below] = kernels.RELAXED
@@ -175,3 +175,12 @@ def programme_of(
     bent = kernels.curvature(basis, half_chord)
     size = float(np.square(np.abs(middle) + np.abs(half_chord)).sum())
     return Programme(basis, excess, middle, half_chord, kind, bent, coupling, pull, still, size)
+
+
+def _positive(matrix: np.ndarray) -> bool:
+    """Whether a symmetric matrix is positive definite, as far as Cholesky's factors tell."""
+    try:
+        np.linalg.cholesky(matrix)
+    except np.linalg.LinAlgError:
+        return False
+    return True

@@ -13,6 +13,7 @@ so that each comes after the one that carries it.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -41,12 +42,12 @@ class Chain:
     joints: tuple[str, ...]
     parents: tuple[str | None, ...]
 
-    @property
+    @cached_property
     def root(self) -> str:
         """Name of the joint that has no parent."""
         return self.joints[self.parents.index(None)]
 
-    @property
+    @cached_property
     def limbs(self) -> tuple[str, ...]:
         """Names of the L = J - 1 limbs, which are those of their children, from the root to the leaves."""
         order: list[str] = []
@@ -58,7 +59,7 @@ class Chain:
             order += [joint for joint in self.joints if joint in level]
         return tuple(order[1:])
 
-    @property
+    @cached_property
     def ends(self) -> np.ndarray:
         """Places (L, 2) of each limb's parent and child among the joints."""
         pairs = [[self.joints.index(joint) for joint in (self.held_by(limb), limb)] for limb in self.limbs]
@@ -74,6 +75,15 @@ class Chain:
         """
         require_choice("limb", limb, self.limbs)
         return str(self.parents[self.joints.index(limb)])
+
+    @cached_property
+    def ways(self) -> dict[str, tuple[str, ...]]:
+        """Joints from the root to the parent of each limb."""
+        ways: dict[str, tuple[str, ...]] = {}
+        for limb in self.limbs:
+            holder = self.held_by(limb)
+            ways[limb] = (*ways.get(holder, ()), holder)
+        return ways
 
 
 def chain_of(skeleton: Skeleton) -> Chain:

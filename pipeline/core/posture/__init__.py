@@ -19,6 +19,7 @@ from pipeline.core.posture.cosines import (
     joints,
     joints_where_defined,
     limb_lengths,
+    nearest_of_each,
     postures,
 )
 
@@ -32,5 +33,6 @@ __all__ = [
     "joints",
     "joints_where_defined",
     "limb_lengths",
+    "nearest_of_each",
     "postures",
 ]

@@ -237,6 +237,13 @@ def joints_where_defined(
     return _placed(postures, limb_lengths, frame)[0]
 
 
+def nearest_of_each(joints: np.ndarray, performances: np.ndarray) -> np.ndarray:
+    """Mean joint distance (S, M), mm, from each body (S, J, 3) to the nearest of each performance (M, P, J, 3)."""
+    distances = np.empty((len(joints), len(performances)))
+    kernels.nearest_of_each(np.ascontiguousarray(joints), performances, distances)
+    return distances
+
+
 def _placed(postures: np.ndarray, limb_lengths: LimbLengths, frame: str) -> tuple[np.ndarray, np.ndarray]:
     """Joints (…, 15, 3), and for each posture (S, 2) what it is and the limb that is wrong."""
     require_choice("frame", frame, FRAMES)

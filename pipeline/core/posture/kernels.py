@@ -173,3 +173,28 @@ def place_joints(postures, leg_length_mm, body, tree, positions, found):
         found[i] = wrong, limb
         if wrong != DEFINED:
             positions[i] = np.nan
+
+
+@compiled_exactly
+def nearest_of_each(points, recorded, distances):
+    """Write the mean joint distance (S, M) from postures (S, J, 3) to the nearest of each performance (M, P, J, 3)."""
+    joints = points.shape[1]
+    for i in range(len(points)):
+        start = 0
+        for m in range(len(recorded)):
+            least, nearest = np.inf, start
+            for step in range(recorded.shape[1]):
+                # From where the last performance was nearest: most others are soon found to be farther.
+                p = (start + step) % recorded.shape[1]
+                total = 0.0
+                for j in range(joints):
+                    square = 0.0
+                    for d in range(3):
+                        square += (points[i, j, d] - recorded[m, p, j, d]) ** 2
+                    total += np.sqrt(square)
+                    if total >= least:
+                        break
+                if total < least:
+                    least, nearest = total, p
+            start = nearest
+            distances[i, m] = least / joints

@@ -73,24 +73,15 @@ def normal_equations(given: Observations, unknowns: np.ndarray, *, exact: bool =
     theta, phi = angles(given, unknowns)
     along, own = np.empty((2, limbs, numbers, frames))
     couplings = np.zeros((limbs, lines.shape[1], numbers, numbers, frames))
-    tree = (np.array(given.parents), lengths_mm(given, unknowns), given.charts)
+    tree = (given.carriers, lengths_mm(given, unknowns), given.charts)
     kernels.frame_by_frame(given.seen_by, tree, lines, theta, phi, numbers > 2, exact, along, own, couplings)
     gradient, scale = given.penalty * unknowns, given.penalty.copy()
-    gradient[:, : 2 * components] += (along[:, :2] @ given.basis).reshape(limbs, -1)
-    scale[:, : 2 * components] += (own[:, :2] @ given.basis**2).reshape(limbs, -1)
     rows = np.zeros((limbs, size, lines.shape[1], size))
+    kernels.fill_gradient(along @ given.sums[0], own @ given.sums[1], gradient, scale)
+    columns = given.sums[2] if numbers > 2 else products.columns
     kernels.fill_rows(
-        couplings @ products.columns, products.first, products.second, products.scale, lines, rows
+        couplings @ columns, products.first, products.second, products.scale, lines, given.penalty, rows
     )
-    if numbers > 2:
-        gradient[:, -1] += along[:, 2].sum(axis=1)
-        scale[:, -1] += own[:, 2].sum(axis=1)
-        by_own, by_other = couplings[:, :, :2, 2] @ given.basis, couplings[:, :, 2, :2] @ given.basis
-        rows[:, :-1, :, -1] = by_own.reshape(*lines.shape, -1).swapaxes(1, 2)
-        rows[:, -1, :, :-1] = by_other.reshape(*lines.shape, -1)
-        rows[:, -1, :, -1] = couplings[:, :, 2, 2].sum(axis=-1)
-    diagonal = np.arange(size)
-    rows[:, diagonal, 0, diagonal] += given.penalty
     return LimbEquations(gradient, scale, rows, lines)
 
 

@@ -14,6 +14,9 @@ import numpy as np
 
 from pipeline.compilation import compiled_with_free_sums
 
+STRIDE = 7
+"""Of points that bound a face: those far apart on the path first, so that most polygons end early."""
+
 
 @compiled_with_free_sums
 def squared_distances(seen_by, tree, theta, phi):  # type: ignore[no-untyped-def]
@@ -164,9 +167,27 @@ def frame_by_frame(seen_by, tree, lines, theta, phi, free, exact, along, own, co
 
 
 @compiled_with_free_sums
-def fill_rows(sums, first, second, scale, lines, rows):  # type: ignore[no-untyped-def]
-    """Blocks between angles into `rows` (L, N, M, N), from the sums (L, M, C, C, n) of couplings by products."""
+def fill_gradient(along, own, gradient, scale):  # type: ignore[no-untyped-def]
+    """Add sums (L, C, K + 1) of `frame_by_frame`, by the basis and by one, to gradient and scale (L, N)."""
+    components = along.shape[2] - 1
+    for limb in range(len(gradient)):
+        for a in range(2):
+            for k in range(components):
+                gradient[limb, a * components + k] += along[limb, a, k]
+                scale[limb, a * components + k] += own[limb, a, k]
+        if along.shape[1] > 2:
+            gradient[limb, 2 * components] += along[limb, 2, components]
+            scale[limb, 2 * components] += own[limb, 2, components]
+
+
+@compiled_with_free_sums
+def fill_rows(sums, first, second, scale, lines, penalty, rows):  # type: ignore[no-untyped-def]
+    """All blocks into `rows` (L, N, M, N), from the sums (L, M, C, C, n) of couplings.
+
+    Between angles they are of products, and beside them, if lengths are free, of the basis and of one.
+    """
     components = len(scale)
+    size = 2 * components
     for limb in range(len(rows)):
         for m in range(lines.shape[1]):
             if lines[limb, m] < 0:
@@ -178,6 +199,15 @@ def fill_rows(sums, first, second, scale, lines, rows):  # type: ignore[no-untyp
                             rows[limb, a * components + k, m, b * components + j] = scale[k, j] * (
                                 sums[limb, m, a, b, first[k, j]] + sums[limb, m, a, b, second[k, j]]
                             )
+            if rows.shape[1] > size:
+                before = sums.shape[4] - components - 1
+                for a in range(2):
+                    for k in range(components):
+                        rows[limb, a * components + k, m, size] = sums[limb, m, a, 2, before + k]
+                        rows[limb, size, m, a * components + k] = sums[limb, m, 2, a, before + k]
+                rows[limb, size, m, size] = sums[limb, m, 2, 2, before + components]
+        for n in range(rows.shape[1]):
+            rows[limb, n, 0, n] += penalty[limb, n]
 
 
 @compiled_with_free_sums
@@ -267,3 +297,105 @@ def solve_along_tree(rows, lines, gradient, damping, step):  # type: ignore[no-u
             for b in range(a):
                 right[limb, b] -= rows[limb, a, 0, b] * step[limb, a]
     return True
+
+
+@compiled_with_free_sums
+def clip(corners, left, across, room, cut):  # type: ignore[no-untyped-def]
+    """The part of a convex polygon (n, 2) where ``across . x <= room``, into `cut`: how many corners it has."""
+    kept = 0
+    for k in range(left):
+        after = k + 1 if k + 1 < left else 0
+        here = room - across[0] * corners[k, 0] - across[1] * corners[k, 1]
+        there = room - across[0] * corners[after, 0] - across[1] * corners[after, 1]
+        if here >= 0.0:
+            cut[kept, 0], cut[kept, 1] = corners[k, 0], corners[k, 1]
+            kept += 1
+        if (here >= 0.0) != (there >= 0.0):
+            share = here / (here - there)
+            for d in range(2):
+                cut[kept, d] = corners[k, d] + share * (corners[after, d] - corners[k, d])
+            kept += 1
+    return kept
+
+
+@compiled_with_free_sums
+def nearest_faces(white, whitening, flat, normals):  # type: ignore[no-untyped-def]
+    """Normals of the faces of a hull that are nearest to the origin, into `normals` (n, 3), some twice: how many.
+
+    The hull is that of points and their opposites, given as `white` (P, 3), points times `whitening`^T, of spread one
+    in all directions.  Of the plane of all q with ``q . w = 1`` for one point w, those with ``|q . w'| <= 1`` for all
+    others are a polygon, whose corners are the faces that hold w, at the distance 1 / |q|.  A polygon is left as soon
+    as it reaches no farther out than the best corner so far, less `flat` in that distance.
+    """
+    count = len(white)
+    corners, cut = np.empty((2 * count + 8, 2)), np.empty((2 * count + 8, 2))
+    axes = np.empty((3, 3))  # the point over its square, and two unit vectors across it
+    outward = np.empty((3, 3))  # the same as normals of the points that are not whitened
+    least = np.inf
+    found = 0
+    for i in range(count):
+        lowest = 0
+        square = 0.0
+        for d in range(3):
+            square += white[i, d] ** 2
+            lowest = d if abs(white[i, d]) < abs(white[i, lowest]) else lowest
+        e, f = (lowest + 1) % 3, (lowest + 2) % 3
+        size = np.sqrt(white[i, e] ** 2 + white[i, f] ** 2)
+        axes[1, lowest], axes[1, e], axes[1, f] = 0.0, white[i, f] / size, -white[i, e] / size
+        for d in range(3):
+            e, f = (d + 1) % 3, (d + 2) % 3
+            axes[0, d] = white[i, d] / square
+            axes[2, d] = (white[i, e] * axes[1, f] - white[i, f] * axes[1, e]) / np.sqrt(square)
+        outward[:] = 0.0
+        for n in range(3):
+            for d in range(3):
+                for e in range(3):
+                    outward[n, e] += axes[n, d] * whitening[d, e]
+        # No face is nearer than the root mean square of the points' distances along its normal.
+        reach = 2.0 * np.sqrt(count)
+        for k in range(4):
+            corners[k, 0] = reach if 1 <= k <= 2 else -reach
+            corners[k, 1] = reach if k >= 2 else -reach
+        left, farthest = 4, np.inf
+        for place in range(STRIDE * (count // STRIDE + 1)):
+            # Every STRIDE-th point, then those beside them.
+            j = (place * STRIDE) % (STRIDE * (count // STRIDE + 1)) + place // (count // STRIDE + 1)
+            if j >= count or left == 0 or (least + flat) * np.sqrt(farthest) < 1.0:
+                continue
+            j = (i + j) % count
+            ahead = g0 = g1 = 0.0
+            for d in range(3):
+                ahead += axes[0, d] * white[j, d]
+                g0 += axes[1, d] * white[j, d]
+                g1 += axes[2, d] * white[j, d]
+            if g0 * g0 + g1 * g1 <= 1e-24 * square:
+                continue
+            for side in (1.0, -1.0):
+                outside = False
+                for k in range(left):
+                    outside = outside or side * (ahead + g0 * corners[k, 0] + g1 * corners[k, 1]) > 1.0
+                if outside:
+                    left = clip(corners, left, (side * g0, side * g1), 1.0 - side * ahead, cut)
+                    corners, cut = cut, corners
+                    farthest = 0.0
+                    for k in range(left):
+                        reached = 0.0
+                        for d in range(3):
+                            q = outward[0, d] + corners[k, 0] * outward[1, d] + corners[k, 1] * outward[2, d]
+                            reached += q * q
+                        farthest = max(farthest, reached)
+        if left == 0 or (least + flat) * np.sqrt(farthest) < 1.0:
+            continue
+        if (least - flat) * np.sqrt(farthest) > 1.0:
+            found = 0
+        least = min(least, 1.0 / np.sqrt(farthest))
+        for k in range(left):
+            reached = 0.0
+            for d in range(3):
+                q = outward[0, d] + corners[k, 0] * outward[1, d] + corners[k, 1] * outward[2, d]
+                reached += q * q
+                if found < len(normals):
+                    normals[found, d] = q
+            if found < len(normals) and (least + flat) * np.sqrt(reached) >= 1.0:
+                found += 1
+    return found

@@ -14,6 +14,7 @@ over the given one.  Inside, limbs come before frames, so that everything about 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -66,12 +67,30 @@ class Observations:
     penalty: np.ndarray
     products: BasisProducts
 
-    @property
+    @cached_property
     def seen_by(self) -> tuple[np.ndarray, ...]:
         """What the kernels read of it."""
         return self.images, self.seen, self.projection, self.centre, self.root
 
-    @property
+    @cached_property
+    def carriers(self) -> np.ndarray:
+        """Parents (L,), for kernels."""
+        return np.array(self.parents)
+
+    @cached_property
+    def sums(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """By what gradient, diagonal and blocks of the curvature are summed over frames: the last of each is one.
+
+        The basis (F, K + 1), its squares, and products of its columns, then the basis (F, n + K + 1).
+        """
+        one = np.ones((len(self.basis), 1))
+        return (
+            np.hstack([self.basis, one]),
+            np.hstack([self.basis**2, one]),
+            np.hstack([self.products.columns, self.basis, one]),
+        )
+
+    @cached_property
     def lines(self) -> np.ndarray:
         """Each limb itself and those that carry it (L, M), the nearest first, then -1."""
         lines: list[list[int]] = []
@@ -206,7 +225,7 @@ def cost(given: Observations, unknowns: np.ndarray) -> float:
     Infinite if any joint that was seen stands behind its camera.
     """
     theta, phi = angles(given, unknowns)
-    tree = (np.array(given.parents), lengths_mm(given, unknowns), given.charts)
+    tree = (given.carriers, lengths_mm(given, unknowns), given.charts)
     squares = float(kernels.squared_distances(given.seen_by, tree, theta, phi))
     return 0.5 * (squares + float((given.penalty * unknowns**2).sum()))
 

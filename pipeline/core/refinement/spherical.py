@@ -18,8 +18,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
+from pipeline.core.refinement import kernels
 from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
 
 _FLAT = 1e-9
@@ -162,11 +162,11 @@ def _nearest_face(units: np.ndarray, whitening: np.ndarray) -> np.ndarray:
     The hull is found of `whitening` (3, 3) times the vectors, equally wide in all directions.  Of faces that are as
     near up to rounding, the normal of smallest digits.
     """
-    white = units @ whitening.T
-    faces = ConvexHull(np.concatenate([white, -white])).equations
-    normals = faces[:, :3] @ whitening
+    white = np.ascontiguousarray(units @ whitening.T)
+    normals = np.empty((8 * len(units), 3))
+    normals = normals[: kernels.nearest_faces(white, whitening, _FLAT, normals)]
     size = np.linalg.norm(normals, axis=1)
-    away = -faces[:, 3] / size
+    away = 1.0 / size
     normals = (normals / size[:, None])[away <= away.min() + _FLAT]
     digits = np.rint(1e6 * np.concatenate([normals, -normals]))
     first = int(np.lexsort(digits.T[::-1])[0])

@@ -40,10 +40,6 @@ LENGTH_FACTOR = 2.0
 """How far a free length may go from the given one, up or down, unless told otherwise."""
 
 
-_PINNED = 1e12
-"""Penalty of coefficients that a limb does not have: far above the square of any image's pixels to the radian."""
-
-
 @dataclass(frozen=True)
 class Refinement:
     """Refined trajectories of all joints, and how far they are to be trusted.
@@ -105,7 +101,6 @@ def refine(
     free_lengths: bool = False,
     length_factor: float = LENGTH_FACTOR,
     cutoff: float | None = None,
-    components: Sequence[int] | None = None,
     max_iterations: int = 500,
     tolerance: float = 1e-8,
     names: Sequence[str] | None = None,
@@ -140,8 +135,6 @@ def refine(
     cutoff : float, optional
         k0 of a soft basis: each coefficient k is drawn to zero with weight (k / k0)^6, in units of the square of
         pixels to the radian; a hard basis by default.
-    components : sequence of int, optional
-        How many of the K cosines each limb has, if not all of them.
     max_iterations : int
         Steps to try, at least one.
     tolerance : float
@@ -175,8 +168,6 @@ def refine(
     given, unknowns = _begun(images, camera, root, tree, lengths, paths, rows, free_lengths, called)
     if cutoff is not None:
         given = _softened(given, unknowns, cutoff)
-    if components is not None:
-        given = _pinned(given, unknowns, _beyond(components, limbs, rows.shape[1]))
     bound = np.full_like(unknowns, np.inf)
     bound[:, 2 * rows.shape[1] :] = np.log(length_factor)
     found = minimise(given, unknowns, bound, max_iterations=max_iterations, tolerance=tolerance)
@@ -260,26 +251,6 @@ def _softened(given: Observations, unknowns: np.ndarray, cutoff: float) -> Obser
     penalty = np.zeros_like(unknowns)
     penalty[:, : len(doubts)] = squares[:, None] * doubts
     return replace(given, penalty=penalty)
-
-
-def _pinned(given: Observations, unknowns: np.ndarray, beyond: np.ndarray) -> Observations:
-    """The same with the coefficients (L, 2 K) bool that a limb does not have kept at zero, which is set here."""
-    unknowns[:, : beyond.shape[1]][beyond] = 0.0
-    penalty = given.penalty.copy()
-    penalty[:, : beyond.shape[1]][beyond] = _PINNED
-    return replace(given, penalty=penalty)
-
-
-def _beyond(components: Sequence[int], limbs: int, most: int) -> np.ndarray:
-    """Coefficients (L, 2 K) bool that a limb does not have."""
-    own = np.asarray(components, dtype=int)
-    if own.shape != (limbs,) or not ((own >= 1) & (own <= most)).all():
-        raise InvalidInput(
-            "the limbs cannot have so many components",
-            expected=f"{limbs} numbers from 1 to {most}",
-            received=", ".join(str(k) for k in np.ravel(own)) or "none",
-        )
-    return np.tile(np.arange(most) >= own[:, None], 2)
 
 
 def _check_start(given: Observations, unknowns: np.ndarray, called: Sequence[str]) -> None:

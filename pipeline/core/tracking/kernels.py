@@ -49,15 +49,14 @@ def deviate(state, mean, sd, x):
 
 
 @compiled_exactly
-def image_misfit(points, camera, seen, image, weights, free_axes, misfit):
+def image_misfit(points, matrix, seen, image, weights, free_axes, misfit):
     """Write sum |r_j|² (S,) of sets of joints (S, J, 3): from their weighted mean along the axes that are free.
 
     Parameters
     ----------
     points : (S, J, 3)
-    camera : tuple
-        Matrix (3, 3) and centre (3,), so that ``matrix @ (point - centre)`` is the image, homogeneous if the third
-        holds: whether the image is divided by its third coordinate.  What is not in front has infinite misfit.
+    matrix : (2, 3)
+        From a point to its image.
     seen : (K,) int
         Joints that take part.
     image : (K, 2)
@@ -67,24 +66,17 @@ def image_misfit(points, camera, seen, image, weights, free_axes, misfit):
     free_axes : int
     misfit : (S,)
     """
-    matrix, centre, divided = camera
     residuals = np.empty((2, len(seen)))
     total = 0.0
     for j in range(len(seen)):
         total += weights[j] ** 2
     for i in range(len(points)):
-        hidden = False
         for j in range(len(seen)):
-            x = points[i, seen[j], 0] - centre[0]
-            y = points[i, seen[j], 1] - centre[1]
-            z = points[i, seen[j], 2] - centre[2]
-            depth = 1.0
-            if divided:
-                depth = matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2] * z
-                hidden = hidden or not depth > 0.0
             for axis in range(2):
-                place = matrix[axis, 0] * x + matrix[axis, 1] * y + matrix[axis, 2] * z
-                residuals[axis, j] = place / depth - image[j, axis]
+                place = 0.0
+                for d in range(3):
+                    place += matrix[axis, d] * points[i, seen[j], d]
+                residuals[axis, j] = place - image[j, axis]
         for axis in range(free_axes):
             middle = 0.0
             for j in range(len(seen)):
@@ -95,4 +87,4 @@ def image_misfit(points, camera, seen, image, weights, free_axes, misfit):
         squares = 0.0
         for j in range(len(seen)):
             squares += (weights[j] * residuals[0, j]) ** 2 + (weights[j] * residuals[1, j]) ** 2
-        misfit[i] = np.inf if hidden or np.isnan(squares) else squares
+        misfit[i] = np.inf if np.isnan(squares) else squares

@@ -128,10 +128,6 @@ class Walk:
             after[:, :2] = np.nan
         return after
 
-    def accepted(self, state: np.ndarray) -> np.ndarray:
-        """Which states (S,) lie within the bounds of the action model."""
-        return (np.abs(state[:, 2:]) <= self.bound).all(axis=1)
-
     def posture(self, state: np.ndarray) -> np.ndarray:
         """x (S, b) in the aSpace."""
         if not self.prior:

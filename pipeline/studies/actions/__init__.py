@@ -6,7 +6,6 @@ from pipeline.studies.actions.figures.action_model import ActionModelFigure
 from pipeline.studies.actions.figures.posture_samples import PostureSamples
 from pipeline.studies.actions.figures.tracking import TrackingError
 from pipeline.studies.actions.figures.trellis import OptimalPath
-from pipeline.studies.actions.figures.variance_left import VarianceLeft
 from pipeline.studies.actions.figures.warp import Warp
 from pipeline.studies.actions.figures.warp_error import WarpError
 from pipeline.studies.actions.model import ActionSpaceModel
@@ -32,7 +31,6 @@ STUDY = Study(
         "action_model": ActionModelFigure,
         "posture_samples": PostureSamples,
         "warp_error": WarpError,
-        "variance_left": VarianceLeft,
         "tracking": TrackingError,
     },
     measures=measures,

@@ -92,7 +92,7 @@ class PostureSampling(Sweep):
             return posture.joints(action.space.postures(coordinates), body, frame=inputs.dataset.frame)
 
         training, mean_performance = joints(performances), joints(learnt.mean)
-        bodies_shown, rows = [], []
+        bodies_shown, rows, between = [], [], {}
         for number in self.frames:
             at = number - 1
             generator = np.random.default_rng([inputs.seed, _STREAM, number])
@@ -113,6 +113,7 @@ class PostureSampling(Sweep):
                 if kind == "training":
                     # The nearest of the other performances: its own posture is no distance away.
                     np.fill_diagonal(distances, np.inf)
+                    between[number] = distances
                 closest = distances.min(axis=1)
                 about = unsynchronized if kind == "unsynchronized" else learnt
                 from_mean = np.linalg.norm(bodies - joints(about.mean[at]), axis=-1).mean(axis=-1)
@@ -139,6 +140,7 @@ class PostureSampling(Sweep):
         def again(draw: int) -> list[tuple[Any, ...]]:
             """Nearest and spread of people drawn again."""
             held = np.repeat(np.arange(len(performances)), weights[draw, place])
+            others = np.unique(held)
             models = action_model.learn(performances[held]), action_model.learn(action.linear[held])
             found = []
             for number in self.frames:
@@ -146,16 +148,13 @@ class PostureSampling(Sweep):
                 for kind in KINDS:
                     model = models[kind == "unsynchronized"]
                     if kind == "training":
-                        coordinates = performances[held, at]
+                        bodies, distances = training[held, at], between[number][held][:, others]
                     else:
                         draws = beyond if kind == "outside" else action_model.sample
-                        coordinates = draws(model, MEASURED_AGAIN, generator, at=at, bound=bound)
-                    bodies = joints(coordinates)
-                    distances = nearest(bodies, training, 1)
-                    if kind == "training":
-                        distances[np.arange(len(held)), held] = np.inf
+                        bodies = joints(draws(model, MEASURED_AGAIN, generator, at=at, bound=bound))
+                        distances = nearest(bodies, training[others], 1)
                     from_mean = np.linalg.norm(bodies - joints(model.mean[at]), axis=-1).mean(axis=-1)
-                    closest, spread = np.median(distances[:, held].min(axis=1)), np.median(from_mean)
+                    closest, spread = np.median(distances.min(axis=1)), np.median(from_mean)
                     found.append((draw + 1, number, kind, closest, spread))
             return found
 
@@ -201,17 +200,9 @@ def nearest(joints: np.ndarray, recorded: np.ndarray, workers: int) -> np.ndarra
         mm.
     workers : int
     """
-    count, length = recorded.shape[:2]
-    flat = recorded.reshape(count * length, *recorded.shape[2:])
-    powers = (flat**2).sum(axis=-1)
+    recorded = np.ascontiguousarray(recorded)
 
     def block(first: int) -> np.ndarray:
-        some = joints[first : first + _BLOCK]
-        total = np.zeros((len(some), len(flat)))
-        for j in range(joints.shape[1]):
-            # |a - b|² by one product of matrices: a hundredth of a millimetre is lost in it at most.
-            squares = (some[:, j] ** 2).sum(axis=-1)[:, None] + powers[:, j] - 2.0 * some[:, j] @ flat[:, j].T
-            total += np.sqrt(np.maximum(squares, 0.0))
-        return total.reshape(len(some), count, length).min(axis=-1) / joints.shape[1]
+        return posture.nearest_of_each(joints[first : first + _BLOCK], recorded)
 
     return np.concatenate(map_processes(block, range(0, len(joints), _BLOCK), workers))

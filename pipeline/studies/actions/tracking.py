@@ -17,12 +17,11 @@ from pipeline.processes import map_processes
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.held_out import LeaveOut, learn_without, left_out, performances_of
 from pipeline.studies.actions.model import Action
-from pipeline.studies.actions.observed_joints import CameraKind, camera_of
 from pipeline.studies.actions.tracking_conditions import Condition, conditions
 from pipeline.studies.actions.tracking_trial import METHODS, Tracked, Trial
 from pipeline.studies.occlusion import require_occlusion
 from pipeline.studies.study import Sweep, SweepInputs, scaled
-from pipeline.validation import CountOrAll, Distinct, Finite, InvalidInput, NonNegative, Positive, bounded
+from pipeline.validation import CountOrAll, Distinct, Finite, InvalidInput, NonNegative, bounded
 
 _STREAM = 20060  # keeps these draws apart from those of other stages with the same seed
 
@@ -87,9 +86,6 @@ class HeldOutTracking(Sweep):
     occlusion_frames: float = 10.0  # mean length of such a run
     baseline_noise_mm: NonNegative = 10.0  # where noise is not what varies
     view_angle_deg: Finite = 45.0  # of the camera
-    camera: CameraKind = CameraKind.orthographic
-    distance_mm: Positive = 4000.0  # of a perspective camera
-    moves: CountOrAll = 0  # Metropolis moves of each particle at each frame
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
@@ -136,7 +132,6 @@ class HeldOutTracking(Sweep):
         ways, remarks = self.ways(people)
         shown = self.demonstrated
         distinct = sorted({condition for _, condition in self.conditions})
-        camera = camera_of(self.camera, view_angle_deg=self.view_angle_deg, distance_mm=self.distance_mm)
 
         def one(item: tuple[LeaveOut, int]) -> Tracked:
             way, m = item
@@ -144,11 +139,10 @@ class HeldOutTracking(Sweep):
             trial = Trial(
                 held_out,
                 performances[m],
-                camera,
+                float(np.radians(self.view_angle_deg)),
                 seed=(inputs.seed, _STREAM, m),
                 way=(list(LeaveOut).index(way),),
                 occlusion_frames=self.occlusion_frames,
-                moves=self.moves,
             )
             return trial.all(distinct, shown)
 
@@ -177,7 +171,7 @@ class HeldOutTracking(Sweep):
             shown_occluded=shown.occluded,
             shown_true=true,
             shown_joints=picked.joints,
-            shown_image=camera.upright_mm(picked.image),
+            shown_image=picked.image,
             shown_time_s=np.arange(len(picked.image)) / rate_hz,
             shown_error_mm=np.stack([joint_error(j, true) for j in picked.joints]),
             remarks=remarks,

@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 
 from pipeline.core.resampling import interpolate
-from pipeline.core.tracking import Track, best_phase, joint_error, linear_phase, track
+from pipeline.core.tracking import Likelihood, Track, best_phase, joint_error, linear_phase, track
 from pipeline.studies.actions.held_out import HeldOut, Performance
-from pipeline.studies.actions.observed_joints import Camera, observe
+from pipeline.studies.actions.observed_joints import observe
 from pipeline.studies.actions.tracking_conditions import Condition
 
 FILTERS = ("prior", "no_prior", "no_prior_own_step")
@@ -30,7 +30,7 @@ class Tracked:
     joints : (K, T, 15, 3)
         mm, under the condition that is shown.
     image : (T, 15, 2)
-        Under that condition, in image units.
+        Under that condition, mm.
     """
 
     rows: pd.DataFrame
@@ -47,24 +47,21 @@ class Trial:
     held_out : HeldOut
         What was learnt without the performance.
     performance : Performance
-    camera : Camera
+    view_angle_rad : float
     seed : tuple of int
         Of the image: the same for every way of leaving out.
     way : tuple of int
         Goes into the seed of the filters.
     occlusion_frames : float
         Mean length of a run of hidden frames.
-    moves : int
-        Metropolis moves of each particle at each frame.
     """
 
     held_out: HeldOut
     performance: Performance
-    camera: Camera
+    view_angle_rad: float
     seed: tuple[int, ...]
     way: tuple[int, ...]
     occlusion_frames: float
-    moves: int
 
     def all(self, wanted: list[Condition], shown: Condition) -> Tracked:
         """Return what every method makes of every condition."""
@@ -95,7 +92,7 @@ class Trial:
         """Return the image (T, 15, 2): of this performance and condition the same for every method and model."""
         return observe(
             self.performance.joints_mm,
-            self.camera,
+            self.view_angle_rad,
             noise_mm=condition.noise_mm,
             occluded=condition.occluded,
             occlusion_frames=self.occlusion_frames,
@@ -112,7 +109,8 @@ class Trial:
         return track(
             model.mean,
             model.standard_deviation,
-            self.camera.likelihood(image, noise_mm),
+            # The floor is known, the place of the actor on it is not.
+            Likelihood(image, self.view_angle_rad, noise_mm, place_known=False),
             to_joints=lambda x: held_out.joints(x, self.performance.body),
             n_particles=condition.particles,
             generator=np.random.default_rng(
@@ -120,7 +118,6 @@ class Trial:
             ),
             dynamics=dynamics,
             prior=method == "prior",
-            moves=self.moves,
         )
 
     def _mean_alone(self) -> list[np.ndarray]:

@@ -2,8 +2,9 @@
 
 from pipeline.studies.limbs import measures
 from pipeline.studies.limbs.dataset import LimbDataset
-from pipeline.studies.limbs.figures.limb_errors import LimbErrors
+from pipeline.studies.limbs.figures.limb_errors import RadiusScaleFigure, RootErrorFigure
 from pipeline.studies.limbs.figures.limb_scatter import LimbScatter
+from pipeline.studies.limbs.figures.missing_data import MissingDataFigure
 from pipeline.studies.limbs.figures.motions import MotionsFigure
 from pipeline.studies.limbs.figures.proofs import ProofsFigure
 from pipeline.studies.limbs.missing_data import MissingDataSweep
@@ -29,7 +30,9 @@ STUDY = Study(
     },
     figures={
         "limb_scatter": LimbScatter,
-        "limb_errors": LimbErrors,
+        "root_error": RootErrorFigure,
+        "radius_scale": RadiusScaleFigure,
+        "missing_data": MissingDataFigure,
         "proofs": ProofsFigure,
         "motions": MotionsFigure,
     },

@@ -1,6 +1,6 @@
 """The camera paths of all trials, and the options that place a camera.
 
-A further path is a member of `Camera`, its colour, and what `Camera.follow` does for it.
+A further path is a member of `Camera`, its colour, and what `CameraSweep.camera` does for it.
 """
 
 from __future__ import annotations
@@ -37,47 +37,6 @@ class Camera(StrEnum):
         """Colour of its lines in pictures and recordings."""
         return {Camera.still: "orange", Camera.moving: "purple", Camera.shaky: "blue"}[self]
 
-    def follow(
-        self,
-        root: np.ndarray,
-        generator: np.random.Generator,
-        *,
-        distance_mm: float,
-        px_per_mm: float,
-        around_rad: float,
-        azimuth_rad: float | None = None,
-    ) -> Pinhole:
-        """Return the camera, looking at the mean place of a moving root from one side.
-
-        Parameters
-        ----------
-        root : (F, 3)
-            Trajectory, mm.
-        generator : numpy.random.Generator
-            For the side, the way round and the hand.
-        distance_mm : float
-        px_per_mm : float
-            Size of the image of what stands at the distance.
-        around_rad : float
-            How far a camera that moves walks around.
-        azimuth_rad : float, optional
-            Of its middle position; drawn if not given.
-        """
-        side = generator.uniform(-np.pi, np.pi) if azimuth_rad is None else azimuth_rad
-        way = generator.choice([-1.0, 1.0])
-        middle = np.nanmean(root, axis=0)
-        camera = camera_paths.around(
-            len(root),
-            target=middle,
-            sweep_rad=0.0 if self is Camera.still else way * around_rad,
-            distance_mm=distance_mm,
-            azimuth_rad=side,
-            px_per_mm=px_per_mm,
-        )
-        if self is Camera.shaky:
-            return camera_paths.hand_held(generator, camera, target=middle)
-        return camera
-
 
 @dataclass(kw_only=True)
 class CameraSweep(Sweep):
@@ -92,11 +51,6 @@ class CameraSweep(Sweep):
     focal_px: Annotated[float, bounded(at_least=1)] = 1000.0  # focal length
     around_deg: Finite = 60.0  # how far a moving or shaky camera walks around
 
-    @property
-    def px_per_mm(self) -> float:
-        """Size of the image of what stands at the camera's distance."""
-        return self.focal_px / self.distance_mm
-
     def camera(
         self,
         kind: Camera,
@@ -105,15 +59,32 @@ class CameraSweep(Sweep):
         *,
         azimuth_rad: float | None = None,
     ) -> Pinhole:
-        """Return a camera on a root (F, 3), mm, as `Camera.follow`."""
-        return kind.follow(
-            root,
-            generator,
+        """Return a camera that looks at the mean place of a moving root from one side.
+
+        Parameters
+        ----------
+        kind : Camera
+        root : (F, 3)
+            Trajectory, mm.
+        generator : numpy.random.Generator
+            For the side, the way round and the hand.
+        azimuth_rad : float, optional
+            Of its middle position; drawn if not given.
+        """
+        side = generator.uniform(-np.pi, np.pi) if azimuth_rad is None else azimuth_rad
+        way = generator.choice([-1.0, 1.0])
+        middle = np.nanmean(root, axis=0)
+        camera = camera_paths.around(
+            len(root),
+            target=middle,
+            sweep_rad=0.0 if kind is Camera.still else way * float(np.radians(self.around_deg)),
             distance_mm=self.distance_mm,
-            px_per_mm=self.px_per_mm,
-            around_rad=float(np.radians(self.around_deg)),
-            azimuth_rad=azimuth_rad,
+            azimuth_rad=side,
+            px_per_mm=self.focal_px / self.distance_mm,
         )
+        if kind is Camera.shaky:
+            return camera_paths.hand_held(generator, camera, target=middle)
+        return camera
 
     def upright_mm(self, image: np.ndarray) -> np.ndarray:
         """Return an image (…, 2), px, to the right and up in mm at the camera's distance."""

@@ -144,8 +144,6 @@ class Scene:
 class MissingDataSweep(ErrorSweep):
     """Error of a whole skeleton against the share of missing points."""
 
-    in_the_basis = True
-
     cameras: Distinct[Camera] = field(default_factory=lambda: [Camera.still])
     fractions: Increasing[Missing] = field(
         default_factory=lambda: [0.0, 0.05, 0.1, 0.2, 0.3, 0.5]
@@ -161,7 +159,7 @@ class MissingDataSweep(ErrorSweep):
 
     def measure(self, inputs: LimbInputs) -> MissingDataErrors:
         """Return the errors of every skeleton for every fraction of missing points and every pattern."""
-        basis = inputs.model_options.fixed_basis()
+        basis = inputs.model_options.limb_basis()
         seed, trials = inputs.seed, int(np.ceil(self.share * self.trials))
         scenes = [self.scene(inputs.dataset, basis, number, seed) for number in range(trials)]
 

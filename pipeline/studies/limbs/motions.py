@@ -8,8 +8,8 @@ root's image at one depth.  Errors in its conditions are measured on the same im
 
 Whole skeletons are also refined with the mirrors of doubtful limbs tried, from the same choices.
 
-Signs are the first that the search finds unless `sweep.exact` says otherwise; the certificate of each limb is then
-made beside, under a limit if there is any, and says how much better any signs could be.
+Signs are the first that the search finds; the certificate of each limb is made beside, under a limit if there is any,
+and says how much better any signs could be.
 """
 
 from __future__ import annotations
@@ -27,9 +27,8 @@ from pipeline.core.articulated_trajectory import (
     Options,
     Reconstruction,
     TrajectoryBasis,
-    TrajectoryBasisByRule,
-    choose_limb,
     prepared,
+    solved,
 )
 from pipeline.core.articulation import ray_sphere
 from pipeline.core.limb_chain import WALKER14, relative_trajectories
@@ -99,7 +98,6 @@ class MotionsSweep(CameraSweep):
     lengths: Lengths = Lengths.true
     root: Root = Root.true
     use_hinges: bool = True  # choose the mirrors of limbs at a hinge together
-    exact: bool = False  # take the signs that the certificate finds, not the first
     time_limit_s: NonNegative = 0.2  # nominal, of each certificate
     papers_lengths: Lengths = Lengths.anthropometric  # in the paper's conditions, measured beside
     papers_root: Root = Root.unit_depth
@@ -192,7 +190,7 @@ class _Reconstruction:
     def __init__(
         self,
         options: MotionsSweep,
-        basis: TrajectoryBasis | TrajectoryBasisByRule,
+        basis: TrajectoryBasis,
         truth: np.ndarray,
         lengths: np.ndarray,
         camera: Pinhole,
@@ -217,7 +215,7 @@ class _Reconstruction:
             self.basis,
             noise_px=self.options.noise_px,
             use_hinges=self.options.use_hinges,
-            time_limit_s=self.options.time_limit_s if self.options.exact else 0.0,
+            time_limit_s=0.0,
         )
         given = self.root if root is None else root
         return prepared(self.images, self.camera, given, self.lengths, options)
@@ -252,7 +250,7 @@ class _Reconstruction:
         if size <= 1e-9 * float(np.abs(path).max()):
             return 0.0
         used = np.ones(len(about), dtype=bool)
-        return outside(self.basis.of(about, used).rows(len(used), used), about) / size
+        return outside(self.basis.rows(len(used), used), about) / size
 
     def error_mm(self, positions: np.ndarray) -> float:
         """Return the mean distance of all joints but the root from the truth, both relative to it."""
@@ -280,14 +278,13 @@ class _Reconstruction:
     def reconstructed(
         self, skeleton: Reconstruction, eta: list[Reconstructibility], keys: dict[str, Any]
     ) -> dict[str, Any]:
-        """Return what one way of reconstructing it gives; with certificates made beside, or with those it has."""
+        """Return what one way of reconstructing it gives; with certificates made beside, or none."""
         made = skeleton.whole()
         lengths = np.array([made.limbs[limb].hits.radius for limb in WALKER14.limbs])
         true = relative_trajectories(WALKER14, self.truth)
         estimated = relative_trajectories(WALKER14, made.positions)
         away = np.linalg.norm(estimated - true, axis=-1).mean(axis=0)
-        first_signs = skeleton.under(replace(skeleton.options, time_limit_s=0.0)).with_lengths(lengths)
-        better = better_of_mirrors(self.truth, first_signs)
+        better = better_of_mirrors(self.truth, skeleton.with_lengths(lengths))
         error = error_about_root(made.positions, self.truth)[:, CHILDREN]
         of_limbs = self.certificates(made, lengths, beside=not keys["mirrors_tried"])
         margin = np.minimum(of_limbs["mirror_margin"], MOST)
@@ -340,9 +337,8 @@ class _Reconstruction:
         for limb, (name, (parent, child)) in enumerate(zip(WALKER14.limbs, WALKER14.ends, strict=True)):
             choice = made.limbs[name]
             solution = certificate = choice.solution
-            # Where the signs are those of the certificate, it would be the same again.
-            if beside and not options.exact and options.time_limit_s > 0.0:
-                certificate = choose_limb(
+            if beside and options.time_limit_s > 0.0:
+                _, certificate = solved(
                     self.camera.matrix,
                     self.images[:, child],
                     anchored[:, parent],
@@ -350,7 +346,7 @@ class _Reconstruction:
                     basis=self.basis,
                     noise_px=options.noise_px,
                     time_limit_s=options.time_limit_s,
-                ).solution
+                )
             anchored[:, child] = anchored[:, parent] + choice.hits.radius * choice.directions
             rows.append(
                 {
@@ -376,6 +372,6 @@ class _Reconstruction:
             used = hits.usable
             toward = (self.truth[:, child] - about - hits.middle) * hits.half_chord
             signs = np.where(toward.sum(axis=1) < 0.0, -1, 1)
-            rows = self.basis.of(hits.middle, used).rows(len(used), used)
+            rows = self.basis.rows(len(used), used)
             found.append(reconstructibility(rows, hits.middle[used], hits.half_chord[used], signs[used]))
         return found

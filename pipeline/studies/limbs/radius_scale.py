@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.core.articulated_trajectory import LimbChoice, TrajectoryBasis, TrajectoryBasisByRule
+from pipeline.core.articulated_trajectory import LimbChoice, TrajectoryBasis
 from pipeline.core.articulation import Adjustment, cast_rays, on_sphere
 from pipeline.core.refinement import refine
 from pipeline.core.trajectory_basis import cosine_basis
@@ -41,7 +41,6 @@ class RadiusScaleSweep(ErrorSweep):
             [0.01, 0.03, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0, 1.1, 1.3, 2.0, 3.0, 10.0, 30.0, 100.0]
         )
     )  # of the length of the limb that is assumed, relative to the true one
-    refine: bool = True  # the radius with the trajectory, from the first adjustment: as in the paper
     adjusts: Distinct[Adjustment] = field(  # the first as in the paper
         default_factory=lambda: [Adjustment["global"], Adjustment.per_frame, Adjustment.robust]
     )
@@ -59,8 +58,8 @@ class RadiusScaleSweep(ErrorSweep):
 
     @property
     def ways(self) -> list[str]:
-        """What is made of a radius: refined if asked for, then each adjustment alone."""
-        return [*([REFINED] if self.refine else []), *map(str, self.adjusts)]
+        """What is made of a radius: refined, then each adjustment alone."""
+        return [REFINED, *map(str, self.adjusts)]
 
 
 Score = tuple[dict[str, float], float, np.ndarray]
@@ -70,9 +69,7 @@ Score = tuple[dict[str, float], float, np.ndarray]
 class _Ways:
     """One limb, whose choices are known by the radius after adjustment, which is all that matters."""
 
-    def __init__(
-        self, sweep: RadiusScaleSweep, trial: LimbTrial, basis: TrajectoryBasis | TrajectoryBasisByRule
-    ) -> None:
+    def __init__(self, sweep: RadiusScaleSweep, trial: LimbTrial, basis: TrajectoryBasis) -> None:
         self.sweep, self.trial, self.basis = sweep, trial, basis
         self.pixels = trial.images + sweep.noise_px * trial.noise
         self.rays = cast_rays(trial.view.matrix, self.pixels, trial.parent)

@@ -22,8 +22,6 @@ from pipeline.validation import Increasing, NonNegative
 class RootErrorSweep(ErrorSweep):
     """Error against error of the parent trajectory, in radii."""
 
-    in_the_basis = True
-
     ratios: Increasing[NonNegative] = field(
         default_factory=lambda: [0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5]
     )  # root mean square error of the root, relative to the length of the limb
@@ -33,7 +31,7 @@ class RootErrorSweep(ErrorSweep):
 
     def measure(self, inputs: LimbInputs) -> SweptErrors:
         """Return the errors of every trial for every error of its parent, whose course is the same at all sizes."""
-        basis = inputs.model_options.fixed_basis()
+        basis = inputs.model_options.limb_basis()
 
         def errors_of(trial: LimbTrial) -> list[dict[str, Any]]:
             return [self._errors(trial, basis, ratio, inputs.seed) for ratio in self.ratios]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -35,9 +35,6 @@ class SweptErrors:
 @dataclass(kw_only=True)
 class ErrorSweep(LimbSweep):
     """A sweep of one cause of error."""
-
-    in_the_basis: ClassVar[bool] = False
-    """Whether errors are made in the trajectory basis, so that K has to be given."""
 
 
 def measured(

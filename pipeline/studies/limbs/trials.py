@@ -12,7 +12,6 @@ from pipeline.clips.kinds import VariedClips
 from pipeline.core.articulated_trajectory import (
     LimbChoice,
     TrajectoryBasis,
-    TrajectoryBasisByRule,
     choose_limb,
 )
 from pipeline.core.articulation import Adjustment
@@ -128,7 +127,7 @@ class LimbSweep(CameraSweep):
     def choose(
         self,
         trial: LimbTrial,
-        basis: TrajectoryBasis | TrajectoryBasisByRule,
+        basis: TrajectoryBasis,
         *,
         adjust: Adjustment = Adjustment.per_frame,
         noise_px: float = 0.0,
@@ -141,7 +140,7 @@ class LimbSweep(CameraSweep):
         Parameters
         ----------
         trial : LimbTrial
-        basis : TrajectoryBasis or TrajectoryBasisByRule
+        basis : TrajectoryBasis
         adjust : Adjustment
         noise_px : float
             Of the images.

@@ -17,7 +17,6 @@ from pipeline.core.articulated_trajectory import (
     Articulated,
     Options,
     TrajectoryBasis,
-    TrajectoryBasisByRule,
     choose_limb,
     reconstruct,
     select_signs,
@@ -112,39 +111,11 @@ def test_lengths_that_nobody_knows_are_read_off_the_rays(seed: int) -> None:
     assert 0.5 < mixed.lengths[4] / one.lengths[4] < 1.02
 
 
-def test_each_limb_may_choose_its_own_components() -> None:
-    one = scene(2, frames=100)
-    found = one.reconstructed(basis=TrajectoryBasisByRule())
-    assert one.errors_mm(found.positions).max() < 0.5
-    noise = np.random.default_rng(1).standard_normal(one.images.shape)
-    shaken = one.reconstructed(images=one.images + noise, basis=TrajectoryBasisByRule())
-    clean, noisy = (
-        np.array([choice.basis.components for choice in made.limbs.values()]) for made in (found, shaken)
-    )
-    assert np.ptp(noisy) > 0
-    assert (noisy < clean).all(), "what noise hides cannot be asked for"
-
-
-def test_a_limb_is_refined_in_the_components_that_it_chose() -> None:
-    """In those of a livelier limb, its gap would be filled by what no image holds."""
-    one = scene(4, frames=100, noise_px=0.5)
-    images = one.images.copy()
-    images[45:70, one.chain.joints.index("right_wrist")] = np.nan
-    found = one.reconstructed(images=images, basis=TrajectoryBasisByRule(), noise_px=0.5)
-    assert found.refined is not None
-    chosen = np.array([found.limbs[limb].basis.components for limb in one.chain.limbs])
-    assert np.ptp(chosen) > 0
-    for name in ("coefficients_theta", "coefficients_phi"):
-        coefficients = np.abs(getattr(found.refined, name))
-        beyond = np.arange(coefficients.shape[1]) >= chosen[:, None]
-        assert coefficients[beyond].max() < 1e-6 < coefficients[~beyond].max()
-
-
 @pytest.mark.parametrize("use_hinges", [False, True])
 def test_mirrors_are_tried_with_whatever_is_not_known(use_hinges: bool) -> None:
     one = scene(5, frames=100, sweep_rad=0.0, noise_px=1.0)
     options = {
-        "lengths": np.full(14, np.nan), "basis": TrajectoryBasisByRule(), "noise_px": 1.0, "use_hinges": use_hinges
+        "lengths": np.full(14, np.nan), "noise_px": 1.0, "use_hinges": use_hinges
     }  # fmt: skip
     plain, tried = (one.reconstructed(try_mirrors=t, **options) for t in (False, True))
     assert plain.refined is not None

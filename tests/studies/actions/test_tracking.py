@@ -12,10 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.cli.compose import compose
-from pipeline.core import posture
+from pipeline.core import camera, posture
 from pipeline.core.choice import evenly
 from pipeline.core.posture.frames import REST
-from pipeline.core.tracking import joint_error
+from pipeline.core.tracking import Likelihood
 from pipeline.storage import tables
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.held_out import (
@@ -27,7 +27,7 @@ from pipeline.studies.actions.held_out import (
     standing,
 )
 from pipeline.studies.actions.model import ActionSpaceModel
-from pipeline.studies.actions.observed_joints import Camera, CameraKind, camera_of, observe
+from pipeline.studies.actions.observed_joints import observe
 from pipeline.studies.actions.tracking import HeldOutTracking, TrackingErrors
 from pipeline.studies.actions.tracking_conditions import Condition
 from pipeline.studies.actions.tracking_trial import FILTERS, METHODS, Trial
@@ -37,6 +37,7 @@ from pipeline.validation import InvalidInput
 from tests.recordings import reading
 from tests.strategies import seeds
 
+VIEW_RAD = float(np.radians(45.0))
 QUICK = HeldOutTracking(particles=[60], tracked=2, noise_mm=[10.0], occluded=[0.0, 0.5])
 
 
@@ -67,17 +68,13 @@ def measured(postures: Postures) -> TrackingErrors:
     return measure(QUICK, postures, seed=5)
 
 
-def camera(kind: str = "orthographic", view_angle_deg: float = 45.0, distance_mm: float = 4000.0) -> Camera:
-    return camera_of(CameraKind(kind), view_angle_deg=view_angle_deg, distance_mm=distance_mm)
-
-
 @pytest.fixture(scope="module")
 def trial(postures: Postures) -> Trial:
     """The fourth performance by a model of the others."""
     everyone = performances_of(postures)
     out = np.arange(len(everyone)) == 3
     held_out = learn_without(ActionSpaceModel(), everyone, out)
-    return Trial(held_out, everyone[3], camera(), (3, 1), (0,), occlusion_frames=10.0, moves=0)
+    return Trial(held_out, everyone[3], VIEW_RAD, (3, 1), (0,), occlusion_frames=10.0)
 
 
 def changed(postures: Postures, which: np.ndarray, seed: int = 0) -> Postures:
@@ -252,40 +249,14 @@ def test_joints_are_hidden_in_runs(seed: int, share: float, mean_frames: float) 
     assert not (hidden & ~more).any()  # the same runs, and longer ones
 
 
-def test_noise_has_the_size_it_is_said_to_have_in_either_camera(trial: Trial) -> None:
+def test_noise_has_the_size_it_is_said_to_have(trial: Trial) -> None:
     joints = np.repeat(trial.performance.joints_mm, 20, axis=0)
-    for kind in CameraKind:
-        known = camera(kind)
 
-        def seen(noise: float, known: Camera = known) -> np.ndarray:
-            return known.upright_mm(
-                observe(joints, known, noise_mm=noise, occluded=0.0, occlusion_frames=10.0, seed=(1,))
-            )
+    def seen(noise: float) -> np.ndarray:
+        return observe(joints, VIEW_RAD, noise_mm=noise, occluded=0.0, occlusion_frames=10.0, seed=(1,))
 
-        assert (seen(12.0) - seen(0.0)).std() == pytest.approx(12.0, rel=0.02)
-        np.testing.assert_allclose(seen(12.0) - seen(0.0), 3.0 * (seen(4.0) - seen(0.0)), atol=1e-9)
-
-
-@pytest.mark.parametrize("view_deg", [-90.0, 0.0, 45.0])
-def test_a_distant_pinhole_sees_what_the_orthographic_camera_sees(trial: Trial, view_deg: float) -> None:
-    far = camera("perspective", view_deg, 1e8)
-    near = camera("orthographic", view_deg)
-    joints = trial.performance.joints_mm
-    np.testing.assert_allclose(
-        far.upright_mm(far.project(joints)), near.upright_mm(near.project(joints)), atol=0.1
-    )
-
-
-def test_a_performance_is_tracked_in_perspective(trial: Trial) -> None:
-    """To little more than what the aSpace leaves out."""
-    seen = replace(trial, camera=camera("perspective", -60.0))
-    condition = Condition(200, 5.0, 0.2)
-    found = seen.filtered("prior", condition, seen.seen(condition))
-    held_out, actor = seen.held_out, seen.performance
-    projected = held_out.joints(held_out.action.space.project(actor.postures), actor.body)
-    least = joint_error(projected, actor.joints_mm).mean()
-    assert joint_error(held_out.joints(found.posture, actor.body), actor.joints_mm).mean() < 1.3 * least
-    assert not found.lost.any()
+    assert (seen(12.0) - seen(0.0)).std() == pytest.approx(12.0, rel=0.02)
+    np.testing.assert_allclose(seen(12.0) - seen(0.0), 3.0 * (seen(4.0) - seen(0.0)), atol=1e-9)
 
 
 def test_particles_that_are_no_posture_have_no_weight(trial: Trial) -> None:
@@ -301,8 +272,8 @@ def test_particles_that_are_no_posture_have_no_weight(trial: Trial) -> None:
     others = np.arange(7) != 3
     assert np.isnan(joints[3]).all()
     np.testing.assert_array_equal(joints[others], posture.joints(postures[others], body))
-    image = trial.camera.project(joints[[0]])
-    density = trial.camera.likelihood(image, np.full(15, 10.0)).log_density(joints, 0)
+    image = camera.project(joints[[0]], VIEW_RAD)
+    density = Likelihood(image, VIEW_RAD, 10.0, place_known=False).log_density(joints, 0)
     assert np.isneginf(density[3])
     assert np.isfinite(density[others]).all()
 
@@ -379,11 +350,8 @@ def test_one_quantity_is_varied_at_a_time() -> None:
         ("sweep.baseline_noise_mm=-1", "sweep.baseline_noise_mm must be at least 0"),
         ("sweep.leave_out=[]", "sweep.leave_out must hold some values"),
         ("sweep.leave_out=[walker]", "sweep.leave_out"),
-        ("sweep.camera=fisheye", "sweep.camera"),
-        ("sweep.distance_mm=0", "sweep.distance_mm must be above 0"),
         ("sweep.view_angle_deg=nan", "sweep.view_angle_deg must be a finite number"),
         ("sweep.tracked=-1", "sweep.tracked must be at least 0"),
-        ("sweep.moves=-1", "sweep.moves must be at least 0"),
     ],
 )
 def test_options_that_cannot_be_are_refused(override: str, sentence: str) -> None:

@@ -21,7 +21,6 @@ STYLES = {
     "linear": Style("linearly synchronized", "orange"),
     "keyframe": Style("synchronized by key-frames", "green"),
     "synchronized": Style("synchronized automatically", "blue"),
-    "true_warp": Style("synchronized by the true course", "purple", line="dashed"),
 }
 
 Inputs = FigureInputs[Postures, Action, Any]
@@ -53,24 +52,16 @@ def sequence_rows(inputs: Inputs, components: Sequence[int]) -> pd.DataFrame:
     )
 
 
-def variances_left(performances: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the variance between performances at each sample (P,), and how many there are to vary (P,).
+def mean_variance_left(performances: Sequence[np.ndarray]) -> float:
+    """Return the variance between performances over all samples, each with the weight of those that reach it.
 
     Performances of unequal lengths are compared frame by frame from their first, as long as two of them last.
     """
     lengths = np.sort([len(x) for x in performances])
     frames = np.arange(lengths[-2])
     lasting = len(lengths) - np.searchsorted(lengths, frames, side="right")
-    if lengths[0] == lengths[-1]:
-        return variance_left(np.stack(performances)), lasting
     each = [variance_left(np.stack([x[p : p + 1] for x in performances if len(x) > p])) for p in frames]
-    return np.concatenate(each), lasting
-
-
-def mean_variance_left(performances: Sequence[np.ndarray]) -> float:
-    """Return the variance left over all samples, each with the weight of the performances that reach it."""
-    variance, weight = variances_left(performances)
-    return float(np.average(variance, weights=weight))
+    return float(np.average(np.concatenate(each), weights=lasting))
 
 
 def skeleton(

@@ -14,11 +14,9 @@ import pandas as pd
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.palette import Style
-from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.figures.limb_on_sphere import record_on_sphere
-from pipeline.studies.limbs.figures.missing_data import MissingDataFigure
 from pipeline.studies.limbs.figures.presentation import (
     ADJUST_COLOURS,
     ADJUST_NAMES,
@@ -29,7 +27,7 @@ from pipeline.studies.limbs.figures.presentation import (
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.radius_scale import RadiusScaleSweep
 from pipeline.studies.limbs.root_error import RootErrorSweep
-from pipeline.studies.limbs.swept_errors import ErrorSweep, SweptErrors
+from pipeline.studies.limbs.swept_errors import SweptErrors
 from pipeline.studies.presentation import interval_words
 from pipeline.studies.replicated import aggregate
 from pipeline.studies.study import Figure, Recorder
@@ -60,36 +58,6 @@ NULL_WORDS = (
     "Grey, medians of what does nothing: a limb of the {length} length that hangs straight down (dotted), and one that "
     "keeps its true mean direction (dashed)."
 )
-
-
-@dataclass(kw_only=True)
-class LimbErrors(Figure):
-    """Error of the trials against what is swept, whatever that is."""
-
-    model = TrajectoryBasisModel
-    sweep = ErrorSweep
-
-    def validate(self, experiment: Experiment) -> None:
-        """Validate the options against the rest of the experiment.  Raises InvalidInput if they do not fit."""
-        sweep, model = cast(ErrorSweep, experiment.sweep), cast(TrajectoryBasisModel, experiment.model)
-        if sweep.in_the_basis:
-            model.fixed_basis()
-
-    def tables(self, inputs: FigureInputs) -> dict[str, pd.DataFrame]:
-        """Return ``table``: trials before the first camera; ``table_points``: over them; and others of each sweep."""
-        return self._of(inputs).tables(inputs)
-
-    def charts(self, inputs: FigureInputs, tables: dict[str, pd.DataFrame]) -> Sheet:
-        """Return the charts of what is swept."""
-        return self._of(inputs).charts(inputs, tables)
-
-    def record(self, inputs: FigureInputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
-        """Log the error, and a limb on its sphere or a skeleton with missing points."""
-        self._of(inputs).record(inputs, tables, begin)
-
-    def _of(self, inputs: FigureInputs) -> Figure:
-        kinds = (RootErrorFigure, RadiusScaleFigure, MissingDataFigure)
-        return next(kind() for kind in kinds if isinstance(inputs.experiment.sweep, kind.sweep))
 
 
 @dataclass(kw_only=True)
