@@ -83,7 +83,6 @@ with publish(FOLDER / "one_walker", having="tutorial") as published:
         published.folder / "one_walker",
         [("", [PostureRow(label="side view", original=side[0], reconstructed=side[1])])],
         WALKER15.bones,
-        legend=("true walk", "reconstructed from 30°"),
         caption=f"Five instants of a cycle, seen from the side; computed from 30° alone, {off_mm:.1f} mm off in depth.",
     )
     published.manifest({"tutorial": "one walker", "off_mm": off_mm})
