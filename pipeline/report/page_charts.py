@@ -14,13 +14,17 @@ from pipeline.palette import colour_name
 from pipeline.report.published import PublishedFigure
 from pipeline.validation import InvalidInput
 
+_RANGE = "range of all populations"
+
 
 def charts_of(figure: PublishedFigure) -> list[dict[str, Any]]:
     """Return the charts of a figure whose tables are there, with their lines."""
     found: list[dict[str, Any]] = []
     for chart in figure.charts:
         with suppress(InvalidInput):  # a table that an earlier version published without these columns
-            found.append(_plain(chart, figure.tables_of(chart)))
+            tables = figure.tables_of(chart)
+            note = _band_words(chart, tables, figure.manifest.get("caption", ""))
+            found.append({**_plain(chart, tables), "note": note})
     return found
 
 
@@ -38,7 +42,6 @@ def _plain(chart: Chart, tables: Mapping[str, Any]) -> dict[str, Any]:
         "limits": chart.limits,
         "names": list(chart.words.values()) or None,
         "references": [asdict(reference) for reference in chart.references],
-        "note": _band_words(chart, tables),
         "series": series,
     }
 
@@ -70,10 +73,10 @@ def _short(values: np.ndarray) -> list[float | int | None]:
     ]
 
 
-def _band_words(chart: Chart, tables: Mapping[str, Any]) -> str:
-    """Return what the bands of the first lines are."""
+def _band_words(chart: Chart, tables: Mapping[str, Any], caption: str) -> str:
+    """Return what the bands of the first lines are; of synthetic people often the range that the caption tells of."""
     if isinstance(chart.table, str) and f"{chart.y}_low" in tables[chart.table]:
-        return "bands: 95 % interval"
+        return f"bands: {_RANGE if _RANGE in caption else '95 % interval'}"
     if not isinstance(chart.band, str):
         return "bands: quartiles"
     return "bands: ±1 standard deviation" if chart.band else ""
