@@ -21,7 +21,7 @@ from pipeline.palette import Style
 from pipeline.pictures.embedding import packed_vector, reduced
 from pipeline.report import templates, verdicts
 from pipeline.report.document import MOST_BYTES, PAGE, write_page
-from pipeline.report.page_charts import charts_of
+from pipeline.report.page_charts import _band_words, charts_of
 from pipeline.report.published import read_published
 from pipeline.report.verdicts import counts_by_kind
 from pipeline.storage.sealed_folders import read_manifest, write_manifest
@@ -298,6 +298,17 @@ def test_a_chart_of_columns_that_are_not_there_is_left_out(results: Path) -> Non
     assert {"missing_variance_mm2"}.isdisjoint(view_errors())
     assert [line["key"] for line in drawn[0]["series"]] == ["least_squares", "map"]
     assert drawn[0]["x_label"] == "view angle (°)"
+
+
+def test_bands_are_called_what_the_caption_calls_them(results: Path) -> None:
+    figure = read_published(results, ["zhang2007_fig5"]).figures["zhang2007_fig5"]
+    chart = replace(figure.charts[0], band="")
+    table = {**figure.tables_of(chart), "table": {"absolute_error_mm2_low": [1.0]}}
+    for caption, words in (
+        ("Bands: range of all populations.", "range of all populations"),
+        ("", "95 % interval"),
+    ):
+        assert _band_words(chart, table, caption) == f"bands: {words}"
 
 
 def test_series_that_are_named_by_numbers_are_found_in_the_file(tmp_path: Path) -> None:
