@@ -86,7 +86,7 @@ def write(
 def renew(
     path: Path,
     rows: Sequence[Mapping[str, Any]],
-    stale: Callable[[Mapping[str, str]], bool],
+    stale: Callable[[Mapping[str, str]], bool] | None,
     *,
     columns: Sequence[str],
     sort_by: Sequence[str],
@@ -99,14 +99,14 @@ def renew(
     path : Path
     rows : sequence of mapping
         Cells by column: text, numbers or booleans.
-    stale : callable
-        Of a row that is there, each cell as text, whether it goes.
+    stale : callable, optional
+        Of a row that is there, each cell as text, whether it goes.  None: every row, without reading the file.
     columns, sort_by : sequence of str
         All columns; those of text by which the rows are sorted.
     replace : bool or callable
         As for `write`.
     """
-    kept = [row for row in read_rows(path) if not stale(row)] if path.is_file() else []
+    kept = [row for row in read_rows(path) if not stale(row)] if stale and path.is_file() else []
     cells = {
         name: [*(row.get(name, "") for row in kept), *(_cell(row[name]) for row in rows)] for name in columns
     }

@@ -348,7 +348,7 @@ def write_claims(
     tables.renew(
         path,
         rows,
-        lambda row: judged is None or row.get("figure") in anew or {*row} != {*columns},
+        None if judged is None else lambda row: row.get("figure") in anew or {*row} != {*columns},
         columns=columns,
         sort_by=["claim"],
         replace=lambda old: old.startswith(b"claim,paper,"),
