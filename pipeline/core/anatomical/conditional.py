@@ -210,6 +210,11 @@ def expect_from_walks(
     noise_variances : (S,)
         sigma², mm², positive.
 
+    Raises
+    ------
+    InvalidInput
+        If a noise variance is not positive, or so small that the system is singular to rounding.
+
     Notes
     -----
     With C_oo = X_o^T X_o and C_uo = X_u^T X_o, mu is ``m_u + X_u^T (X_o X_o^T + sigma² I)^-1 X_o (o - m_o)``: a system
@@ -226,6 +231,10 @@ def expect_from_walks(
             require_range("the noise variance (sigma²)", variance, above=0, unit="mm²")
             matrix = products.copy()
             matrix[diagonal] += variance
-            _, shares, _ = lapack.dposv(matrix.T, right, lower=1, overwrite_a=1)
+            _, shares, failed = lapack.dposv(matrix.T, right, lower=1, overwrite_a=1)
+            if failed:
+                raise InvalidInput(
+                    "walks that depend on each other need more noise", expected="a larger sigma²"
+                )
             found[s, a] = hidden[0] + shares.T @ hidden[1:]
     return found

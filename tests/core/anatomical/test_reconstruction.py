@@ -91,6 +91,15 @@ def test_the_expectation_from_walks_is_that_of_their_covariance(mirror: bool, hi
         np.testing.assert_allclose(of_variance, conditional.expect(observed), rtol=1e-8, atol=1e-7)
 
 
+def test_a_noise_variance_below_rounding_is_refused() -> None:
+    unknown = anatomical.unknown_coefficients(anatomical.NOTHING_HIDDEN, 5)
+    walks, observed = np.full((2, 225), 1024.0), np.zeros((1, 1, int((~unknown).sum())))
+    with pytest.raises(InvalidInput, match="need more noise"):
+        anatomical.expect_from_walks(
+            np.zeros(225), walks, observed, np.zeros(1), unknown=unknown, noise_variances=[1e-12]
+        )
+
+
 def test_lengths_without_limits_leave_the_linear_part() -> None:
     prior, walker = learnt(1)
     view = np.radians([-40.0, 0.0, 90.0])
