@@ -15,7 +15,7 @@ from pathlib import Path
 
 from pipeline.clips.options import SyntheticPeople
 from pipeline.processes import map_processes
-from pipeline.stages import chain, populations
+from pipeline.stages import chain, ingest, populations
 from pipeline.storage.sealed_folders import compact, digest
 from pipeline.storage.store import Plan, Store
 from pipeline.studies.experiment import Experiment
@@ -58,10 +58,12 @@ class Task:
         if self.through in chain.STAGES:
             made = chain.run(self.experiment, store, through=self.through)
             return any(kept.artefact.computed for kept in made)
-        one = populations.sampled if self.through == SAMPLES else populations.swept
 
         def computed(number: int) -> bool:
-            return one(self.experiment, number, store).artefact.computed
+            one = self.experiment
+            if self.through == SAMPLES:
+                return ingest.run(one, store, number).artefact.computed
+            return populations.swept(one, number, store).artefact.computed
 
         return any(map_processes(computed, self.populations, self.experiment.workers))
 
@@ -116,7 +118,10 @@ def _keys(one: Experiment) -> dict[str, str]:
     sweeps = not isinstance(one.sweep, NoSweep)
     chain.run(one, asked, through="sweep" if sweeps else "model")
     if populations.count(one):
-        (populations.swept if sweeps else populations.sampled)(one, 0, asked)
+        if sweeps:
+            populations.swept(one, 0, asked)
+        else:
+            ingest.run(one, asked, 0)
     keys: dict[str, str] = {}
     for step in asked.steps:
         made_from = [step, *(keys[stage] for stage in step["reads"])]

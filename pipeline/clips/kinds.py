@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -158,6 +158,10 @@ VARIED = Corpus(
 """Clips of varied motion (park2011)."""
 
 
+Keep: TypeAlias = Callable[[np.ndarray, float, float], Any]
+"""What is kept of a walk whose positions are let go, from these (T, 15, 3) mm, frame rate and frequency, Hz."""
+
+
 @dataclass(frozen=True)
 class Request:
     """A request to the ingest stage.
@@ -170,8 +174,11 @@ class Request:
         Returns the clips.
     source : str
         Module that makes them.
+    letting_go : callable, optional
+        Returns the walks without positions, and what a function keeps of each.
     """
 
     options: dict[str, Any]
     make: Callable[[], Clips]
     source: str
+    letting_go: Callable[[Keep], tuple[Walks, list[Any]]] | None = None

@@ -48,11 +48,16 @@ class PreparedClip:
     positions : (T, 15, 3) or None
         Millimetres; None if the clip is refused.
     frame_rate_hz : float
+    stature_mm : float
+    kept : object
+        Of a walk whose positions were let go: its stature, and what is kept in their place.
     """
 
     row: dict[str, Any]
     positions: np.ndarray | None = None
     frame_rate_hz: float = 0.0
+    stature_mm: float = 0.0
+    kept: Any = None
 
 
 def report_row(columns: Sequence[str], **known: Any) -> dict[str, Any]:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from pipeline.clips.kinds import Walks
+from pipeline.clips.kinds import Keep, Walks
 from pipeline.clips.missing_joints import Completed, complete
 from pipeline.clips.options import Heading, Locomotion, Steady, SyntheticPeople
 from pipeline.clips.usable import PreparedClip, RawClip, collect, prepare, report_row
@@ -41,25 +41,38 @@ EQUAL_FIT_RATIO = 1.5
 
 def synthetic_walks(options: SyntheticPeople, seed: int, workers: int) -> Walks:
     """Return the walks of the synthetic population."""
+    return walks_let_go(options, seed, workers, None)[0]
+
+
+def walks_let_go(
+    options: SyntheticPeople, seed: int, workers: int, keep: Keep | None
+) -> tuple[Walks, list[Any]]:
+    """Return the walks of the synthetic population without their positions, and what `keep` makes of each.
+
+    Each is made, represented and let go, for a few thousand people have gigabytes of positions.
+    """
     count = min(options.walkers or options.population, options.population)
     male = round(count * options.male_share)
-    population = walkers.walking_population(
-        derive_generator(seed, "ingest"),
-        male=male,
-        female=count - male,
-        duration_s=options.duration_s,
-        frame_rate_hz=options.frame_rate_hz,
-        marker_noise_mm=options.marker_noise_mm,
-        offsets=options.offsets,
-    )
+    people = walkers.members(derive_generator(seed, "ingest"), male=male, female=count - male)
     steady = Steady(locomotion=Locomotion.treadmill, heading=options.heading)
+    recorded = (options.duration_s, options.frame_rate_hz, options.marker_noise_mm, options.offsets)
 
-    def one(r: int) -> PreparedClip:
+    def whole(r: int) -> PreparedClip:
         name = f"synthetic_{r + 1:03d}"
         row = report_row(REPORT_COLUMNS, clip=name, person=name, source="synthetic")
-        return steady_walk(RawClip(row, population.positions_mm[r], options.frame_rate_hz), steady)
+        _, positions = walkers.walker(people[r], *recorded)
+        return steady_walk(RawClip(row, positions, options.frame_rate_hz), steady)
 
-    return walks_of(map_processes(one, range(count), workers), steady)
+    def one(r: int) -> PreparedClip:
+        walk = whole(r)
+        if keep is None or walk.positions is None:
+            return walk
+        kept = keep(walk.positions, walk.frame_rate_hz, walk.row["frequency_hz"])
+        stature = walking.stature(walk.positions)
+        return dataclasses.replace(walk, positions=np.empty((0, 15, 3)), stature_mm=stature, kept=kept)
+
+    walks = compared(map_processes(one, range(count), workers), steady.frequency_ratio, whole)
+    return walks_of(walks), [walk.kept for walk in walks if walk.positions is not None]
 
 
 def steady_walk(raw: RawClip, steady: Steady) -> PreparedClip:
@@ -171,29 +184,33 @@ def _completed(
     return completed, f"{share:.0%} of it at {joint}"
 
 
-def _compare_frequencies(walks: list[PreparedClip], ratio: float) -> list[PreparedClip]:
+def compared(
+    walks: Sequence[PreparedClip], ratio: float, whole: Callable[[int], PreparedClip] | None = None
+) -> list[PreparedClip]:
     """Refuse walks whose frequency is half or double the true one.
 
     People of different size are compared at equal Froude number: frequency times the root of leg length.  If a walk is
     off the population's median by more than `ratio`, its double or half frequency, whichever is nearer to the median,
     is tried.  The walk is refused if that one fits equally well; otherwise it is a slow or quick walk and is kept with
-    a remark.
+    a remark.  `whole` returns a walk with its positions, where these were let go.
     """
     kept = [walk for walk in walks if walk.positions is not None]
     if len(kept) < 3:
-        return walks
+        return list(walks)
 
     def scaled_frequency(walk: PreparedClip) -> float:
         return walk.row["frequency_hz"] * np.sqrt(walk.row["leg_length_mm"])
 
     median = float(np.median([scaled_frequency(walk) for walk in kept]))
 
-    def compared(walk: PreparedClip) -> PreparedClip:
+    def judged(number: int, walk: PreparedClip) -> PreparedClip:
         off = scaled_frequency(walk) / median if walk.positions is not None else 1.0
         if walk.positions is None or 1 / ratio <= off <= ratio:
             return walk
         other = walk.row["frequency_hz"] * (2.0 if off < 1 else 0.5)
-        series = fourier.represent(walk.positions, walk.frame_rate_hz, frequency_hz=other)
+        positions = (whole(number) if whole else walk).positions
+        assert positions is not None
+        series = fourier.represent(positions, walk.frame_rate_hz, frequency_hz=other)
         if series.residual_fraction > EQUAL_FIT_RATIO * walk.row["residual_share"]:
             remark = f"{'slower' if off < 1 else 'quicker'} than the others: {off:.2f} of their frequency"
             return dataclasses.replace(walk, row=walk.row | {"reason": remark})
@@ -205,17 +222,22 @@ def _compare_frequencies(walks: list[PreparedClip], ratio: float) -> list[Prepar
         )
         return PreparedClip(walk.row | {"verdict": "refused", "reason": str(reason)})
 
-    return [compared(walk) for walk in walks]
+    return [judged(number, walk) for number, walk in enumerate(walks)]
 
 
-def walks_of(walks: list[PreparedClip], steady: Steady, inputs: Mapping[str, str] | None = None) -> Walks:
-    """Return the walks that are kept, compared with each other; `inputs` as in `collect`."""
-    walks = _compare_frequencies(walks, steady.frequency_ratio)
+def walks_of(walks: Sequence[PreparedClip], inputs: Mapping[str, str] | None = None) -> Walks:
+    """Return the walks that are kept; `inputs` as in `collect`."""
     fields = collect(walks, REPORT_COLUMNS, inputs)
     kept = [walk for walk in walks if walk.positions is not None]
     return Walks(
         **fields,
-        stature_mm=np.array([walking.stature(walk.positions) for walk in kept if walk.positions is not None]),
+        stature_mm=np.array(
+            [
+                walk.stature_mm or walking.stature(walk.positions)
+                for walk in kept
+                if walk.positions is not None
+            ]
+        ),
         frequency_hz=np.array([walk.row["frequency_hz"] for walk in kept]),
         residual_share=np.array([walk.row["residual_share"] for walk in kept]),
         estimated=np.array(

@@ -9,6 +9,7 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -41,7 +42,8 @@ class SyntheticData(SyntheticPeople):
             "clips": ({"clips": self.clips}, lambda: varied.synthetic_clips(self.clips, seed), varied),
         }
         options, make, source = makers[corpus.name]
-        return Request({**options, "seed": seed}, make, source.__name__)
+        letting_go = partial(walks.walks_let_go, self, seed, workers) if corpus is WALKS else None
+        return Request({**options, "seed": seed}, make, source.__name__, letting_go)
 
 
 class Cut(StrEnum):

@@ -26,7 +26,7 @@ def recorded_walks(
     prepared = read_and_prepare(
         clips, walks.REPORT_COLUMNS, lambda raw: walks.steady_walk(raw, steady), workers
     )
-    found = walks.walks_of(prepared, steady, _digests(clips))
+    found = walks.walks_of(walks.compared(prepared, steady.frequency_ratio), _digests(clips))
     return replace(found, dropped=np.any(found.estimated, axis=0)) if missing is Missing.drop else found
 
 

@@ -3,36 +3,46 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from pipeline.clips.kinds import Clips
 from pipeline.clips.usable import NoUsableClips
+from pipeline.seeding import derive_generator
 from pipeline.stages.artefacts import Stored, stored
 from pipeline.storage import tables
 from pipeline.storage.store import Store
+from pipeline.storage.typed import result_type
 from pipeline.studies.experiment import Experiment
 from pipeline.validation import InvalidInput
 
 
-def run(experiment: Experiment, store: Store) -> Stored[Clips]:
+def run(experiment: Experiment, store: Store, population: int | None = None) -> Stored[Clips]:
     """Return the usable clips of the kind that the experiment's dataset asks for, and the report on each clip.
 
-    If there are none, the report is written all the same: ``refused_clips.csv`` beside the figures of the data set.
+    Synthetic walks that only the dataset reads are represented and let go.  If there are no usable clips, the report is
+    written all the same: ``refused_clips.csv`` beside the figures of the data set.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    store : Store
+    population : int, optional
+        Of which further synthetic population.
     """
-    corpus = experiment.dataset.corpus
-    request = experiment.data.request(corpus, experiment.skeleton, experiment.seed, experiment.workers)
+    corpus, dataset = experiment.dataset.corpus, experiment.dataset.shared()
+    stage, seed, workers = "ingest", experiment.seed, experiment.workers
+    if population is not None:
+        stage, seed, workers = "population", seed_of(experiment, population), 1
+    request = experiment.data.request(corpus, experiment.skeleton, seed, workers)
+    options, make, result, sources = request.options, request.make, corpus.result, [request.source]
+    if dataset and request.letting_go and not experiment.sweep.reads_clips:
+        options, make = {"clips": options, "dataset": dataset}, partial(dataset.represent, request.letting_go)
+        result, sources = result_type(dataset.represent), [*sources, type(dataset).__module__]
     try:
-        return stored(
-            store,
-            "ingest",
-            request.options,
-            [],
-            request.make,
-            result=corpus.result,
-            sources=[request.source],
-        )
+        return stored(store, stage, options, [], make, result=result, sources=sources)
     except NoUsableClips as refusal:
         path = experiment.published_in / "refused_clips.csv"
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -41,6 +51,11 @@ def run(experiment: Experiment, store: Store) -> Stored[Clips]:
         raise InvalidInput(
             f"{refusal.what} (every reason is in {path})", expected=refusal.expected, received=rows
         ) from None
+
+
+def seed_of(experiment: Experiment, population: int) -> int:
+    """Return the seed of one further synthetic population."""
+    return int(derive_generator(experiment.seed, f"population {population + 1}").integers(2**31))
 
 
 def report_table(rows: Sequence[Mapping[str, Any]], columns: Sequence[str]) -> dict[str, np.ndarray]:

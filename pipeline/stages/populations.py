@@ -8,8 +8,8 @@ import pandas as pd
 
 from pipeline.ingestion.data import SyntheticData
 from pipeline.processes import map_processes
+from pipeline.stages import ingest
 from pipeline.stages.artefacts import Stored, stored
-from pipeline.stages.population_clips import reported, request, seed_of
 from pipeline.storage.store import Store
 from pipeline.storage.typed import result_type
 from pipeline.studies.experiment import Experiment
@@ -45,7 +45,7 @@ def tables(experiment: Experiment, store: Store) -> dict[str, pd.DataFrame]:
     begin = 0 if isinstance(experiment.sweep, NoSweep) else total // 2
     order = [*range(begin, total), *range(begin)]
     if begin:  # first what figures share, so that none waits until another has swept it
-        map_processes(lambda number: sampled(experiment, number, store), order, experiment.workers)
+        map_processes(lambda number: ingest.run(experiment, store, number), order, experiment.workers)
     made = dict(zip(order, map_processes(one, order, experiment.workers), strict=True))
     return {
         name.removesuffix("_people") + "_populations": pd.concat(
@@ -62,35 +62,15 @@ def _without_intervals(table: pd.DataFrame, number: int) -> pd.DataFrame:
     return table
 
 
-def sampled(experiment: Experiment, number: int, store: Store) -> Stored[Any]:
-    """Return the data set of one population, which all figures of the walks share."""
-    dataset, asked = experiment.dataset.shared(), request(experiment, number)
-
-    def build() -> Any:
-        clips = asked.make()
-        reported(experiment, number, store, clips)
-        return dataset.build(clips, workers=1)
-
-    return stored(
-        store,
-        "population",
-        {"clips": asked.options, "dataset": dataset},
-        [],
-        build,
-        result=result_type(dataset.build),
-        sources=[asked.source, type(dataset).__module__],
-    )
-
-
 def swept(experiment: Experiment, number: int, store: Store) -> Stored[Any]:
     """Return what the figure's sweep measures of one population."""
     model, sweep = experiment.model, experiment.sweep.of_populations()
-    kept = sampled(experiment, number, store)
+    kept = ingest.run(experiment, store, number)
 
     def measure() -> Any:
-        samples = experiment.dataset.of_shared(kept.value)
+        samples = experiment.dataset.build(kept.value, workers=1)
         learnt = model.learn(samples, workers=1)
-        seed = seed_of(experiment, number)
+        seed = ingest.seed_of(experiment, number)
         return sweep.measure(SweepInputs(None, samples, learnt, experiment.dataset, model, 1, seed))
 
     return stored(
@@ -106,7 +86,7 @@ def swept(experiment: Experiment, number: int, store: Store) -> Stored[Any]:
 
 def _inputs(experiment: Experiment, number: int, store: Store) -> FigureInputs[Any, Any, Any]:
     """Return the inputs of the figure for one population; without clips, and without a model that it does not show."""
-    samples = experiment.dataset.of_shared(sampled(experiment, number, store).value)
+    samples = experiment.dataset.build(ingest.run(experiment, store, number).value, workers=1)
     if isinstance(experiment.sweep, NoSweep):
         learnt = experiment.model.learn(samples, workers=1)
         return FigureInputs(experiment, None, samples, learnt, Nothing())  # type: ignore[arg-type]

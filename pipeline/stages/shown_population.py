@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pipeline.stages import population_clips, populations
+from pipeline.stages import ingest, populations
 from pipeline.storage.store import Store
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs
@@ -41,10 +41,10 @@ def _in_the_middle(experiment: Experiment, made: dict[str, pd.DataFrame]) -> int
 
 def _inputs(experiment: Experiment, population: int, store: Store) -> FigureInputs[Any, Any, Any]:
     """Return the inputs of the figure for one population; no such figure reads the positions of clips."""
-    seed, workers = population_clips.seed_of(experiment, population - 1), experiment.workers
+    seed, workers = ingest.seed_of(experiment, population - 1), experiment.workers
     options, model = experiment.dataset, experiment.model
-    clips = population_clips.reported(experiment, population - 1, store)
-    samples = options.of_shared(populations.sampled(experiment, population - 1, store).value)
+    clips = ingest.run(experiment, store, population - 1).value
+    samples = options.build(clips, workers=workers)
     learnt = model.learn(samples, workers=workers)
     sweep = experiment.sweep
     if sweep.of_populations() == sweep and not isinstance(sweep, NoSweep):  # of which all are measured

@@ -20,7 +20,7 @@ annotation.  Options are validated by ``validate`` before anything runs.  Option
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from types import ModuleType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, TypeVar
@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, TypeVar
 import numpy as np
 
 from pipeline.charts import Sheet
-from pipeline.clips.kinds import Corpus
+from pipeline.clips.kinds import Corpus, Keep
 from pipeline.scenes import Columns, Notes, Rows
 from pipeline.seeding import derive_generator
 from pipeline.validation import Finite, InvalidInput, Positive, require_bounds, require_range
@@ -104,13 +104,13 @@ class Dataset(ABC):
         """Validate the options.  Raises InvalidInput if one is out of range."""
         require_bounds("dataset", self)
 
-    def shared(self) -> Dataset:
-        """Return the options whose samples serve these, for populations that several figures share."""
-        return self
+    def shared(self) -> Dataset | None:
+        """Return the options whose samples serve these and are made of clips that are let go; None: clips are kept."""
+        return None
 
-    def of_shared(self, samples: Any) -> Any:
-        """Return the samples of these options, from those of the shared ones."""
-        return samples
+    def represent(self, letting_go: Callable[[Keep], tuple[Any, list[Any]]]) -> Any:
+        """Return clips without positions that have these samples, if the options are those of `shared`."""
+        raise NotImplementedError
 
     @abstractmethod
     def build(self, clips: Any, *, workers: int) -> Any:

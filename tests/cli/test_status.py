@@ -18,6 +18,7 @@ from pipeline.cli.recipes import recipe
 from pipeline.cli.status import Status, status
 from pipeline.stages import ingest
 from pipeline.storage import source_code
+from pipeline.stages import chain
 from pipeline.storage.sealed_folders import read_manifest
 from pipeline.storage.source_code import sources_digest
 from pipeline.storage.store import Store
@@ -64,7 +65,7 @@ def test_what_was_just_made_is_current_and_nothing_is_written(results: Path) -> 
     ("override", "why", "to_compute"),
     [
         ("model.components=20", "model: options.components changed 30 -> 20", ("model", "sweep")),
-        ("dataset.harmonics=3", "dataset: options.harmonics changed 2 -> 3", ("dataset", "model", "sweep")),
+        ("dataset.harmonics=3", "ingest: options.dataset.harmonics changed 2 -> 3", chain.STAGES),
         ("figure.picture=true", "figure: options changed", ()),
     ],
 )
@@ -190,7 +191,7 @@ def test_a_figure_is_there_before_its_further_populations(
 ) -> None:
     few, folder = experiment(tmp_path, "data.populations=2"), place(tmp_path)
     with monkeypatch.context() as patch:
-        patch.setattr("pipeline.stages.populations.sampled", _interrupt)
+        patch.setattr("pipeline.stages.populations.tables", _interrupt)
         with pytest.raises(KeyboardInterrupt):
             make_figure(few, folder, store=Store(tmp_path), early=True)
     assert {"table.csv", "claims.csv"} < set(read_manifest(folder)["files"])

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import TypeAlias
 
 import numpy as np
 
-from pipeline.clips.kinds import WALKS, Walks
+from pipeline.clips.kinds import WALKS, Keep, Walks
 from pipeline.core import fourier
 from pipeline.core.walking.steady import set_origin
 from pipeline.processes import map_processes
@@ -86,6 +88,21 @@ class FourierSamples:
     words: str
 
 
+@dataclass(frozen=True, kw_only=True)
+class RepresentedWalks(Walks):
+    """Walks whose positions were let go when they had been represented.
+
+    Attributes
+    ----------
+    samples : FourierSamples
+    """
+
+    samples: FourierSamples
+
+
+_Series: TypeAlias = tuple[fourier.FourierRepresentation, np.ndarray]
+
+
 @dataclass(kw_only=True)
 class FourierDataset(Dataset):
     """Fourier representations of steady walks."""
@@ -102,46 +119,61 @@ class FourierDataset(Dataset):
         """Return the options without the frequency: it is known of every sample, counted or not."""
         return replace(self, frequency=False)
 
-    def of_shared(self, samples: FourierSamples) -> FourierSamples:
-        """Return the samples with or without the frequency as one of the numbers of a walker."""
-        return replace(samples, frequency=self.frequency)
+    def represent(self, letting_go: Callable[[Keep], tuple[Walks, list[_Series]]]) -> RepresentedWalks:
+        """Return walks without positions, and their Fourier representations."""
+        clips, series = letting_go(self._represented)
+        return RepresentedWalks(**vars(clips), samples=self._samples(clips, series.__getitem__))
 
     def build(self, clips: Walks, *, workers: int) -> FourierSamples:
         """Return the Fourier representations of the chosen walks."""
+        if isinstance(clips, RepresentedWalks):
+            return replace(clips.samples, frequency=self.frequency)
+
+        def one(walk: int) -> _Series:
+            rate, frequency = float(clips.frame_rate_hz[walk]), float(clips.frequency_hz[walk])
+            return self._represented(clips.motion(walk), rate, frequency, clips.dropped)
+
+        return self._samples(clips, one, workers)
+
+    def _represented(
+        self,
+        motion: np.ndarray,
+        frame_rate_hz: float,
+        frequency_hz: float,
+        dropped: np.ndarray | slice = slice(0),
+    ) -> _Series:
+        """Return a walk's Fourier representation, of its own size, and what was subtracted from its positions."""
+        centred = set_origin(motion, origin=self.origin.value)
+        origin = motion[0, _PELVIS] - centred[0, _PELVIS]
+        # A joint that is the same constant for everyone takes part in nothing: as if it were not there.
+        centred[:, dropped] = 0.0
+        given = frequency_hz if self.harmonics == 2 else None
+        return fourier.represent(centred, frame_rate_hz, harmonics=self.harmonics, frequency_hz=given), origin
+
+    def _samples(self, clips: Walks, one: Callable[[int], _Series], workers: int = 1) -> FourierSamples:
+        """Return the samples of the chosen walks, from the representation of each."""
         chosen = _choose(clips.person, clips.residual_share, self.walks)
         stature = clips.stature_mm
         normalised = self.size is Size.stature
         scale = stature[chosen].mean() / stature if normalised else np.ones(len(stature))
-
-        def one(walk: int) -> tuple[fourier.FourierRepresentation, np.ndarray]:
-            motion = clips.motion(walk)
-            centred = set_origin(motion, origin=self.origin.value)
-            origin = motion[0, _PELVIS] - centred[0, _PELVIS]
-            # A joint that is the same constant for everyone takes part in nothing: as if it were not there.
-            centred[:, clips.dropped] = 0.0
-            series = fourier.represent(
-                scale[walk] * centred,
-                float(clips.frame_rate_hz[walk]),
-                harmonics=self.harmonics,
-                frequency_hz=float(clips.frequency_hz[walk]) if self.harmonics == 2 else None,
-            )
-            return series, origin
-
         series, origins = zip(*map_processes(one, chosen, workers), strict=True)
 
-        def stack(name: str) -> np.ndarray:
-            return np.stack([getattr(s, name) for s in series])
+        def stack(name: str, power: int = 0) -> np.ndarray:
+            """Return a part of all representations, which grows with a power of the size of people."""
+            return np.stack(
+                [getattr(s, name) * scale[walk] ** power for walk, s in zip(chosen, series, strict=True)]
+            )
 
         people = len(set(clips.person[chosen]))
         alone = people == len(chosen)
         return FourierSamples(
-            coefficients=stack("coefficients"),
+            coefficients=stack("coefficients", 1),
             frequency_hz=stack("frequency_hz"),
             phase_rad=stack("phase_rad"),
             variance_fractions=stack("variance_fractions"),
             residual_fraction=stack("residual_fraction"),
-            residual_covariance=stack("residual_covariance"),
-            temporal_covariance=stack("temporal_covariance"),
+            residual_covariance=stack("residual_covariance", 2),
+            temporal_covariance=stack("temporal_covariance", 2),
             walk=np.array(chosen),
             origin_mm=np.stack(origins),
             scale=scale[chosen],

@@ -106,29 +106,15 @@ def walking_population(
     >>> walkers.positions_mm.shape, walkers.male.tolist()
     ((5, 360, 15, 3), [False, True, False, True, False])
     """
-    require_range("male", male, at_least=0, whole=True)
-    require_range("female", female, at_least=0, whole=True)
-    require_range("the number of walkers", male + female, at_least=1)
-    require_range("duration_s", duration_s, above=0)
-    require_range("frame_rate_hz", frame_rate_hz, at_least=LEAST_FRAME_RATE_HZ)
-    require_range("marker_noise_mm", marker_noise_mm, at_least=0)
-    require_range("offsets", offsets, at_least=0)
-    frames = round(duration_s * frame_rate_hz)
-    entropy = int(generator.integers(2**63))
-    people: list[Person] = []
-    positions = np.empty((male + female, frames, 15, 3))
-    for number, (is_male, index) in enumerate(_order(male, female)):
-        seeds = np.random.SeedSequence(entropy, spawn_key=(int(is_male), index)).spawn(3)
-        traits, strides, noise = (np.random.default_rng(seed) for seed in seeds)
-        person = keep_to_floor(draw_person(traits, is_male, offsets))
-        shortest_s = LEAST_CYCLES / person.frequency
-        require_range(f"duration_s of walker {number}", duration_s, at_least=shortest_s, unit="s")
-        people.append(person)
-        noise.standard_normal(out=positions[number])
-        positions[number] *= marker_noise_mm
-        positions[number] += walk(person, draw_strides(person, strides, frames, frame_rate_hz), frame_rate_hz)
+    people, walks = zip(
+        *(
+            walker(member, duration_s, frame_rate_hz, marker_noise_mm, offsets)
+            for member in members(generator, male=male, female=female)
+        ),
+        strict=True,
+    )
     return WalkingPopulation(
-        positions_mm=positions,
+        positions_mm=np.stack(walks),
         frame_rate_hz=float(frame_rate_hz),
         male=np.array([p.male for p in people]),
         stature_mm=np.array([p.stature for p in people]),
@@ -139,14 +125,48 @@ def walking_population(
     )
 
 
-def _order(male: int, female: int) -> list[tuple[bool, int]]:
-    """Return (is male, index within the sex) in the order F M F M F, then the remaining ones."""
-    order: list[tuple[bool, int]] = []
+@dataclass(frozen=True)
+class Member:
+    """A walker of a population: number, seed of the population, sex, and index within the sex."""
+
+    number: int
+    entropy: int
+    male: bool
+    index: int
+
+
+def members(generator: np.random.Generator, *, male: int, female: int) -> list[Member]:
+    """Return the walkers of a population in the order F M F M F, then the remaining ones; not made yet."""
+    require_range("male", male, at_least=0, whole=True)
+    require_range("female", female, at_least=0, whole=True)
+    require_range("the number of walkers", male + female, at_least=1)
+    entropy = int(generator.integers(2**63))
+    order: list[Member] = []
     taken = {True: 0, False: 0}
     wanted = {True: male, False: female}
     while len(order) < male + female:
         turn = len(order) % 5 in (1, 3)
         sex = turn if taken[turn] < wanted[turn] else not turn
-        order.append((sex, taken[sex]))
+        order.append(Member(len(order), entropy, sex, taken[sex]))
         taken[sex] += 1
     return order
+
+
+def walker(
+    member: Member, duration_s: float, frame_rate_hz: float, marker_noise_mm: float, offsets: float
+) -> tuple[Person, np.ndarray]:
+    """Return one walker of a population and the walk (T, 15, 3), mm; arguments as of `walking_population`."""
+    require_range("duration_s", duration_s, above=0)
+    require_range("frame_rate_hz", frame_rate_hz, at_least=LEAST_FRAME_RATE_HZ)
+    require_range("marker_noise_mm", marker_noise_mm, at_least=0)
+    require_range("offsets", offsets, at_least=0)
+    seeds = np.random.SeedSequence(member.entropy, spawn_key=(int(member.male), member.index)).spawn(3)
+    traits, strides, noise = (np.random.default_rng(seed) for seed in seeds)
+    person = keep_to_floor(draw_person(traits, member.male, offsets))
+    shortest_s = LEAST_CYCLES / person.frequency
+    require_range(f"duration_s of walker {member.number}", duration_s, at_least=shortest_s, unit="s")
+    frames = round(duration_s * frame_rate_hz)
+    positions = noise.standard_normal((frames, 15, 3))
+    positions *= marker_noise_mm
+    positions += walk(person, draw_strides(person, strides, frames, frame_rate_hz), frame_rate_hz)
+    return person, positions
