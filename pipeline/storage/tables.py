@@ -11,7 +11,7 @@ import io
 import math
 import re
 import zlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from operator import methodcaller
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,7 @@ _INTEGER, _NUMBER = r"(?:0|-?[1-9]\d{0,17})", r"(?:-?(?:0|[1-9]\d*)(?:\.\d+)?(?:
 _INTEGERS, _NUMBERS = (re.compile(rf"{cell}(?:\n{cell})*+") for cell in (_INTEGER, _NUMBER))
 """Of all cells of a column, a line to each."""
 _SHOWN_DIFFERENCES = 10
+_ROWS_AT_A_TIME = 50_000
 
 
 def write(
@@ -72,15 +73,13 @@ def write(
     if sort_by and len(arrays[sort_by[0]]):
         order = np.lexsort([arrays[name] for name in reversed(sort_by)])  # stable, NaN last
         arrays = {name: array[order] for name, array in arrays.items()}
-    text = io.StringIO()
-    rows = csv.writer(text, lineterminator="\n")
-    rows.writerow(arrays)
-    rows.writerows(zip(*map(_written, arrays.values()), strict=True))
-    content = text.getvalue().encode()
-    header = content[: content.index(b"\n") + 1]
+    header = _lines([arrays])
     ours: Replace = (lambda old: old.startswith(header)) if replace is None else replace
-    with writing(path), new_file(path, replace=ours) as partial:
-        partial.write_bytes(content)
+    with writing(path), new_file(path, replace=ours) as partial, partial.open("wb") as file:
+        file.write(header)
+        for start in range(0, max(lengths.values()), _ROWS_AT_A_TIME):
+            block = (_written(array[start : start + _ROWS_AT_A_TIME]) for array in arrays.values())
+            file.write(_lines(zip(*block, strict=True)))
 
 
 def renew(
@@ -254,9 +253,21 @@ def _column(name: str, values: Any, where: str) -> np.ndarray:
     return array + 0.0 if array.dtype.kind == "f" else array
 
 
+def _lines(rows: Iterable[Iterable[Any]]) -> bytes:
+    """Return rows as CSV."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue().encode()
+
+
 def _written(array: np.ndarray) -> list[Any]:
     """Return the cells of a column: numbers of ten significant digits, NaN as nothing."""
-    return [_cell(value) for value in array.tolist()] if array.dtype.kind == "f" else array.tolist()
+    if array.dtype.kind != "f":
+        return list(array.tolist())
+    cells = ["%.10g" % value for value in array.tolist()]  # noqa: UP031 - a third quicker than f-strings
+    for missing in np.flatnonzero(np.isnan(array)):
+        cells[missing] = ""
+    return cells
 
 
 def _cell(value: Any) -> str:

@@ -1,7 +1,8 @@
 """Conversion of dataclasses to arrays and notes for the store, and back.
 
 What a stage hands to the next is a frozen dataclass.  Its arrays become the arrays of an artefact, named by the path to
-the field (``space.mean``), as do the columns of its tables; everything else becomes its notes.
+the field (``space.mean``), as do the columns of its tables; everything else becomes its notes.  Of a column of texts
+the array says which one stands in each row, and the notes list each once.
 """
 
 from __future__ import annotations
@@ -42,8 +43,17 @@ def pack(value: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
 
     def without_arrays(part: Any, path: str) -> Any:
         if _is_table(part):
-            arrays.update({f"{path}{name}": np.asarray(part[name].tolist()) for name in part})
-            return list(part)
+            columns: list[tuple[str, list[str] | None]] = []
+            for name in part:
+                column, texts = part[name].to_numpy(), None
+                if part[name].dtype == "str":
+                    column, found = part[name].factorize()
+                    texts = found.tolist()
+                elif column.dtype.kind == "O":
+                    column = np.array(column.tolist())
+                arrays[f"{path}{name}"] = column
+                columns.append((name, texts))
+            return columns
         inner = _parts(part)
         if inner is None:
             return part
@@ -94,7 +104,9 @@ def _whole(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str) -
     prefix = f"{path}." if path else ""
     origin: Any = typing.get_origin(kind) or kind
     if _is_table(origin) and notes is not None:
-        return origin({name: arrays[prefix + name] for name in notes})
+        columns = {name: arrays[prefix + name] for name, _ in notes}
+        columns |= {name: np.array(texts, dtype=object)[columns[name]] for name, texts in notes if texts}
+        return origin(columns)
     if notes is None and not any(name.startswith(prefix) for name in arrays if path):
         return None
     if dataclasses.is_dataclass(origin):

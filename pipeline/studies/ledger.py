@@ -149,7 +149,7 @@ def _estimate(
     """
     if drawn is None or np.ndim(values) == 0:
         return papers.Estimate(float(value))
-    last = drawn.size - drawn.clusters
+    last = drawn.size - drawn.left_out
     said, left_out = (
         part[np.abs(part) < LARGEST] for part in (np.asarray(values)[:last], np.asarray(values)[last:])
     )
@@ -207,7 +207,7 @@ def _one_sample(
         return papers.Estimate(value, *bootstrap.mean_interval(np.asarray(values), more=1.0))
     if not (drawn.clusters and claim.sample):
         return None
-    away = np.asarray(values)[: drawn.size - drawn.clusters] - value
+    away = np.asarray(values)[: drawn.size - drawn.left_out] - value
     one = value + np.roll(away, 1) + away * np.sqrt(drawn.clusters / claim.sample)
     return papers.Estimate(value, *map(float, bootstrap.percentile_interval(one)))
 

@@ -46,7 +46,7 @@ def test_a_column_of_a_table_has_the_interval_that_a_verdict_on_it_rests_on(seed
     assert drawn is not None
     for camera in ("still", "shaky"):
         replicates = measures.median(drawn.tables["figure/table_trials"], "error", f"camera == '{camera}'")
-        ends = percentile_interval(np.asarray(replicates)[: drawn.size - drawn.clusters])
+        ends = percentile_interval(np.asarray(replicates)[: drawn.size - drawn.left_out])
         assert found.loc[camera].tolist() == pytest.approx([float(end) for end in ends], rel=1e-12)
     low, high = found.loc["still", ["error_median_low", "error_median_high"]]
     assert low <= table.loc[table["camera"] == "still", "error"].median() <= high

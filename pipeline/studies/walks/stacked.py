@@ -23,7 +23,10 @@ def stacked(parts: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
     """
     columns: dict[str, list[np.ndarray]] = defaultdict(list)
     for part in parts:
-        whole = np.broadcast_arrays(*(np.atleast_1d(column) for column in part.values()))
+        # Texts as objects: a column of them then holds each once.
+        whole = np.broadcast_arrays(
+            *(np.atleast_1d(np.asarray(c, dtype=object) if isinstance(c, str) else c) for c in part.values())
+        )
         for name, column in zip(part, whole, strict=True):
             columns[name].append(column)
     return pd.DataFrame({name: np.concatenate(column) for name, column in columns.items()})
