@@ -13,7 +13,7 @@ Only this module flattens a Fourier representation (5, 15, 3) to 225 numbers.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,6 +28,9 @@ _SAME_MAGNITUDE = 1e-6
 
 _WELL_DETERMINED = 1e-5
 """Least of the wanted variances over the largest above which they are computed from products of samples."""
+
+_MANY, _FOLDS_AT_A_TIME = 4, 64
+"""Samples for each of their numbers from which on folds share their sums, and how many folds share them."""
 
 _NO_VARIATION = 1e-12
 """Standard deviation along an eigenwalker, relative to the largest, at which it is rounding."""
@@ -131,15 +134,22 @@ def fit(
     mean = samples.mean(axis=0)
     kept = min(n_components, len(samples) - 1, samples.shape[1])
     squares, components = _principal_directions(samples - mean, kept)
-    variances = squares / (len(samples) - (divisor == "R-1"))
+    return _model(mean, squares, components, len(samples) - (divisor == "R-1"), float(scale_last))
+
+
+def _model(
+    mean: np.ndarray, squares: np.ndarray, components: np.ndarray, divisor: int, last_scale: float
+) -> LinearModel:
+    """Return a model of the squares of all singular values, and of the directions that are kept."""
     largest = first_lowest(-np.abs(components), margin=_SAME_MAGNITUDE)
-    signs = np.where(components[np.arange(kept), largest] < 0, -1.0, 1.0)
+    signs = np.where(components[np.arange(len(components)), largest] < 0, -1.0, 1.0)
+    variances = squares / divisor
     return LinearModel(
         mean=mean,
         components=components * signs[:, None],
-        eigenvalues=variances[:kept],
+        eigenvalues=variances[: len(components)],
         total_variance=float(variances.sum()),
-        last_scale=float(scale_last),
+        last_scale=last_scale,
     )
 
 
@@ -168,6 +178,7 @@ def leave_one_out(
     mirrors: np.ndarray | None = None,
     divisor: str = "R-1",
     scale_last: float | None = 1.0,
+    only: Sequence[int] | None = None,
 ) -> Iterator[tuple[LinearModel, int]]:
     """Pairs (model without walker r, r), for every r in order; there is no other way to get a fold of one walker.
 
@@ -182,6 +193,8 @@ def leave_one_out(
         Each walker's mirror image: joins the training set, and leaves with its walker.
     divisor, scale_last
         As for `fit`.
+    only : sequence of int, optional
+        The walkers whose models are wanted.
 
     Raises
     ------
@@ -203,12 +216,43 @@ def leave_one_out(
             expected="3 or more",
             received=str(len(np.unique(labels))),
         )
-    for r in range(len(samples)):
-        others = labels != labels[r]
-        training = samples[others]
-        if mirrors is not None:
-            training = np.concatenate([training, np.asarray(mirrors, dtype=float)[others]])
-        yield fit(training, n_components, divisor=divisor, scale_last=scale_last), r
+    rows, of = samples, labels
+    if mirrors is not None:
+        rows, of = np.concatenate([samples, np.asarray(mirrors, dtype=float)]), np.tile(labels, 2)
+    wanted = range(len(samples)) if only is None else only
+    if len(rows) < _MANY * rows.shape[1] or scale_last != 1.0 or not np.isfinite(rows).all():
+        for r in wanted:
+            yield fit(rows[of != labels[r]], n_components, divisor=divisor, scale_last=scale_last), r
+        return
+    for start in range(0, len(wanted), _FOLDS_AT_A_TIME):
+        block = wanted[start : start + _FOLDS_AT_A_TIME]
+        for r, (mean, products, count) in zip(block, _moments_without(rows, of, labels[block]), strict=True):
+            squares, directions = np.linalg.eigh(products)
+            squares, kept = np.maximum(squares[::-1], 0.0), min(n_components, len(squares))
+            if squares[kept - 1] > _WELL_DETERMINED * squares[0]:
+                components = directions[:, ::-1].T[:kept]
+                yield _model(mean, squares, components, count - (divisor == "R-1"), 1.0), r
+            else:
+                yield fit(rows[of != labels[r]], n_components, divisor=divisor), r
+
+
+def _moments_without(
+    rows: np.ndarray, of: np.ndarray, people: np.ndarray
+) -> Iterator[tuple[np.ndarray, np.ndarray, int]]:
+    """Mean (D,), products of deviations (D, D) and number of the rows without each of some people.
+
+    What nobody of them takes part in is summed once; nothing is summed and subtracted again, so that who is left out
+    moves no digit.
+    """
+    near = np.isin(of, people)
+    centre = np.zeros(rows.shape[1]) if near.all() else rows[~near].mean(axis=0)
+    far = rows[~near] - centre
+    products, rows, of = far.T @ far, rows[near] - centre, of[near]
+    for person in people:
+        others = rows[of != person]
+        count = len(far) + len(others)
+        shift = others.sum(axis=0) / count
+        yield centre + shift, products + others.T @ others - count * np.outer(shift, shift), count
 
 
 def leave_two_out(

@@ -71,7 +71,10 @@ def write(
             f"cannot sort by {missing[0]!r}", where=path.name, expected="one of " + ", ".join(arrays)
         )
     if sort_by and len(arrays[sort_by[0]]):
-        order = np.lexsort([arrays[name] for name in reversed(sort_by)])  # stable, NaN last
+        keys = [arrays[name] for name in reversed(sort_by)]
+        order = np.lexsort(
+            [key.astype(str) if key.dtype.kind == "O" else key for key in keys]
+        )  # stable, NaN last
         arrays = {name: array[order] for name, array in arrays.items()}
     header = _lines([arrays])
     ours: Replace = (lambda old: old.startswith(header)) if replace is None else replace
@@ -229,6 +232,10 @@ def _column(name: str, values: Any, where: str) -> np.ndarray:
     """Return a column as an array (N,) of a plain type."""
     if not name:
         raise InvalidInput("a column has no name", where=where)
+    if getattr(values, "dtype", None) == "str" and len(values):  # of a DataFrame: each text is looked at once
+        codes, texts = values.factorize()
+        if codes.min() >= 0:
+            return _column(name, texts.tolist(), where).astype(object)[codes]
     array = np.asarray(values)
     if array.ndim != 1:
         raise InvalidInput(

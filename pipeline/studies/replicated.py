@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -48,7 +48,7 @@ class Replicated:
         Rows that are drawn.
     cluster : (n,) int
         Cluster of each row.
-    weights : (B, C) int
+    weights : (B, C)
         How often each replicate counts each cluster.
     published : DataFrame
         The table that it stands for, as it is published.
@@ -61,7 +61,7 @@ class Replicated:
 
     def drawn(self, replicate: int) -> pd.DataFrame:
         """Return the rows of one replicate, as often as it counts them."""
-        times = self.weights[replicate, self.cluster]
+        times = self.weights[replicate, self.cluster].astype(int)
         return self.frame.iloc[np.repeat(np.arange(len(self.frame)), times)]
 
 
@@ -118,11 +118,7 @@ def replicate(names: Iterable[str], tables: Mapping[str, pd.DataFrame], seed: in
         return None
     clusters = len(labels) if kind in (PERSON, CLIP) else 0
     left_out = min(clusters, MOST_LEFT_OUT)
-    weights = np.eye(0 if clusters else len(labels), dtype=int)
-    if clusters:
-        drawn = bootstrap.resampling_weights(clusters, derive_generator(seed, "people"))
-        without = np.arange(clusters) % left_out != np.arange(left_out)[:, None]
-        weights = np.concatenate([drawn, without.astype(int)])
+    weights = _weights_and_without(clusters, left_out, seed) if clusters else np.eye(len(labels))
     made = {
         name: Replicated(
             rows, labels.get_indexer(of_rows[name]), weights, tables[name]
@@ -188,9 +184,17 @@ def interval_over_clusters(
     return np.where(unknown, np.nan, low), np.where(unknown, np.nan, high)
 
 
-@cache
-def _weights(clusters: int) -> np.ndarray:
-    return bootstrap.resampling_weights(clusters, derive_generator(0, "people"))
+@lru_cache(maxsize=8)
+def _weights(clusters: int, seed: int = 0) -> np.ndarray:
+    """Return how often each replicate counts each cluster, (B, C), as floats: they are factors."""
+    return bootstrap.resampling_weights(clusters, derive_generator(seed, "people")).astype(float)
+
+
+@lru_cache(maxsize=2)
+def _weights_and_without(clusters: int, left_out: int, seed: int) -> np.ndarray:
+    """Return the same, and below it replicates without each of the clusters, or of groups of them."""
+    without = np.arange(clusters) % left_out != np.arange(left_out)[:, None]
+    return np.concatenate([_weights(clusters, seed), without])
 
 
 def aggregate(

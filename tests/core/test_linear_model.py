@@ -171,6 +171,32 @@ def test_nothing_of_a_held_out_walker_reaches_its_fold(
     assert not same(fold(people, rates), before)
 
 
+@given(seed=seeds, people=st.integers(20, 150), numbers=st.integers(2, 12), wanted=st.integers(1, 12))
+@settings(max_examples=20, deadline=None)
+def test_folds_of_many_people_share_sums_and_nothing_of_who_is_left_out(
+    seed: int, people: int, numbers: int, wanted: int
+) -> None:
+    generator = np.random.default_rng(seed)
+    samples = 1e3 + generator.standard_normal((2 * people, numbers)) * np.geomspace(100.0, 1.0, numbers)
+    groups = generator.integers(0, people, len(samples))
+    assume(len(np.unique(groups)) >= 3)
+    shared = list(linear_model.leave_one_out(samples, wanted, groups=groups))
+    for model, r in shared:
+        alone = linear_model.fit(samples[groups != groups[r]], wanted)
+        np.testing.assert_allclose(model.mean, alone.mean, rtol=1e-12)
+        np.testing.assert_allclose(model.eigenvalues, alone.eigenvalues, rtol=1e-7)
+        np.testing.assert_allclose(model.total_variance, alone.total_variance, rtol=1e-7)
+        projectors = [
+            part.components.T @ (part.eigenvalues[:, None] * part.components) for part in (model, alone)
+        ]
+        np.testing.assert_allclose(*projectors, atol=1e-6 * alone.eigenvalues[0])
+    moved = samples.copy()
+    moved[groups == groups[0]] *= -3.0
+    again = next(linear_model.leave_one_out(moved, wanted, groups=groups, only=[0]))
+    first = next(linear_model.leave_one_out(samples, wanted, groups=groups, only=[0]))
+    assert same(again[0], first[0])
+
+
 @given(seed=seeds, count=st.integers(3, 12), style=styles)
 @settings(max_examples=20, deadline=None)
 def test_every_walker_is_left_out_once_and_in_order(seed: int, count: int, style: str) -> None:

@@ -15,6 +15,9 @@ from pipeline.studies.eigenwalkers.samples import FourierDataset, FourierSamples
 from pipeline.studies.study import Model
 from pipeline.validation import Count, InvalidInput, Positive
 
+BLOCK = 64
+"""Folds that are made together."""
+
 Divisor = StrEnum("Divisor", {"R-1": "R-1", "R": "R"})
 Divisor.__doc__ = """What the covariance is divided by; the papers do not say."""
 
@@ -101,8 +104,15 @@ class EigenwalkersModel(Model):
         whole = linear_model.fit(
             population, len(population), divisor=how["divisor"], scale_last=how["scale_last"]
         )
-        held_out = linear_model.leave_one_out(samples, self.components, groups=dataset.person, **how)
-        folds = map_processes(lambda fold: fold[0], held_out, workers)
+        blocks = [range(start, min(start + BLOCK, len(samples))) for start in range(0, len(samples), BLOCK)]
+
+        def held_out(block: range) -> list[LinearModel]:
+            models = linear_model.leave_one_out(
+                samples, self.components, groups=dataset.person, only=block, **how
+            )
+            return [model for model, _ in models]
+
+        folds = [fold for block in map_processes(held_out, blocks, workers) for fold in block]
         kept = min(len(fold.eigenvalues) for fold in folds)
         fewer = kept < self.components
         remark = (

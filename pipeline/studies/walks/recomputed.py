@@ -15,14 +15,14 @@ from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.walks.known_view import KnownView, Truth
 from pipeline.studies.walks.methods import PUBLISHED, Method
 
-VIEWS = 5
-"""Views, evenly from the first to the last."""
+VIEWS, MOST_WALKERS = 5, 200
+"""Views and, if there are more, walkers, evenly from the first to the last."""
 
 
 def recomputed(
     data: FourierSamples, model: EigenwalkersModel, options: KnownView, rows: pd.DataFrame, kept: int
 ) -> pd.DataFrame:
-    """Return the sweep's mean error over walkers beside the one computed anew, by method and view.
+    """Return the sweep's mean error over walkers, or 200 of them, beside the one computed anew, by method and view.
 
     ``relative_difference`` is the largest of all walkers, to nine decimals, since less is rounding.  No rows if
     mirrored walkers are in training, which is not the papers'.
@@ -37,18 +37,19 @@ def recomputed(
         Eigenwalkers of each fold.
     """
     angles = np.unique(rows["view_angle_deg"])
-    views = angles[np.unique(np.linspace(0, len(angles) - 1, VIEWS).round().astype(int))]
+    views = angles[_evenly(len(angles), VIEWS)]
+    walkers = _evenly(len(data.clip), MOST_WALKERS)
     methods = [m for m in PUBLISHED if m in options.methods and not model.mirror]
-    learnt = [_learnt(data, model, r, kept) for r in range(len(data.clip) if methods else 0)]
+    learnt = {int(r): _learnt(data, model, int(r), kept) for r in (walkers if methods else ())}
     compared = []
     for method in methods:
         noise = options.noise_variance_mm2 if method is Method.map else None
         for view in views:
             of_sweep = rows[(rows["method"] == str(method)) & (rows["view_angle_deg"] == view)]
-            theirs = of_sweep.set_index("walker")["absolute_error_mm2"].loc[data.clip].to_numpy()
+            theirs = of_sweep.set_index("walker")["absolute_error_mm2"].loc[data.clip[walkers]].to_numpy()
             residual, angle = options.truth is Truth.motion, float(np.radians(view))
             anew = np.array(
-                [_error(data, r, fold, angle, noise, residual=residual) for r, fold in enumerate(learnt)]
+                [_error(data, r, fold, angle, noise, residual=residual) for r, fold in learnt.items()]
             )
             compared.append(
                 {
@@ -61,6 +62,11 @@ def recomputed(
             )
     columns = ["method", "view_angle_deg", "absolute_error_mm2", "recomputed_mm2", "relative_difference"]
     return tidy(pd.DataFrame(compared, columns=columns), by=["method", "view_angle_deg"])
+
+
+def _evenly(count: int, most: int) -> np.ndarray:
+    """Return up to so many indices, evenly from the first to the last."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
 
 
 def _learnt(
