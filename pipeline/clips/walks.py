@@ -53,12 +53,13 @@ def walks_let_go(
     """
     count = min(options.walkers or options.population, options.population)
     male = round(count * options.male_share)
+    digits = max(3, len(str(count)))
     people = walkers.members(derive_generator(seed, "ingest"), male=male, female=count - male)
     steady = Steady(locomotion=Locomotion.treadmill, heading=options.heading)
     recorded = (options.duration_s, options.frame_rate_hz, options.marker_noise_mm, options.offsets)
 
     def whole(r: int) -> PreparedClip:
-        name = f"synthetic_{r + 1:03d}"
+        name = f"synthetic_{r + 1:0{digits}d}"
         row = report_row(REPORT_COLUMNS, clip=name, person=name, source="synthetic")
         _, positions = walkers.walker(people[r], *recorded)
         return steady_walk(RawClip(row, positions, options.frame_rate_hz), steady)

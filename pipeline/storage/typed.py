@@ -47,8 +47,8 @@ def pack(value: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
             for name in part:
                 column, texts = part[name].to_numpy(), None
                 if part[name].dtype == "str":
-                    column, found = part[name].factorize()
-                    texts = found.tolist()
+                    codes, found = part[name].factorize(use_na_sentinel=False)
+                    column, texts = codes.astype(np.min_scalar_type(len(found))), found.tolist()
                 elif column.dtype.kind == "O":
                     column = np.array(column.tolist())
                 arrays[f"{path}{name}"] = column
@@ -106,7 +106,7 @@ def _whole(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str) -
     if _is_table(origin) and notes is not None:
         columns = {name: arrays[prefix + name] for name, _ in notes}
         columns |= {name: np.array(texts, dtype=object)[columns[name]] for name, texts in notes if texts}
-        return origin(columns)
+        return origin(columns, copy=False)
     if notes is None and not any(name.startswith(prefix) for name in arrays if path):
         return None
     if dataclasses.is_dataclass(origin):

@@ -95,7 +95,7 @@ def test_variance_left_is_the_variance_of_the_sequences_also_of_people_drawn_aga
     assert isinstance(rows, Replicated)
     found = np.asarray(of_actions.variance_left(rows, "x"))
     for b in range(20):
-        times = np.repeat(np.arange(6), rows.weights[b, [0, 0, 1, 2, 2, 2]])
+        times = np.repeat(np.arange(6), rows.weights[b, [0, 0, 1, 2, 2, 2]].astype(int))
         assert found[b] == pytest.approx(sequences[times].var(axis=0, ddof=1).mean(), nan_ok=True)
 
 

@@ -192,7 +192,7 @@ class KnownView(Sweep):
         rows: dict[str, list[dict[str, Any]]] = defaultdict(list)
         missing: dict[Method | Null, np.ndarray] = {}
         tried: list[Method | Null] = [*self.methods, *Null.beside(self.methods)]
-        for method in tried:
+        for method in sorted(tried, key=str):  # as tables are sorted
             here, there = reconstruct(method)
             missing[method] = there.missing
             of_joints = errors.absolute_error(here.delta, power)
