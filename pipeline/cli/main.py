@@ -189,8 +189,8 @@ def _moment() -> str:
 def make_all(arguments: Sequence[str]) -> int:
     """Make several figures side by side and return the exit status.
 
-    ``experiment=a,b`` picks some, in this order; by default all that the data set has something for.  ``--dry-run``
-    makes none, and prints for each whether it is current.
+    ``experiment=a,b`` picks some, in this order; by default all that the data set has something for, none of them if
+    every one is current.  ``--dry-run`` makes none, and prints for each whether it is current.
     """
     from pipeline.cli.index import refuse_slips
 
@@ -201,7 +201,7 @@ def make_all(arguments: Sequence[str]) -> int:
     launched, arguments = _apart(arguments, lambda item: item.startswith(("launch=", "launch.")))
     dry, arguments = _apart(arguments, lambda item: item == "--dry-run")
     chosen, common = split_named(arguments)
-    found = recipes(chosen, common, steps=bool(dry))
+    found = recipes(chosen, common, steps=bool(dry) or not chosen)
     left_out: dict[str, list[str]] = {}
     for one in () if chosen else found:
         if one.lacking:
@@ -209,18 +209,24 @@ def make_all(arguments: Sequence[str]) -> int:
     there = [one for one in found if chosen or not one.lacking]
     ordered = there if chosen else sorted(there, key=lambda one: one.place)
     moment, console = _moment(), open_console()
-    if dry:
-        from pipeline.cli.status import print_status, status
+    from pipeline.cli.status import CURRENT, print_status, status
 
-        folders = [destination(one, common, moment) for one in ordered]
-        print_status([*map(status, ordered, folders)], console, folders[0].parent if folders else None)
+    folders = [destination(one, common, moment) for one in ordered]
+    states = [] if chosen and not dry else [*map(status, ordered, folders)]
+    if dry:
+        print_status(states, console, folders[0].parent if folders else None)
+        return 0
+    if states and all(one.state == CURRENT for one in states):
+        console.print(
+            f"All {len(states)} figures in {folders[0].parent} are current; experiment=NAME makes one again."
+        )
         return 0
     from pipeline.cli.compose import compose
     from pipeline.cli.figures import make_figures
     from pipeline.storage.sealed_folders import MANIFEST
 
     experiments = [compose([*common, f"experiment={one.name}"]) for one in ordered]
-    jobs = [(one, destination(one, common, moment)) for one in experiments]
+    jobs = [*zip(experiments, folders, strict=True)]
     if launched:
         from pipeline.cli.cluster import launch_figures
 

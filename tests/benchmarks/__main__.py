@@ -3,7 +3,7 @@
   python -m tests.benchmarks [NAME ...] [OPTION=VALUE ...]      all by default
 
 figures         wall and processor time and memory of each figure; reference=CHECKOUT: against that commit, in turns
-cost            with clips, frames, particles and walkers (to 10 000): exponents and peak memory; sizes=reduced
+growth          with walkers, views, frames, performances, clips, particles: exponents and peak memory; sizes=reduced
 leave_one_out   80 linear models of 225 numbers, against scikit-learn
 known_view      reconstruction from 181 known views, against scikit-learn and the plain loop
 noise_path      the same for 625 values of sigma², against the plain loop
@@ -13,7 +13,6 @@ binary_quadratic   signs of a limb with a proof, against SCIP; growth with F and
 refinement      a skeleton of 14 limbs over 300 frames, against SciPy's trust region
 articulated     a skeleton of 14 limbs from images to refined positions: stages, growth with F and K
 coverage_of_intervals   95 % intervals over people: how often they hold the true mean; no times
-growth          with the number of walkers and of view angles
 gait_events     foot contacts and toe-offs by ankles against a laboratory's marks, ms; needs the recordings
 known_people    films of people of another laboratory, a few of whom are known, mm, no times; needs the recordings
 film_with_truth   a film to 3D, against optical joint centres, no times; needs KEYPOINTS_RECORDINGS
@@ -22,7 +21,7 @@ held_out_joints   joints of recorded people hidden and estimated: mm, no times; 
 whole           zhang2004 and zhang2007 at full scale: seconds of each stage, and memory
 
 Each is printed and written to results/bench/NAME.csv, with versions, machine and commit in NAME.json; `figures` and
-`cost` also as a picture.  Options go to the benchmarks that know them; nothing judges these numbers.  Times are CPU
+`growth` also as a picture.  Options go to the benchmarks that know them; nothing judges these numbers.  Times are CPU
 times of one thread unless a column says otherwise; the two sides of a ratio take turns, and the median of a few rounds
 is given.
 """
@@ -48,7 +47,7 @@ from tests.benchmarks.tables import show, write
 
 BENCHMARKS = (
     "figures",
-    "cost",
+    "growth",
     "leave_one_out",
     "known_view",
     "noise_path",
@@ -58,7 +57,6 @@ BENCHMARKS = (
     "refinement",
     "articulated",
     "coverage_of_intervals",
-    "growth",
     "gait_events",
     "held_out_joints",
     "known_people",

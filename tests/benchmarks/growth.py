@@ -1,97 +1,236 @@
-"""How CPU time grows with walkers and with view angles; times are relative to the first size of each job.
+"""Cost against walkers, views, frames, performances, clips and particles: processor time, memory, exponents.
 
-With walkers: 15 eigenwalkers, so that the models of 20 walkers are as large as those of 1 280; models and
-sweeps are timed on 16 folds and multiplied to all.  With angles: 16 folds of 80 walkers.  Different people
-throughout.
+Options: `jobs` (names with commas between), `sizes=reduced` for a quick look.  Every row is a process of its own; its
+seconds are those of the work alone, its memory that of the whole process.  The exponent is the slope of log seconds
+on log size, with its standard error.
+
+figure 5         all of zhang2007_fig5 at full scale, of one population: by walkers, and by views
+synchronize      all ordered pairs of performances, of 100 frames
+read, represent   people × 1 000 frames from TRC files; their Fourier representations; also by frames of one person
+track             one performance of 100 frames, by particles; and by frames, 500 particles
+model, sweep      leave-one-out models and two methods × 19 views, by walkers: 16 folds, multiplied to all
 """
 
 from __future__ import annotations
 
+import json
+import sys
+import tempfile
+import time
 from collections.abc import Callable
-from functools import partial
 from itertools import islice
+from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
-from pipeline.clips.kinds import Walks
-from pipeline.clips.walks import synthetic_walks
-from pipeline.core import camera, linear_model, reconstruction, viewpoint
-from pipeline.ingestion.data import SyntheticData
-from pipeline.studies.eigenwalkers.samples import FourierDataset, FourierSamples
-from tests.benchmarks import inputs
-from tests.benchmarks.inputs import NOISE_VARIANCE_MM2, VIEWS_RAD, split_by_sex
+from tests.benchmarks import children, pictures
 from tests.benchmarks.tables import Row
-from tests.benchmarks.timing import cpu_seconds, exponent
 
-WALKERS = (20, 80, 320, 1280)
-STEPS_DEG = (6, 3, 1)
-COMPONENTS, FOLDS = 15, 16
-METHODS = {"least_squares": None, "map": NOISE_VARIANCE_MM2}
+HERE = Path(__file__).resolve().parents[2]
+FOLDS, COMPONENTS, FRAME_RATE_HZ = 16, 30, 120.0
+JOBS = {
+    "figure 5": ("walkers", (80, 320, 1280)),
+    "figure 5, views": ("views", (31, 61, 181)),
+    "synchronize": ("performances", (40, 120, 400)),
+    "read": ("clips", (6, 25, 100)),
+    "represent": ("clips", (6, 25, 100)),
+    "read one": ("frames", (100, 1000, 3000, 16000)),
+    "represent one": ("frames", (100, 1000, 3000, 16000)),
+    "track frames": ("frames", (50, 200, 800)),
+    "track": ("particles", (100, 400, 1600, 6400)),
+    "model": ("walkers", (80, 400, 2000, 10000)),
+    "sweep": ("walkers", (80, 400, 2000, 10000)),
+}
+"""Name of a job → what grows, and its sizes."""
 
-Folds = list[tuple[linear_model.LinearModel, int]]
-
-
-def _known(rows: np.ndarray, folds: Folds, views: np.ndarray) -> None:
-    for model, r in folds:
-        for sigma2 in METHODS.values():
-            reconstruction.from_known_views(model, rows[r], views, noise_variance=sigma2)
-
-
-def _unknown(rows: np.ndarray, folds: Folds, views: np.ndarray) -> None:
-    for model, r in folds:
-        walker = linear_model.unflatten(rows[r])
-        seen = np.stack([camera.project(walker, angle).reshape(-1) for angle in views])
-        for method, sigma2 in METHODS.items():
-            viewpoint.estimate(model, seen, method=method, noise_variance=sigma2)
+Work = tuple[Callable[[], object], float]
+"""What is timed, and how many times it is the whole."""
 
 
-def _with_walkers(count: int) -> dict[str, float]:
-    """CPU seconds of each stage for so many walkers."""
-    clips: list[Walks] = []
-    samples: list[FourierSamples] = []
-    folds: Folds = []
-    seconds = {}
-
-    def timed(stage: str, function: Callable[[], None], times: float = 1.0) -> None:
-        seconds[stage] = times * cpu_seconds(function)
-
-    people = split_by_sex(count)
-    data = SyntheticData(name="bench", population=count, male_share=people["male"] / count)
-    timed("synthesise and ingest", lambda: clips.append(synthetic_walks(data, 2007, 1)))
-    timed("dataset", lambda: samples.append(FourierDataset().build(clips[0], workers=1)))
-    rows = linear_model.flatten(samples[0].coefficients)
-    few = min(FOLDS, count)
-    timed(
-        "model",
-        lambda: folds.extend(islice(linear_model.leave_one_out(rows, COMPONENTS), few)),
-        count / few,
-    )
-    timed("sweep, known view", lambda: _known(rows, folds, VIEWS_RAD), count / few)
-    timed("sweep, unknown view", lambda: _unknown(rows, folds, VIEWS_RAD), count / few)
-    return seconds
-
-
-def run() -> list[Row]:
-    """A row for each stage and each sweep, with the fitted exponent."""
-    _with_walkers(20)  # warm
-    by_walkers = [_with_walkers(count) for count in WALKERS]
-    rows = [
-        _row("walkers", stage, WALKERS, [seconds[stage] for seconds in by_walkers]) for stage in by_walkers[0]
-    ]
-    people = inputs.samples()
-    folds = list(islice(linear_model.leave_one_out(people, 30), FOLDS))
-    grids = [np.radians(np.arange(-90.0, 90.5, step)) for step in STEPS_DEG]
-    counts = [len(grid) for grid in grids]
-    for stage, sweep in (("sweep, known view", _known), ("sweep, unknown view", _unknown)):
-        calls = [partial(sweep, people, folds, grid) for grid in grids]
-        seconds = [min(cpu_seconds(call) for _ in range(3)) for call in calls]
-        rows.append(_row("view angles", stage, counts, seconds))
+def run(jobs: str = "", sizes: str = "full") -> list[Row]:
+    """One row for each job and size; the exponent stands in each row of a job."""
+    rows: list[Row] = []
+    for job in jobs.split(",") if jobs else JOBS:
+        grows, each = JOBS[job]
+        if sizes == "reduced":
+            each = each[:3] if grows in ("walkers", "views") else tuple(size // 4 for size in each)
+        used = []
+        for size in each:
+            if job.startswith("figure"):
+                child = _figure(grows, size)
+                used.append((child.cpu_s, child.peak_mb))
+                continue
+            child = children.run(["-m", "tests.benchmarks.growth", job, str(size)], HERE)
+            used.append((json.loads(child.output)["cpu_s"], child.peak_mb))
+        slope, error = slope_with_error(np.log(each), np.log([seconds for seconds, _ in used]))
+        rows += [
+            {"job": job, "grows": grows, "size": size, "cpu_s": seconds, "peak_mb": round(peak_mb),
+             "exponent": slope, "exponent_se": error}
+            for size, (seconds, peak_mb) in zip(each, used, strict=True)
+        ]  # fmt: skip
+        print(f"  {job}: exponent {slope:.2f} ± {error:.2f}", flush=True)
     return rows
 
 
-def _row(size: str, stage: str, sizes: tuple[int, ...] | list[int], seconds: list[float]) -> Row:
-    row: Row = {"grows": size, "stage": stage}
-    row["sizes"] = " ".join(str(s) for s in sizes)
-    row["times_the_first"] = " ".join(f"{s / seconds[0]:.3g}" for s in seconds)
-    row["exponent"] = exponent(sizes, seconds)
-    return row
+def slope_with_error(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
+    """Slope of y on x by least squares, and its standard error.
+
+    Examples
+    --------
+    >>> slope, error = slope_with_error(np.array([0.0, 1.0, 2.0]), np.array([1.0, 3.0, 5.0]))
+    >>> round(slope, 12), round(error, 12)
+    (2.0, 0.0)
+    """
+    from scipy.stats import linregress
+
+    fit = linregress(x, y)
+    return float(fit.slope), float(fit.stderr)
+
+
+def draw(rows: list[Row], stem: Path) -> None:
+    """Processor time and peak memory against size."""
+    slopes = {str(r["job"]): f"{r['job']} {r['exponent']:.2f} ± {r['exponent_se']:.2f}" for r in rows}
+    pictures.draw_growth(stem, pd.DataFrame(rows), "Exponents of time: " + ", ".join(slopes.values()) + ".")
+
+
+# --- the work ---------------------------------------------------------------------------------------------
+
+
+def _figure(grows: str, size: int) -> children.Used:
+    """What figure 5 of zhang2007 takes, from nothing, with so many walkers or views."""
+    option = (
+        f"data.population={size}" if grows == "walkers" else f"sweep.view_angle_deg.step={180 / (size - 1):g}"
+    )
+    with tempfile.TemporaryDirectory() as results:
+        fixed = ["experiment=zhang2007_fig5", "data=synthetic", "data.populations=0", f"results={results}"]
+        return children.run(["-m", "pipeline", *fixed, option], HERE)
+
+
+def _synchronizing(performances: int) -> Work:
+    from pipeline.core import synchronization
+    from tests.benchmarks import synchronization as peers
+
+    sequences = peers.performances(performances)
+    mu = peers.smoothness(sequences)
+    return lambda: synchronization.synchronize_all(sequences, max_disparity=peers.BAND, smoothness=mu), 1.0
+
+
+def _walks(people: int, frames: int) -> np.ndarray:
+    """Walks (people, frames, 15, 3) in mm, on the spot: a few synthetic people over and over."""
+    from pipeline.core import fourier
+    from tests.benchmarks.inputs import samples
+
+    coefficients = samples(2, 4).reshape(-1, 5, 15, 3)
+    times_s = np.arange(frames) / FRAME_RATE_HZ
+    few = [fourier.synthesise(c, 0.9, times_s) for c in coefficients[: min(people, 6)]]
+    return np.stack([few[n % len(few)] for n in range(people)])
+
+
+def _reading(people: int, frames: int, folder: Path) -> Work:
+    from pipeline import formats
+    from pipeline.formats.points import trc
+    from pipeline.skeleton import WALKER15
+
+    paths = [folder / f"{n}.trc" for n in range(people)]
+    for path, walk in zip(paths, _walks(people, frames), strict=True):
+        trc.write(path, WALKER15.joints, walk, FRAME_RATE_HZ)
+    return lambda: [formats.read(path) for path in paths], 1.0
+
+
+def _representing(people: int, frames: int) -> Work:
+    from pipeline.core import fourier
+
+    walks = _walks(people, frames)
+    return lambda: [fourier.represent(walk, FRAME_RATE_HZ) for walk in walks], 1.0
+
+
+def _tracking(particles: int, frames: int) -> Work:
+    from pipeline.core import camera, posture
+    from pipeline.core.action_model import learn_action
+    from pipeline.core.resampling import interpolate
+    from pipeline.core.tracking import Dynamics, Likelihood, learnt_diffusion, track
+    from pipeline.synthetic import bending
+
+    bends = bending.bending_performances(np.random.default_rng(1), performances=8)
+    body = posture.limb_lengths(bends.positions_mm[0])
+    action = learn_action([posture.postures(joints) for joints in bends.positions_mm[1:]])
+    model = action.model
+    seen = interpolate(bends.positions_mm[0], np.linspace(0, len(bends.positions_mm[0]) - 1, frames))
+    dynamics = Dynamics(
+        nominal_rate=(len(model.mean) - 1) / (frames - 1),
+        diffusion=learnt_diffusion(action.synchronized, model.mean, model.standard_deviation),
+    )
+
+    def work(count: int = particles) -> None:
+        track(
+            model.mean,
+            model.standard_deviation,
+            Likelihood(camera.project(seen, 0.8), 0.8, 30.0, unknown_place="across"),
+            to_joints=lambda x: posture.joints_where_defined(action.space.postures(x), body),
+            n_particles=count,
+            generator=np.random.default_rng(2),
+            dynamics=dynamics,
+        )
+
+    work(2)  # what is compiled is not the work
+    return work, 1.0
+
+
+def _population(walkers: int) -> np.ndarray:
+    """Walkers (R, 225), mm, drawn from the normal distribution of 80 synthetic ones and a little of everything."""
+    from tests.benchmarks.inputs import samples
+
+    generator, people = np.random.default_rng(3), samples()
+    deviations = (people - people.mean(axis=0)) / np.sqrt(len(people) - 1)
+    mixed = generator.standard_normal((walkers, len(people))) @ deviations
+    return people.mean(axis=0) + mixed + generator.standard_normal((walkers, people.shape[1]))
+
+
+def _modelling(walkers: int) -> Work:
+    from pipeline.core import linear_model
+
+    rows = _population(walkers)
+    folds = min(FOLDS, walkers)
+    return lambda: list(islice(linear_model.leave_one_out(rows, COMPONENTS), folds)), walkers / folds
+
+
+def _sweeping(walkers: int) -> Work:
+    from pipeline.core import linear_model, reconstruction
+
+    rows, views = _population(walkers), np.radians(np.arange(-90.0, 91.0, 10.0))
+    folds = list(islice(linear_model.leave_one_out(rows, COMPONENTS), min(FOLDS, walkers)))
+
+    def work() -> None:
+        for model, r in folds:
+            for noise_variance in (None, 70.0):
+                reconstruction.from_known_views(model, rows[r], views, noise_variance=noise_variance)
+
+    return work, walkers / len(folds)
+
+
+def _here(job: str, size: int) -> dict[str, float]:
+    """Processor seconds of one job in this process, the shortest of three."""
+    with tempfile.TemporaryDirectory() as name:
+        prepare: dict[str, Callable[[], Work]] = {
+            "synchronize": lambda: _synchronizing(size),
+            "read": lambda: _reading(size, 1000, Path(name)),
+            "represent": lambda: _representing(size, 1000),
+            "read one": lambda: _reading(1, size, Path(name)),
+            "represent one": lambda: _representing(1, size),
+            "track frames": lambda: _tracking(500, size),
+            "track": lambda: _tracking(size, 100),
+            "model": lambda: _modelling(size),
+            "sweep": lambda: _sweeping(size),
+        }
+        work, times = prepare[job]()
+        seconds = []
+        for _ in range(3):
+            started = time.process_time()
+            work()
+            seconds.append(time.process_time() - started)
+    return {"cpu_s": times * min(seconds)}
+
+
+if __name__ == "__main__":
+    print(json.dumps(_here(sys.argv[1], int(sys.argv[2]))))

@@ -1,4 +1,4 @@
-"""Pictures of two benchmarks: columns by row, and cost against size."""
+"""Pictures of two benchmarks: columns by row, and growth with size."""
 
 from __future__ import annotations
 

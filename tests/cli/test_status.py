@@ -16,9 +16,8 @@ from pipeline.cli.main import main
 from pipeline.cli.presets import presets
 from pipeline.cli.recipes import recipe
 from pipeline.cli.status import Status, status
-from pipeline.stages import ingest
+from pipeline.stages import chain, ingest
 from pipeline.storage import source_code
-from pipeline.stages import chain
 from pipeline.storage.sealed_folders import read_manifest
 from pipeline.storage.source_code import sources_digest
 from pipeline.storage.store import Store
