@@ -32,6 +32,7 @@ CAN_FORK = sys.platform == "linux"
 _MOST_BLOCKS = 1000
 """Entries of the queue: each has four bytes, and all of them fit into the smallest pipe."""
 _DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG
+_LIBRARY: Any = ctypes.CDLL(None) if CAN_FORK else None
 
 
 class Cores(Protocol):
@@ -119,9 +120,15 @@ def _give_core() -> None:
 def die_with_parent(parent: int) -> None:
     """End this process with the process that started it, whose number is given, however that one ends (on Linux)."""
     if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
+        _LIBRARY.prctl(_DIE_WITH_PARENT, signal.SIGKILL)
         if os.getppid() != parent:
             os._exit(1)
+
+
+def return_memory() -> None:
+    """Give memory that is free in this process back to the system (GNU C library; elsewhere nothing)."""
+    if hasattr(_LIBRARY, "malloc_trim"):
+        _LIBRARY.malloc_trim(0)
 
 
 def one_thread() -> AbstractContextManager[object]:

@@ -7,6 +7,7 @@ from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from typing import Any
 
+from pipeline.processes import return_memory
 from pipeline.stages import ingest
 from pipeline.stages.artefacts import Stored, stored
 from pipeline.storage.store import Store
@@ -39,6 +40,7 @@ def run(
     for stage in STAGES[: STAGES.index(through) + 1]:
         with at(stage):
             done.append(_after(done, stage, experiment, store) if done else ingest.run(experiment, store))
+        return_memory()  # of small arrays that a stage made and let go, which would otherwise stay
     return tuple(done)
 
 

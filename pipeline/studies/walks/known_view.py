@@ -60,10 +60,11 @@ class KnownViewErrors:
     coefficients : DataFrame
         A row to each walker and method: the share of coefficients, over views and eigenwalkers, that exceed the largest
         of training; the share of views at which one exceeds it twofold; and the same of the walker seen whole.
-    sigma2 : DataFrame
-        MAP for every walker and sigma², mean over views; no rows if MAP was not tried.
-    chosen : DataFrame
-        Of these the rows whose sigma² others choose for each walker, on models without that walker.
+    person, walker : (R,) text
+    sigma2_walker_mm2 : (R, S)
+        Error of MAP for every walker and sigma², mean over views; no columns if MAP was not tried.
+    nested : (R,) or (0,) int
+        Which sigma² others choose for each walker, on models without that walker; of nobody, where people are too few.
     methods : (M,) text
     view_angle_deg : (A,)
     sigma2_mm2 : (S,)
@@ -87,8 +88,10 @@ class KnownViewErrors:
     joints: pd.DataFrame
     demonstrations: pd.DataFrame
     coefficients: pd.DataFrame
-    sigma2: pd.DataFrame
-    chosen: pd.DataFrame
+    person: np.ndarray
+    walker: np.ndarray
+    sigma2_walker_mm2: np.ndarray
+    nested: np.ndarray
     methods: np.ndarray
     view_angle_deg: np.ndarray
     sigma2_mm2: np.ndarray
@@ -100,6 +103,25 @@ class KnownViewErrors:
     unmeasured: np.ndarray
     original: np.ndarray
     stride_hz: np.ndarray
+
+    @property
+    def sigma2(self) -> pd.DataFrame:
+        """A row to each walker and sigma²: the error of MAP, mean over views."""
+        walkers, values = self.sigma2_walker_mm2.shape
+        return pd.DataFrame(
+            {
+                "person": np.repeat(self.person, values),
+                "walker": np.repeat(self.walker, values),
+                "method": str(Method.map),
+                "sigma2_mm2": np.tile(self.sigma2_mm2, walkers)[: walkers * values],
+                "absolute_error_mm2": self.sigma2_walker_mm2.ravel(),
+            }
+        )
+
+    @property
+    def chosen(self) -> pd.DataFrame:
+        """Of `sigma2` the rows that others choose for each walker."""
+        return self.sigma2.iloc[np.arange(len(self.nested)) * len(self.sigma2_mm2) + self.nested]
 
 
 @dataclass(kw_only=True)
@@ -126,7 +148,7 @@ class KnownView(Sweep):
         third = AnatomicalApproach(data) if Method.anatomical in self.methods else None
         count = len(inputs.model.samples)
         parts: dict[str, list[dict[str, Any]]] = defaultdict(list)
-        missing, average = [], []
+        missing, average, of_walkers = [], [], []
         total: np.ndarray = np.zeros((1, 1))
         for start in range(0, count, AT_A_TIME):
             block = range(start, min(start + AT_A_TIME, count))
@@ -137,15 +159,17 @@ class KnownView(Sweep):
                     parts[name] += rows
                 missing.append(shown)
                 average.append(mean)
+                of_walkers.append(path.mean(axis=0))
                 total = total + path  # (A, S), no S if MAP is not tried
-        found = {name: stacked(rows) for name, rows in parts.items()}
-        chosen = np.zeros((count, total.shape[1]), dtype=bool)
-        if chosen.size:
-            by_others = nested_choice(data, options, np.radians(view_deg), sigma2, inputs.workers)
-            chosen[np.arange(len(by_others)), by_others] = True  # of nobody, where people are too few
+        nested = np.empty(0, dtype=int)
+        if total.shape[1]:
+            nested = nested_choice(data, options, np.radians(view_deg), sigma2, inputs.workers)
         return KnownViewErrors(
-            **found,
-            chosen=found["sigma2"][chosen.ravel()],
+            **{name: stacked(rows) for name, rows in parts.items()},
+            person=data.person,
+            walker=data.clip,
+            sigma2_walker_mm2=np.stack(of_walkers),
+            nested=nested,
             methods=np.array(self.methods, dtype=str),
             view_angle_deg=view_deg,
             sigma2_mm2=sigma2,
@@ -227,7 +251,5 @@ class KnownView(Sweep):
         path = np.empty((len(view_deg), 0))
         if sigma2.size:
             path = everywhere.error_path(sigma2) + errors.walker_error(power)[:, None]
-        curve = {"sigma2_mm2": sigma2, "absolute_error_mm2": path.mean(axis=0)}
-        rows["sigma2"].append({**walker, "method": str(Method.map), **curve})
         average = missing[Null.average_walker]
         return dict(rows), np.stack([missing[method] for method in self.methods]), average, path
