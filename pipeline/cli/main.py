@@ -201,7 +201,7 @@ def make_all(arguments: Sequence[str]) -> int:
     launched, arguments = _apart(arguments, lambda item: item.startswith(("launch=", "launch.")))
     dry, arguments = _apart(arguments, lambda item: item == "--dry-run")
     chosen, common = split_named(arguments)
-    found = recipes(chosen, common, steps=bool(dry) or not chosen)
+    found = recipes(chosen, common, steps=bool(dry))
     left_out: dict[str, list[str]] = {}
     for one in () if chosen else found:
         if one.lacking:
@@ -210,20 +210,20 @@ def make_all(arguments: Sequence[str]) -> int:
     ordered = there if chosen else sorted(there, key=lambda one: one.place)
     moment, console = _moment(), open_console()
     from pipeline.cli.status import CURRENT, print_status, status
+    from pipeline.storage.sealed_folders import MANIFEST
 
     folders = [destination(one, common, moment) for one in ordered]
-    states = [] if chosen and not dry else [*map(status, ordered, folders)]
     if dry:
-        print_status(states, console, folders[0].parent if folders else None)
+        print_status([*map(status, ordered, folders)], console, folders[0].parent if folders else None)
         return 0
-    if states and all(one.state == CURRENT for one in states):
-        console.print(
-            f"All {len(states)} figures in {folders[0].parent} are current; experiment=NAME makes one again."
-        )
-        return 0
+    if folders and not chosen and all((folder / MANIFEST).is_file() for folder in folders):
+        known = recipes([one.name for one in ordered], common, steps=True)
+        if all(status(one, folder).state == CURRENT for one, folder in zip(known, folders, strict=True)):
+            words = "figures are current; experiment=NAME makes one again"
+            console.print(f"{folders[0].parent}: {len(folders)} {words}", soft_wrap=True)
+            return 0
     from pipeline.cli.compose import compose
     from pipeline.cli.figures import make_figures
-    from pipeline.storage.sealed_folders import MANIFEST
 
     experiments = [compose([*common, f"experiment={one.name}"]) for one in ordered]
     jobs = [*zip(experiments, folders, strict=True)]

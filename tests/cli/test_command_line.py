@@ -7,6 +7,7 @@ import hashlib
 import importlib.util
 import os
 import signal
+import shutil
 import sys
 import textwrap
 from collections.abc import Callable, Mapping
@@ -864,6 +865,22 @@ def test_claims_and_archive_ask_only_for_what_the_data_set_has() -> None:
     assert figures_for(["data=synthetic"])[1] == every
     _, bends = figures_for(["data=hdm05"])
     assert set(bends) == {f for f in every if f.startswith("mozerov2006")} - {"mozerov2006_warp_error"}
+
+
+def test_figures_that_are_all_current_are_not_made_again(
+    say: Callable, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    both = ["zhang2004_fig2", "zhang2007_fig2"]
+    monkeypatch.setattr("pipeline.cli.recipes.built_figures", lambda: both)
+    sweep = ("figures", "data=synthetic", "scale=smoke", f"results={tmp_path}")
+    assert say(*sweep).status == 0
+    made = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("manifest.json")}
+    again = say(*sweep)
+    assert (again.status, "2 figures are current" in again.out) == (0, True)
+    assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("manifest.json")} == made
+    shutil.rmtree(tmp_path / "synthetic" / "smoke" / both[0])
+    assert "figures are current" not in say(*sweep).out
+    assert (tmp_path / "synthetic" / "smoke" / both[0] / "manifest.json").is_file()
 
 
 def test_what_a_data_set_has_nothing_for_is_left_out_and_said(
