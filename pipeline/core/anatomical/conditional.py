@@ -71,9 +71,9 @@ def inverse(matrix: np.ndarray) -> np.ndarray:
             "a covariance of unknown coefficients is not positive definite", expected="tau above 0"
         )
     half, _ = lapack.dpotri(factor, lower=1, overwrite_c=1)
-    above = np.triu_indices(len(half), 1)
-    half[above] = half.T[above]
-    return np.asarray(half)
+    whole = half + half.T  # each has zeros in place of the other triangle
+    whole[np.diag_indices_from(whole)] /= 2.0
+    return np.asarray(whole)
 
 
 @dataclass(frozen=True)

@@ -239,15 +239,17 @@ def fit_lengths(
     converged, iterations = np.zeros(n, dtype=bool), np.zeros(n, dtype=int)
     for iteration in range(MOST_STEPS):
         exact = iteration >= GAUSS_NEWTON_STEPS
-        step = np.empty((len(left), state.shape[1]))
+        step, indefinite = np.empty((len(left), state.shape[1])), []
         for row, matrix in enumerate(lengths.matrix(state[left], left, exact=exact)):
-            which = left[row]
-            matrix += precision[of_view[which]]
-            solved = _solve(matrix, gradient[which])
+            solved = _solve(matrix + precision[of_view[left[row]]], gradient[left[row]])
             if solved is None:  # far from the minimum the exact matrix may have no Cholesky factor
-                plain = lengths.matrix(state[which : which + 1], left[row : row + 1])[0]
-                solved = _solve(plain + precision[of_view[which]], gradient[which])
-            step[row] = -solved
+                indefinite.append(row)
+            else:
+                step[row] = -solved
+        if indefinite:
+            rows = left[indefinite]
+            for row, matrix, which in zip(indefinite, lengths.matrix(state[rows], rows), rows, strict=True):
+                step[row] = -_solve(matrix + precision[of_view[which]], gradient[which])
         iterations[left] += 1
         small = (np.abs(step).max(axis=1) < STEP_MM) & exact
         converged[left[small]] = True

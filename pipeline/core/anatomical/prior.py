@@ -290,19 +290,15 @@ def turned(prior: Prior, view_angles_rad: np.ndarray) -> TurnedPrior:
     C = prior.by_axis
     views, n = len(angles), C.shape[-1]
     level, upright = C[:2, :2].reshape(4, -1), C[:2, 2].reshape(2, -1)  # a turn leaves up as it is
-    across, away = rotation[:, 0, :2], rotation[:, 2, :2]
-
-    def tied(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        return ((one[:, :, None] * other[:, None]).reshape(-1, 4) @ level).reshape(-1, n, n)
-
     seen, crossed = np.empty((views, 2, n, 2, n)), np.empty((views, n, 2, n))
-    seen[:, 0, :, 0], crossed[:, :, 0] = tied(across, across), tied(away, across)
-    seen[:, 0, :, 1] = (across @ upright).reshape(-1, n, n)
-    seen[:, 1, :, 0] = np.swapaxes(seen[:, 0, :, 1], 1, 2)
-    seen[:, 1, :, 1] = C[2, 2]
-    crossed[:, :, 1] = (away @ upright).reshape(-1, n, n)
+    ties = np.empty((views, n, n))
+    for view, (across, _, away) in enumerate(rotation[:, :, :2]):  # one by one: it fits into the cache
+        pairs = np.stack([np.outer(across, across), np.outer(away, across), np.outer(away, away)])
+        seen[view, 0, :, 0], crossed[view, :, 0], ties[view] = (pairs.reshape(3, 4) @ level).reshape(3, n, n)
+        up, crossed[view, :, 1] = (np.stack([across, away]) @ upright).reshape(2, n, n)
+        seen[view, 0, :, 1], seen[view, 1, :, 0], seen[view, 1, :, 1] = up, up.T, C[2, 2]
     wide = (views, -1, 2 * n)
-    return TurnedPrior(mean, seen.reshape(wide), crossed.reshape(wide), tied(away, away), angles)
+    return TurnedPrior(mean, seen.reshape(wide), crossed.reshape(wide), ties, angles)
 
 
 def image_axes(view_angles_rad: np.ndarray) -> np.ndarray:
