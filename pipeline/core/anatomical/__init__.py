@@ -25,9 +25,11 @@ from pipeline.core.anatomical.bars import (
 from pipeline.core.anatomical.conditional import (
     NOTHING_HIDDEN,
     Conditional,
+    HeightsSeen,
     Noise,
     condition,
     expect_from_walks,
+    heights_seen,
     unknown_coefficients,
 )
 from pipeline.core.anatomical.laboratories import (
@@ -45,7 +47,6 @@ from pipeline.core.anatomical.prior import (
     PHASES,
     Prior,
     Shrinkage,
-    TurnedPrior,
     Walks,
     bone_lengths,
     by_block,
@@ -54,7 +55,6 @@ from pipeline.core.anatomical.prior import (
     image_axes,
     person_weights,
     structured_covariance,
-    turned,
     within_harmonics,
 )
 from pipeline.core.anatomical.proportions import proportion_rows, with_proportions
@@ -77,13 +77,13 @@ __all__ = [
     "PHASES",
     "Conditional",
     "Differences",
+    "HeightsSeen",
     "Lengths",
     "Noise",
     "Posterior",
     "Prior",
     "Shrinkage",
     "Tolerances",
-    "TurnedPrior",
     "ViewPosterior",
     "Walks",
     "at_instants",
@@ -98,6 +98,7 @@ __all__ = [
     "expect_from_walks",
     "fit",
     "fit_lengths",
+    "heights_seen",
     "image_axes",
     "learn_differences",
     "mirrored_image",
@@ -108,7 +109,6 @@ __all__ = [
     "stance_rows",
     "structured_covariance",
     "tolerances",
-    "turned",
     "unfamiliar",
     "unknown_coefficients",
     "view_costs",

@@ -15,10 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.linalg import lapack
 
-from pipeline.core.anatomical.conditional import Noise, condition
-from pipeline.core.anatomical.prior import JOINTS, Prior, turned
+from pipeline.core.anatomical.conditional import Noise, heights_seen
+from pipeline.core.anatomical.prior import JOINTS, Prior
 from pipeline.core.choice import first_lowest
 from pipeline.skeleton import WALKER15
 from pipeline.validation import require_range, require_shape
@@ -55,15 +54,10 @@ def view_costs(prior: Prior, observed: np.ndarray, candidates: int, *, noise: No
     observed = require_shape("the observations", np.asarray(observed, dtype=float), ("n", JOINTS, 2, blocks))
     half = circle(candidates)[candidates // 2 :]  # 0 up to pi, pi not included
     half = np.append(half, np.pi)
-    both = np.concatenate([observed, mirrored_image(observed)]).reshape(2 * len(observed), -1)
-    costs = np.empty((len(half), 2, len(observed)))
-    for g in range(len(half)):
-        given = condition(turned(prior, half[g]), noise=noise)
-        factor = given.factor[0]
-        off = (both - given.mean[0, ~given.unknown])[:, given.order]
-        white, _ = lapack.dtrtrs(factor, off.T, lower=1)
-        cost = (white**2).sum(axis=0) + 2.0 * np.log(np.diag(factor)).sum()
-        costs[g] = cost.reshape(2, -1)
+    both = np.concatenate([observed, mirrored_image(observed)]).reshape(1, 2 * len(observed), -1)
+    heights = heights_seen(prior, noise=noise)
+    costs = np.stack([heights.from_views(angle).cost(both) for angle in half])
+    costs = costs.reshape(len(half), 2, len(observed))
     forwards, backwards = costs[:, 0], costs[:, 1]  # at beta, and at -beta
     return np.concatenate([backwards[:0:-1], forwards[:-1]]).T
 

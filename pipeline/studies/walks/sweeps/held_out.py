@@ -13,7 +13,7 @@ from typing import Annotated
 import numpy as np
 
 from pipeline.core import anatomical, errors, fourier
-from pipeline.core.anatomical import Conditional, Prior, Tolerances, TurnedPrior
+from pipeline.core.anatomical import Conditional, HeightsSeen, Prior, Tolerances
 from pipeline.core.choice import first_lowest
 from pipeline.processes import map_processes
 from pipeline.skeleton import WALKER15
@@ -245,7 +245,7 @@ class Fold:
         self._people, self._without, self._known = people, without, known
         self._priors: dict[object, Prior] = {}
         self._last_conditional: tuple[object, Conditional] | None = None
-        self._last_turned: tuple[object, TurnedPrior] | None = None
+        self._last_heights: tuple[object, HeightsSeen] | None = None
 
     def prior(self, setting: Setting) -> Prior:
         """The prior of a setting."""
@@ -257,20 +257,15 @@ class Fold:
         return self._priors[learnt]
 
     def conditional(self, setting: Setting, view_rad: np.ndarray, hidden: np.ndarray) -> Conditional:
-        """The linear part of a setting, for some views; the last one is kept, for other methods."""
+        """The linear part of a setting, for some views; the last one is kept, and what serves other views."""
         prior = self.prior(setting)
-        wanted = (id(prior), setting.noise, view_rad.tobytes(), hidden.tobytes())
+        of_views = (id(prior), setting.noise, hidden.tobytes())
+        wanted = (of_views, view_rad.tobytes())
+        if self._last_heights is None or self._last_heights[0] != of_views:
+            self._last_heights = of_views, anatomical.heights_seen(prior, noise=setting.noise, hidden=hidden)
         if self._last_conditional is None or self._last_conditional[0] != wanted:
-            turned = self._turned(prior, view_rad)
-            self._last_conditional = wanted, anatomical.condition(turned, noise=setting.noise, hidden=hidden)
+            self._last_conditional = wanted, self._last_heights[1].from_views(view_rad)
         return self._last_conditional[1]
-
-    def _turned(self, prior: Prior, view_rad: np.ndarray) -> TurnedPrior:
-        """The prior in the axes of some views; the last one is kept, for others with the same and another noise."""
-        wanted = (id(prior), view_rad.tobytes())
-        if self._last_turned is None or self._last_turned[0] != wanted:
-            self._last_turned = wanted, anatomical.turned(prior, view_rad)
-        return self._last_turned[1]
 
     def reconstruct(
         self,
