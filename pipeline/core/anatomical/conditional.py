@@ -93,8 +93,8 @@ class HeightsSeen:
         Joints that the image does not show.
     factor : (Z, Z)
         Lower Cholesky factor of the covariance of what is seen of the vertical, with its noise.
-    gain : (Z, R)
-        What the rest is expected to be off by for what the vertical is off by.
+    tied : (Z, R)
+        Covariance of what is seen of the vertical with the rest, mm².
     covariance : (R, R)
         Of the rest, given the vertical, mm².
     """
@@ -103,7 +103,7 @@ class HeightsSeen:
     noise: Noise
     hidden: np.ndarray
     factor: np.ndarray
-    gain: np.ndarray
+    tied: np.ndarray
     covariance: np.ndarray
 
     def from_views(self, view_angles_rad: np.ndarray) -> Conditional:
@@ -219,11 +219,12 @@ class Conditional:
 
     def _given_heights(self, observed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """What the vertical is off by, what is across once it is known, and what it makes of the unknown."""
-        known, gain = ~self.unknown, self.heights.gain
-        off = observed - self.mean[:, None, known]
+        off = observed - self.mean[:, None, ~self.unknown]
         off = off.reshape(*off.shape[:2], -1, 2, self.heights.prior.mean.shape[-1])
         across, heights = (off[..., axis, :].reshape(*off.shape[:2], -1) for axis in (0, 1))
-        rest = heights @ gain
+        flat = heights.reshape(-1, heights.shape[-1])
+        rest = lapack.dpotrs(self.heights.factor, flat.T, lower=1)[0].T @ self.heights.tied
+        rest = rest.reshape(*heights.shape[:2], -1)
         size = 2 * JOINTS * off.shape[-1]
         level = rest[..., :size].reshape(*rest.shape[:2], 2, -1)
         rest[..., :size] = (self.axes[:, None, ::2, :2] @ level).reshape(*rest.shape[:2], -1)
@@ -256,17 +257,22 @@ def heights_seen(prior: Prior, *, noise: Noise, hidden: np.ndarray = NOTHING_HID
     blocks = prior.mean.shape[-1]
     unknown_coefficients(hidden, blocks)  # requires the joints
     C, n = prior.by_axis, JOINTS * blocks
-    place = np.arange(n)
+    heights: slice | np.ndarray = slice(2 * n, None)
+    rest: slice | np.ndarray = slice(2 * n)
     seen = np.repeat(~hidden, blocks)
-    heights, rest = 2 * n + place[seen], np.concatenate([np.arange(2 * n), 2 * n + place[~seen]])
-    K = C[np.ix_(heights, heights)]
+    if hidden.any():
+        heights, rest = (
+            np.flatnonzero(np.append(np.repeat(left, 2 * n), part))
+            for left, part in ((False, seen), (True, ~seen))
+        )
+    K, tied = C[heights][:, heights].copy(), C[heights][:, rest]
     floor = np.tile(noise.floor(blocks), JOINTS)[seen]
     K.flat[:: len(K) + 1] += noise.variance + noise.share * np.diag(K) + floor
     _factorise(K)
-    white, _ = lapack.dtrtrs(K.T, C[np.ix_(heights, rest)], lower=1)
-    gain, _ = lapack.dtrtrs(K.T, white, lower=1, trans=1)
-    left = C[np.ix_(rest, rest)] - white.T @ white
-    return HeightsSeen(prior, noise, hidden, factor=K.T, gain=gain, covariance=left)
+    white, _ = lapack.dtrtrs(K.T, tied, lower=1)
+    return HeightsSeen(
+        prior, noise, hidden, factor=K.T, tied=tied, covariance=C[rest][:, rest] - white.T @ white
+    )
 
 
 def _factorise(covariance: np.ndarray) -> None:
