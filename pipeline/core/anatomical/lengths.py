@@ -44,6 +44,8 @@ _ROUNDING = 1e-12
 
 _ENDS = np.eye(JOINTS)[BONES[:, 1]] - np.eye(JOINTS)[BONES[:, 0]]
 """(16, 15): what a bone is of the joints, its end less its start."""
+_SIDES = np.eye(len(BONES))[PAIRS[:, 0]] - np.eye(len(BONES))[PAIRS[:, 1]]
+"""(P, 16): a left bone less the right one."""
 _LEVERS = np.stack([np.outer(_ENDS[a], np.eye(len(BONES))[a]) for a in range(len(BONES))])
 _LEVERS = (_LEVERS[PAIRS[:, 0]] - _LEVERS[PAIRS[:, 1]]).reshape(-1, len(BONES))
 """(15 P, 16): what the mean length of a left bone less that of the right one takes from the slopes of bones."""
@@ -143,7 +145,8 @@ class Lengths:
 
     def _along(self, walkers: np.ndarray) -> np.ndarray:
         """Bones (n, 16, a, K) at the phases, along some axes, of coefficients (n, 15, a, B)."""
-        return (walkers[:, BONES[:, 1]] - walkers[:, BONES[:, 0]]) @ self._basis.T
+        bones = _ENDS @ walkers.reshape(len(walkers), JOINTS, -1)
+        return bones.reshape(len(walkers), len(BONES), -1, self._blocks) @ self._basis.T
 
     def _measured(self, u: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, ...]:
         """Length terms, direction (m, 16, a, K) and length (m, 16, K) of bones, half the terms' slopes by lengths."""
@@ -151,12 +154,11 @@ class Lengths:
         walkers.reshape(len(u), -1)[:, self._rows] = u
         along = self._along(walkers)
         length = np.sqrt(self._seen[which] + (along**2).sum(axis=2))
-        mean = length.mean(axis=-1)
-        off, apart = length - mean[..., None], mean[:, PAIRS[:, 0]] - mean[:, PAIRS[:, 1]]
+        mean = length.sum(axis=-1) / PHASES
+        off, apart = length - mean[..., None], mean @ _SIDES.T
         pull, force = self._weight[which] * off, self._pair_weight[which] * apart
         cost = (pull * off).sum(axis=(1, 2)) + (force * apart).sum(axis=1)
-        pull[:, PAIRS[:, 0]] += force[..., None] / PHASES
-        pull[:, PAIRS[:, 1]] -= force[..., None] / PHASES
+        pull += (force @ _SIDES / PHASES)[..., None]
         return cost, along / length[:, :, None], length, pull
 
     def slope(self, u: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
