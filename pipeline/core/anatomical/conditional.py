@@ -129,10 +129,12 @@ class HeightsSeen:
             pairs = np.stack([np.outer(right, right), np.outer(away, right), np.outer(away, away)])
             parts = (pairs.reshape(3, 4) @ level.reshape(4, -1)).reshape(3, n, n)
             if hidden.any():
-                up = self.covariance[2 * n :, : 2 * n].reshape(-1, 2, n)
-                up = (np.stack([right, away]) @ up).reshape(-1, 2 * n)
-                level_parts = np.block([[parts[0], parts[1].T], [parts[1], parts[2]]])
-                whole = np.block([[level_parts, up.T], [up, self.covariance[2 * n :, 2 * n :]]])
+                whole = self.covariance.copy()
+                whole[:n, :n], whole[n : 2 * n, :n], whole[n : 2 * n, n : 2 * n] = parts
+                whole[:n, n : 2 * n] = parts[1].T
+                up = whole[2 * n :, : 2 * n].reshape(-1, 2, n)
+                whole[2 * n :, : 2 * n] = (np.stack([right, away]) @ up).reshape(-1, 2 * n)
+                whole[: 2 * n, 2 * n :] = whole[2 * n :, : 2 * n].T
                 parts = (whole[np.ix_(*pair)] for pair in ((across,) * 2, (missing, across), (missing,) * 2))
             observed[view], crossed[view], before[view] = parts
             observed[view].flat[:: len(across) + 1] += added[view]

@@ -17,6 +17,7 @@ Laplace's approximation.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise, permutations
 from typing import Any
 
 import numpy as np
@@ -130,6 +131,11 @@ class Lengths:
         n, self._blocks = len(observed), of.shape[-1]
         axes = of.any(axis=(0, 2))
         self._rows = np.flatnonzero(of[:, axes])
+        size, ends = axes.sum() * self._blocks, np.cumsum([0, *of.sum(axis=(1, 2))])
+        # Of each joint the place among the unknown, and what is unknown of it: the last, or every axis.
+        self._places = [
+            (slice(start, end), slice(size - (end - start), size)) for start, end in pairwise(ends.tolist())
+        ]
         self._basis = fourier.cycle_basis(fourier.equal_phases(PHASES), self._blocks)
         self._products = (self._basis[:, :, None] * self._basis[:, None]).reshape(PHASES, -1)
         walkers = np.zeros((n, len(unknown)))
@@ -183,16 +189,21 @@ class Lengths:
         of_bones = np.swapaxes(blocks, 3, 4).reshape(n, len(BONES), size, size)
         mean = (direction @ self._basis).reshape(n, len(BONES), size) / PHASES
         of_bones -= (PHASES * weight * mean)[..., None] * mean[..., None, :]
-        levers = (_LEVERS @ mean).reshape(n, len(PAIRS), -1)
+        levers = (_LEVERS @ mean).reshape(n, len(PAIRS), -1)[..., self._rows]
         whole = np.swapaxes(levers, 1, 2) @ (levers * self._pair_weight[which][..., None])
         of_joints = (np.abs(_ENDS).T @ of_bones.reshape(n, len(BONES), -1)).reshape(n, JOINTS, size, size)
-        by_joint, joint = whole.reshape(n, JOINTS, size, JOINTS, size), np.arange(JOINTS)
-        by_joint[:, joint, :, joint] += np.swapaxes(of_joints, 0, 1)
-        for one, other in (BONES.T, BONES.T[::-1]):
-            by_joint[:, one, :, other] -= np.swapaxes(of_bones, 0, 1)
-        if len(self._rows) == whole.shape[1]:
+        if whole.shape[1] == JOINTS * size:
+            by_joint, joint = whole.reshape(n, JOINTS, size, JOINTS, size), np.arange(JOINTS)
+            by_joint[:, joint, :, joint] += np.swapaxes(of_joints, 0, 1)
+            for one, other in (BONES.T, BONES.T[::-1]):
+                by_joint[:, one, :, other] -= np.swapaxes(of_bones, 0, 1)
             return whole
-        return whole[:, self._rows[:, None], self._rows]
+        for joint, (at, own) in enumerate(self._places):
+            whole[:, at, at] += of_joints[:, joint, own, own]
+        for bone, ends in enumerate(BONES.tolist()):
+            for (at, own), (to, theirs) in permutations([self._places[joint] for joint in ends]):
+                whole[:, at, to] -= of_bones[:, bone, own, theirs]
+        return whole
 
 
 def fit_lengths(
