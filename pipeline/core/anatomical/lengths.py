@@ -193,8 +193,8 @@ class Lengths:
         whole = np.swapaxes(levers, 1, 2) @ (levers * self._pair_weight[which][..., None])
         of_joints = (np.abs(_ENDS).T @ of_bones.reshape(n, len(BONES), -1)).reshape(n, JOINTS, size, size)
         if whole.shape[1] == JOINTS * size:
-            by_joint, joint = whole.reshape(n, JOINTS, size, JOINTS, size), np.arange(JOINTS)
-            by_joint[:, joint, :, joint] += np.swapaxes(of_joints, 0, 1)
+            by_joint, every = whole.reshape(n, JOINTS, size, JOINTS, size), np.arange(JOINTS)
+            by_joint[:, every, :, every] += np.swapaxes(of_joints, 0, 1)
             for one, other in (BONES.T, BONES.T[::-1]):
                 by_joint[:, one, :, other] -= np.swapaxes(of_bones, 0, 1)
             return whole
