@@ -254,7 +254,8 @@ def fit_lengths(
         exact = iteration >= GAUSS_NEWTON_STEPS
         step, indefinite = np.empty((len(left), state.shape[1])), []
         for row, matrix in enumerate(lengths.matrix(state[left], left, exact=exact)):
-            solved = _solve(matrix + precision[of_view[left[row]]], gradient[left[row]])
+            matrix += precision[of_view[left[row]]]
+            solved = _solve(matrix, gradient[left[row]])
             if solved is None:  # far from the minimum the exact matrix may have no Cholesky factor
                 indefinite.append(row)
             else:
