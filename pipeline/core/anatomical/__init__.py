@@ -25,11 +25,9 @@ from pipeline.core.anatomical.bars import (
 from pipeline.core.anatomical.conditional import (
     NOTHING_HIDDEN,
     Conditional,
-    HeightsSeen,
     Noise,
     condition,
     expect_from_walks,
-    heights_seen,
     unknown_coefficients,
 )
 from pipeline.core.anatomical.laboratories import (
@@ -77,7 +75,6 @@ __all__ = [
     "PHASES",
     "Conditional",
     "Differences",
-    "HeightsSeen",
     "Lengths",
     "Noise",
     "Posterior",
@@ -98,7 +95,6 @@ __all__ = [
     "expect_from_walks",
     "fit",
     "fit_lengths",
-    "heights_seen",
     "image_axes",
     "learn_differences",
     "mirrored_image",

@@ -13,7 +13,7 @@ from typing import Annotated
 import numpy as np
 
 from pipeline.core import anatomical, errors, fourier
-from pipeline.core.anatomical import Conditional, HeightsSeen, Prior, Tolerances
+from pipeline.core.anatomical import Conditional, Prior, Tolerances
 from pipeline.core.choice import first_lowest
 from pipeline.processes import map_processes
 from pipeline.skeleton import WALKER15
@@ -245,7 +245,6 @@ class Fold:
         self._people, self._without, self._known = people, without, known
         self._priors: dict[object, Prior] = {}
         self._last_conditional: tuple[object, Conditional] | None = None
-        self._last_heights: tuple[object, HeightsSeen] | None = None
 
     def prior(self, setting: Setting) -> Prior:
         """The prior of a setting."""
@@ -257,14 +256,12 @@ class Fold:
         return self._priors[learnt]
 
     def conditional(self, setting: Setting, view_rad: np.ndarray, hidden: np.ndarray) -> Conditional:
-        """The linear part of a setting, for some views; the last one is kept, and what serves other views."""
+        """The linear part of a setting, for some views; the last one is kept, for other methods."""
         prior = self.prior(setting)
-        of_views = (id(prior), setting.noise, hidden.tobytes())
-        wanted = (of_views, view_rad.tobytes())
-        if self._last_heights is None or self._last_heights[0] != of_views:
-            self._last_heights = of_views, anatomical.heights_seen(prior, noise=setting.noise, hidden=hidden)
+        wanted = (id(prior), setting.noise, view_rad.tobytes(), hidden.tobytes())
         if self._last_conditional is None or self._last_conditional[0] != wanted:
-            self._last_conditional = wanted, self._last_heights[1].from_views(view_rad)
+            found = anatomical.condition(prior, view_rad, noise=setting.noise, hidden=hidden)
+            self._last_conditional = wanted, found
         return self._last_conditional[1]
 
     def reconstruct(
