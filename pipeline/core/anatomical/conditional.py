@@ -209,28 +209,34 @@ class Conditional:
         return found
 
     def cost(self, observed: np.ndarray) -> np.ndarray:
-        """-2 log p (A, M) of the observed coefficients (A, M, O) of M walkers, but for a constant."""
-        heights, off, _ = self._given_heights(observed)
-        cost = np.zeros(off.shape[:2])
-        factors = ((self.heights.factor,) * len(off), heights), (self.factor, off)
-        for view in range(len(off)):
-            for of_views, values in factors:
-                white, _ = lapack.dtrtrs(of_views[view], values[view].T, lower=1)
-                cost[view] += (white**2).sum(axis=0) + 2.0 * np.log(np.diag(of_views[view])).sum()
-        return cost
+        """-2 log p (A, M) of the same observed coefficients (M, O) from every view, but for a constant."""
+        heights, off, _ = self._given_heights(observed[None])
+        found = []
+        for factor, values in ((self.heights.factor, heights[0]), *zip(self.factor, off, strict=True)):
+            white, _ = lapack.dtrtrs(factor, values.T, lower=1)
+            found.append((white**2).sum(axis=0) + 2.0 * np.log(np.diag(factor)).sum())
+        return np.stack(found[1:]) + found[0]
 
     def _given_heights(self, observed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """What the vertical is off by, what is across once it is known, and what it makes of the unknown."""
+        """What the vertical is off by, what is across once it is known, and what it makes of the unknown.
+
+        Observed are (A, M, O), or (1, M, O) from every view.
+        """
         off = observed - self.mean[:, None, ~self.unknown]
         off = off.reshape(*off.shape[:2], -1, 2, self.heights.prior.mean.shape[-1])
-        across, heights = (off[..., axis, :].reshape(*off.shape[:2], -1) for axis in (0, 1))
-        flat = heights.reshape(-1, heights.shape[-1])
-        rest = lapack.dpotrs(self.heights.factor, flat.T, lower=1)[0].T @ self.heights.tied
-        rest = rest.reshape(*heights.shape[:2], -1)
-        size = 2 * JOINTS * off.shape[-1]
-        level = rest[..., :size].reshape(*rest.shape[:2], 2, -1)
-        rest[..., :size] = (self.axes[:, None, ::2, :2] @ level).reshape(*rest.shape[:2], -1)
-        return heights, across - rest[..., self.across], rest[..., self.missing]
+        shape, level = off.shape[:2], 2 * JOINTS * off.shape[-1]
+        heights = off[: len(observed), :, :, 1].reshape(len(observed) * shape[1], -1)
+        rest = lapack.dpotrs(self.heights.factor, heights.T, lower=1)[0].T @ self.heights.tied
+        rest = rest.reshape(len(observed), shape[1], -1)
+        turned = self.axes[:, None, ::2, :2] @ rest[..., :level].reshape(*rest.shape[:2], 2, -1)
+        rest = np.broadcast_to(rest, (*shape, rest.shape[-1])).copy()
+        rest[..., :level] = turned.reshape(*shape, -1)
+        across = off[..., 0, :].reshape(*shape, -1)
+        return (
+            heights.reshape(len(observed), shape[1], -1),
+            across - rest[..., self.across],
+            rest[..., self.missing],
+        )
 
 
 def condition(

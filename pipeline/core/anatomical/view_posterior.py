@@ -54,9 +54,10 @@ def view_costs(prior: Prior, observed: np.ndarray, candidates: int, *, noise: No
     observed = require_shape("the observations", np.asarray(observed, dtype=float), ("n", JOINTS, 2, blocks))
     half = circle(candidates)[candidates // 2 :]  # 0 up to pi, pi not included
     half = np.append(half, np.pi)
-    both = np.concatenate([observed, mirrored_image(observed)]).reshape(1, 2 * len(observed), -1)
+    both = np.concatenate([observed, mirrored_image(observed)]).reshape(2 * len(observed), -1)
     heights = heights_seen(prior, noise=noise)
-    costs = np.stack([heights.from_views(angle).cost(both) for angle in half])
+    parts = np.array_split(half, 4)  # which fit into the cache
+    costs = np.concatenate([heights.from_views(part).cost(both) for part in parts])
     costs = costs.reshape(len(half), 2, len(observed))
     forwards, backwards = costs[:, 0], costs[:, 1]  # at beta, and at -beta
     return np.concatenate([backwards[:0:-1], forwards[:-1]]).T
