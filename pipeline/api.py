@@ -225,9 +225,7 @@ def _of_unknown_laboratory(
     weights = np.full(len(walkers), 1.0 / len(walkers))
     learnt = anatomical.fit(walkers, weights, anatomical.Shrinkage())
     prior = anatomical.unfamiliar(learnt, anatomical.Differences(), known=model.laboratory)
-    conditional = anatomical.condition(
-        anatomical.turned(prior, np.array([angle])), noise=anatomical.Noise(), hidden=hidden
-    )
+    conditional = anatomical.condition(prior, np.array([angle]), noise=anatomical.Noise(), hidden=hidden)
     axes = anatomical.image_axes(np.array([angle]))[0]
     turned = np.einsum("ij,kjb->kib", axes, anatomical.by_joint(walk.coefficients))
     whole = turned.ravel().copy()

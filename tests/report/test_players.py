@@ -220,7 +220,7 @@ def bars_of_the_middle_walker(folder: Path) -> tuple[float, float]:
     weights = anatomical.person_weights(figure.arrays["person"][kept])
     prior = anatomical.fit(walkers[kept], weights, anatomical.Shrinkage())
     view = np.radians([30.0])
-    given = anatomical.condition(anatomical.turned(prior, view), noise=anatomical.Noise())
+    given = anatomical.condition(prior, view, noise=anatomical.Noise())
     axes = anatomical.image_axes(view)
     whole = np.einsum("aij,kjb->akib", axes, anatomical.by_joint(walkers[middle])).reshape(1, 1, -1)
     found = anatomical.fit_lengths(

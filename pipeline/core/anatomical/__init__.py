@@ -45,7 +45,6 @@ from pipeline.core.anatomical.prior import (
     PHASES,
     Prior,
     Shrinkage,
-    TurnedPrior,
     Walks,
     bone_lengths,
     by_block,
@@ -54,7 +53,6 @@ from pipeline.core.anatomical.prior import (
     image_axes,
     person_weights,
     structured_covariance,
-    turned,
     within_harmonics,
 )
 from pipeline.core.anatomical.proportions import proportion_rows, with_proportions
@@ -83,7 +81,6 @@ __all__ = [
     "Prior",
     "Shrinkage",
     "Tolerances",
-    "TurnedPrior",
     "ViewPosterior",
     "Walks",
     "at_instants",
@@ -108,7 +105,6 @@ __all__ = [
     "stance_rows",
     "structured_covariance",
     "tolerances",
-    "turned",
     "unfamiliar",
     "unknown_coefficients",
     "view_costs",

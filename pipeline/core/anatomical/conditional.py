@@ -8,6 +8,8 @@ Symbols
 ``mu``     ``m_u + C_uo (C_oo + N)^-1 (o - m_o)``, the mean of u given o
 ``Sigma``  ``C_uu - C_uo (C_oo + N)^-1 C_ou``, its covariance, the same for all walkers
 
+Up is the same from all views.  It is therefore observed first, once for all of them, and then across.
+
 The dual form of [zhang2007 3.15]: with C = E diag(lambda) E^T and N = sigma² I the mean is that of approach II.
 """
 
@@ -20,7 +22,7 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import lapack
 
-from pipeline.core.anatomical.prior import JOINTS, TurnedPrior, image_axes
+from pipeline.core.anatomical.prior import JOINTS, Prior, image_axes
 from pipeline.validation import InvalidInput, require_range, require_shape
 
 
@@ -71,9 +73,83 @@ def inverse(matrix: np.ndarray) -> np.ndarray:
             "a covariance of unknown coefficients is not positive definite", expected="tau above 0"
         )
     half, _ = lapack.dpotri(factor, lower=1, overwrite_c=1)
-    above = np.triu_indices(len(half), 1)
-    half[above] = half.T[above]
-    return np.asarray(half)
+    whole = half + half.T  # each has zeros in place of the other triangle
+    whole[np.diag_indices_from(whole)] /= 2.0
+    return np.asarray(whole)
+
+
+@dataclass(frozen=True)
+class HeightsSeen:
+    """A prior of which the vertical of the joints seen has been observed, as every view does alike.
+
+    What is left to a view is a system of half the size.  Axes stand one after the other in it: forwards and sideways
+    (x, y) of all joints, n = 15 B of each, and up of the hidden ones, R in all.
+
+    Attributes
+    ----------
+    prior : Prior
+    noise : Noise
+    hidden : (15,) bool
+        Joints that the image does not show.
+    factor : (Z, Z)
+        Lower Cholesky factor of the covariance of what is seen of the vertical, with its noise.
+    tied : (Z, R)
+        Covariance of what is seen of the vertical with the rest, mm².
+    covariance : (R, R)
+        Of the rest, given the vertical, mm².
+    """
+
+    prior: Prior
+    noise: Noise
+    hidden: np.ndarray
+    factor: np.ndarray
+    tied: np.ndarray
+    covariance: np.ndarray
+
+    def from_views(self, view_angles_rad: np.ndarray) -> Conditional:
+        """Return the conditional of what A views do not show."""
+        mean, blocks = self.prior.mean, self.prior.mean.shape[-1]
+        axes, n, hidden = image_axes(view_angles_rad), JOINTS * blocks, self.hidden
+        views, seen = len(axes), np.repeat(~hidden, blocks)
+        level = np.ascontiguousarray(self.covariance[: 2 * n, : 2 * n].reshape(2, n, 2, n).swapaxes(1, 2))
+        own = np.diagonal(self.prior.by_axis.reshape(3, n, 3, n), axis1=1, axis2=3)[:2, :2]
+        own = np.einsum("ai,ijk,aj->ak", axes[:, 0, :2], own, axes[:, 0, :2])
+        added = (self.noise.variance + self.noise.share * own + np.tile(self.noise.floor(blocks), JOINTS))[
+            :, seen
+        ]
+        rows = np.empty((JOINTS, 3, blocks), dtype=int)  # in what is left, turned into across, away and up
+        rows[:, 0], rows[:, 2] = np.split(np.arange(2 * n).reshape(-1, blocks), 2)
+        rows[hidden, 1] = np.arange(2 * n, len(self.covariance)).reshape(-1, blocks)
+        unknown = unknown_coefficients(hidden, blocks)
+        across, missing = rows[~hidden, 0].ravel(), rows.ravel()[unknown]
+        observed = np.empty((views, len(across), len(across)))
+        crossed = np.empty((views, len(missing), len(across)))
+        before = np.empty((views, len(missing), len(missing)))
+        for view, (right, _, away) in enumerate(axes[:, :, :2]):
+            pairs = np.stack([np.outer(right, right), np.outer(away, right), np.outer(away, away)])
+            parts = (pairs.reshape(3, 4) @ level.reshape(4, -1)).reshape(3, n, n)
+            if hidden.any():
+                whole = self.covariance.copy()
+                whole[:n, :n], whole[n : 2 * n, :n], whole[n : 2 * n, n : 2 * n] = parts
+                whole[:n, n : 2 * n] = parts[1].T
+                up = whole[2 * n :, : 2 * n].reshape(-1, 2, n)
+                whole[2 * n :, : 2 * n] = (np.stack([right, away]) @ up).reshape(-1, 2 * n)
+                whole[: 2 * n, 2 * n :] = whole[2 * n :, : 2 * n].T
+                parts = (whole[np.ix_(*pair)] for pair in ((across,) * 2, (missing, across), (missing,) * 2))
+            observed[view], crossed[view], before[view] = parts
+            observed[view].flat[:: len(across) + 1] += added[view]
+            _factorise(observed[view])
+        return Conditional(
+            unknown=unknown,
+            mean=np.einsum("aij,kjb->akib", axes, mean).reshape(views, -1),
+            heights=self,
+            axes=axes,
+            across=across,
+            missing=missing,
+            factor=np.swapaxes(observed, 1, 2),
+            crossed=crossed,
+            before=before,
+        )
 
 
 @dataclass(frozen=True)
@@ -86,24 +162,29 @@ class Conditional:
         Which coefficients are unknown: U of them.
     mean : (A, 45 B)
         Prior mean of all coefficients in the axes of each view, mm.
-    order : (O,) int
-        Of the observed coefficients in `factor` and `crossed`: axis by axis.
+    heights : HeightsSeen
+        The vertical comes first.
+    axes : (A, 3, 3)
+        Of the views, as `image_axes` has them.
+    across, missing : (O,), (U,) int
+        Rows of what is left then, turned into the axes of a view, that it shows and does not show.
     factor : (A, O, O)
-        Lower Cholesky factor of ``C_oo + N``.
+        Lower Cholesky factor of the covariance of the former given the vertical, with its noise.
     crossed : (A, U, O)
-        ``C_uo``, mm².
+        Covariance of the latter with the former, given the vertical, mm².
     before : (A, U, U)
-        ``C_uu``, mm².
-    view_angle_rad : (A,)
+        Of the latter.
     """
 
     unknown: np.ndarray
     mean: np.ndarray
-    order: np.ndarray
+    heights: HeightsSeen
+    axes: np.ndarray
+    across: np.ndarray
+    missing: np.ndarray
     factor: np.ndarray
     crossed: np.ndarray
     before: np.ndarray
-    view_angle_rad: np.ndarray
 
     @cached_property
     def covariance(self) -> np.ndarray:
@@ -121,25 +202,56 @@ class Conditional:
 
     def expect(self, observed: np.ndarray) -> np.ndarray:
         """mu (A, M, U) of the observed coefficients (A, M, O) of M walkers, mm."""
-        off = (observed - self.mean[:, None, ~self.unknown])[..., self.order]
-        found = np.repeat(self.mean[:, None, self.unknown], observed.shape[1], axis=1)
+        _, off, found = self._given_heights(observed)
+        found += self.mean[:, None, self.unknown]
         for mean, factor, crossed, of_view in zip(found, self.factor, self.crossed, off, strict=True):
             mean += lapack.dpotrs(factor, of_view.T, lower=1)[0].T @ crossed.T
         return found
 
+    def cost(self, observed: np.ndarray) -> np.ndarray:
+        """-2 log p (A, M) of the same observed coefficients (M, O) from every view, but for a constant."""
+        heights, off, _ = self._given_heights(observed[None])
+        found = []
+        for factor, values in ((self.heights.factor, heights[0]), *zip(self.factor, off, strict=True)):
+            white, _ = lapack.dtrtrs(factor, values.T, lower=1)
+            found.append((white**2).sum(axis=0) + 2.0 * np.log(np.diag(factor)).sum())
+        return np.stack(found[1:]) + found[0]
+
+    def _given_heights(self, observed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """What the vertical is off by, what is across once it is known, and what it makes of the unknown.
+
+        Observed are (A, M, O), or (1, M, O) from every view.
+        """
+        off = observed - self.mean[:, None, ~self.unknown]
+        off = off.reshape(*off.shape[:2], -1, 2, self.heights.prior.mean.shape[-1])
+        shape, level = off.shape[:2], 2 * JOINTS * off.shape[-1]
+        heights = off[: len(observed), :, :, 1].reshape(len(observed) * shape[1], -1)
+        rest = lapack.dpotrs(self.heights.factor, heights.T, lower=1)[0].T @ self.heights.tied
+        rest = rest.reshape(len(observed), shape[1], -1)
+        turned = self.axes[:, None, ::2, :2] @ rest[..., :level].reshape(*rest.shape[:2], 2, -1)
+        rest = np.broadcast_to(rest, (*shape, rest.shape[-1])).copy()
+        rest[..., :level] = turned.reshape(*shape, -1)
+        across = off[..., 0, :].reshape(*shape, -1)
+        return (
+            heights.reshape(len(observed), shape[1], -1),
+            across - rest[..., self.across],
+            rest[..., self.missing],
+        )
+
 
 def condition(
-    turned: TurnedPrior,
-    *,
-    noise: Noise,
-    hidden: np.ndarray = NOTHING_HIDDEN,
+    prior: Prior, view_angles_rad: np.ndarray, *, noise: Noise, hidden: np.ndarray = NOTHING_HIDDEN
 ) -> Conditional:
-    """Return the conditional of what A views do not show.
+    """Return the conditional of what A views do not show, as `heights_seen` and `HeightsSeen.from_views` make it."""
+    return heights_seen(prior, noise=noise, hidden=hidden).from_views(view_angles_rad)
+
+
+def heights_seen(prior: Prior, *, noise: Noise, hidden: np.ndarray = NOTHING_HIDDEN) -> HeightsSeen:
+    """Return the prior once the vertical of the joints seen has been observed.
 
     Parameters
     ----------
-    turned : TurnedPrior
-        The prior in the axes of the views.
+    prior : Prior
     noise : Noise
     hidden : (15,) bool
         Joints that the image does not show.
@@ -150,37 +262,34 @@ def condition(
         If the noise is negative, or prior and noise leave the observed coefficients without variance.
     """
     _require_noise(noise)
-    views, blocks = len(turned.mean), turned.mean.shape[-1]
-    unknown = unknown_coefficients(hidden, blocks)
-    place = np.arange(len(unknown)).reshape(JOINTS, 3, blocks).swapaxes(0, 1).ravel()  # by axis, of by joint
-    seen = np.flatnonzero(~unknown[place])
-    order = (np.cumsum(~unknown) - 1)[place[seen]]
+    blocks = prior.mean.shape[-1]
+    unknown_coefficients(hidden, blocks)  # requires the joints
+    C, n = prior.by_axis, JOINTS * blocks
+    heights: slice | np.ndarray = slice(2 * n, None)
+    rest: slice | np.ndarray = slice(2 * n)
+    seen = np.repeat(~hidden, blocks)
     if hidden.any():
-        C, missing = turned.covariance, np.argsort(place)[unknown]
-        observed, crossed, before = (
-            np.array(C[:, rows[:, None], columns], order="C")
-            for rows, columns in ((seen, seen), (missing, seen), (missing, missing))
+        heights, rest = (
+            np.flatnonzero(np.append(np.repeat(left, 2 * n), part))
+            for left, part in ((False, seen), (True, ~seen))
         )
-    else:
-        observed, crossed, before = turned.seen.copy(), turned.crossed, turned.away
-    floor = np.broadcast_to(noise.floor(blocks), (3, JOINTS, blocks)).ravel()[seen]
-    diagonal = np.arange(len(seen))
-    observed[:, diagonal, diagonal] += noise.variance + noise.share * observed[:, diagonal, diagonal] + floor
-    for of_view in observed:
-        _, failed = lapack.dpotrf(of_view.T, lower=1, overwrite_a=1)
-        if failed:
-            raise InvalidInput(
-                "the observed coefficients have no variance", expected="a noise variance or tau above 0"
-            )
-    return Conditional(
-        unknown=unknown,
-        mean=turned.mean.reshape(views, -1),
-        order=order,
-        factor=np.swapaxes(observed, 1, 2),
-        crossed=crossed,
-        before=before,
-        view_angle_rad=turned.view_angle_rad,
+    K, tied = C[heights][:, heights].copy(), C[heights][:, rest]
+    floor = np.tile(noise.floor(blocks), JOINTS)[seen]
+    K.flat[:: len(K) + 1] += noise.variance + noise.share * np.diag(K) + floor
+    _factorise(K)
+    white, _ = lapack.dtrtrs(K.T, tied, lower=1)
+    return HeightsSeen(
+        prior, noise, hidden, factor=K.T, tied=tied, covariance=C[rest][:, rest] - white.T @ white
     )
+
+
+def _factorise(covariance: np.ndarray) -> None:
+    """Put the upper Cholesky factor, the transpose of the lower one, in the place of a covariance."""
+    _, failed = lapack.dpotrf(covariance.T, lower=1, overwrite_a=1)
+    if failed:
+        raise InvalidInput(
+            "the observed coefficients have no variance", expected="a noise variance or tau above 0"
+        )
 
 
 def _require_noise(noise: Noise) -> None:

@@ -23,6 +23,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import cho_factor, cho_solve
 
 from pipeline.core import fourier
 from pipeline.core.anatomical.bars import GROUP_OF_JOINT, GROUPS
@@ -117,7 +118,7 @@ def unfamiliar(
     if len(known):
         walks = require_shape("the known walks", np.stack(known), ("K", prior.mean.shape[-1], JOINTS, 3))
         alike, own_ways = COMMON * L, (1.0 - COMMON) * L
-        gain = np.linalg.solve(alike + (C + own_ways) / len(walks), alike).T
+        gain = cho_solve(cho_factor(alike + (C + own_ways) / len(walks)), alike).T
         mean = mean + gain @ (by_joint(walks).reshape(len(walks), -1).mean(axis=0) - mean)
         L = own_ways + alike - gain @ alike
     return replace(

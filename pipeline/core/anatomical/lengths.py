@@ -17,6 +17,7 @@ Laplace's approximation.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise, permutations
 from typing import Any
 
 import numpy as np
@@ -44,6 +45,8 @@ _ROUNDING = 1e-12
 
 _ENDS = np.eye(JOINTS)[BONES[:, 1]] - np.eye(JOINTS)[BONES[:, 0]]
 """(16, 15): what a bone is of the joints, its end less its start."""
+_SIDES = np.eye(len(BONES))[PAIRS[:, 0]] - np.eye(len(BONES))[PAIRS[:, 1]]
+"""(P, 16): a left bone less the right one."""
 _LEVERS = np.stack([np.outer(_ENDS[a], np.eye(len(BONES))[a]) for a in range(len(BONES))])
 _LEVERS = (_LEVERS[PAIRS[:, 0]] - _LEVERS[PAIRS[:, 1]]).reshape(-1, len(BONES))
 """(15 P, 16): what the mean length of a left bone less that of the right one takes from the slopes of bones."""
@@ -128,6 +131,11 @@ class Lengths:
         n, self._blocks = len(observed), of.shape[-1]
         axes = of.any(axis=(0, 2))
         self._rows = np.flatnonzero(of[:, axes])
+        size, ends = axes.sum() * self._blocks, np.cumsum([0, *of.sum(axis=(1, 2))])
+        # Of each joint the place among the unknown, and what is unknown of it: the last, or every axis.
+        self._places = [
+            (slice(start, end), slice(size - (end - start), size)) for start, end in pairwise(ends.tolist())
+        ]
         self._basis = fourier.cycle_basis(fourier.equal_phases(PHASES), self._blocks)
         self._products = (self._basis[:, :, None] * self._basis[:, None]).reshape(PHASES, -1)
         walkers = np.zeros((n, len(unknown)))
@@ -143,7 +151,8 @@ class Lengths:
 
     def _along(self, walkers: np.ndarray) -> np.ndarray:
         """Bones (n, 16, a, K) at the phases, along some axes, of coefficients (n, 15, a, B)."""
-        return (walkers[:, BONES[:, 1]] - walkers[:, BONES[:, 0]]) @ self._basis.T
+        bones = _ENDS @ walkers.reshape(len(walkers), JOINTS, -1)
+        return bones.reshape(len(walkers), len(BONES), -1, self._blocks) @ self._basis.T
 
     def _measured(self, u: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, ...]:
         """Length terms, direction (m, 16, a, K) and length (m, 16, K) of bones, half the terms' slopes by lengths."""
@@ -151,12 +160,11 @@ class Lengths:
         walkers.reshape(len(u), -1)[:, self._rows] = u
         along = self._along(walkers)
         length = np.sqrt(self._seen[which] + (along**2).sum(axis=2))
-        mean = length.mean(axis=-1)
-        off, apart = length - mean[..., None], mean[:, PAIRS[:, 0]] - mean[:, PAIRS[:, 1]]
+        mean = length.sum(axis=-1) / PHASES
+        off, apart = length - mean[..., None], mean @ _SIDES.T
         pull, force = self._weight[which] * off, self._pair_weight[which] * apart
         cost = (pull * off).sum(axis=(1, 2)) + (force * apart).sum(axis=1)
-        pull[:, PAIRS[:, 0]] += force[..., None] / PHASES
-        pull[:, PAIRS[:, 1]] -= force[..., None] / PHASES
+        pull += (force @ _SIDES / PHASES)[..., None]
         return cost, along / length[:, :, None], length, pull
 
     def slope(self, u: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -181,16 +189,21 @@ class Lengths:
         of_bones = np.swapaxes(blocks, 3, 4).reshape(n, len(BONES), size, size)
         mean = (direction @ self._basis).reshape(n, len(BONES), size) / PHASES
         of_bones -= (PHASES * weight * mean)[..., None] * mean[..., None, :]
-        levers = (_LEVERS @ mean).reshape(n, len(PAIRS), -1)
+        levers = (_LEVERS @ mean).reshape(n, len(PAIRS), -1)[..., self._rows]
         whole = np.swapaxes(levers, 1, 2) @ (levers * self._pair_weight[which][..., None])
         of_joints = (np.abs(_ENDS).T @ of_bones.reshape(n, len(BONES), -1)).reshape(n, JOINTS, size, size)
-        by_joint, joint = whole.reshape(n, JOINTS, size, JOINTS, size), np.arange(JOINTS)
-        by_joint[:, joint, :, joint] += np.swapaxes(of_joints, 0, 1)
-        for one, other in (BONES.T, BONES.T[::-1]):
-            by_joint[:, one, :, other] -= np.swapaxes(of_bones, 0, 1)
-        if len(self._rows) == whole.shape[1]:
+        if whole.shape[1] == JOINTS * size:
+            by_joint, every = whole.reshape(n, JOINTS, size, JOINTS, size), np.arange(JOINTS)
+            by_joint[:, every, :, every] += np.swapaxes(of_joints, 0, 1)
+            for one, other in (BONES.T, BONES.T[::-1]):
+                by_joint[:, one, :, other] -= np.swapaxes(of_bones, 0, 1)
             return whole
-        return whole[:, self._rows[:, None], self._rows]
+        for joint, (at, own) in enumerate(self._places):
+            whole[:, at, at] += of_joints[:, joint, own, own]
+        for bone, ends in enumerate(BONES.tolist()):
+            for (at, own), (to, theirs) in permutations([self._places[joint] for joint in ends]):
+                whole[:, at, to] -= of_bones[:, bone, own, theirs]
+        return whole
 
 
 def fit_lengths(
@@ -239,15 +252,18 @@ def fit_lengths(
     converged, iterations = np.zeros(n, dtype=bool), np.zeros(n, dtype=int)
     for iteration in range(MOST_STEPS):
         exact = iteration >= GAUSS_NEWTON_STEPS
-        step = np.empty((len(left), state.shape[1]))
+        step, indefinite = np.empty((len(left), state.shape[1])), []
         for row, matrix in enumerate(lengths.matrix(state[left], left, exact=exact)):
-            which = left[row]
-            matrix += precision[of_view[which]]
-            solved = _solve(matrix, gradient[which])
+            matrix += precision[of_view[left[row]]]
+            solved = _solve(matrix, gradient[left[row]])
             if solved is None:  # far from the minimum the exact matrix may have no Cholesky factor
-                plain = lengths.matrix(state[which : which + 1], left[row : row + 1])[0]
-                solved = _solve(plain + precision[of_view[which]], gradient[which])
-            step[row] = -solved
+                indefinite.append(row)
+            else:
+                step[row] = -solved
+        if indefinite:
+            rows = left[indefinite]
+            for row, matrix, which in zip(indefinite, lengths.matrix(state[rows], rows), rows, strict=True):
+                step[row] = -_solve(matrix + precision[of_view[which]], gradient[which])
         iterations[left] += 1
         small = (np.abs(step).max(axis=1) < STEP_MM) & exact
         converged[left[small]] = True

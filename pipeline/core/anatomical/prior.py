@@ -87,9 +87,9 @@ class Prior:
 
     @cached_property
     def by_axis(self) -> np.ndarray:
-        """The covariance (3, 3, 15 B, 15 B) of each axis with each."""
-        n = JOINTS * self.mean.shape[-1]
-        return np.ascontiguousarray(self.covariance.transpose(1, 4, 0, 2, 3, 5)).reshape(3, 3, n, n)
+        """The covariance (45 B, 45 B), axis by axis."""
+        n = self.mean.size
+        return np.ascontiguousarray(self.covariance.transpose(1, 0, 2, 4, 3, 5)).reshape(n, n)
 
 
 def by_joint(coefficients: np.ndarray) -> np.ndarray:
@@ -250,59 +250,6 @@ def bone_lengths(walkers: np.ndarray) -> np.ndarray:
     across = walkers[..., BONES[:, 1], :, :] - walkers[..., BONES[:, 0], :, :]
     basis = fourier.cycle_basis(fourier.equal_phases(PHASES), walkers.shape[-1])
     return np.asarray(np.linalg.norm(across @ basis.T, axis=-2))
-
-
-@dataclass(frozen=True)
-class TurnedPrior:
-    """A prior with axes across, up and away of A views; coefficients in the order axis, joint, block, n = 15 B of each.
-
-    Across and up are what an image shows [zhang2007 B.2, B.3]; away is the missing dimension.
-
-    Attributes
-    ----------
-    mean : (A, 15, 3, B)
-        mm.
-    seen : (A, 2 n, 2 n)
-        Covariance of what is across and up, mm².
-    crossed : (A, n, 2 n)
-        Of what is away with it.
-    away : (A, n, n)
-    view_angle_rad : (A,)
-    """
-
-    mean: np.ndarray
-    seen: np.ndarray
-    crossed: np.ndarray
-    away: np.ndarray
-    view_angle_rad: np.ndarray
-
-    @cached_property
-    def covariance(self) -> np.ndarray:
-        """The whole covariance (A, 3 n, 3 n), mm²."""
-        return np.block([[self.seen, np.swapaxes(self.crossed, 1, 2)], [self.crossed, self.away]])
-
-
-def turned(prior: Prior, view_angles_rad: np.ndarray) -> TurnedPrior:
-    """Return mean and covariance of walkers as A views have them."""
-    angles = np.atleast_1d(np.asarray(view_angles_rad, dtype=float))
-    rotation = image_axes(angles)
-    mean = np.einsum("aij,kjb->akib", rotation, prior.mean)
-    C = prior.by_axis
-    views, n = len(angles), C.shape[-1]
-    level, upright = C[:2, :2].reshape(4, -1), C[:2, 2].reshape(2, -1)  # a turn leaves up as it is
-    across, away = rotation[:, 0, :2], rotation[:, 2, :2]
-
-    def tied(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        return ((one[:, :, None] * other[:, None]).reshape(-1, 4) @ level).reshape(-1, n, n)
-
-    seen, crossed = np.empty((views, 2, n, 2, n)), np.empty((views, n, 2, n))
-    seen[:, 0, :, 0], crossed[:, :, 0] = tied(across, across), tied(away, across)
-    seen[:, 0, :, 1] = (across @ upright).reshape(-1, n, n)
-    seen[:, 1, :, 0] = np.swapaxes(seen[:, 0, :, 1], 1, 2)
-    seen[:, 1, :, 1] = C[2, 2]
-    crossed[:, :, 1] = (away @ upright).reshape(-1, n, n)
-    wide = (views, -1, 2 * n)
-    return TurnedPrior(mean, seen.reshape(wide), crossed.reshape(wide), tied(away, away), angles)
 
 
 def image_axes(view_angles_rad: np.ndarray) -> np.ndarray:

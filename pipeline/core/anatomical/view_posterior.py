@@ -15,10 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.linalg import lapack
 
-from pipeline.core.anatomical.conditional import Noise, condition
-from pipeline.core.anatomical.prior import JOINTS, Prior, turned
+from pipeline.core.anatomical.conditional import Noise, heights_seen
+from pipeline.core.anatomical.prior import JOINTS, Prior
 from pipeline.core.choice import first_lowest
 from pipeline.skeleton import WALKER15
 from pipeline.validation import require_range, require_shape
@@ -56,14 +55,10 @@ def view_costs(prior: Prior, observed: np.ndarray, candidates: int, *, noise: No
     half = circle(candidates)[candidates // 2 :]  # 0 up to pi, pi not included
     half = np.append(half, np.pi)
     both = np.concatenate([observed, mirrored_image(observed)]).reshape(2 * len(observed), -1)
-    costs = np.empty((len(half), 2, len(observed)))
-    for g in range(len(half)):
-        given = condition(turned(prior, half[g]), noise=noise)
-        factor = given.factor[0]
-        off = (both - given.mean[0, ~given.unknown])[:, given.order]
-        white, _ = lapack.dtrtrs(factor, off.T, lower=1)
-        cost = (white**2).sum(axis=0) + 2.0 * np.log(np.diag(factor)).sum()
-        costs[g] = cost.reshape(2, -1)
+    heights = heights_seen(prior, noise=noise)
+    parts = np.array_split(half, 4)  # which fit into the cache
+    costs = np.concatenate([heights.from_views(part).cost(both) for part in parts])
+    costs = costs.reshape(len(half), 2, len(observed))
     forwards, backwards = costs[:, 0], costs[:, 1]  # at beta, and at -beta
     return np.concatenate([backwards[:0:-1], forwards[:-1]]).T
 

@@ -20,6 +20,7 @@ sigma².  The printed forms are `least_squares` and `maximum_a_posteriori`.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -80,9 +81,12 @@ class Gram:
         self._parts = np.stack(
             [white.bx.T @ white.bx, xy + xy.T, white.by.T @ white.by, white.bz.T @ white.bz]
         )
-        # A exceeds Gzz at every angle, so where that has no small eigenvalue, A has none.
+
+    @cached_property
+    def _seen_from_everywhere(self) -> bool:
+        """Whether A has no small eigenvalue at any angle: it exceeds Gzz, which has none."""
         largest = float(np.trace(self._parts[0] + self._parts[2] + self._parts[3]))
-        self._seen_from_everywhere = bool(np.linalg.eigvalsh(self._parts[3])[0] > _SAFE * largest)
+        return bool(np.linalg.eigvalsh(self._parts[3])[0] > _SAFE * largest)
 
     def at(self, cosine: np.ndarray, sine: np.ndarray) -> np.ndarray:
         """A (A, N, N) for A view angles, given their cosines and sines (A,)."""

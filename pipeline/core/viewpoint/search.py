@@ -15,7 +15,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.polynomial import polynomial
 
 from pipeline.core import newton
 from pipeline.core.choice import MARGIN, first_lowest
@@ -25,6 +24,9 @@ TOLERANCE_RAD = 1e-10
 """Step of the view angle at which the search has converged."""
 
 _MOST_STEPS = 60
+
+_POLYNOMIAL_STEPS = 5
+"""Of Newton's method from a parabola's minimum: the fourth is rounding already."""
 
 
 @dataclass(frozen=True)
@@ -288,15 +290,14 @@ def _polynomial_minimum(
     step, middle = grid[1] - grid[0], count // 2
     # Coefficients in units of cells about the window's middle, lowest power first.
     series = np.linalg.solve(np.vander(np.arange(count) - float(middle), increasing=True), heights.T)
-    slopes, bends = polynomial.polyder(series), polynomial.polyder(series, 2)
+    degrees = np.arange(count)[:, None]
+    slopes, bends = (degrees * series)[1:], (degrees * (degrees - 1) * series)[2:]
     origin = grid[0] + step * (first + middle)
     cell = (grid[0] + step * cells - origin) / step
-
-    def derivatives(rows: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        slope = polynomial.polyval(place, slopes[:, rows], tensor=False)
-        return slope, polynomial.polyval(place, bends[:, rows], tensor=False)
-
-    place = newton.minimise(
-        derivatives, (start - origin) / step, cell - 1.0, cell + 1.0, tolerance=1e-7, most_iterations=6
-    ).at
-    return origin + step * place, polynomial.polyval(place, bends, tensor=False) / step**2
+    place = (start - origin) / step
+    for _ in range(_POLYNOMIAL_STEPS):
+        powers = place ** degrees[:-1]
+        slope, bend = (slopes * powers).sum(axis=0), (bends * powers[:-1]).sum(axis=0)
+        place -= np.where(bend > 0, slope / np.where(bend > 0, bend, 1.0), 0.0)
+        place = np.clip(place, cell - 1.0, cell + 1.0)
+    return origin + step * place, (bends * place ** degrees[:-2]).sum(axis=0) / step**2

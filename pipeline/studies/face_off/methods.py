@@ -185,7 +185,7 @@ def by_anatomy(
     seen = anatomical.by_joint(fourier.shift(coefficients, phase))
     distance = float(walk.camera.in_camera(walk.root)[:, 2].mean())
     noise = replace(anatomical.Noise(), **_perspective(prior, view, distance))
-    given = anatomical.condition(anatomical.turned(prior, view), noise=noise)
+    given = anatomical.condition(prior, view, noise=noise)
     limits = anatomical.tolerances(prior, bias=noise.bias, slow=noise.slow)
     found = anatomical.fit_lengths(given, seen.reshape(1, 1, -1), limits).unknown.reshape(seen.shape[0], -1)
     missing = fourier.shift(found.T[..., None], -phase)

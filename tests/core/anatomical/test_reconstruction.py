@@ -40,9 +40,7 @@ def test_without_its_parts_it_is_approach_two(seed: int, angle: float, noise_var
     people = walkers(np.random.default_rng(seed), 12)
     view = np.array([angle, -angle])
     prior = anatomical.fit(people[1:], np.full(11, 1 / 11), PLAIN)
-    conditional = anatomical.condition(
-        anatomical.turned(prior, view), noise=Noise(variance=noise_variance, share=0.0)
-    )
+    conditional = anatomical.condition(prior, view, noise=Noise(variance=noise_variance, share=0.0))
     found = conditional.expect(seen_from(people[0], view)[..., ~conditional.unknown])[:, 0]
     rows = linear_model.flatten(people)
     expected = from_known_views(linear_model.fit(rows[1:], 10), rows[0], view, noise_variance=noise_variance)
@@ -56,7 +54,8 @@ def test_the_conditional_is_that_of_the_formula(hidden: bool) -> None:
     prior, walker = learnt(12)
     view = np.array([-0.7, 0.3])
     found = anatomical.condition(
-        anatomical.turned(prior, view),
+        prior,
+        view,
         noise=Noise(bias=4.0),
         hidden=HIDDEN if hidden else anatomical.NOTHING_HIDDEN,
     )
@@ -87,7 +86,7 @@ def test_the_expectation_from_walks_is_that_of_their_covariance(mirror: bool, hi
     )
     for variance, of_variance in zip(variances, found, strict=True):
         noise = Noise(variance=variance, share=0.0)
-        conditional = anatomical.condition(anatomical.turned(prior, view), noise=noise, hidden=hidden)
+        conditional = anatomical.condition(prior, view, noise=noise, hidden=hidden)
         np.testing.assert_allclose(of_variance, conditional.expect(observed), rtol=1e-8, atol=1e-7)
 
 
@@ -103,7 +102,7 @@ def test_a_noise_variance_below_rounding_is_refused() -> None:
 def test_lengths_without_limits_leave_the_linear_part() -> None:
     prior, walker = learnt(1)
     view = np.radians([-40.0, 0.0, 90.0])
-    conditional = anatomical.condition(anatomical.turned(prior, view), noise=Noise())
+    conditional = anatomical.condition(prior, view, noise=Noise())
     observed = seen_from(walker, view)[..., ~conditional.unknown]
     endless = Tolerances(
         within=np.full(len(anatomical.BONES), np.inf), pairs=np.full(len(anatomical.PAIRS), np.inf)
@@ -139,7 +138,7 @@ def test_an_independent_minimiser_finds_the_same_walker(hidden: np.ndarray) -> N
     prior, walker = learnt(3)
     limits = anatomical.tolerances(prior)
     view = np.array([0.4])
-    conditional = anatomical.condition(anatomical.turned(prior, view), noise=Noise(), hidden=hidden)
+    conditional = anatomical.condition(prior, view, noise=Noise(), hidden=hidden)
     unknown = conditional.unknown
     rows = seen_from(walker, view)
     observed = rows[..., ~unknown]
@@ -187,7 +186,7 @@ def test_the_deviations_are_those_of_a_sampler_of_the_posterior() -> None:
     prior, walker = anatomical.fit(walks[1:], np.full(15, 1 / 15), Shrinkage()), walks[0]
     limits = anatomical.tolerances(prior)
     view, rng = np.array([0.4]), np.random.default_rng(0)
-    conditional = anatomical.condition(anatomical.turned(prior, view), noise=Noise())
+    conditional = anatomical.condition(prior, view, noise=Noise())
     rows, unknown = seen_from(walker, view)[0, 0], conditional.unknown
     found = anatomical.fit_lengths(conditional, rows[None, None, ~unknown], limits, with_covariance=True)
     mean, P = conditional.expect(rows[None, None, ~unknown])[0, 0], np.linalg.inv(conditional.covariance[0])
@@ -228,7 +227,7 @@ def test_all_observations_converge_and_do_not_depend_on_their_company() -> None:
     prior, walker = learnt(4)
     other = learnt(5)[1]
     view = np.radians([-90.0, -45.0, 0.0, 30.0])
-    conditional = anatomical.condition(anatomical.turned(prior, view), noise=Noise())
+    conditional = anatomical.condition(prior, view, noise=Noise())
     both = np.concatenate([seen_from(walker, view), seen_from(other, view)], axis=1)
     limits = anatomical.tolerances(prior)
     together = anatomical.fit_lengths(conditional, both[..., ~conditional.unknown], limits)
@@ -243,7 +242,7 @@ def test_the_mirror_image_from_the_other_side_is_the_mirrored_answer() -> None:
     limits = anatomical.tolerances(prior)
     missing = []
     for w, view in ((walker, -angle), (fourier.mirrored(walker), angle)):
-        conditional = anatomical.condition(anatomical.turned(prior, view), noise=Noise())
+        conditional = anatomical.condition(prior, view, noise=Noise())
         observed = seen_from(w, view)[..., ~conditional.unknown]
         missing.append(anatomical.fit_lengths(conditional, observed, limits).unknown[0, 0].reshape(15, 5))
     back = missing[1][list(WALKER15.mirror)]
@@ -255,7 +254,7 @@ def test_a_hidden_joint_is_recovered_from_the_others_and_kept_off_the_seen() -> 
     """Joints that go together: the hidden one follows its mean more closely than chance when the rest is seen."""
     prior, walker = learnt(7, count=30)
     view = np.array([0.3])
-    conditional = anatomical.condition(anatomical.turned(prior, view), noise=Noise(), hidden=HIDDEN)
+    conditional = anatomical.condition(prior, view, noise=Noise(), hidden=HIDDEN)
     assert conditional.unknown.sum() == 15 * 5 + 2 * 2 * 5
     spoiled = walker.copy()
     spoiled[:, HIDDEN] += 1e3
@@ -268,8 +267,8 @@ def test_a_hidden_joint_is_recovered_from_the_others_and_kept_off_the_seen() -> 
 def test_a_floor_widens_the_posterior_and_the_tolerances() -> None:
     prior, _ = learnt(8)
     view = np.array([0.2])
-    sharp = anatomical.condition(anatomical.turned(prior, view), noise=Noise())
-    blunt = anatomical.condition(anatomical.turned(prior, view), noise=Noise(bias=10.0, slow=3.0))
+    sharp = anatomical.condition(prior, view, noise=Noise())
+    blunt = anatomical.condition(prior, view, noise=Noise(bias=10.0, slow=3.0))
     assert np.linalg.eigvalsh(blunt.covariance[0] - sharp.covariance[0])[0] > -1e-6
     narrow, wide = anatomical.tolerances(prior), anatomical.tolerances(prior, bias=10.0, slow=3.0)
     assert (wide.within > narrow.within).all()
@@ -279,9 +278,9 @@ def test_a_floor_widens_the_posterior_and_the_tolerances() -> None:
 def test_without_any_variance_the_conditional_is_refused() -> None:
     prior, _ = learnt(9, shrinkage=PLAIN)
     with pytest.raises(InvalidInput, match="no variance"):
-        anatomical.condition(anatomical.turned(prior, np.array([0.0])), noise=Noise(variance=0.0, share=0.0))
+        anatomical.condition(prior, np.array([0.0]), noise=Noise(variance=0.0, share=0.0))
     with pytest.raises(InvalidInput, match="the noise's bias"):
-        anatomical.condition(anatomical.turned(prior, np.array([0.0])), noise=Noise(bias=-1.0))
+        anatomical.condition(prior, np.array([0.0]), noise=Noise(bias=-1.0))
 
 
 # --- bars ---------------------------------------------------------------------------------------------------

@@ -42,33 +42,35 @@ class ViewAngleEstimates(Figure):
         the solver of appendix B, where it was tried.
         """
         rows = inputs.sweep.rows
-        rows["absolute_error_deg"] = rows["error_deg"].abs()
-        by = ["method", "view_angle_deg"]
+        rows = rows.assign(absolute_error_deg=rows["error_deg"].abs())
+        by, of_walker = ["method", "view_angle_deg"], ["person", "walker", "method"]
         columns = {
             "estimated_mean_deg": ("error_deg", "mean"),
-            "estimated_sd_deg": ("error_deg", statistics.circular_sd_deg),
             "absolute_angle_error_median_deg": ("absolute_error_deg", "median"),
             "failures": ("failed", "sum"),
         }
         table = aggregate(rows, by, columns, ["estimated_mean_deg"], cluster="person", count="walkers")
         table["walkers"] = table.pop("walkers")
-        table["estimated_mean_deg"] = (
-            rows.groupby(by)["error_deg"].agg(statistics.circular_mean_deg).to_numpy()
-        )
+        # Every walker is seen from every view: rows in order of their groups are groups of one length.
+        errors = rows.sort_values(by)["error_deg"].to_numpy().reshape(len(table), -1)
+        table["estimated_mean_deg"] = statistics.circular_mean_deg(errors, axis=1)
+        place = list(table).index("absolute_angle_error_median_deg")
+        table.insert(place, "estimated_sd_deg", statistics.circular_sd_deg(errors, axis=1))
         for name in ("estimated_mean_deg", "estimated_mean_deg_low", "estimated_mean_deg_high"):
             table[name] += table["view_angle_deg"]
         methods = rows[rows["method"].isin(inputs.sweep.methods)]
         methods = methods.assign(
             ratio=methods["runner_up_cost"] / methods["cost"], lost=~methods["converged"]
         )
-        walkers = methods.groupby(["person", "walker", "method"], as_index=False).agg(
-            mean_error_deg=("error_deg", statistics.circular_mean_deg),
+        walkers = methods.groupby(of_walker, as_index=False).agg(
             absolute_angle_error_median_deg=("absolute_error_deg", "median"),
             absolute_angle_error_max_deg=("absolute_error_deg", "max"),
             failures=("failed", "sum"),
             runner_up_cost_ratio_min=("ratio", "min"),
             not_converged=("lost", "sum"),
         )
+        errors = methods.sort_values(of_walker)["error_deg"].to_numpy().reshape(len(walkers), -1)
+        walkers.insert(3, "mean_error_deg", statistics.circular_mean_deg(errors, axis=1))
         made = {"table": table, "table_walkers": tidy(walkers, by=["walker", "method"])}
         each = ["person", "walker", *by, "error_deg", "failed"]
         every = {"table_people": rows, "table_published": inputs.sweep.published}

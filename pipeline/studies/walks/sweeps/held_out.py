@@ -13,7 +13,7 @@ from typing import Annotated
 import numpy as np
 
 from pipeline.core import anatomical, errors, fourier
-from pipeline.core.anatomical import Conditional, Prior, Tolerances, TurnedPrior
+from pipeline.core.anatomical import Conditional, Prior, Tolerances
 from pipeline.core.choice import first_lowest
 from pipeline.processes import map_processes
 from pipeline.skeleton import WALKER15
@@ -239,13 +239,12 @@ class People:
 
 
 class Fold:
-    """What is learnt without some people; settings that learn or look alike share their priors and conditionals."""
+    """What is learnt without some people; settings that learn alike share their priors."""
 
     def __init__(self, people: People, without: tuple[int, ...], known: tuple[int, ...]) -> None:
         self._people, self._without, self._known = people, without, known
         self._priors: dict[object, Prior] = {}
-        self._conditionals: dict[object, Conditional] = {}
-        self._last_turned: tuple[object, TurnedPrior] | None = None
+        self._last_conditional: tuple[object, Conditional] | None = None
 
     def prior(self, setting: Setting) -> Prior:
         """The prior of a setting."""
@@ -257,21 +256,13 @@ class Fold:
         return self._priors[learnt]
 
     def conditional(self, setting: Setting, view_rad: np.ndarray, hidden: np.ndarray) -> Conditional:
-        """The linear part of a setting, for some views."""
+        """The linear part of a setting, for some views; the last one is kept, for other methods."""
         prior = self.prior(setting)
-        seen = (id(prior), setting.noise, view_rad.tobytes(), hidden.tobytes())
-        if seen not in self._conditionals:
-            self._conditionals[seen] = anatomical.condition(
-                self._turned(prior, view_rad), noise=setting.noise, hidden=hidden
-            )
-        return self._conditionals[seen]
-
-    def _turned(self, prior: Prior, view_rad: np.ndarray) -> TurnedPrior:
-        """The prior in the axes of some views; the last one is kept, for others with the same and another noise."""
-        wanted = (id(prior), view_rad.tobytes())
-        if self._last_turned is None or self._last_turned[0] != wanted:
-            self._last_turned = wanted, anatomical.turned(prior, view_rad)
-        return self._last_turned[1]
+        wanted = (id(prior), setting.noise, view_rad.tobytes(), hidden.tobytes())
+        if self._last_conditional is None or self._last_conditional[0] != wanted:
+            found = anatomical.condition(prior, view_rad, noise=setting.noise, hidden=hidden)
+            self._last_conditional = wanted, found
+        return self._last_conditional[1]
 
     def reconstruct(
         self,
@@ -376,26 +367,24 @@ class Fold:
     def errors(self, settings: Sequence[Setting], person: int, view_rad: np.ndarray) -> list[np.ndarray]:
         """E_abs (A, 15) of a person in the missing dimension with each of several settings, mm² [zhang2007 4.1]."""
         walker = self._people.walker(person)[None]
-        found: dict[int, np.ndarray] = {}
+        if not self._people.more_walks:  # settings that differ in nothing else are one
+            settings = [replace(setting, all_walks=True) for setting in settings]
+        found: dict[Setting, np.ndarray] = {}
         for mirrored in (False, True):
             both_sides = mirrored and mirrored_grid(view_rad)
             seen_from = view_rad[view_rad > -1e-9] if both_sides else view_rad
             walkers = np.concatenate([walker, fourier.mirrored(walker)]) if both_sides else walker
-            numbers = [n for n, setting in enumerate(settings) if setting.shrinkage.mirror is mirrored]
-            of_settings = [settings[number] for number in numbers]
-            for number, estimate in zip(
-                numbers, self.with_each(of_settings, walkers, seen_from), strict=True
-            ):
-                harmonics = settings[number].harmonics
-                weights = errors.parseval_weights(1 + 2 * harmonics)
+            alike = list(dict.fromkeys(s for s in settings if s.shrinkage.mirror is mirrored))
+            for setting, estimate in zip(alike, self.with_each(alike, walkers, seen_from), strict=True):
+                weights = errors.parseval_weights(1 + 2 * setting.harmonics)
                 off = (estimate.true - estimate.estimated).reshape(*estimate.true.shape[:2], -1, len(weights))
                 square = off**2 @ weights  # (A', 1 or 2, 15)
                 right = square[:, 0]
                 if both_sides:
                     left = square[:0:-1, 1][:, list(WALKER15.mirror)]
                     right = np.concatenate([left, right])
-                found[number] = right + self._people.beyond(person, view_rad, harmonics)
-        return [found[number] for number in range(len(settings))]
+                found[setting] = right + self._people.beyond(person, view_rad, setting.harmonics)
+        return [found[setting] for setting in settings]
 
 
 def mirrored_grid(view_rad: np.ndarray) -> bool:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from pipeline.core import anatomical, linear_model
+from pipeline.core import anatomical, errors, linear_model
 from pipeline.core.anatomical import Differences
 from pipeline.processes import map_processes
 from pipeline.skeleton import WALKER15
@@ -115,12 +115,14 @@ class Laboratories(Sweep):
             key = {"person": str(model.people[person]), "tested": str(model.sources[person])}
             for learnt_from, left in left_out(model.sources, person):
                 fold = people.fold(*np.flatnonzero(left).tolist())
-                error = errors_of(people, fold, of, person, VIEWS).mean(axis=(1, 2))
+                plain = {method: of[method] for method in METHODS[:2]}
+                error = errors_of(people, fold, plain, person, VIEWS).mean(axis=(1, 2)).tolist()
+                bars = [_with_bars(people, fold, of[method], person) for method in METHODS[2:]]
                 rows += [
                     {**key, "learnt_from": learnt_from, "method": method, "absolute_error_mm2": value}
-                    for method, value in zip(METHODS, error.tolist(), strict=True)
+                    for method, value in zip(METHODS, [*error, *(e for e, _ in bars)], strict=True)
                 ]
-                z += [_standardised(people, fold, of[method], person) for method in METHODS[2:]]
+                z += [each for _, each in bars]
             rows += [{**key, **row} for row in _of_known_people(people, anybody, person, orders[person])]
             return rows, z, _curve(people, of, person, orders[person])
 
@@ -165,27 +167,25 @@ def _of_known_people(
         return
     for count in (k for k in KNOWN if k <= len(theirs)):
         fold = people.fold(*np.flatnonzero(mine).tolist(), known=tuple(theirs[:count].tolist()))
-        method = f"anybody_{count}"
-        error = float(errors_of(people, fold, {method: anybody}, person, VIEWS).mean())
-        covered = float((_standardised(people, fold, anybody, person) <= NORMAL_95).mean())
+        error, z = _with_bars(people, fold, anybody, person)
         yield {
             "learnt_from": LABORATORY,
-            "method": method,
+            "method": f"anybody_{count}",
             "absolute_error_mm2": error,
-            "covered_95": covered,
+            "covered_95": float((z <= NORMAL_95).mean()),
         }
 
 
-def _standardised(people: People, fold: Fold, setting: Setting, person: int) -> np.ndarray:
-    """|Error| over standard deviation (A, K, 15) of the missing dimension at instants."""
+def _with_bars(people: People, fold: Fold, setting: Setting, person: int) -> tuple[float, np.ndarray]:
+    """Mean square error, mm², and |error| over standard deviation (A, K, 15) of the missing dimension at instants."""
     blocks = 1 + 2 * setting.harmonics
     estimate = fold.reconstruct(setting, people.walker(person)[None], VIEWS, with_covariance=True)
     off = (estimate.true - estimate.estimated)[:, 0].reshape(len(VIEWS), -1, blocks)
+    square = off**2 @ errors.parseval_weights(blocks) + people.beyond(person, VIEWS, setting.harmonics)
     beyond = people.missing(person, VIEWS)[..., blocks:]
     error = anatomical.at_instants(np.concatenate([off, beyond], axis=-1), PHASES)
-    return np.moveaxis(
-        np.abs(error) / anatomical.deviation_at_instants(estimate.covariance[:, 0], blocks, PHASES), 1, -1
-    )
+    sd = anatomical.deviation_at_instants(estimate.covariance[:, 0], blocks, PHASES)
+    return float(square.mean()), np.moveaxis(np.abs(error) / sd, 1, -1)
 
 
 def _curve(

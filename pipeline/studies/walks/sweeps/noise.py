@@ -97,11 +97,12 @@ class ObservedNoise(Sweep):
                 "anatomical_untold": [whole] * len(told),
             }
             found = np.empty((len(METHODS), len(told), 3, len(view)))
+            alike: dict[Setting, dict[tuple[int, Setting], list[int]]] = {}  # by what has its linear part
             for m, method in enumerate(METHODS):
-                settings = of_method[method]
-                for setting in dict.fromkeys(settings):
-                    alike = [s for s, other in enumerate(settings) if other == setting]
-                    found[m, alike] = _measured(fold, people, person, setting, view, off[:, alike])
+                for s, setting in enumerate(of_method[method]):
+                    alike.setdefault(setting.linear, {}).setdefault((m, setting), []).append(s)
+            for (m, setting), some in (item for of in alike.values() for item in of.items()):
+                found[m, some] = _measured(fold, people, person, setting, view, off[:, some])
             return found.mean(axis=-1)
 
         found = map_processes(one, range(people.count), inputs.workers)
