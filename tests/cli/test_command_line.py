@@ -6,8 +6,8 @@ import errno
 import hashlib
 import importlib.util
 import os
-import signal
 import shutil
+import signal
 import sys
 import textwrap
 from collections.abc import Callable, Mapping
