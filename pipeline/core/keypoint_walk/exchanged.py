@@ -28,16 +28,19 @@ def cheapest_labels(kept: np.ndarray, exchanged: np.ndarray) -> np.ndarray:
     >>> cheapest_labels(np.array([0.0, 20.0, 0.0]), np.array([20.0, 0.0, 20.0])).tolist()
     [False, False, False]
     """
-    came_from = np.zeros((len(kept), 2), dtype=bool)
+    gain = kept - exchanged
+    labels = np.zeros(len(kept), dtype=bool)
+    if np.maximum(gain, 0.0).sum() < SWITCH and gain.sum() <= 0.0:  # not worth a change, nor as a whole
+        return labels
+    came_from = [(False, False)]
     a, b = float(kept[0]), float(exchanged[0])
-    for t, (same, other) in enumerate(zip(kept[1:].tolist(), exchanged[1:].tolist(), strict=True), start=1):
-        came_from[t] = b + SWITCH < a, a + SWITCH >= b
+    for same, other in zip(kept[1:].tolist(), exchanged[1:].tolist(), strict=True):
+        came_from.append((b + SWITCH < a, a + SWITCH >= b))
         a, b = min(a, b + SWITCH) + same, min(b, a + SWITCH) + other
     state = b < a
-    labels = np.zeros(len(kept), dtype=bool)
     for t in range(len(kept) - 1, -1, -1):
         labels[t] = state
-        state = bool(came_from[t, int(state)])
+        state = came_from[t][state]
     return labels
 
 

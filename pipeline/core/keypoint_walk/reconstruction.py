@@ -13,11 +13,16 @@ from pipeline.core.anatomical import JOINTS
 from pipeline.core.keypoint_walk.cycle import GaitCycle, gait_cycle
 from pipeline.core.keypoint_walk.exchanged import exchange_all
 from pipeline.core.keypoint_walk.objective import HEADING, LOG_F, NU, PHASE, Keypoints, Setting
-from pipeline.core.keypoint_walk.posterior import Posterior, posterior
+from pipeline.core.keypoint_walk.posterior import (
+    Posterior,
+    give_bias_back,
+    posterior,
+    relative_positions,
+)
 from pipeline.core.keypoint_walk.prior import Prior
 from pipeline.core.keypoint_walk.refinement import Fit, Refinement
 from pipeline.core.keypoint_walk.start import Starts, find_starts
-from pipeline.core.keypoint_walk.training import HEIGHT_MM
+from pipeline.core.keypoint_walk.training import HEIGHT_MM, SIZE
 from pipeline.core.keypoint_walk.view import level_axes
 from pipeline.shortened import shortened
 from pipeline.skeleton import WALKER15
@@ -163,6 +168,13 @@ class Reconstruction:
     def posterior(self) -> Posterior:
         """The walk and its error bars; computed when it is asked for: most that is tried is not told."""
         return posterior(self.fit.objective.prior, self.fit, self.keypoints)
+
+    @property
+    def positions_mm(self) -> np.ndarray:
+        """Positions (T, 15, 3) as `posterior` has them, without their error bars."""
+        x, objective = self.fit.x, self.fit.objective
+        walker = give_bias_back(objective.prior, x[:SIZE])
+        return relative_positions(walker, x, objective.setting.times)
 
     @property
     def focal_px(self) -> float:
