@@ -28,20 +28,16 @@ def cheapest_labels(kept: np.ndarray, exchanged: np.ndarray) -> np.ndarray:
     >>> cheapest_labels(np.array([0.0, 20.0, 0.0]), np.array([20.0, 0.0, 20.0])).tolist()
     [False, False, False]
     """
-    gain = kept - exchanged
-    labels = np.zeros(len(kept), dtype=bool)
-    if np.maximum(gain, 0.0).sum() < SWITCH and gain.sum() <= 0.0:  # not worth a change, nor as a whole
-        return labels
-    came_from = [(False, False)]
-    a, b = float(kept[0]), float(exchanged[0])
-    for same, other in zip(kept[1:].tolist(), exchanged[1:].tolist(), strict=True):
-        came_from.append((b + SWITCH < a, a + SWITCH >= b))
-        a, b = min(a, b + SWITCH) + same, min(b, a + SWITCH) + other
-    state = b < a
-    for t in range(len(kept) - 1, -1, -1):
+    # All that is told of the two costs so far is how much less the second is; beyond a change's cost, who is dearer
+    # came from the other.
+    gain, less = (kept - exchanged).tolist(), list[float]()
+    for one in gain:
+        less.append(min(max(less[-1], -SWITCH), SWITCH) + one if less else one)
+    state, labels = less[-1] > 0.0, [False] * len(gain)
+    for t in range(len(gain) - 1, -1, -1):
+        state = state if -SWITCH <= less[t] <= SWITCH or t == len(gain) - 1 else less[t] > 0.0
         labels[t] = state
-        state = came_from[t][state]
-    return labels
+    return np.array(labels)
 
 
 def exchange(values: np.ndarray, frames: dict[str, np.ndarray]) -> np.ndarray:

@@ -183,7 +183,8 @@ def straighten(
     place = np.stack([np.median(values[w[:, k] > 0, k], axis=0) for k in range(len(trunk))])
     total = w.sum(axis=1)
     mean = ((values - place) * w[..., None]).sum(axis=1) / np.where(total > 0, total, 1.0)[:, None]
-    columns = np.stack([np.concatenate([design(f, times, 2), powers], axis=1) for f in frequencies])
+    powers_of_each = np.broadcast_to(powers, (len(frequencies), *powers.shape))
+    columns = np.concatenate([design(frequencies[:, None], times, 2), powers_of_each], axis=2)
     found, squares = regress_tracks(columns, mean[:, None], total[:, None])
     best = found[int(np.argmin(squares)), 0]
     path = powers @ best[5:] + best[0]

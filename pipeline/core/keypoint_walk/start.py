@@ -98,8 +98,8 @@ def frequency_candidates(
     grid = np.exp(np.arange(np.log(lowest_hz(duration)), np.log(SEARCH_HZ[1]) + 0.01, 0.02))
 
     def columns(frequencies: np.ndarray) -> np.ndarray:
-        drift = (times / duration)[:, None]
-        return np.stack([np.concatenate([design(f, times, 2), drift], axis=1) for f in frequencies])
+        drift = np.broadcast_to((times / duration)[:, None], (len(frequencies), len(times), 1))
+        return np.concatenate([design(frequencies[:, None], times, 2), drift], axis=2)
 
     tried = columns(grid)
     count = 2.0 * float((weights > 0).sum())
