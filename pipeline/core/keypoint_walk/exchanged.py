@@ -30,9 +30,10 @@ def cheapest_labels(kept: np.ndarray, exchanged: np.ndarray) -> np.ndarray:
     """
     # All that is told of the two costs so far is how much less the second is; beyond a change's cost, who is dearer
     # came from the other.
-    gain, less = (kept - exchanged).tolist(), list[float]()
+    gain, less, last = (kept - exchanged).tolist(), list[float](), 0.0
     for one in gain:
-        less.append(min(max(less[-1], -SWITCH), SWITCH) + one if less else one)
+        last = (SWITCH if last > SWITCH else -SWITCH if last < -SWITCH else last) + one
+        less.append(last)
     state, labels = less[-1] > 0.0, [False] * len(gain)
     for t in range(len(gain) - 1, -1, -1):
         state = state if -SWITCH <= less[t] <= SWITCH or t == len(gain) - 1 else less[t] > 0.0

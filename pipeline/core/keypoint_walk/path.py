@@ -48,6 +48,14 @@ class Path:
     metric: np.ndarray
 
 
+def median_of_seen(values: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    """Medians (…) over the last axis of values (…, n) where these are seen (…, n): of each a few at least."""
+    ordered = np.sort(np.where(seen, values, np.inf), axis=-1)
+    count = np.broadcast_to(seen, values.shape).sum(axis=-1, keepdims=True)
+    middle = [np.take_along_axis(ordered, at // 2, axis=-1)[..., 0] for at in (count - 1, count)]
+    return np.asarray((middle[0] + middle[1]) / 2.0)
+
+
 def _robust_regression(columns: np.ndarray, values: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Coefficients of columns (T, n) by Cauchy weights, five rounds; the first column is constant."""
     design_ = columns

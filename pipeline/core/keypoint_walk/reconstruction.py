@@ -13,6 +13,7 @@ from pipeline.core.anatomical import JOINTS
 from pipeline.core.keypoint_walk.cycle import GaitCycle, gait_cycle
 from pipeline.core.keypoint_walk.exchanged import exchange_all
 from pipeline.core.keypoint_walk.objective import HEADING, LOG_F, NU, PHASE, Keypoints, Setting
+from pipeline.core.keypoint_walk.path import median_of_seen
 from pipeline.core.keypoint_walk.posterior import (
     Posterior,
     give_bias_back,
@@ -52,7 +53,7 @@ SURELY_TOGETHER = 0.5
 """Correlation of the two ankles, each about its hip, beyond which nobody walks, at whatever frame rate and camera."""
 COSINES_PER_STRIDE = 0.8
 """Cosines for each stride of the clip: the fastest has a period of 2.5 strides."""
-RACES = ((5, 400.0), (3, 200.0))
+RACES = ((1, 800.0), (1, 1500.0), (1, 1500.0), (2, 400.0), (3, 200.0))
 """Steps of every start, and the difference of cost then beyond which it is given up: the best never was."""
 LABELS_UNSURE = 100.0
 """A difference of cost between labellings below which both are returned."""
@@ -349,7 +350,7 @@ def find_shake(best: _Begun, prior: Prior) -> np.ndarray:
         residual = np.where(seen, fit.objective.residual(fit.x, used), np.nan)
         some = seen.sum(axis=(1, 2)) >= 4
         common = np.zeros_like(shake)
-        common[some] = -np.nanmedian(residual[some], axis=1)
+        common[some] = -median_of_seen(residual[some].swapaxes(1, 2), seen[some].swapaxes(1, 2))
         squares = np.minimum(residual[some] ** 2, (OUTLIER * fit.noise.sigma_px) ** 2)
         if not shake.any() and (common[some] ** 2).mean() < SHAKEN_SHARE * np.nanmean(squares):
             break
