@@ -43,12 +43,10 @@ def cheapest_labels(kept: np.ndarray, exchanged: np.ndarray) -> np.ndarray:
 
 def exchange(values: np.ndarray, frames: dict[str, np.ndarray]) -> np.ndarray:
     """Keypoints or weights (T, 15, …) with left and right exchanged in the frames (T,) of each pair of limbs."""
-    found = values.copy()
+    which = np.zeros(values.shape[:2], dtype=bool)
     for limb, pairs in LIMBS.items():
-        for left, right in pairs:
-            rows = frames[limb]
-            found[rows, left], found[rows, right] = values[rows, right], values[rows, left]
-    return found
+        which[:, np.ravel(pairs)] = frames[limb][:, None]
+    return np.where(which.reshape(*which.shape, *[1] * (values.ndim - 2)), exchange_all(values), values)
 
 
 def exchange_all(values: np.ndarray) -> np.ndarray:

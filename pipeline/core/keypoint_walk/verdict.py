@@ -116,7 +116,7 @@ def judge(found: Reconstruction) -> Judgement:
         refused.append(
             f"the legs hardly move: {found.leg_motion:.2f} of an average walker's motion in the image"
         )
-    if (together := found.ankles_together) > MOST_TOGETHER:
+    if (together := found.starts.ankles_together) > MOST_TOGETHER:
         refused.append(f"the feet move together: correlation {together:.2f} (walks: {MOST_TOGETHER} or less)")
     steps = 120.0 * found.candidates[0].frequency_hz
     if steps > 120.0 * MOST_STRIDE_HZ:
