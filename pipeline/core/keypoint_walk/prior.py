@@ -14,7 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.linalg import cho_factor, cho_solve, lapack
 
 from pipeline.core.anatomical import JOINTS, definitions, stance_rows
 from pipeline.core.keypoint_walk.training import BLOCKS, SIZE, WalkerModel
@@ -209,7 +209,7 @@ def projected_grid(mean: np.ndarray, covariance: np.ndarray, seen: np.ndarray) -
         both += np.diag(extra.ravel()) + GRID_SIZE**2 * np.outer(means[number], means[number])
         both += GRID_PITCH**2 * np.outer(tilted, tilted)
         factor = np.linalg.cholesky(both)
-        factors[number] = solve_triangular(factor, np.eye(size), lower=True)
+        factors[number] = lapack.dtrtri(factor, lower=1)[0]
         determinants[number] = 2.0 * np.log(np.diag(factor)).sum()
     return Grid(headings, factors, (factors @ means[..., None])[..., 0], determinants)
 

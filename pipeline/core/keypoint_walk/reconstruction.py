@@ -274,14 +274,8 @@ def reconstruct(
             if overground is not None:
                 starts = replace(starts, overground=overground)
             setting = Setting(times, focal_px, starts.overground, cosines, nu, focal_sd)
-            begun += [
-                _Begun(
-                    bool(other),
-                    starts,
-                    Refinement(prior, setting, keypoints, start, starts.path, relabel=relabel),
-                )
-                for start in starts.starts[:most_starts]
-            ]
+            refine = partial(Refinement, prior, setting, keypoints, path=starts.path, relabel=relabel)
+            begun += [_Begun(bool(other), starts, refine(start)) for start in starts.starts[:most_starts]]
         if (together := begun[0].starts.ankles_together) > most_together:
             raise FeetTogether(f"the feet move together: correlation {together:.2f}")
         if min(one.starts.least_distance for one in begun) > most_distance:
