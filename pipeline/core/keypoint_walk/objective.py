@@ -373,11 +373,8 @@ class Objective:
         gradient = np.concatenate(
             [at.pull + border[-1], corner[-1, :-1] + (at.x[SIZE:] - self.q_mean) * self.q_precision]
         )
-        slopes, weight, apart = (
-            self._add_lengths(at, blocks, gradient, matrix),
-            self.pair_weight,
-            at.lengths[-1],
-        )
+        slopes = self._add_lengths(at, blocks, gradient, matrix)
+        weight, apart = self.pair_weight, at.lengths[-1]
         if self.setting.overground:
             off, slope = at.ties
             apart, slopes = np.concatenate([apart, off]), np.concatenate([slopes, slope])
