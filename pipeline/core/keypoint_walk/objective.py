@@ -167,8 +167,8 @@ def point_costs(residual: np.ndarray, sigma_px: float, nu: float = NU) -> np.nda
 def wander_basis(times: np.ndarray, cosines: int) -> np.ndarray:
     """Cosines (T, n) of 1, 2, … half periods over the clip, of mean zero."""
     share = (times - times[0]) / (times[-1] - times[0])
-    waves = np.cos(np.pi * share[:, None] * np.arange(1, cosines + 1))
-    return np.asarray(waves - waves.mean(axis=0))
+    found = np.cos(np.pi * share[:, None] * np.arange(1, cosines + 1))
+    return np.asarray(found - found.mean(axis=0))
 
 
 class Iterate:
@@ -297,14 +297,14 @@ class Objective:
         variance[LOG_F - SIZE] = 1.0 / sum(both)
         self.q_mean, self.q_precision = mean, 1.0 / variance
         self._times = np.concatenate([[np.ones_like(t), t, self.bend], self.wander.T])
-        waves = np.arange(3, 3 + setting.cosines)
+        cosines = np.arange(3, 3 + setting.cosines)
         axes = np.repeat([RIGHT, DOWN, AWAY], setting.cosines)
         self._direction = np.array(
             [RIGHT, DOWN, AWAY, RIGHT, AWAY, TURNED, PITCHED, LATER, LATER, RIGHT, AWAY, TURNED, *axes]
             + [NEARER] * (setting.focal_sd > 0)
         )
         self._time = np.array(
-            [0, 0, 0, 1, 1, 0, 0, 0, 1, 2, 2, 1, *np.tile(waves, 3)] + [0] * (setting.focal_sd > 0)
+            [0, 0, 0, 1, 1, 0, 0, 0, 1, 2, 2, 1, *np.tile(cosines, 3)] + [0] * (setting.focal_sd > 0)
         )
         self._on_path = self._direction <= AWAY
         typical = 2.0 * np.pi * np.exp(population[0]) * float(prior.belt @ prior.model.mean.ravel())
