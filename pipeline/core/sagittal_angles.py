@@ -58,6 +58,8 @@ _ENDS = np.stack(
     ]
 )
 """(9, 15): what a segment is of the joints."""
+_OF_SEGMENTS = (_M[:, None] * _ENDS.T).reshape(-1, len(_ENDS))
+"""(165, 9): what an angle says of a joint, of the segments."""
 JOINTS_OF = tuple(np.flatnonzero(row) for row in np.abs(_M) @ np.abs(_ENDS))
 """Joints that each angle is made of; of them it asks forwards and up alone."""
 
@@ -87,4 +89,4 @@ def sagittal_slopes(positions: np.ndarray) -> np.ndarray:
     segments = _ENDS @ positions
     y, z = segments[..., 1], segments[..., 2]
     slope = np.stack([np.zeros_like(y), -z, y], axis=-1) / np.maximum(y**2 + z**2, 1e-12)[..., None]
-    return np.einsum("as,...sx,sj->...ajx", _M, slope, _ENDS, optimize=True)
+    return np.asarray(_OF_SEGMENTS @ slope).reshape(*slope.shape[:-2], len(_M), -1, 3)

@@ -79,7 +79,8 @@ class LeftOutClip:
     def errors(self) -> StandardErrors:
         """Errors over standard deviations."""
         sim = self.simulated
-        return errors.standard_errors(self.found, sim.positions_mm, sim.heading_rad, self.trained)
+        of_truth = self.found, sim.positions_mm, sim.heading_rad
+        return errors.standard_errors(*of_truth, self.trained, errors.event_errors(*of_truth))
 
 
 def left_out_clips(

@@ -18,6 +18,7 @@ from pipeline.core.fourier.frequency import (
     equal_phases,
     fundamental_frequency,
     single_frequency_power,
+    waves,
 )
 from pipeline.core.fourier.series import FourierRepresentation, mirrored, represent, shift, synthesise
 
@@ -34,4 +35,5 @@ __all__ = [
     "shift",
     "single_frequency_power",
     "synthesise",
+    "waves",
 ]

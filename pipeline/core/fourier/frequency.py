@@ -27,7 +27,11 @@ def design(frequency_hz: float | np.ndarray, times_s: np.ndarray, harmonics: int
 
     Frequencies (C, 1) give (C, T, 1 + 2H).
     """
-    angle = 2.0 * np.pi * frequency_hz * np.asarray(times_s, dtype=float)
+    return waves(2.0 * np.pi * frequency_hz * np.asarray(times_s, dtype=float), harmonics).swapaxes(-1, -2)
+
+
+def waves(angle: np.ndarray, harmonics: int) -> np.ndarray:
+    """Rows (…, 1 + 2H, T) of 1, sin, cos, sin 2, cos 2, … at phases (…, T)."""
     rows = np.empty((*angle.shape[:-1], 1 + 2 * harmonics, angle.shape[-1]))
     rows[..., 0, :] = 1.0
     sine, cosine = np.sin(angle), np.cos(angle)
@@ -36,23 +40,24 @@ def design(frequency_hz: float | np.ndarray, times_s: np.ndarray, harmonics: int
         if h > 1:  # the addition theorem costs a fraction of another sine and cosine
             s, c = s * cosine + c * sine, c * cosine - s * sine
         rows[..., 2 * h - 1, :], rows[..., 2 * h, :] = s, c
-    return rows.swapaxes(-1, -2)
+    return rows
 
 
 def cycle_basis(phase_rad: np.ndarray, blocks: int) -> np.ndarray:
     """Values (…, B) of 1, sin, cos, sin 2, cos 2, … at phases (…)."""
     angle = np.asarray(phase_rad)[..., None] * np.arange(1, blocks // 2 + 1)
-    waves = np.stack([np.sin(angle), np.cos(angle)], axis=-1).reshape(*np.shape(phase_rad), -1)
-    return np.concatenate([np.ones((*np.shape(phase_rad), 1)), waves], axis=-1)
+    found = np.ones((*angle.shape[:-1], blocks))
+    found[..., 1::2], found[..., 2::2] = np.sin(angle), np.cos(angle)
+    return found
 
 
 def cycle_slope(phase_rad: np.ndarray, blocks: int) -> np.ndarray:
     """Derivatives (…, B) of `cycle_basis` with respect to the phase."""
     order = np.arange(1, blocks // 2 + 1)
     angle = np.asarray(phase_rad)[..., None] * order
-    waves = np.stack([order * np.cos(angle), -order * np.sin(angle)], axis=-1)
-    flat = waves.reshape(*np.shape(phase_rad), -1)
-    return np.concatenate([np.zeros((*np.shape(phase_rad), 1)), flat], axis=-1)
+    found = np.zeros((*angle.shape[:-1], blocks))
+    found[..., 1::2], found[..., 2::2] = order * np.cos(angle), -order * np.sin(angle)
+    return found
 
 
 def equal_phases(count: int) -> np.ndarray:

@@ -135,13 +135,15 @@ def gait_cycle(walker: np.ndarray, frequency_hz: float, belt: np.ndarray) -> Gai
         found["stance", name] = _share(toe_off[side], contact[side])
         found["step_length", name] = ahead[side] - ahead[1 - side] + _times(ground, step)
     angles = sagittal_angles(np.moveaxis(walker @ _BASIS.T, -1, 0))
-    for end, pick in (("most", np.argmax), ("least", np.argmin)):
-        for number in _ANGLES:
-            instant, (name, kind) = pick(np.round(angles[:, number], 9)), ANGLES[number].split("_")
-            # At a greatest or least value the derivative with respect to the phase is zero.
-            slope = sagittal_slopes(walker @ _BASIS[instant])[number][..., None] * _BASIS[instant]
-            row = np.concatenate([[angles[instant, number]], slope.ravel(), [0.0, 0.0]])
-            found[f"{kind}_{end}", name] = row
+    rounded = np.round(angles[:, _ANGLES], 9)
+    instants = np.concatenate([rounded.argmax(axis=0), rounded.argmin(axis=0)])
+    # At a greatest or least value the derivative with respect to the phase is zero.
+    slopes = sagittal_slopes(np.moveaxis(walker @ _BASIS[instants].T, -1, 0))
+    for n, (instant, number) in enumerate(zip(instants.tolist(), 2 * _ANGLES, strict=True)):
+        name, kind = ANGLES[number].split("_")
+        slope = slopes[n, number][..., None] * _BASIS[instant]
+        row = np.concatenate([[angles[instant, number]], slope.ravel(), [0.0, 0.0]])
+        found[f"{kind}_{'most' if n < len(_ANGLES) else 'least'}", name] = row
     for kind in SIDED:
         found[kind, "difference"] = found[kind, "left"] - found[kind, "right"]
     found["stride_time", ""], found["stride_length", ""] = period, ground

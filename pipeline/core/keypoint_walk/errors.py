@@ -124,16 +124,20 @@ def image_kept_mm(found: Reconstruction) -> np.ndarray:
 
 
 def standard_errors(
-    found: Reconstruction, truth_mm: np.ndarray, heading_rad: float, walk: TrainingWalk
+    found: Reconstruction,
+    truth_mm: np.ndarray,
+    heading_rad: float,
+    walk: TrainingWalk,
+    events: list[np.ndarray],
 ) -> StandardErrors:
-    """Errors of a clip over their standard deviations, of somebody whose heading and whole walk these were."""
+    """Errors of a clip over their standard deviations, of somebody whose heading, whole walk and events these were."""
     x, posterior = found.fit.x, found.posterior
     off = float(x[HEADING]) - heading_rad
     away = [np.arctan2(np.sin(off), np.cos(off)), float(x[LOG_F]) - np.log(walk.frequency_hz)]
     return StandardErrors(
         joint_errors(found, truth_mm),
         angle_errors(found, truth_mm, heading_rad),
-        [of_event[:, 1] for of_event in event_errors(found, truth_mm, heading_rad)],
+        [of_event[:, 1] for of_event in events],
         number_errors(found, walk)[:, 1],
         away / np.array([posterior.heading_sd_rad, posterior.log_frequency_sd]),
     )

@@ -28,27 +28,25 @@ def cheapest_labels(kept: np.ndarray, exchanged: np.ndarray) -> np.ndarray:
     >>> cheapest_labels(np.array([0.0, 20.0, 0.0]), np.array([20.0, 0.0, 20.0])).tolist()
     [False, False, False]
     """
-    came_from = np.zeros((len(kept), 2), dtype=bool)
-    a, b = float(kept[0]), float(exchanged[0])
-    for t, (same, other) in enumerate(zip(kept[1:].tolist(), exchanged[1:].tolist(), strict=True), start=1):
-        came_from[t] = b + SWITCH < a, a + SWITCH >= b
-        a, b = min(a, b + SWITCH) + same, min(b, a + SWITCH) + other
-    state = b < a
-    labels = np.zeros(len(kept), dtype=bool)
-    for t in range(len(kept) - 1, -1, -1):
+    # All that is told of the two costs so far is how much less the second is; beyond a change's cost, who is dearer
+    # came from the other.
+    gain, less, last = (kept - exchanged).tolist(), list[float](), 0.0
+    for one in gain:
+        last = (SWITCH if last > SWITCH else -SWITCH if last < -SWITCH else last) + one
+        less.append(last)
+    state, labels = less[-1] > 0.0, [False] * len(gain)
+    for t in range(len(gain) - 1, -1, -1):
+        state = state if -SWITCH <= less[t] <= SWITCH or t == len(gain) - 1 else less[t] > 0.0
         labels[t] = state
-        state = bool(came_from[t, int(state)])
-    return labels
+    return np.array(labels)
 
 
 def exchange(values: np.ndarray, frames: dict[str, np.ndarray]) -> np.ndarray:
     """Keypoints or weights (T, 15, …) with left and right exchanged in the frames (T,) of each pair of limbs."""
-    found = values.copy()
+    which = np.zeros(values.shape[:2], dtype=bool)
     for limb, pairs in LIMBS.items():
-        for left, right in pairs:
-            rows = frames[limb]
-            found[rows, left], found[rows, right] = values[rows, right], values[rows, left]
-    return found
+        which[:, np.ravel(pairs)] = frames[limb][:, None]
+    return np.where(which.reshape(*which.shape, *[1] * (values.ndim - 2)), exchange_all(values), values)
 
 
 def exchange_all(values: np.ndarray) -> np.ndarray:

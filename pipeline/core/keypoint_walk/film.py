@@ -13,7 +13,7 @@ import numpy as np
 
 from pipeline.core.keypoint_walk.objective import FOCAL_SD
 from pipeline.core.keypoint_walk.prior import Prior
-from pipeline.core.keypoint_walk.reconstruction import SURELY_TOGETHER, Reconstruction, reconstruct_followed
+from pipeline.core.keypoint_walk.reconstruction import FeetTogether, Reconstruction, reconstruct_followed
 from pipeline.core.keypoint_walk.tracks import moving_parts, straight_stretches
 from pipeline.core.keypoint_walk.verdict import MOST_DISTANCE, Judgement, Verdict, judge
 from pipeline.shortened import shortened
@@ -60,6 +60,8 @@ class Stretch:
     found : Reconstruction or None
         None if nothing could be fitted.
     judgement : Judgement
+    feet_together : bool
+        Whether nothing was fitted because the feet move together.
     """
 
     first_frame: int
@@ -68,6 +70,7 @@ class Stretch:
     confidence: np.ndarray
     found: Reconstruction | None
     judgement: Judgement
+    feet_together: bool = False
 
     @property
     def walks(self) -> bool:
@@ -107,7 +110,7 @@ class Film:
     def stretch(self, start: int, stop: int, *, quick: bool = False) -> Stretch:
         """Reconstruct frames from `start` to `stop` (exclusive); `quick`: as labelled, and nothing that is far off."""
         pixels, confidence = self.pixels[start:stop], self.confidence[start:stop]
-        found = None
+        found, together = None, False
         try:
             found = reconstruct_followed(
                 pixels,
@@ -121,8 +124,12 @@ class Film:
             )
             judgement = judge(found)
         except InvalidInput as refusal:
-            judgement = Judgement(Verdict.not_a_walk, (str(refusal),))
-        return Stretch(self.first + start, self.first + stop - 1, pixels, confidence, found, judgement)
+            judgement, together = (
+                Judgement(Verdict.not_a_walk, (str(refusal),)),
+                isinstance(refusal, FeetTogether),
+            )
+        first, last = self.first + start, self.first + stop - 1
+        return Stretch(first, last, pixels, confidence, found, judgement, together)
 
     def parts(self) -> list[tuple[int, int]]:
         """Parts in which the legs move and the path is straight: frames from and to (exclusive), the longest first."""
@@ -202,8 +209,7 @@ def watch(film: Film) -> Watched:
     slow = bool(walked) and _stride_hz(walked[0]) < USUAL_STRIDE_HZ[0]
     if any(_sure(stretch) for stretch in walked) and not slow:
         return told
-    together = [s.found is not None and s.found.ankles_together > SURELY_TOGETHER for s in told.stretches]
-    if all(together):
+    if all(stretch.feet_together for stretch in told.stretches):
         return told
     others = [replace(film, frame_rate_hz=factor * film.frame_rate_hz) for factor in OTHER_RATES]
     tried: list[tuple[Stretch, Film]] = []

@@ -21,12 +21,13 @@ Full perspective: within 0.4 m of depth at 3 to 6 m it tells front from back.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import blas
 
 from pipeline.core.anatomical import BONES, JOINTS, PAIRS, PHASES
-from pipeline.core.fourier import cycle_basis, equal_phases
+from pipeline.core.fourier import cycle_basis, equal_phases, waves
 from pipeline.core.keypoint_walk.prior import Prior
 from pipeline.core.keypoint_walk.training import BLOCKS, HARMONICS, SIZE
 from pipeline.core.keypoint_walk.view import pitched, to_level, to_walker
@@ -37,6 +38,7 @@ UNKNOWNS = SIZE + 12
 
 CYCLE = cycle_basis(equal_phases(PHASES), BLOCKS)
 """(20, 9): basis at the phases at which lengths are looked at."""
+_MEAN = np.full(PHASES, 1.0 / PHASES)
 RIGHT, DOWN, AWAY, TURNED, LATER, PITCHED, NEARER = range(7)
 """Directions d; the functions of time are 1, t, the bend, and cosines."""
 _ALONG = np.zeros((BLOCKS, BLOCKS))
@@ -84,6 +86,21 @@ class Keypoints:
 
     pixels: np.ndarray
     weights: np.ndarray
+
+    @cached_property
+    def by_axis(self) -> np.ndarray:
+        """Pixels (2, 15, T)."""
+        return np.ascontiguousarray(self.pixels.T)
+
+    @cached_property
+    def by_joint(self) -> np.ndarray:
+        """Weights (15, T)."""
+        return np.ascontiguousarray(self.weights.T)
+
+    @cached_property
+    def seen(self) -> np.ndarray:
+        """Whether a joint is seen in a frame (15, T) bool."""
+        return self.by_joint > 0
 
 
 @dataclass(frozen=True)
@@ -143,15 +160,102 @@ class Quadratic:
 
 
 def point_costs(residual: np.ndarray, sigma_px: float, nu: float = NU) -> np.ndarray:
-    """Student's t of residuals (…, 2): twice a negative logarithm of a probability, (…)."""
-    return (nu + 2.0) * np.log1p((residual**2).sum(axis=-1) / (nu * sigma_px**2))
+    """Student's t of residuals (2, …): twice a negative logarithm of a probability, (…)."""
+    return (nu + 2.0) * np.log1p((residual[0] ** 2 + residual[1] ** 2) / (nu * sigma_px**2))
 
 
 def wander_basis(times: np.ndarray, cosines: int) -> np.ndarray:
     """Cosines (T, n) of 1, 2, … half periods over the clip, of mean zero."""
     share = (times - times[0]) / (times[-1] - times[0])
-    waves = np.cos(np.pi * share[:, None] * np.arange(1, cosines + 1))
-    return np.asarray(waves - waves.mean(axis=0))
+    found = np.cos(np.pi * share[:, None] * np.arange(1, cosines + 1))
+    return np.asarray(found - found.mean(axis=0))
+
+
+class Iterate:
+    """Unknowns, and what J has to know of them, worked out once.
+
+    Attributes
+    ----------
+    x : (417,)
+    heading : (T,)
+    basis : (9, T)
+    body, level : (3, 15, T)
+        P about the path, and P.
+    depth : (15, T)
+    tangent : (2, 15, T)
+        Q_xy / Q_z.
+    image : (2, 15, T)
+        px.
+    """
+
+    def __init__(self, objective: Objective, x: np.ndarray) -> None:
+        self.objective, self.x = objective, x
+        t = objective.setting.times
+        self.heading = x[HEADING] + x[TURN] * t
+        self.basis = waves(2.0 * np.pi * np.exp(x[LOG_F]) * t + x[PHASE], HARMONICS)
+        self.body = self.along(self.basis)
+        self.level = self.body + objective.path(x)[:, None]
+        points = (pitched(x[PITCH]) @ self.level.reshape(3, -1)).reshape(self.level.shape)
+        self.depth = np.maximum(points[2], NEAREST_MM)
+        self.tangent = points[:2] / self.depth
+        self.image = objective.focal_px(x) * self.tangent
+
+    def along(self, basis: np.ndarray) -> np.ndarray:
+        """The walker (3, 15, T) in level camera axes with this basis (9, T) of time."""
+        own = (self.x[:SIZE].reshape(-1, BLOCKS) @ basis).reshape(JOINTS, 3, -1)
+        return to_level(own.swapaxes(0, 1), self.heading)
+
+    @cached_property
+    def away(self) -> np.ndarray:
+        """W' less its mean, (405,)."""
+        return self.x[:SIZE] - self.objective.prior.mean.ravel()
+
+    @cached_property
+    def pull(self) -> np.ndarray:
+        """P0 (W' - m), (405,)."""
+        return np.asarray(self.objective.prior.precision @ self.away)
+
+    @cached_property
+    def lengths(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Bones (16, 3, K), their lengths (16, K), what these are off their means, and left less right (P,)."""
+        bones = (_ENDS @ self.x[:SIZE].reshape(JOINTS, -1)).reshape(-1, BLOCKS)
+        along = (bones @ CYCLE.T).reshape(len(BONES), 3, PHASES)
+        length = np.sqrt(along[:, 0] ** 2 + along[:, 1] ** 2 + along[:, 2] ** 2)
+        mean = length @ _MEAN
+        return along, length, length - mean[:, None], mean[PAIRS[:, 0]] - mean[PAIRS[:, 1]]
+
+    @cached_property
+    def ties(self) -> tuple[np.ndarray, np.ndarray]:
+        """Path minus belt velocity at three instants, (6,), and its derivatives (6, 417)."""
+        x, belt = self.x, self.objective.prior.belt
+        omega = 2.0 * np.pi * np.exp(x[LOG_F])
+        speed = omega * float(belt @ x[:SIZE])
+        t = self.objective.tie_times
+        heading = x[HEADING] + x[TURN] * t
+        s, c = np.sin(heading), np.cos(heading)
+        off = np.concatenate([x[VX] + x[AX] * t - speed * s, x[VZ] + x[AZ] * t + speed * c])
+        slope = np.zeros((6, len(x)))
+        slope[:3, VX], slope[3:, VZ] = 1.0, 1.0
+        slope[:3, AX], slope[3:, AZ] = t, t
+        direction = np.concatenate([-s, c])
+        turned = np.concatenate([-speed * c, -speed * s])
+        slope[:, :SIZE] = omega * direction[:, None] * belt
+        slope[:, LOG_F] = speed * direction
+        slope[:, HEADING] = turned
+        slope[:, TURN] = turned * np.concatenate([t, t])
+        return off, slope
+
+    @cached_property
+    def prior_cost(self) -> float:
+        """J without the data."""
+        objective = self.objective
+        _, _, off, apart = self.lengths
+        cost = self.away @ self.pull + objective.apart
+        cost += (off**2).sum(axis=-1) @ objective.length_weight + apart**2 @ objective.pair_weight
+        cost += (self.x[SIZE:] - objective.q_mean) ** 2 @ objective.q_precision
+        if objective.setting.overground:
+            cost += (self.ties[0] ** 2).sum() / objective.tie_variance
+        return float(cost)
 
 
 class Objective:
@@ -188,58 +292,45 @@ class Objective:
             variance[[VX - SIZE, VZ - SIZE]] = TREADMILL_SD**2
         # Two priors on the logarithm of the frequency make one.
         both = 1.0 / LOG_F_SD**2, 1.0 / (2.0 * population[1]) ** 2
-        self._apart = (np.log(start_hz) - population[0]) ** 2 * both[0] * both[1] / sum(both)
+        self.apart = (np.log(start_hz) - population[0]) ** 2 * both[0] * both[1] / sum(both)
         mean[LOG_F - SIZE] = (both[0] * np.log(start_hz) + both[1] * population[0]) / sum(both)
         variance[LOG_F - SIZE] = 1.0 / sum(both)
         self.q_mean, self.q_precision = mean, 1.0 / variance
         self._times = np.concatenate([[np.ones_like(t), t, self.bend], self.wander.T])
-        waves = np.arange(3, 3 + setting.cosines)
+        cosines = np.arange(3, 3 + setting.cosines)
         axes = np.repeat([RIGHT, DOWN, AWAY], setting.cosines)
         self._direction = np.array(
             [RIGHT, DOWN, AWAY, RIGHT, AWAY, TURNED, PITCHED, LATER, LATER, RIGHT, AWAY, TURNED, *axes]
             + [NEARER] * (setting.focal_sd > 0)
         )
         self._time = np.array(
-            [0, 0, 0, 1, 1, 0, 0, 0, 1, 2, 2, 1, *np.tile(waves, 3)] + [0] * (setting.focal_sd > 0)
+            [0, 0, 0, 1, 1, 0, 0, 0, 1, 2, 2, 1, *np.tile(cosines, 3)] + [0] * (setting.focal_sd > 0)
         )
         self._on_path = self._direction <= AWAY
-        self._constant = np.diag(np.concatenate([np.zeros(SIZE), self.q_precision])).T
-        self._constant[:SIZE, :SIZE] = prior.precision
         typical = 2.0 * np.pi * np.exp(population[0]) * float(prior.belt @ prior.model.mean.ravel())
         self.tie_variance = 3.0 * (TIE_SD[0] * typical + TIE_SD[1]) ** 2
         self.tie_times = np.array(TIE_TIMES) * float(t[-1] - t[0])
         self.length_weight = 2.0 * HARMONICS / PHASES / prior.bone_sd**2
         self.pair_weight = 1.0 / prior.pair_sd**2
 
-    # --- the image ------------------------------------------------------------------------------------------
+    def at(self, x: np.ndarray) -> Iterate:
+        """Unknowns with what follows from them."""
+        return Iterate(self, x)
 
     def camera_points(self, x: np.ndarray) -> np.ndarray:
         """Points Q (T, 15, 3) in camera axes, mm."""
-        return self._camera_points(self._level_points(x)[0], x).T
+        at = self.at(x)
+        return np.concatenate([at.tangent * at.depth, at.depth[None]]).T
 
     def level_points(self, x: np.ndarray) -> np.ndarray:
         """Points P (T, 15, 3) in level camera axes, mm."""
-        return self._level_points(x)[0].T
+        return self.at(x).level.T
 
-    def _level_points(
-        self, x: np.ndarray, *, moving: bool = False
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """P (3, 15, T), the part of it that is the body, with its derivative by the phase, and the basis (9, T)."""
-        walker = x[:SIZE].reshape(JOINTS, 3, BLOCKS).swapaxes(0, 1)
-        walker = np.concatenate([walker, walker @ _ALONG], axis=1) if moving else walker
-        t = self.setting.times
-        basis = cycle_basis(2.0 * np.pi * np.exp(x[LOG_F]) * t + x[PHASE], BLOCKS).T
-        own = (walker.reshape(-1, BLOCKS) @ basis).reshape(3, -1, len(t))
-        body = to_level(own, x[HEADING] + x[TURN] * t)
+    def path(self, x: np.ndarray) -> np.ndarray:
+        """Path (3, T) in level camera axes, mm."""
         along = np.zeros((3, len(self._times)))
         along[self._direction[self._on_path], self._time[self._on_path]] = x[SIZE:][self._on_path]
-        return body[:, :JOINTS] + (along @ self._times)[:, None], body, basis
-
-    @staticmethod
-    def _camera_points(level: np.ndarray, x: np.ndarray) -> np.ndarray:
-        points = np.tensordot(pitched(x[PITCH]), level, axes=1)
-        np.maximum(points[2], NEAREST_MM, out=points[2])
-        return points
+        return np.asarray(along @ self._times)
 
     def focal_px(self, x: np.ndarray) -> float:
         """Focal length, px."""
@@ -260,149 +351,92 @@ class Objective:
 
     def image(self, x: np.ndarray) -> np.ndarray:
         """Image of the walker (T, 15, 2), px."""
-        points = self._camera_points(self._level_points(x)[0], x)
-        return np.asarray(self.focal_px(x) * points[:2] / points[2]).T
+        return self.at(x).image.T
 
     def residual(self, x: np.ndarray, keypoints: Keypoints) -> np.ndarray:
         """Image of the walker minus keypoints (T, 15, 2), px."""
         return self.image(x) - keypoints.pixels
 
-    # --- everything else ------------------------------------------------------------------------------------
-
-    def _ties(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Path minus belt velocity at three instants, (6,), and its derivatives (6, 417)."""
-        omega = 2.0 * np.pi * np.exp(x[LOG_F])
-        speed = omega * float(self.prior.belt @ x[:SIZE])
-        t = self.tie_times
-        heading = x[HEADING] + x[TURN] * t
-        s, c = np.sin(heading), np.cos(heading)
-        off = np.concatenate([x[VX] + x[AX] * t - speed * s, x[VZ] + x[AZ] * t + speed * c])
-        slope = np.zeros((6, self.unknowns))
-        slope[:3, VX], slope[3:, VZ] = 1.0, 1.0
-        slope[:3, AX], slope[3:, AZ] = t, t
-        direction = np.concatenate([-s, c])
-        turned = np.concatenate([-speed * c, -speed * s])
-        slope[:, :SIZE] = omega * direction[:, None] * self.prior.belt
-        slope[:, LOG_F] = speed * direction
-        slope[:, HEADING] = turned
-        slope[:, TURN] = turned * np.concatenate([t, t])
-        return off, slope
-
-    def _lengths(self, walker: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        along = (_ENDS @ walker.reshape(JOINTS, -1)).reshape(len(BONES), 3, BLOCKS) @ CYCLE.T  # (16, 3, K)
-        length = np.sqrt((along**2).sum(axis=1))
-        mean = length.mean(axis=-1)
-        return along, length, length - mean[:, None], mean[PAIRS[:, 0]] - mean[PAIRS[:, 1]]
-
-    def prior_cost(self, x: np.ndarray) -> float:
-        """J without the data."""
-        away = x[:SIZE] - self.prior.mean.ravel()
-        _, _, off, apart = self._lengths(x[:SIZE].reshape(JOINTS, 3, BLOCKS))
-        q = x[SIZE:] - self.q_mean
-        cost = away @ self.prior.precision @ away + self._apart
-        cost += (off**2).sum(axis=-1) @ self.length_weight + apart**2 @ self.pair_weight
-        cost += (q**2 * self.q_precision).sum()
-        if self.setting.overground:
-            cost += (self._ties(x)[0] ** 2).sum() / self.tie_variance
-        return float(cost)
-
-    def cost(self, x: np.ndarray, keypoints: Keypoints, noise: Noise) -> float:
+    def cost(self, at: Iterate, keypoints: Keypoints, noise: Noise) -> float:
         """Return J."""
-        return self.cost_of(x, self.residual(x, keypoints), keypoints.weights, noise)
+        costs = point_costs(at.image - keypoints.by_axis, noise.sigma_px, self.setting.nu)
+        return float(np.vdot(costs, keypoints.by_joint)) / noise.kappa + at.prior_cost
 
-    def cost_of(self, x: np.ndarray, residual: np.ndarray, weights: np.ndarray, noise: Noise) -> float:
-        """Return J of x whose residuals are known."""
-        costs = point_costs(residual, noise.sigma_px, self.setting.nu) * weights
-        return float(costs.sum()) / noise.kappa + self.prior_cost(x)
-
-    def quadratic(self, x: np.ndarray, keypoints: Keypoints, noise: Noise) -> Quadratic:
-        """J, half its gradient and half its Gauss-Newton matrix at x."""
-        gradient, matrix = np.zeros(self.unknowns), self._constant.copy("F")
-        away = x[:SIZE] - self.prior.mean.ravel()
-        gradient[:SIZE] = self.prior.precision @ away
-        cost = float(away @ gradient[:SIZE]) + self._apart
-        q = x[SIZE:] - self.q_mean
-        gradient[SIZE:] += q * self.q_precision
-        cost += float((q**2 * self.q_precision).sum())
-        cost += self._add_image(x, keypoints, noise, gradient, matrix)
-        more, apart, slopes = self._add_lengths(x[:SIZE].reshape(JOINTS, 3, BLOCKS), gradient, matrix)
-        weight = self.pair_weight
+    def quadratic(self, at: Iterate, keypoints: Keypoints, noise: Noise) -> Quadratic:
+        """J, half its gradient and half its Gauss-Newton matrix."""
+        blocks, border, corner = self._of_image(at, keypoints, noise)
+        matrix = np.empty((self.unknowns, self.unknowns), order="F")
+        matrix[:SIZE, :SIZE], matrix[:SIZE, SIZE:] = self.prior.precision.T, 0.0
+        matrix[SIZE:, :SIZE] = border[:-1]
+        matrix[SIZE:, SIZE:] = corner[:-1, :-1]
+        matrix[range(SIZE, self.unknowns), range(SIZE, self.unknowns)] += self.q_precision
+        gradient = np.concatenate(
+            [at.pull + border[-1], corner[-1, :-1] + (at.x[SIZE:] - self.q_mean) * self.q_precision]
+        )
+        slopes = self._add_lengths(at, blocks, gradient, matrix)
+        weight, apart = self.pair_weight, at.lengths[-1]
         if self.setting.overground:
-            off, slope = self._ties(x)
+            off, slope = at.ties
             apart, slopes = np.concatenate([apart, off]), np.concatenate([slopes, slope])
             weight = np.concatenate([weight, np.full(len(off), 1.0 / self.tie_variance)])
-        cost += more + float(apart**2 @ weight)
         gradient += slopes.T @ (weight * apart)
         # In place: the matrix is large, and these are few.
         blas.dsyrk(1.0, slopes.T * np.sqrt(weight), 1.0, matrix, lower=1, overwrite_c=1)
-        return Quadratic(cost, gradient, matrix)
+        return Quadratic(self.cost(at, keypoints, noise), gradient, matrix)
 
-    def _add_image(
-        self, x: np.ndarray, keypoints: Keypoints, noise: Noise, gradient: np.ndarray, matrix: np.ndarray
-    ) -> float:
-        """Add the data's terms in place; return their cost."""
-        t, focal, nu = self.setting.times, self.focal_px(x), self.setting.nu
-        T, heading, R = len(t), x[HEADING] + x[TURN] * t, pitched(x[PITCH])
-        level, body, basis = self._level_points(x, moving=True)
-        points = self._camera_points(level, x)
-        tangent = points[:2] / points[2]
-        residual, weights = focal * tangent - keypoints.pixels.T, keypoints.weights.T
-        r2 = (residual**2).sum(axis=0) / noise.sigma_px**2
-        cost = (nu + 2.0) / noise.kappa * float((weights * np.log1p(r2 / nu)).sum())
-        w = np.sqrt(weights * (nu + 2.0) / (nu + r2) / noise.kappa) / noise.sigma_px
+    def _of_image(
+        self, at: Iterate, keypoints: Keypoints, noise: Noise
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The data's part of the matrix: of each joint (15, 27, 27), of q and walker, and of q; their last rows are
+        that of the gradient.
+        """
+        x, focal, nu = at.x, self.focal_px(at.x), self.setting.nu
+        T, R = len(at.heading), pitched(x[PITCH])
+        residual = at.image - keypoints.by_axis
+        r2 = (residual[0] ** 2 + residual[1] ** 2) / noise.sigma_px**2
+        w = np.sqrt(keypoints.by_joint * (nu + 2.0) / (nu + r2) / noise.kappa) / noise.sigma_px
 
         # The weighted image's derivative by P: f / Z of (R's first rows less the tangent times its last).
-        seen = w * focal / points[2] * (R[:2, :, None, None] - tangent[:, None] * R[2][:, None, None])
-        information = np.einsum("iajt,ibjt->abjt", seen, seen)
-        pull = np.einsum("iajt,ijt->ajt", seen, w * residual)
-        gradient[:SIZE] += (
-            (to_walker(pull, heading).reshape(-1, T) @ basis.T).reshape(3, JOINTS, -1).swapaxes(0, 1).ravel()
-        )
+        seen = w * focal / at.depth * (R[:2].T[..., None, None] - at.tangent * R[2][:, None, None, None])
+        moved = at.along(_ALONG @ at.basis)
+        directions = np.empty((NEARER + 1, 2, JOINTS, T))
+        directions[:TURNED] = seen
+        directions[TURNED] = seen[2] * at.body[0] - seen[0] * at.body[2]
+        directions[LATER] = seen[0] * moved[0] + seen[1] * moved[1] + seen[2] * moved[2]
+        directions[PITCHED] = seen[2] * at.level[1] - seen[1] * at.level[2]
+        directions[NEARER] = w * focal * at.tangent
+        times = self._times[self._time]
+        times[LOG_F - SIZE] *= 2.0 * np.pi * np.exp(x[LOG_F])
 
-        own, zero = body[:, :JOINTS], np.zeros_like(w)
-        directions = [(-own[2], zero, own[0]), body[:, JOINTS:], (zero, -level[2], level[1])]
-        if self.setting.focal_sd:
-            directions.append(-points[2] * R[2][:, None, None])
-        moved = np.array(directions)  # (3 or 4, 3, 15, T)
-        told = np.concatenate([information, np.einsum("dajt,abjt->dbjt", moved, information)])
-        d, f = self._direction, self._time
-        scale = np.ones(len(d))
-        scale[LOG_F - SIZE] = 2.0 * np.pi * np.exp(x[LOG_F])
-        pulled = np.concatenate([pull.sum(axis=1), np.einsum("dajt,ajt->dt", moved, pull)])
-        gradient[SIZE:] += scale * (pulled @ self._times.T)[d, f]
-
-        # Products of functions of time, summed over the frames.
-        pairs = np.concatenate([told.sum(axis=2), np.einsum("dajt,bajt->dbt", told, moved)], axis=1)
-        corner = pairs @ (self._times[:, None] * self._times).reshape(-1, T).T
-        corner = corner.reshape(*pairs.shape[:2], len(self._times), -1)[d[:, None], d, f[:, None], f]
-        matrix[SIZE:, SIZE:] += scale[:, None] * corner * scale
-        told = to_walker(told.swapaxes(0, 1), heading)  # (3, 6 or 7, 15, T)
-        border = told.reshape(-1, T) @ (self._times[:, None] * basis).reshape(-1, T).T
-        border = border.reshape(3, -1, JOINTS, len(self._times), BLOCKS)[:, d, :, f]
-        border = (scale[:, None, None, None] * border).swapaxes(1, 2).reshape(len(d), SIZE)
-        matrix[SIZE:, :SIZE] += border
-        information = to_walker(told[:, :3].swapaxes(0, 1), heading)
-        blocks = information.reshape(-1, T) @ (basis[:, None] * basis).reshape(-1, T).T
-        of_joints = matrix[:SIZE, :SIZE].reshape(JOINTS, 3, BLOCKS, JOINTS, 3, BLOCKS)
-        of_joints = np.einsum("jakjbl->abjkl", of_joints)  # a view of the blocks on the diagonal
-        of_joints += blocks.reshape(3, 3, JOINTS, BLOCKS, BLOCKS)
-        return cost
+        # By joint the derivatives by its own coefficients, by q, and the residual: their products are all there is.
+        rows = np.empty((JOINTS, 3 * BLOCKS + len(times) + 1, 2, T))
+        own = to_walker(seen, at.heading).transpose(2, 0, 1, 3)[:, :, None]
+        np.multiply(own, at.basis[:, None], out=rows[:, : 3 * BLOCKS].reshape(JOINTS, 3, BLOCKS, 2, T))
+        of_q = directions[self._direction] * times[:, None, None]
+        rows[:, 3 * BLOCKS : -1] = of_q.transpose(2, 0, 1, 3)
+        rows[:, -1] = (w * residual).swapaxes(0, 1)
+        flat = rows.reshape(JOINTS, -1, 2 * T)
+        products = flat @ flat.swapaxes(1, 2)
+        border = products[:, 3 * BLOCKS :, : 3 * BLOCKS].swapaxes(0, 1).reshape(-1, SIZE)
+        corner = products[:, 3 * BLOCKS :, 3 * BLOCKS :].sum(axis=0)
+        return products[:, : 3 * BLOCKS, : 3 * BLOCKS], border, corner
 
     def _add_lengths(
-        self, walker: np.ndarray, gradient: np.ndarray, matrix: np.ndarray
-    ) -> tuple[float, np.ndarray, np.ndarray]:
-        """Add the terms of constant lengths in place; return their cost, and of pairs differences (6,) and slopes."""
-        along, length, off, apart = self._lengths(walker)
+        self, at: Iterate, blocks: np.ndarray, gradient: np.ndarray, matrix: np.ndarray
+    ) -> np.ndarray:
+        """Add the terms of constant lengths and of the joints' blocks in place; return slopes of pairs (6, 417)."""
+        along, length, off, _ = at.lengths
         slope = ((along / length[:, None])[:, :, None] * CYCLE.T).reshape(len(BONES), 27, PHASES)
-        mean = slope.mean(axis=-1)
+        mean = slope @ _MEAN
         pull = slope @ (self.length_weight[:, None] * off)[..., None]
         gradient[:SIZE] += (_ENDS.T @ pull[..., 0]).ravel()
-        centred = slope - mean[..., None]
-        blocks = (self.length_weight[:, None, None] * centred) @ np.swapaxes(centred, 1, 2)
+        slope -= mean[..., None]
+        slope *= np.sqrt(self.length_weight)[:, None, None]
+        of_bones = slope @ slope.swapaxes(1, 2)
         of_joints = matrix[:SIZE, :SIZE].reshape(JOINTS, 27, JOINTS, 27)
-        of_joints[BONES.max(axis=1), :, BONES.min(axis=1)] -= blocks
+        of_joints[BONES.max(axis=1), :, BONES.min(axis=1)] -= of_bones
         on_diagonal = np.einsum("jajb->jab", of_joints)  # a view
-        on_diagonal += (np.abs(_ENDS).T @ blocks.reshape(len(BONES), -1)).reshape(JOINTS, 27, 27)
+        on_diagonal += blocks + (np.abs(_ENDS).T @ of_bones.reshape(len(BONES), -1)).reshape(JOINTS, 27, 27)
         slopes = np.zeros((len(PAIRS), self.unknowns))
         slopes[:, :SIZE] = (_PAIRED @ mean).reshape(len(PAIRS), SIZE)
-        return float((off**2).sum(axis=-1) @ self.length_weight), apart, slopes
+        return slopes

@@ -48,6 +48,14 @@ class Path:
     metric: np.ndarray
 
 
+def median_of_seen(values: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    """Medians (…) over the last axis of values (…, n) where these are seen (…, n): of each a few at least."""
+    ordered = np.sort(np.where(seen, values, np.inf), axis=-1)
+    count = np.broadcast_to(seen, values.shape).sum(axis=-1, keepdims=True)
+    middle = [np.take_along_axis(ordered, at // 2, axis=-1)[..., 0] for at in (count - 1, count)]
+    return np.asarray((middle[0] + middle[1]) / 2.0)
+
+
 def _robust_regression(columns: np.ndarray, values: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Coefficients of columns (T, n) by Cauchy weights, five rounds; the first column is constant."""
     design_ = columns
@@ -183,7 +191,8 @@ def straighten(
     place = np.stack([np.median(values[w[:, k] > 0, k], axis=0) for k in range(len(trunk))])
     total = w.sum(axis=1)
     mean = ((values - place) * w[..., None]).sum(axis=1) / np.where(total > 0, total, 1.0)[:, None]
-    columns = np.stack([np.concatenate([design(f, times, 2), powers], axis=1) for f in frequencies])
+    powers_of_each = np.broadcast_to(powers, (len(frequencies), *powers.shape))
+    columns = np.concatenate([design(frequencies[:, None], times, 2), powers_of_each], axis=2)
     found, squares = regress_tracks(columns, mean[:, None], total[:, None])
     best = found[int(np.argmin(squares)), 0]
     path = powers @ best[5:] + best[0]

@@ -97,7 +97,7 @@ def posterior(prior: Prior, fit: Fit, keypoints: Keypoints) -> Posterior:
     """
     x, times = fit.x, fit.objective.setting.times
     T = len(times)
-    matrix = fit.objective.quadratic(x, keypoints, fit.noise).matrix
+    matrix = fit.objective.quadratic(fit.objective.at(x), keypoints, fit.noise).matrix
     walker = give_bias_back(prior, x[:SIZE])
     back = np.eye(len(x), order="F")
     back[:SIZE, :SIZE] = prior.giving_back.T

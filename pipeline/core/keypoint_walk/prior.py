@@ -14,7 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.linalg import cho_factor, cho_solve, lapack
 
 from pipeline.core.anatomical import JOINTS, definitions, stance_rows
 from pipeline.core.keypoint_walk.training import BLOCKS, SIZE, WalkerModel
@@ -179,19 +179,19 @@ def projected_grid(mean: np.ndarray, covariance: np.ndarray, seen: np.ndarray) -
     axes = level_axes(headings)
     part = covariance.reshape(JOINTS, 3, BLOCKS, JOINTS, 3, BLOCKS)
     part = part[joints][:, :, :GRID_BLOCKS][:, :, :, joints][:, :, :, :, :, :GRID_BLOCKS]
-    average = mean[joints][:, :, :GRID_BLOCKS]
     size = count * 2 * GRID_BLOCKS
     # Coefficients about the mean of the joints seen: the place in the image says nothing here.
     centring = np.eye(count) - 1.0 / count
-    constant = np.ix_(range(count), (0, 1), (0,))
 
-    def centred(rows: np.ndarray) -> np.ndarray:
-        rows = rows.reshape(count, 2, GRID_BLOCKS, -1).copy()
-        rows[:, :, 0] = np.tensordot(centring, rows[:, :, 0], axes=1)
-        return rows.reshape(size, -1)
+    def centred(values: np.ndarray) -> np.ndarray:
+        values = values.copy()
+        values[:, :, 0] = np.tensordot(centring, values[:, :, 0], axes=1)
+        return values
 
+    average = centred(mean[joints][:, :, :GRID_BLOCKS])
+    part = centred(centred(part).transpose(3, 4, 5, 0, 1, 2))
     extra = np.full((count, 2, GRID_BLOCKS), GRID_HARMONIC_MM**2)
-    extra[constant] = GRID_CONSTANT_MM**2 + (0.0 if seen.all() else UNSEEN_MM**2)
+    extra[:, :, 0] = GRID_CONSTANT_MM**2 + (0.0 if seen.all() else UNSEEN_MM**2)
     means = np.empty((HEADINGS, size))
     factors = np.empty((HEADINGS, size, size))
     determinants = np.empty(HEADINGS)
@@ -200,16 +200,14 @@ def projected_grid(mean: np.ndarray, covariance: np.ndarray, seen: np.ndarray) -
         rows = np.tensordot(image, part, axes=(1, 1))  # (2, J, b, J, 3, b)
         both = np.tensordot(image, rows, axes=(1, 4))  # (2', 2, J, b, J, b)
         both = both.transpose(2, 1, 3, 4, 0, 5).reshape(size, size)
-        both = centred(centred(both).T)
         level = np.einsum("ia,jab->jib", turn, average)
-        means[number] = centred(level[:, :2].reshape(size, 1))[:, 0]
+        means[number] = level[:, :2].ravel()
         tilt = np.zeros((count, 2, GRID_BLOCKS))
         tilt[:, 1] = level[:, 2]
-        tilted = centred(tilt.reshape(size, 1))[:, 0]
         both += np.diag(extra.ravel()) + GRID_SIZE**2 * np.outer(means[number], means[number])
-        both += GRID_PITCH**2 * np.outer(tilted, tilted)
+        both += GRID_PITCH**2 * np.outer(tilt, tilt)
         factor = np.linalg.cholesky(both)
-        factors[number] = solve_triangular(factor, np.eye(size), lower=True)
+        factors[number] = lapack.dtrtri(factor, lower=1)[0]
         determinants[number] = 2.0 * np.log(np.diag(factor)).sum()
     return Grid(headings, factors, (factors @ means[..., None])[..., 0], determinants)
 

@@ -13,18 +13,23 @@ from pipeline.core.anatomical import JOINTS
 from pipeline.core.keypoint_walk.cycle import GaitCycle, gait_cycle
 from pipeline.core.keypoint_walk.exchanged import exchange_all
 from pipeline.core.keypoint_walk.objective import HEADING, LOG_F, NU, PHASE, Keypoints, Setting
-from pipeline.core.keypoint_walk.posterior import Posterior, posterior
+from pipeline.core.keypoint_walk.path import median_of_seen
+from pipeline.core.keypoint_walk.posterior import (
+    Posterior,
+    give_bias_back,
+    posterior,
+    relative_positions,
+)
 from pipeline.core.keypoint_walk.prior import Prior
 from pipeline.core.keypoint_walk.refinement import Fit, Refinement
 from pipeline.core.keypoint_walk.start import Starts, find_starts
-from pipeline.core.keypoint_walk.training import HEIGHT_MM
+from pipeline.core.keypoint_walk.training import HEIGHT_MM, SIZE
 from pipeline.core.keypoint_walk.view import level_axes
 from pipeline.shortened import shortened
 from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
 
 _LEGS = [WALKER15.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("knee", "ankle")]
-_SIDES = [[WALKER15.index(f"{side}_{joint}") for joint in ("hip", "ankle")] for side in ("left", "right")]
 
 SAME = (np.radians(4.0), np.radians(8.0), 0.015)
 """Candidates that differ by less in heading, phase and relative frequency are one."""
@@ -47,10 +52,14 @@ SURELY_TOGETHER = 0.5
 """Correlation of the two ankles, each about its hip, beyond which nobody walks, at whatever frame rate and camera."""
 COSINES_PER_STRIDE = 0.8
 """Cosines for each stride of the clip: the fastest has a period of 2.5 strides."""
-RACES = ((5, 400.0), (3, 200.0))
+RACES = ((1, 800.0), (1, 1500.0), (1, 1500.0), (2, 400.0), (3, 200.0))
 """Steps of every start, and the difference of cost then beyond which it is given up: the best never was."""
 LABELS_UNSURE = 100.0
 """A difference of cost between labellings below which both are returned."""
+
+
+class FeetTogether(InvalidInput):
+    """Somebody whose feet move together, who does not walk."""
 
 
 @dataclass(frozen=True)
@@ -131,20 +140,6 @@ class Reconstruction:
         moved, usual = np.sum(power, axis=0)
         return float(np.sqrt(moved / usual))
 
-    @cached_property
-    def ankles_together(self) -> float:
-        """Correlation of the ankles' motion in the image, each about its hip, within ±1; 0 if a leg is not seen."""
-        metric, seen = self.starts.path.metric, self.keypoints.weights > 0
-        both = seen[:, np.ravel(_SIDES)].all(axis=1)
-        if both.sum() < 5:
-            return 0.0
-        columns = self.fit.objective.setting.times[both, None] ** np.arange(3)
-        left, right = (metric[both, ankle] - metric[both, hip] for hip, ankle in _SIDES)
-        left, right = (
-            about - columns @ np.linalg.lstsq(columns, about, rcond=None)[0] for about in (left, right)
-        )
-        return float((left * right).sum() / max(np.sqrt((left**2).sum() * (right**2).sum()), 1e-9))
-
     @property
     def unshared_residual(self) -> float:
         """Share of the residual, 0 to 1, that is neither a shift nor a change of size of the whole body in a frame."""
@@ -163,6 +158,13 @@ class Reconstruction:
     def posterior(self) -> Posterior:
         """The walk and its error bars; computed when it is asked for: most that is tried is not told."""
         return posterior(self.fit.objective.prior, self.fit, self.keypoints)
+
+    @property
+    def positions_mm(self) -> np.ndarray:
+        """Positions (T, 15, 3) as `posterior` has them, without their error bars."""
+        x, objective = self.fit.x, self.fit.objective
+        walker = give_bias_back(objective.prior, x[:SIZE])
+        return relative_positions(walker, x, objective.setting.times)
 
     @property
     def focal_px(self) -> float:
@@ -213,6 +215,7 @@ def reconstruct(
     nu: float = NU,
     focal_sd: float = 0.0,
     most_distance: float = np.inf,
+    most_together: float = np.inf,
 ) -> Reconstruction:
     """Reconstruct a straight walk.
 
@@ -239,9 +242,13 @@ def reconstruct(
         Standard deviation of the logarithm of the focal length, which is then an unknown of the fit; 0: it is known.
     most_distance : float
         Distance from walkers beyond which nothing is refined: see `Starts.least_distance`.
+    most_together : float
+        Correlation of the ankles beyond which nothing is refined: see `Starts.ankles_together`.
 
     Raises
     ------
+    FeetTogether
+        If the ankles move together.
     InvalidInput
         If the arrays do not fit, too little is seen, nobody stands upright, or no walker looks like this.
     """
@@ -267,14 +274,10 @@ def reconstruct(
             if overground is not None:
                 starts = replace(starts, overground=overground)
             setting = Setting(times, focal_px, starts.overground, cosines, nu, focal_sd)
-            begun += [
-                _Begun(
-                    bool(other),
-                    starts,
-                    Refinement(prior, setting, keypoints, start, starts.path, relabel=relabel),
-                )
-                for start in starts.starts[:most_starts]
-            ]
+            refine = partial(Refinement, prior, setting, keypoints, path=starts.path, relabel=relabel)
+            begun += [_Begun(bool(other), starts, refine(start)) for start in starts.starts[:most_starts]]
+        if (together := begun[0].starts.ankles_together) > most_together:
+            raise FeetTogether(f"the feet move together: correlation {together:.2f}")
         if min(one.starts.least_distance for one in begun) > most_distance:
             raise InvalidInput("a walker looks like this from no side")
         return _best_of(begun)
@@ -337,7 +340,7 @@ def find_shake(best: _Begun, prior: Prior) -> np.ndarray:
         residual = np.where(seen, fit.objective.residual(fit.x, used), np.nan)
         some = seen.sum(axis=(1, 2)) >= 4
         common = np.zeros_like(shake)
-        common[some] = -np.nanmedian(residual[some], axis=1)
+        common[some] = -median_of_seen(residual[some].swapaxes(1, 2), seen[some].swapaxes(1, 2))
         squares = np.minimum(residual[some] ** 2, (OUTLIER * fit.noise.sigma_px) ** 2)
         if not shake.any() and (common[some] ** 2).mean() < SHAKEN_SHARE * np.nanmean(squares):
             break
@@ -394,6 +397,8 @@ def reconstruct_followed(
 ) -> Reconstruction:
     """Reconstruct a walk; if much is left, with a path that wanders, too, as before a camera that follows.
 
+    Nothing is refined of somebody whose feet surely move together: no walk would come of it.
+
     Parameters
     ----------
     pixels, weights, frame_rate_hz, focal_px, prior, both_labellings, focal_sd, most_distance
@@ -403,9 +408,9 @@ def reconstruct_followed(
     strides = (len(pixels) - 1) / frame_rate_hz * float(np.exp(prior.model.log_frequency[0]))
     cosines = int(COSINES_PER_STRIDE * strides)
     once = partial(reconstruct, *given, both_labellings=both_labellings, most_distance=most_distance)
-    still = once(focal_sd=focal_sd)
+    still = once(focal_sd=focal_sd, most_together=SURELY_TOGETHER)
     enough = still.relative_residual <= FOLLOWED_RESIDUAL or strides < 2.0
-    if enough or still.ankles_together > SURELY_TOGETHER or still.unshared_residual > UNSHARED:
+    if enough or still.unshared_residual > UNSHARED:
         return still
     # A camera that follows turns: where in the image somebody is says nothing of its focal length, which is held.
     followed = once(cosines=cosines)

@@ -6,7 +6,9 @@ by little at once, and halved until the cost falls.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property, partial
 
 import numpy as np
 from scipy.linalg import lapack
@@ -27,6 +29,7 @@ from pipeline.core.keypoint_walk.objective import (
     Keypoints,
     Noise,
     Objective,
+    Quadratic,
     Setting,
     point_costs,
 )  # fmt: skip
@@ -79,22 +82,23 @@ class Fit:
     objective: Objective
 
 
-def estimate_noise(residual: np.ndarray, weights: np.ndarray) -> Noise:
-    """Scale of residuals (T, 15, 2) and how often the same error is seen again.
+def estimate_noise(residual: np.ndarray, seen: np.ndarray) -> Noise:
+    """Scale of residuals (2, 15, T) of what is seen (15, T), and how often the same error is seen again.
 
     kappa is (1 + rho) / (1 - rho), rho the pooled correlation of a residual with that of the next frame.
     """
-    seen = weights > 0
-    size = np.sqrt((residual**2).sum(axis=-1))
-    sigma = (
-        float(np.clip(np.median(np.abs(residual[seen])) / 0.6745, *SIGMA_PX)) if seen.any() else SIGMA_PX[0]
-    )
-    clipped = residual * (seen * np.minimum(1.0, 3.0 * sigma / np.maximum(size, 1e-9)))[..., None]
-    both = seen[1:] & seen[:-1]
-    after, before = clipped[1:] * both[..., None], clipped[:-1] * both[..., None]
-    power = 0.5 * float((after**2).sum() + (before**2).sum())
-    rho = float((after * before).sum()) / power if power > 0 else 0.0
-    rho = float(np.clip(rho, 0.0, MOST_CORRELATION))
+    sigma = SIGMA_PX[0]
+    if seen.any():
+        sizes = np.abs(residual)[:, seen].ravel()
+        half = len(sizes) // 2  # of two axes: an even number
+        middle = np.partition(sizes, (half - 1, half))[half - 1 : half + 1]
+        sigma = min(max(float(middle.mean()) / 0.6745, SIGMA_PX[0]), SIGMA_PX[1])
+    square = residual[0] ** 2 + residual[1] ** 2
+    share = seen * np.minimum(1.0, 3.0 * sigma / np.sqrt(np.maximum(square, 1e-18)))
+    clipped, square = share * residual, share**2 * square
+    power = 0.5 * float((square[:, 1:] * seen[:, :-1] + square[:, :-1] * seen[:, 1:]).sum())
+    rho = float((clipped[..., 1:] * clipped[..., :-1]).sum()) / power if power > 0 else 0.0
+    rho = min(max(rho, 0.0), MOST_CORRELATION)
     return Noise(sigma, (1.0 + rho) / (1.0 - rho))
 
 
@@ -115,21 +119,23 @@ def trunk_of(keypoints: Keypoints) -> list[int]:
     return [j for j in TRUNK if (keypoints.weights[:, j] > 0).mean() >= SEEN_SHARE] or list(range(JOINTS))
 
 
-def _solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
-    _, solution, failed = lapack.dposv(matrix, right, lower=1)
+def _solve(here: Quadratic, again: Callable[[], Quadratic]) -> np.ndarray:
+    """Solve the Gauss-Newton equations in the place of their matrix."""
+    _, solution, failed = lapack.dposv(here.matrix, here.gradient, lower=1, overwrite_a=1)
     if failed:  # unknowns that nothing determines, from an ill-conditioned start
+        matrix = again().matrix
         matrix = np.tril(matrix) + np.tril(matrix, -1).T
         matrix = matrix + 1e-6 * np.diag(np.diag(matrix)) + 1e-9 * np.eye(len(matrix))
-        solution = np.linalg.lstsq(matrix, right, rcond=None)[0]
+        solution = np.linalg.lstsq(matrix, here.gradient, rcond=None)[0]
     return np.asarray(solution)
 
 
 def find_exchanged(kept: np.ndarray, swapped: np.ndarray) -> dict[str, np.ndarray]:
-    """Frames of legs and of arms that are better exchanged, of costs (T, 15) as labelled and exchanged."""
+    """Frames of legs and of arms that are better exchanged, of costs (15, T) as labelled and exchanged."""
     found = {}
     for limb, pairs in LIMBS.items():
         joints = [joint for pair in pairs for joint in pair]
-        found[limb] = cheapest_labels(kept[:, joints].sum(axis=1), swapped[:, joints].sum(axis=1))
+        found[limb] = cheapest_labels(kept[joints].sum(axis=0), swapped[joints].sum(axis=0))
     return found
 
 
@@ -164,16 +170,18 @@ class Refinement:
     ) -> None:
         self.objective = Objective(prior, setting, start.frequency_hz)
         if unknowns is None:
-            self.x = np.zeros(self.objective.unknowns)
-            self.x[:UNKNOWNS] = initial_unknowns(prior, start, path, setting.focal_px, trunk_of(keypoints))
-        else:
-            self.x = unknowns.copy()
+            unknowns = np.zeros(self.objective.unknowns)
+            unknowns[:UNKNOWNS] = initial_unknowns(prior, start, path, setting.focal_px, trunk_of(keypoints))
+        self._at = self.objective.at(unknowns.copy())
         none = np.zeros(len(setting.times), dtype=bool)
         self._start, self._given, self._relabel = start, keypoints, relabel
         self._exchanged, self.used = dict.fromkeys(LIMBS, none), keypoints
-        self._swapped = _exchanged(keypoints, dict.fromkeys(LIMBS, ~none))
         self._step, self._converged = 0, False
-        self._found(self.objective.residual(self.x, keypoints))
+        self._look_again()
+
+    @cached_property
+    def _swapped(self) -> Keypoints:
+        return _exchanged(self._given, dict.fromkeys(LIMBS, np.ones(len(self._given.pixels), dtype=bool)))
 
     def advance(self, steps: int | None = None) -> Refinement:
         """Go so many steps further, or until the cost hardly falls."""
@@ -185,44 +193,42 @@ class Refinement:
             self._step += 1
             if self._relabel and self._step in RELABEL_STEPS:
                 self._look_for_exchanged()
-            noise = self.noise
-            here = self.objective.quadratic(self.x, self.used, noise)
-            move = -_solve(here.matrix, here.gradient)
+            noise, quadratic = self.noise, partial(self.objective.quadratic, self._at, self.used, self.noise)
+            here = quadratic()
+            move = -_solve(here, quadratic)
             move /= max(*(abs(move[index]) / limit for index, limit in limits), 1.0)
             cost = here.cost
             for _ in range(MOST_HALVINGS):
-                moved = self.objective.moved(self.x, move)
-                residual = self.objective.residual(moved, self.used)
-                there = self.objective.cost_of(moved, residual, self.used.weights, noise)
+                moved = self.objective.at(self.objective.moved(self._at.x, move))
+                there = self.objective.cost(moved, self.used, noise)
                 if there < here.cost:
-                    self.x, cost = moved, there
-                    self._found(residual)
+                    self._at, cost = moved, there
+                    self._look_again()
                     break
                 move /= 2.0
             self._converged = here.cost - cost < ENOUGH
         return self
 
-    def _found(self, residual: np.ndarray) -> None:
-        self._residual, self.noise = residual, estimate_noise(residual, self.used.weights)
+    def _look_again(self) -> None:
+        self.noise = estimate_noise(self._at.image - self.used.by_axis, self.used.seen)
 
     def cost(self, noise: Noise) -> float:
         """J where this start has come to, at this noise."""
-        return self.objective.cost_of(self.x, self._residual, self.used.weights, noise)
+        return self.objective.cost(self._at, self.used, noise)
 
     def _look_for_exchanged(self) -> None:
         sigma_px, nu = self.noise.sigma_px, self.objective.setting.nu
-        image = self.objective.image(self.x)
         costs = [
-            point_costs(image - points.pixels, sigma_px, nu) * points.weights
+            point_costs(self._at.image - points.by_axis, sigma_px, nu) * points.by_joint
             for points in (self._given, self._swapped)
         ]
         self._exchanged = find_exchanged(costs[0], costs[1])
         self.used = _exchanged(self._given, self._exchanged)
-        self._found(image - self.used.pixels)
+        self._look_again()
 
     def fit(self) -> Fit:
         """Return the walker so far."""
-        x = self.x.copy()
+        x = self._at.x.copy()
         for angle in (HEADING, PHASE):
             x[angle] = (x[angle] + np.pi) % (2.0 * np.pi) - np.pi
         cost = self.cost(self.noise)

@@ -21,6 +21,7 @@ from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
 
 PHASES = 36
+_SIDES = [[WALKER15.index(f"{side}_{joint}") for joint in ("hip", "ankle")] for side in ("left", "right")]
 OVERGROUND_SHARE = 0.4
 """A path faster than this share of the average walker's belt is overground."""
 MOST_STARTS = 4
@@ -59,6 +60,8 @@ class Starts:
     least_distance : float
         The squared distance in the smallest J, without the path's say, over the number of coefficients: about 1 for an
         average walker.
+    ankles_together : float
+        Correlation of the ankles' motion in the image, each about its hip, within ±1; 0 if a leg is not seen.
     headings_rad : (72,)
     heading_cost : (72,)
         Smallest J at each heading, with the path's say.
@@ -68,6 +71,7 @@ class Starts:
     path: Path
     overground: bool
     least_distance: float
+    ankles_together: float
     headings_rad: np.ndarray
     heading_cost: np.ndarray
 
@@ -98,8 +102,8 @@ def frequency_candidates(
     grid = np.exp(np.arange(np.log(lowest_hz(duration)), np.log(SEARCH_HZ[1]) + 0.01, 0.02))
 
     def columns(frequencies: np.ndarray) -> np.ndarray:
-        drift = (times / duration)[:, None]
-        return np.stack([np.concatenate([design(f, times, 2), drift], axis=1) for f in frequencies])
+        drift = np.broadcast_to((times / duration)[:, None], (len(frequencies), len(times), 1))
+        return np.concatenate([design(frequencies[:, None], times, 2), drift], axis=2)
 
     tried = columns(grid)
     count = 2.0 * float((weights > 0).sum())
@@ -157,8 +161,10 @@ def _grid_cost(grid: Grid, images: np.ndarray, phases: np.ndarray) -> np.ndarray
 
 def _local_minima(cost: np.ndarray) -> np.ndarray:
     """Cells (n, 2) of a grid on a torus that no neighbour undercuts."""
-    around = np.lib.stride_tricks.sliding_window_view(np.pad(cost, 1, mode="wrap"), (3, 3))
-    return np.argwhere(cost == around.min(axis=(2, 3)))
+    around = cost
+    for axis in (0, 1):
+        around = np.minimum(around, np.minimum(np.roll(around, 1, axis), np.roll(around, -1, axis)))
+    return np.argwhere(cost == around)
 
 
 def _apart(angle: float) -> float:
@@ -198,10 +204,11 @@ def find_starts(
     if seen.sum() < 4:
         names = ", ".join(np.array(WALKER15.joints)[seen]) or "none"
         raise InvalidInput("fewer than four joints are seen in a fifth of the frames", received=names)
-    weights = weights * seen
+    shown, weights = weights > 0, weights * seen
     heights = prior.mean[:, 2, 0]
     typical = float(np.exp(model.log_frequency[0]))
     path = straighten(pixels, weights, times, heights, focal_px, typical, cosines)
+    together = _ankles_together(path.metric, shown, times)
     frequencies, worse, image = frequency_candidates(path.metric, weights, times, model.log_frequency)
     worse = worse - worse.min()
     whole = bool(np.array_equal(seen, prior.detector.seen))
@@ -251,4 +258,17 @@ def find_starts(
         if different and near and len(chosen) < MOST_STARTS:
             chosen.append(start)
     scaled = Path(path.distance / size, path.place_mm / size, velocity, path.metric / size)
-    return Starts(tuple(chosen), scaled, overground, distance, grid.headings_rad, heading_cost)
+    return Starts(tuple(chosen), scaled, overground, distance, together, grid.headings_rad, heading_cost)
+
+
+def _ankles_together(metric: np.ndarray, seen: np.ndarray, times: np.ndarray) -> float:
+    """Correlation of the ankles about their hips in the image (T, 15, 2), 0 where too little is seen (T, 15)."""
+    both = seen[:, np.ravel(_SIDES)].all(axis=1)
+    if both.sum() < 5:
+        return 0.0
+    columns = times[both, None] ** np.arange(3)
+    left, right = (metric[both, ankle] - metric[both, hip] for hip, ankle in _SIDES)
+    left, right = (
+        about - columns @ np.linalg.lstsq(columns, about, rcond=None)[0] for about in (left, right)
+    )
+    return float((left * right).sum() / max(np.sqrt((left**2).sum() * (right**2).sum()), 1e-9))

@@ -67,12 +67,9 @@ def _moved(one: np.ndarray, others: np.ndarray) -> np.ndarray:
 def _heights(pixels: np.ndarray) -> np.ndarray:
     """Heights (N,) of joints (N, 15, 2) in the image; NaN where too few are seen."""
     seen = np.isfinite(pixels).all(axis=-1)
-    enough = seen.sum(axis=1) >= 4
-    height = np.full(len(pixels), np.nan)
-    for n in np.flatnonzero(enough):
-        points = pixels[n, seen[n]]
-        height[n] = max(np.ptp(points[:, 1]), np.ptp(points[:, 0]), 1e-9)
-    return height
+    ends = [(np.where(seen[..., None], pixels, sign * np.inf) * sign).min(axis=1) for sign in (1.0, -1.0)]
+    size = np.maximum(-(ends[0] + ends[1]).min(axis=-1), 1e-9)
+    return np.where(seen.sum(axis=1) >= 4, size, np.nan)
 
 
 def find_tracks(

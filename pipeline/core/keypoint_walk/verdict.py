@@ -15,7 +15,7 @@ import numpy as np
 
 from pipeline.core.fourier import cycle_basis
 from pipeline.core.keypoint_walk.objective import LOG_F, PHASE
-from pipeline.core.keypoint_walk.path import TRUNK
+from pipeline.core.keypoint_walk.path import TRUNK, median_of_seen
 from pipeline.core.keypoint_walk.reconstruction import Reconstruction
 from pipeline.core.keypoint_walk.training import BLOCKS, HEIGHT_MM
 
@@ -79,8 +79,8 @@ def bounce(found: Reconstruction) -> float:
     if rows.sum() < 2 * columns.shape[1]:
         return 1.0
     # Each joint about its own middle, so that a joint that is missing does not move the trunk.
-    about = np.where(seen, down[:, trunk], np.nan)
-    height = -np.nanmean((about - np.nanmedian(about, axis=0))[rows], axis=1)
+    about = np.where(seen, down[:, trunk] - median_of_seen(down[:, trunk].T, seen.T), 0.0)[rows]
+    height = -about.sum(axis=1) / seen[rows].sum(axis=1)
     columns = columns[rows]
     wave = np.linalg.lstsq(columns, height, rcond=None)[0]
     left = float(np.std(height - columns @ wave))
@@ -116,7 +116,7 @@ def judge(found: Reconstruction) -> Judgement:
         refused.append(
             f"the legs hardly move: {found.leg_motion:.2f} of an average walker's motion in the image"
         )
-    if (together := found.ankles_together) > MOST_TOGETHER:
+    if (together := found.starts.ankles_together) > MOST_TOGETHER:
         refused.append(f"the feet move together: correlation {together:.2f} (walks: {MOST_TOGETHER} or less)")
     steps = 120.0 * found.candidates[0].frequency_hz
     if steps > 120.0 * MOST_STRIDE_HZ:

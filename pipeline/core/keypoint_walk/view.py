@@ -33,13 +33,13 @@ def level_axes(heading_rad: np.ndarray | float) -> np.ndarray:
 def to_level(own: np.ndarray, heading_rad: np.ndarray) -> np.ndarray:
     """Vectors (3, …, T) in level camera axes of vectors (3, …, T) in the axes of a walker of headings (T,)."""
     c, s = np.cos(heading_rad), np.sin(heading_rad)
-    return np.stack([s * own[1] - c * own[0], -own[2], -s * own[0] - c * own[1]])
+    return np.array([s * own[1] - c * own[0], -own[2], -s * own[0] - c * own[1]])
 
 
 def to_walker(level: np.ndarray, heading_rad: np.ndarray) -> np.ndarray:
     """Vectors (3, …, T) in the walker's axes: the inverse of `to_level`."""
     c, s = np.cos(heading_rad), np.sin(heading_rad)
-    return np.stack([-c * level[0] - s * level[2], s * level[0] - c * level[2], -level[1]])
+    return np.array([-c * level[0] - s * level[2], s * level[0] - c * level[2], -level[1]])
 
 
 def pitched(pitch_rad: float) -> np.ndarray:

@@ -102,7 +102,7 @@ def compare(
         distance_mm=np.array([errors.mean_distance_mm(estimate, truth) for estimate in estimates]),
         angle_deg=angle,
         event_ms=np.array([1000.0 * np.median(np.abs(z[:, 0])) if len(z) else np.nan for z in events]),
-        over_sd=errors.standard_errors(found, truth, heading, walk),
+        over_sd=errors.standard_errors(found, truth, heading, walk, events),
         residual_percent=found.relative_residual,
         verdict=str(judge(found).verdict),
         labels_right=found.labels_exchanged == condition.wrong_labels,

@@ -174,7 +174,7 @@ def see(people: list[SimulatedKeypoints], frequencies_hz: list[float], told: flo
 def _errors(stretch: Stretch, filmed: SimulatedKeypoints) -> tuple[float, float]:
     """Mean distance of the joints, mm, and root mean square error of the knees, degrees."""
     assert stretch.found is not None
-    estimate = stretch.found.posterior.positions_mm
+    estimate = stretch.found.positions_mm
     truth = filmed.positions_mm[stretch.first_frame : stretch.last_frame + 1]
     found = errors.level_angles(estimate, errors.headings(stretch.found))
     off = np.degrees(found - errors.level_angles(truth, filmed.heading_rad))[:, _KNEES]

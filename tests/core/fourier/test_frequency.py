@@ -55,3 +55,10 @@ def test_one_sinusoid_explains_what_a_regression_says() -> None:
         columns = frequency.design(frequency_hz, times, 1)
         fitted = columns @ np.linalg.lstsq(columns, signal, rcond=None)[0]
         assert power == pytest.approx(((fitted - signal.mean()) ** 2).sum(), rel=1e-9)
+
+
+def test_waves_are_the_basis_of_a_cycle() -> None:
+    phases = np.linspace(-7.0, 9.0, 50)
+    np.testing.assert_allclose(frequency.waves(phases, 4).T, frequency.cycle_basis(phases, 9), atol=1e-12)
+    step = frequency.cycle_basis(phases + 1e-6, 9) - frequency.cycle_basis(phases - 1e-6, 9)
+    np.testing.assert_allclose(frequency.cycle_slope(phases, 9), step / 2e-6, atol=1e-8)

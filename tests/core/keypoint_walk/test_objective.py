@@ -52,13 +52,15 @@ def _case(overground: bool, **more: float) -> tuple[Objective, np.ndarray, Keypo
 )
 def test_the_gradient_is_that_of_the_cost(overground: bool, more: dict[str, float]) -> None:
     objective, x, keypoints = _case(overground, **more)
-    found = objective.quadratic(x, keypoints, NOISE)
-    assert found.cost == pytest.approx(objective.cost(x, keypoints, NOISE), rel=1e-12)
+    found = objective.quadratic(objective.at(x), keypoints, NOISE)
+    assert found.cost == pytest.approx(objective.cost(objective.at(x), keypoints, NOISE), rel=1e-12)
     for index in [0, 26, 27 * 8 + 9, 27 * 13 + 4, SIZE - 1, *range(SIZE, objective.unknowns)]:
         step = np.zeros(objective.unknowns)
         angle = index in (HEADING, PITCH, PHASE, LOG_F, TURN) or ("focal_sd" in more and index >= UNKNOWNS)
         step[index] = 1e-6 if angle else 1e-3
-        numeric = objective.cost(x + step, keypoints, NOISE) - objective.cost(x - step, keypoints, NOISE)
+        numeric = objective.cost(objective.at(x + step), keypoints, NOISE) - objective.cost(
+            objective.at(x - step), keypoints, NOISE
+        )
         slope = 2.0 * found.gradient[index]
         assert numeric / (2.0 * step[index]) == pytest.approx(
             slope, rel=1e-4, abs=1e-4 * np.abs(slope) + 1e-3
@@ -78,10 +80,10 @@ def test_a_step_of_the_focal_length_keeps_the_size_of_the_image() -> None:
 @pytest.mark.parametrize("more", [{}, {"focal_sd": 0.35}, {"cosines": 2}])
 def test_the_matrix_is_positive_and_of_the_derivatives_of_the_image(more: dict[str, float]) -> None:
     objective, x, keypoints = _case(not more, **more)
-    matrix = objective.quadratic(x, keypoints, NOISE).matrix
+    matrix = objective.quadratic(objective.at(x), keypoints, NOISE).matrix
     assert np.linalg.eigvalsh(matrix).min() > 0  # of the lower triangle
     unseen = Keypoints(keypoints.pixels, np.zeros_like(keypoints.weights))
-    of_data = matrix - objective.quadratic(x, unseen, NOISE).matrix
+    of_data = matrix - objective.quadratic(objective.at(x), unseen, NOISE).matrix
     r2 = (objective.residual(x, keypoints) ** 2).sum(axis=-1) / NOISE.sigma_px**2
     w = keypoints.weights * 6.0 / (4.0 + r2) / NOISE.kappa / NOISE.sigma_px**2
     some = [0, 4, 26, 27 * 8 + 9, 27 * 13 + 4, SIZE - 1, *range(SIZE, objective.unknowns)]
@@ -111,12 +113,12 @@ def test_a_generic_minimiser_finds_nothing_lower(monkeypatch: pytest.MonkeyPatch
     )
     objective = fit.objective
     # In units in which the curvature is one, so that a method without curvature gets somewhere.
-    here = objective.quadratic(fit.x, keypoints, fit.noise)
+    here = objective.quadratic(objective.at(fit.x), keypoints, fit.noise)
     back = np.linalg.inv(np.linalg.cholesky(here.matrix)).T
     rng = np.random.default_rng(0)
 
     def cost(z: np.ndarray) -> tuple[float, np.ndarray]:
-        found = objective.quadratic(fit.x + back @ z, keypoints, fit.noise)
+        found = objective.quadratic(objective.at(fit.x + back @ z), keypoints, fit.noise)
         return found.cost, 2.0 * back.T @ found.gradient
 
     generic = minimize(cost, rng.normal(size=UNKNOWNS), jac=True, method="L-BFGS-B", options={"maxiter": 60})
@@ -129,6 +131,6 @@ def test_a_path_that_agrees_with_the_feet_costs_less() -> None:
     speed = 2 * np.pi * np.exp(x[LOG_F]) * float(prior().belt @ x[:SIZE])
     x[[VX, VX + 1]] = speed * np.sin(x[HEADING]), -speed * np.cos(x[HEADING])
     x[[AX, AX + 1, TURN]] = 0.0
-    agrees = objective.prior_cost(x)
+    agrees = objective.at(x).prior_cost
     x[VX] += 500.0
-    assert objective.prior_cost(x) > agrees + 1.0
+    assert objective.at(x).prior_cost > agrees + 1.0

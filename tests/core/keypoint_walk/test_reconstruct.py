@@ -5,9 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pipeline.core.keypoint_walk import errors, reconstruct, view_angle_deg
+from pipeline.core.keypoint_walk import errors, reconstruct, reconstruct_followed, view_angle_deg
 from pipeline.core.keypoint_walk.objective import FOCAL_SD, HEADING, LOG_F
+from pipeline.core.keypoint_walk.path import median_of_seen
+from pipeline.core.keypoint_walk.reconstruction import FeetTogether
 from pipeline.core.keypoint_walk.verdict import Verdict, judge
+from pipeline.skeleton import WALKER15
 from pipeline.synthetic.keypoints import DetectorError, SimulatedKeypoints
 from pipeline.validation import InvalidInput
 from tests.core.keypoint_walk.walkers import clip, prior, walks
@@ -120,3 +123,24 @@ def test_what_cannot_be_used_is_refused(change, sentence: str) -> None:  # type:
 def test_the_papers_frontal_view_is_seen_from_behind() -> None:
     assert view_angle_deg(np.pi) == pytest.approx(0.0)
     assert view_angle_deg(np.pi / 2) == pytest.approx(90.0)
+
+
+def test_nothing_is_refined_of_feet_that_move_together() -> None:
+    sim = clip(90.0)
+    pixels = sim.pixels.copy()
+    for joint in ("knee", "ankle"):
+        left, right = (WALKER15.index(f"{side}_{joint}") for side in ("left", "right"))
+        pixels[:, right] = pixels[:, left] + [5.0, 0.0]
+    given = np.ones(pixels.shape[:2]), sim.frame_rate_hz, sim.focal_px, prior()
+    assert reconstruct(pixels, *given).starts.ankles_together > 0.9
+    assert reconstruct(sim.pixels, *given, most_together=0.5).starts.ankles_together < 0.0
+    with pytest.raises(FeetTogether, match="the feet move together"):
+        reconstruct_followed(pixels, *given)
+
+
+def test_the_median_of_what_is_seen_is_that_without_the_rest() -> None:
+    generator = np.random.default_rng(0)
+    values, seen = generator.normal(size=(20, 2, 9)), generator.random((20, 1, 9)) < 0.7
+    seen[..., 0] = True
+    expected = np.nanmedian(np.where(seen, values, np.nan), axis=-1)
+    np.testing.assert_array_equal(median_of_seen(values, seen), expected)

@@ -50,7 +50,9 @@ def test_every_threshold_parts_what_is_below_from_what_is_above(
     found = judge(
         SimpleNamespace(  # type: ignore[arg-type]
             **facts,
-            starts=SimpleNamespace(least_distance=facts["distance"]),
+            starts=SimpleNamespace(
+                least_distance=facts["distance"], ankles_together=facts["ankles_together"]
+            ),
             candidates=[SimpleNamespace(frequency_hz=facts["stride_hz"])],
         )
     )
