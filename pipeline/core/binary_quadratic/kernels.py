@@ -548,26 +548,29 @@ def prepare(rows, kind, kappa, start, gains, norms):  # type: ignore[no-untyped-
     kinds = 2 if rows[1].any() else 1  # of a hard basis the second rows are zero
     norms[1] = 1.0
     spread = np.zeros((components, components))
+    along = np.empty(components)
     for k in range(components):
         spread[k, k] = 1.0 / kappa
     for i in range(start, len(kind)):
         for row in range(kinds):
+            along[:] = 0.0
+            for j in range(components):
+                share = rows[row, i, j]
+                if share != 0.0:
+                    for k in range(components):
+                        along[k] += share * spread[j, k]
             norm = 1.0
             for k in range(components):
-                inner = 0.0
-                for j in range(components):
-                    inner += spread[k, j] * rows[row, i, j]
-                gains[row, i, k] = inner
-                norm += inner * rows[row, i, k]
+                norm += along[k] * rows[row, i, k]
             norms[row, i] = norm
+            for k in range(components):
+                gains[row, i, k] = along[k] / norm
             if row == 0 and kind[i] == RELAXED:
                 continue  # a relaxed frame is left out: it could only add
             for k in range(components):
-                share = gains[row, i, k] / norm
+                share = gains[row, i, k]
                 for j in range(components):
-                    spread[k, j] -= share * gains[row, i, j]
-            for k in range(components):
-                gains[row, i, k] /= norm
+                    spread[k, j] -= share * along[j]
 
 
 @compiled_with_free_sums
