@@ -626,36 +626,46 @@ def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: igno
             counts[ENTERED] += 1
             counts[TRIED] += 1
             sign = float(signs[i, 0])
-        # The frame's cost, given the coefficients before it, and those after it.
-        added = 0.0
-        v = 0.0
-        for row in range(2):
-            x = y = w = 0.0
+        # The frame's cost, given the coefficients before it, and those after it, unless that is too much already.
+        spent[i + 1] = spent[i]
+        bound = -np.inf
+        for row in range(2 if norms[1, i] > 1.0 else 1):
             before = i + row
-            if row == 1 and norms[1, i] <= 1.0:
-                break
+            if row == 0 and kind[i] == RELAXED:
+                for d in range(3):
+                    copy(state[i, d], state[i + 1, d])
+                continue
+            x = y = w = 0.0
             if row == 0:
-                if kind[i] == RELAXED:
-                    for k in range(components):
-                        copy(state[i, k], state[i + 1, k])
-                    continue
-                x = middle[i, 0] + sign * half_chord[i, 0]
-                y = middle[i, 1] + sign * half_chord[i, 1]
-                w = middle[i, 2] + sign * half_chord[i, 2]
-            for k in range(components):
-                share = rows[row, i, k]
-                x -= share * state[before, k, 0]
-                y -= share * state[before, k, 1]
-                w -= share * state[before, k, 2]
-                v -= share * state[before, k, 3]
-            added += (x * x + y * y + w * w) / norms[row, i]
+                x = middle[i, 0] + sign * half_chord[i, 0] - state[i, 0, components]
+                y = middle[i, 1] + sign * half_chord[i, 1] - state[i, 1, components]
+                w = middle[i, 2] + sign * half_chord[i, 2] - state[i, 2, components]
+            else:
+                for k in range(components):
+                    share = rows[1, i, k]
+                    x -= share * state[before, 0, k]
+                    y -= share * state[before, 1, k]
+                    w -= share * state[before, 2, k]
+            spent[i + 1] += (x * x + y * y + w * w) / norms[row, i]
+            if counts[PREPARED] != FIRST:
+                bound = max(spent[i + 1] - lost, 0.0) + rest[i + 1] - (allowance if start == 0 else 0.0)
+                if bound >= limit:
+                    break
             for k in range(components):
                 gain = gains[row, i, k]
-                state[i + 1, k, 0] = state[before, k, 0] + gain * x
-                state[i + 1, k, 1] = state[before, k, 1] + gain * y
-                state[i + 1, k, 2] = state[before, k, 2] + gain * w
-                state[i + 1, k, 3] = state[before, k, 3] + gain * v
-        spent[i + 1] = spent[i] + added
+                state[i + 1, 0, k] = state[before, 0, k] + gain * x
+                state[i + 1, 1, k] = state[before, 1, k] + gain * y
+                state[i + 1, 2, k] = state[before, 2, k] + gain * w
+        if bound >= limit:
+            continue
+        if i + 1 < frames:
+            x = y = w = 0.0
+            for k in range(components):
+                share = rows[0, i + 1, k]
+                x += share * state[i + 1, 0, k]
+                y += share * state[i + 1, 1, k]
+                w += share * state[i + 1, 2, k]
+            state[i + 1, 0, components], state[i + 1, 1, components], state[i + 1, 2, components] = x, y, w
         if counts[PREPARED] == FIRST:
             counts[LEVEL] = i + 1
             if i + 1 == frames:
@@ -665,11 +675,6 @@ def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: igno
                 counts[TRIED] = 0
                 signs[start, 1] = -1
                 budget = max(budget, 1)  # a start is not left before its first node
-            continue
-        bound = max(spent[i + 1] - lost, 0.0) + rest[i + 1]
-        if start == 0:
-            bound -= allowance
-        if bound >= limit:
             continue
         if i + 1 < frames:
             counts[LEVEL] = i + 1
