@@ -39,6 +39,9 @@ REFRESH = 8
 LAST_SWEEPS = 2000
 """Where only relaxed frames are left there is nothing to branch on: they are descended to the end."""
 
+STEP = 3
+"""Frames between the starts whose S_t are found; those of the frames between are no less than the one after them."""
+
 LOOSE = 1e-3
 """Fraction by which an S_t may be below the least cost."""
 
@@ -606,7 +609,9 @@ def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: igno
                     rest[start] = rest[start + 1] if given_up else max(rest[start + 1], limit)
                 else:
                     counts[FINISHED] = 1
-                counts[START] = start - 1
+                counts[START] = max(start - STEP, 0) if start > 0 else -1
+                for j in range(counts[START] + 1, start):
+                    rest[j] = rest[start]
                 counts[PREPARED] = 0
                 continue
             if signs[i, 1] == -1:  # first time here: the sign of the best known first
