@@ -314,24 +314,26 @@ def descend(p, values, longest, other, weight, bounded, allowance):  # type: ign
     near = 0.0
     for i in range(frames):
         near += weight[i] * values[i] * other[i]
+    # Of single frames the derivatives go along, and no window is summed.
+    alone = longest == 1 and len(table) > 0
     idle = 0
     turn = 0
     turns = frames + 1 if longest > 1 else frames
     size = -1
+    changed = 0
     while idle < turns:
-        if size != 0:
-            for j in range(len(table)):
+        if size < 0 and alone or size != 0 and len(table) == 0:
+            here = slopes(p, values, z, half)
+        elif size != 0 and not alone:
+            for j in range(changed, frames):
                 for i in range(frames):
                     sums[j + 1, i] = sums[j, i] + table[j, i] * values[j]
                 own[j] = sums[j + 1, j]
-            if len(table) > 0:
-                here = p.still
-                for i in range(frames):
-                    half[i] = pull[i] + sums[frames, i]
-                    here += values[i] * (pull[i] + half[i])
-                here = max(here, 0.0)
-            else:
-                here = slopes(p, values, z, half)
+            here = p.still
+            for i in range(frames):
+                half[i] = pull[i] + sums[frames, i]
+                here += values[i] * (pull[i] + half[i])
+            here = max(here, 0.0)
         # Windows forwards from each frame in turn, of any length from the first; then backwards from the last.
         first = turn if turn < frames else frames - 1
         onwards = 1 if turn < frames else -1
@@ -353,7 +355,9 @@ def descend(p, values, longest, other, weight, bounded, allowance):  # type: ign
             if len(table) > 0:
                 # All its products with the frames before it in the window, twice, and with itself.
                 itself = values[i] * table[i, i]
-                inner = own[i] - sums[first, i] if onwards > 0 else sums[frames, i] - own[i] + itself
+                inner = itself
+                if not alone:
+                    inner = own[i] - sums[first, i] if onwards > 0 else sums[frames, i] - own[i] + itself
                 change += values[i] * (8.0 * inner - 4.0 * itself - 4.0 * half[i])
             else:
                 square = 0.0
@@ -375,7 +379,10 @@ def descend(p, values, longest, other, weight, bounded, allowance):  # type: ign
             i = first + onwards * n
             if kind[i] != FORCED:
                 near -= 2.0 * weight[i] * values[i] * other[i]
+                if alone:
+                    here += move(p, i, -2.0 * values[i], z, half)
                 values[i] = -values[i]
+        changed = min(first, first + onwards * (size - 1))
         turn = (turn + 1) % turns
     return cost(p, values, z)
 
