@@ -322,7 +322,7 @@ def descend(p, values, longest, other, weight, bounded, allowance):  # type: ign
     size = -1
     changed = 0
     while idle < turns:
-        if size < 0 and alone or size != 0 and len(table) == 0:
+        if (size < 0 and alone) or (size != 0 and len(table) == 0):
             here = slopes(p, values, z, half)
         elif size != 0 and not alone:
             for j in range(changed, frames):
