@@ -182,11 +182,22 @@ class TrajectoryBasis:
         frames : int
         observed : (F,) bool
         """
-        rows = restricted(cosine_basis(frames, self.components), observed, ridge=self.ridge)
-        if len(rows) >= self.components:
-            return rows
+        observed = np.asarray(observed)
+        return _rows(self, frames, observed.tobytes(), observed.dtype, observed.shape)
+
+
+@lru_cache(maxsize=64)
+def _rows(
+    basis: TrajectoryBasis, frames: int, observed: bytes, kind: np.dtype, shape: tuple[int, ...]
+) -> np.ndarray:
+    """As `TrajectoryBasis.rows`; many limbs are seen in the same frames."""
+    seen = np.frombuffer(observed, dtype=kind).reshape(shape)
+    rows = restricted(cosine_basis(frames, basis.components), seen, ridge=basis.ridge)
+    if len(rows) < basis.components:
         left, size, _ = np.linalg.svd(rows, full_matrices=False)
-        return left * np.minimum(size, 1.0)
+        rows = left * np.minimum(size, 1.0)
+    rows.flags.writeable = False
+    return rows
 
 
 def restricted(theta: np.ndarray, observed: np.ndarray, *, ridge: np.ndarray | None = None) -> np.ndarray:

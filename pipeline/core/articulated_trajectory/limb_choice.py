@@ -44,10 +44,8 @@ class LimbChoice:
         That were selected, 0 in frames that were not used.
     mirrored : bool
         Whether they are the mirror's.
-    relative : (F, 3)
-        Relative trajectory, mm: the chosen candidates where used, imputed on the sphere elsewhere.
-    directions : (F, 3)
-        Unit vectors in the trajectory basis: where children are anchored.
+    chosen : (F, 3)
+        The candidates of these signs, mm; any point of the ray in frames that were not used.
     basis : TrajectoryBasis
     """
 
@@ -56,9 +54,35 @@ class LimbChoice:
     used: np.ndarray
     signs: np.ndarray
     mirrored: bool
-    relative: np.ndarray
-    directions: np.ndarray
+    chosen: np.ndarray
     basis: TrajectoryBasis
+
+    @cached_property
+    def relative(self) -> np.ndarray:
+        """Relative trajectory (F, 3), mm: the chosen candidates where used, imputed on the sphere elsewhere."""
+        if self.used.all() and self._turning.any():
+            return self.chosen
+        return np.where(
+            (self.used & self._turning.any())[:, None], self.chosen, self.hits.radius * self.directions
+        )
+
+    @cached_property
+    def directions(self) -> np.ndarray:
+        """Unit vectors (F, 3) in the trajectory basis: where children are anchored; zeros of a limb without length."""
+        frames = len(self.used)
+        if not self._turning.any():
+            return np.zeros((frames, 3))
+        angles = spherical.continuous_angles(np.where(self._turning[:, None], self.chosen, np.nan))
+        # As many unknowns as frames would swing between them: the angles of few frames ask for few cosines.
+        most = min(self.basis.components, max(1, int(self.used.sum()) // 2))
+        rows = cosine_basis(frames, self.basis.components)[:, :most]
+        return spherical.fit(angles, rows, penalty=self.basis.ridge[:most]).directions(rows)
+
+    @cached_property
+    def _turning(self) -> np.ndarray:
+        """Used frames (F,) bool whose candidate has a direction."""
+        sizes = np.linalg.norm(self.chosen, axis=1)
+        return np.asarray(self.used & (sizes > 1e-9 * max(self.hits.radius, 1.0)))
 
     def mirror(self) -> LimbChoice:
         """The same limb with the mirror of these signs."""
@@ -166,21 +190,7 @@ def select_signs(
     if not mirrored:
         values[used] = solution.values
     chosen = hits.middle + values[:, None] * hits.half_chord
-    sizes = np.linalg.norm(chosen, axis=1)
-    turning = sizes > 1e-9 * max(hits.radius, 1.0)
-    if not turning[used].any():
-        relative = np.zeros((frames, 3))
-        return LimbChoice(hits, solution, used, signs, mirrored, relative, relative, basis)
-    seen = np.where((used & turning)[:, None], chosen, np.nan)
-    angles = spherical.continuous_angles(seen)
-    rows = cosine_basis(frames, basis.components)
-    penalty = basis.ridge
-    # As many unknowns as frames would swing between them: the angles of few frames ask for few cosines.
-    most = min(basis.components, max(1, int(used.sum()) // 2))
-    path = spherical.fit(angles, rows[:, :most], penalty=penalty[:most])
-    directions = path.directions(rows[:, :most])
-    relative = np.where(used[:, None], chosen, hits.radius * directions)
-    return LimbChoice(hits, solution, used, signs, mirrored, relative, directions, basis)
+    return LimbChoice(hits, solution, used, signs, mirrored, chosen, basis)
 
 
 def _tangent_within(cameras: np.ndarray, parents: np.ndarray, hits: RayHits, noise_px: float) -> float:

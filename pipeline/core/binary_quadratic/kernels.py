@@ -39,6 +39,9 @@ REFRESH = 8
 LAST_SWEEPS = 2000
 """Where only relaxed frames are left there is nothing to branch on: they are descended to the end."""
 
+STEP = 3
+"""Frames between the starts whose S_t are found; those of the frames between are no less than the one after them."""
+
 LOOSE = 1e-3
 """Fraction by which an S_t may be below the least cost."""
 
@@ -311,24 +314,26 @@ def descend(p, values, longest, other, weight, bounded, allowance):  # type: ign
     near = 0.0
     for i in range(frames):
         near += weight[i] * values[i] * other[i]
+    # Of single frames the derivatives go along, and no window is summed.
+    alone = longest == 1 and len(table) > 0
     idle = 0
     turn = 0
     turns = frames + 1 if longest > 1 else frames
     size = -1
+    changed = 0
     while idle < turns:
-        if size != 0:
-            for j in range(len(table)):
+        if (size < 0 and alone) or (size != 0 and len(table) == 0):
+            here = slopes(p, values, z, half)
+        elif size != 0 and not alone:
+            for j in range(changed, frames):
                 for i in range(frames):
                     sums[j + 1, i] = sums[j, i] + table[j, i] * values[j]
                 own[j] = sums[j + 1, j]
-            if len(table) > 0:
-                here = p.still
-                for i in range(frames):
-                    half[i] = pull[i] + sums[frames, i]
-                    here += values[i] * (pull[i] + half[i])
-                here = max(here, 0.0)
-            else:
-                here = slopes(p, values, z, half)
+            here = p.still
+            for i in range(frames):
+                half[i] = pull[i] + sums[frames, i]
+                here += values[i] * (pull[i] + half[i])
+            here = max(here, 0.0)
         # Windows forwards from each frame in turn, of any length from the first; then backwards from the last.
         first = turn if turn < frames else frames - 1
         onwards = 1 if turn < frames else -1
@@ -350,7 +355,9 @@ def descend(p, values, longest, other, weight, bounded, allowance):  # type: ign
             if len(table) > 0:
                 # All its products with the frames before it in the window, twice, and with itself.
                 itself = values[i] * table[i, i]
-                inner = own[i] - sums[first, i] if onwards > 0 else sums[frames, i] - own[i] + itself
+                inner = itself
+                if not alone:
+                    inner = own[i] - sums[first, i] if onwards > 0 else sums[frames, i] - own[i] + itself
                 change += values[i] * (8.0 * inner - 4.0 * itself - 4.0 * half[i])
             else:
                 square = 0.0
@@ -372,7 +379,10 @@ def descend(p, values, longest, other, weight, bounded, allowance):  # type: ign
             i = first + onwards * n
             if kind[i] != FORCED:
                 near -= 2.0 * weight[i] * values[i] * other[i]
+                if alone:
+                    here += move(p, i, -2.0 * values[i], z, half)
                 values[i] = -values[i]
+        changed = min(first, first + onwards * (size - 1))
         turn = (turn + 1) % turns
     return cost(p, values, z)
 
@@ -548,26 +558,29 @@ def prepare(rows, kind, kappa, start, gains, norms):  # type: ignore[no-untyped-
     kinds = 2 if rows[1].any() else 1  # of a hard basis the second rows are zero
     norms[1] = 1.0
     spread = np.zeros((components, components))
+    along = np.empty(components)
     for k in range(components):
         spread[k, k] = 1.0 / kappa
     for i in range(start, len(kind)):
         for row in range(kinds):
+            along[:] = 0.0
+            for j in range(components):
+                share = rows[row, i, j]
+                if share != 0.0:
+                    for k in range(components):
+                        along[k] += share * spread[j, k]
             norm = 1.0
             for k in range(components):
-                inner = 0.0
-                for j in range(components):
-                    inner += spread[k, j] * rows[row, i, j]
-                gains[row, i, k] = inner
-                norm += inner * rows[row, i, k]
+                norm += along[k] * rows[row, i, k]
             norms[row, i] = norm
+            for k in range(components):
+                gains[row, i, k] = along[k] / norm
             if row == 0 and kind[i] == RELAXED:
                 continue  # a relaxed frame is left out: it could only add
             for k in range(components):
-                share = gains[row, i, k] / norm
+                share = gains[row, i, k]
                 for j in range(components):
-                    spread[k, j] -= share * gains[row, i, j]
-            for k in range(components):
-                gains[row, i, k] /= norm
+                    spread[k, j] -= share * along[j]
 
 
 @compiled_with_free_sums
@@ -603,7 +616,9 @@ def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: igno
                     rest[start] = rest[start + 1] if given_up else max(rest[start + 1], limit)
                 else:
                     counts[FINISHED] = 1
-                counts[START] = start - 1
+                counts[START] = max(start - STEP, 0) if start > 0 else -1
+                for j in range(counts[START] + 1, start):
+                    rest[j] = rest[start]
                 counts[PREPARED] = 0
                 continue
             if signs[i, 1] == -1:  # first time here: the sign of the best known first
@@ -623,36 +638,46 @@ def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: igno
             counts[ENTERED] += 1
             counts[TRIED] += 1
             sign = float(signs[i, 0])
-        # The frame's cost, given the coefficients before it, and those after it.
-        added = 0.0
-        v = 0.0
-        for row in range(2):
-            x = y = w = 0.0
+        # The frame's cost, given the coefficients before it, and those after it, unless that is too much already.
+        spent[i + 1] = spent[i]
+        bound = -np.inf
+        for row in range(2 if norms[1, i] > 1.0 else 1):
             before = i + row
-            if row == 1 and norms[1, i] <= 1.0:
-                break
+            if row == 0 and kind[i] == RELAXED:
+                for d in range(3):
+                    copy(state[i, d], state[i + 1, d])
+                continue
+            x = y = w = 0.0
             if row == 0:
-                if kind[i] == RELAXED:
-                    for k in range(components):
-                        copy(state[i, k], state[i + 1, k])
-                    continue
-                x = middle[i, 0] + sign * half_chord[i, 0]
-                y = middle[i, 1] + sign * half_chord[i, 1]
-                w = middle[i, 2] + sign * half_chord[i, 2]
-            for k in range(components):
-                share = rows[row, i, k]
-                x -= share * state[before, k, 0]
-                y -= share * state[before, k, 1]
-                w -= share * state[before, k, 2]
-                v -= share * state[before, k, 3]
-            added += (x * x + y * y + w * w) / norms[row, i]
+                x = middle[i, 0] + sign * half_chord[i, 0] - state[i, 0, components]
+                y = middle[i, 1] + sign * half_chord[i, 1] - state[i, 1, components]
+                w = middle[i, 2] + sign * half_chord[i, 2] - state[i, 2, components]
+            else:
+                for k in range(components):
+                    share = rows[1, i, k]
+                    x -= share * state[before, 0, k]
+                    y -= share * state[before, 1, k]
+                    w -= share * state[before, 2, k]
+            spent[i + 1] += (x * x + y * y + w * w) / norms[row, i]
+            if counts[PREPARED] != FIRST:
+                bound = max(spent[i + 1] - lost, 0.0) + rest[i + 1] - (allowance if start == 0 else 0.0)
+                if bound >= limit:
+                    break
             for k in range(components):
                 gain = gains[row, i, k]
-                state[i + 1, k, 0] = state[before, k, 0] + gain * x
-                state[i + 1, k, 1] = state[before, k, 1] + gain * y
-                state[i + 1, k, 2] = state[before, k, 2] + gain * w
-                state[i + 1, k, 3] = state[before, k, 3] + gain * v
-        spent[i + 1] = spent[i] + added
+                state[i + 1, 0, k] = state[before, 0, k] + gain * x
+                state[i + 1, 1, k] = state[before, 1, k] + gain * y
+                state[i + 1, 2, k] = state[before, 2, k] + gain * w
+        if bound >= limit:
+            continue
+        if i + 1 < frames:
+            x = y = w = 0.0
+            for k in range(components):
+                share = rows[0, i + 1, k]
+                x += share * state[i + 1, 0, k]
+                y += share * state[i + 1, 1, k]
+                w += share * state[i + 1, 2, k]
+            state[i + 1, 0, components], state[i + 1, 1, components], state[i + 1, 2, components] = x, y, w
         if counts[PREPARED] == FIRST:
             counts[LEVEL] = i + 1
             if i + 1 == frames:
@@ -662,11 +687,6 @@ def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: igno
                 counts[TRIED] = 0
                 signs[start, 1] = -1
                 budget = max(budget, 1)  # a start is not left before its first node
-            continue
-        bound = max(spent[i + 1] - lost, 0.0) + rest[i + 1]
-        if start == 0:
-            bound -= allowance
-        if bound >= limit:
             continue
         if i + 1 < frames:
             counts[LEVEL] = i + 1

@@ -156,8 +156,8 @@ class SuffixTree(NamedTuple):
         B and C.
     gains : (2, F, K)
     norms : (2, F)
-    state : (F + 1, K, 4)
-        Coefficients before each frame; the last column is zero.
+    state : (F + 1, 3, K + 1)
+        Coefficients before each frame, and what they make of it, mm.
     spent : (F + 1,)
         Cost before each frame, mm².
     signs : (F, 2) int8
@@ -203,7 +203,7 @@ class SuffixSearch:
             rows=np.stack([programme.basis, _shares(programme.excess, frames)]),
             gains=np.empty((2, frames, components)),
             norms=np.empty((2, frames)),
-            state=np.zeros((frames + 1, components, 4)),
+            state=np.zeros((frames + 1, 3, components + 1)),
             spent=np.zeros(frames + 1),
             signs=np.zeros((frames, 2), dtype=np.int8),
             rest=np.zeros(frames + 1),

@@ -28,12 +28,6 @@ _WORK = 400_000
 OPERATIONS_PER_S = 300_000_000
 """Such operations that stand for a second of a time limit, about what one core of the year 2024 does."""
 
-_BOX_ONLY_ITERATIONS = 40
-"""Turns that the box search has to itself: most programmes are proved by then."""
-
-_THIRD = 3
-"""After that every third turn is the other's: half and a quarter serve some limbs better and others worse."""
-
 
 @shortened
 @dataclass(frozen=True)
@@ -140,7 +134,7 @@ def minimise(
     turns = max(1, int(time_limit_s * OPERATIONS_PER_S) // _WORK)
     for turn in range(turns):
         searcher: Search = box
-        if turn >= _BOX_ONLY_ITERATIONS and turn % _THIRD == 0:
+        if turn % 2 == 1:
             suffix = suffix or SuffixSearch(programme, float(best[0]))
             searcher = suffix
         # A sweep over all frames costs what entering half as many does.

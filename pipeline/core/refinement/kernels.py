@@ -85,7 +85,7 @@ def frame_by_frame(seen_by, tree, lines, theta, phi, free, exact, along, own, co
             local[4, 0], local[4, 1], local[4, 2] = -ct * sp, ct * cp, 0.0
             local[5, 0], local[5, 1], local[5, 2] = -st * cp, -st * sp, 0.0
             for d in range(3):
-                for n in range(6):
+                for n in range(6 if exact else 3):
                     world[n] = lengths[limb] * (
                         local[n, 0] * charts[limb, 0, d]
                         + local[n, 1] * charts[limb, 1, d]
@@ -96,8 +96,9 @@ def frame_by_frame(seen_by, tree, lines, theta, phi, free, exact, along, own, co
                 movement[limb, f, 0, d] = world[1]
                 movement[limb, f, 1, d] = world[2]
                 movement[limb, f, 2, d] = world[0]  # by the logarithm of the length
-                for n in range(3):
-                    turning[limb, f, n, d] = world[3 + n]
+                if exact:
+                    for n in range(3):
+                        turning[limb, f, n, d] = world[3 + n]
             if not seen[limb, f]:
                 continue
             right = down = depth = 0.0
@@ -117,12 +118,13 @@ def frame_by_frame(seen_by, tree, lines, theta, phi, free, exact, along, own, co
                     square[limb, f, d, e] = (
                         by_position[0, d] * by_position[0, e] + by_position[1, d] * by_position[1, e]
                     )
-                    # The reprojection's own second derivative is -(A p^T + p A^T) / depth, p the third row.
-                    bend[limb, f, d, e] = (
-                        square[limb, f, d, e]
-                        - pull[limb, f, d] * (projection[f, 2, e] / depth)
-                        - pull[limb, f, e] * (projection[f, 2, d] / depth)
-                    )
+                    if exact:
+                        # The reprojection's own second derivative is -(A p^T + p A^T) / depth, p the third row.
+                        bend[limb, f, d, e] = (
+                            square[limb, f, d, e]
+                            - pull[limb, f, d] * (projection[f, 2, e] / depth)
+                            - pull[limb, f, e] * (projection[f, 2, d] / depth)
+                        )
     for limb in range(limbs - 1, -1, -1):
         parent = parents[limb]
         if parent >= 0:
@@ -131,7 +133,8 @@ def frame_by_frame(seen_by, tree, lines, theta, phi, free, exact, along, own, co
                     pull[parent, f, d] += pull[limb, f, d]
                     for e in range(3):
                         square[parent, f, d, e] += square[limb, f, d, e]
-                        bend[parent, f, d, e] += bend[limb, f, d, e]
+                        if exact:
+                            bend[parent, f, d, e] += bend[limb, f, d, e]
     for limb in range(limbs):
         for f in range(frames):
             for a in range(numbers):
@@ -140,7 +143,8 @@ def frame_by_frame(seen_by, tree, lines, theta, phi, free, exact, along, own, co
                     inner = outer = 0.0
                     for e in range(3):
                         inner += square[limb, f, d, e] * movement[limb, f, a, e]
-                        outer += bend[limb, f, d, e] * movement[limb, f, a, e]
+                        if exact:
+                            outer += bend[limb, f, d, e] * movement[limb, f, a, e]
                     gradient += movement[limb, f, a, d] * pull[limb, f, d]
                     scale += movement[limb, f, a, d] * inner
                     carried[a, d] = outer if exact else inner

@@ -199,7 +199,7 @@ def forward(given: Observations, limbs: np.ndarray) -> np.ndarray:
 
 def behind(given: Observations, positions: np.ndarray) -> np.ndarray:
     """Where a joint that was seen stands behind its camera or beside it: (L, F) bool."""
-    depth = np.einsum("fx,lfx->lf", given.projection[:, 2], positions - given.centre)
+    depth = (given.projection[:, 2] * (positions - given.centre)).sum(axis=-1)
     return given.seen & ~(depth > 0)
 
 
@@ -214,7 +214,7 @@ def residuals(given: Observations, positions: np.ndarray) -> np.ndarray:
 
 def _reprojection(given: Observations, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """x_hat (L, F, 2) and the depth (L, F, 1) by which it was divided, 1 where a joint was not seen."""
-    homogeneous = np.einsum("fyx,lfx->lfy", given.projection, positions - given.centre)
+    homogeneous = (given.projection @ (positions - given.centre)[..., None])[..., 0]
     depth = np.where(given.seen, homogeneous[..., 2], 1.0)[..., None]
     return homogeneous[..., :2] / depth, depth
 

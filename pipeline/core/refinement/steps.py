@@ -242,7 +242,7 @@ def _distances(given: Observations, unknowns: np.ndarray) -> np.ndarray:
 def _softened(given: Observations, unknowns: np.ndarray, cutoff: float) -> Observations:
     """The same with the penalty of a soft basis, in each limb's mean square of pixels to the radian."""
     first = reprojection.linearise(given, unknowns)
-    by_angle = np.einsum("lfyx,lfcx->lfyc", first.by_position, first.movement[:, :, :2])
+    by_angle = first.by_position @ first.movement[:, :, :2].swapaxes(2, 3)
     seen = given.seen.sum(axis=1)
     squares = 0.5 * (by_angle**2).sum(axis=(1, 2, 3)) / np.maximum(seen, 1)
     # A limb whose end is never seen has no pixels of its own.
