@@ -12,6 +12,7 @@ from typing import NewType, TypeAlias
 
 import numpy as np
 import pandas as pd
+from scipy.sparse import csr_array
 
 from pipeline.core import bootstrap
 from pipeline.studies.replicated import Replicated
@@ -25,6 +26,9 @@ Number: TypeAlias = float | np.ndarray
 
 Expression = NewType("Expression", str)
 """Condition on the columns that selects rows; empty for all rows."""
+
+_SPARSE = 4_000_000
+"""Cells of a table of clusters and groups beyond which only those with rows are held."""
 
 ALL = Expression("")
 """Holds for all rows."""
@@ -187,13 +191,18 @@ class Rows:
 
     def group_means(self, found: np.ndarray, group: np.ndarray, groups: int) -> tuple[np.ndarray, np.ndarray]:
         """Mean of values (n,) in each group (n,) int, and how many rows it has, (B, groups) each."""
-        size = self.weights.shape[1]
-        total, count = np.zeros((size, groups)), np.zeros((size, groups))
-        np.add.at(total, (self.cluster, group), found)
-        np.add.at(count, (self.cluster, group), 1.0)
-        rows = self.weights @ count
+        shape, at = (self.weights.shape[1], groups), (self.cluster, group)
+        if shape[0] * groups > _SPARSE:  # as of very many people, each a group
+            total, rows = (
+                self.weights @ csr_array((part, at), shape) for part in (found, np.ones(len(found)))
+            )
+        else:
+            sums, count = np.zeros(shape), np.zeros(shape)
+            np.add.at(sums, at, found)
+            np.add.at(count, at, 1.0)
+            total, rows = self.weights @ sums, self.weights @ count
         with np.errstate(invalid="ignore", divide="ignore"):
-            return self.weights @ total / rows, rows
+            return total / rows, rows
 
 
 def rows_of(table: Table | Replicated, where: str = "") -> Rows:
