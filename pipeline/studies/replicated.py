@@ -118,7 +118,7 @@ def replicate(names: Iterable[str], tables: Mapping[str, pd.DataFrame], seed: in
         return None
     clusters = len(labels) if kind in (PERSON, CLIP) else 0
     left_out = min(clusters, MOST_LEFT_OUT)
-    weights = _weights_and_without(clusters, left_out, seed) if clusters else np.eye(len(labels))
+    weights = _weights(clusters, seed) if clusters else np.eye(len(labels))
     made = {
         name: Replicated(
             rows, labels.get_indexer(of_rows[name]), weights, tables[name]
@@ -179,22 +179,24 @@ def interval_over_clusters(
     names, cluster = np.unique(labels, return_inverse=True)
     if len(names) < 2 or not _INTERVALS.get():
         return np.full(values.shape[1:], np.nan), np.full(values.shape[1:], np.nan)
-    low, high = bootstrap.percentile_interval(statistic(values, cluster, _weights(len(names))))
+    low, high = bootstrap.percentile_interval(
+        statistic(values, cluster, _weights(len(names))[: bootstrap.RESAMPLES])
+    )
     unknown = np.isnan(values).any(axis=0)
     return np.where(unknown, np.nan, low), np.where(unknown, np.nan, high)
 
 
 @lru_cache(maxsize=8)
 def _weights(clusters: int, seed: int = 0) -> np.ndarray:
-    """Return how often each replicate counts each cluster, (B, C), as floats: they are factors."""
-    return bootstrap.resampling_weights(clusters, derive_generator(seed, "people")).astype(float)
+    """Return how often each replicate counts each cluster, (B + L, C), as floats: they are factors.
 
-
-@lru_cache(maxsize=2)
-def _weights_and_without(clusters: int, left_out: int, seed: int) -> np.ndarray:
-    """Return the same, and below it replicates without each of the clusters, or of groups of them."""
-    without = np.arange(clusters) % left_out != np.arange(left_out)[:, None]
-    return np.concatenate([_weights(clusters, seed), without])
+    The last ones, `MOST_LEFT_OUT` at most, are without each of the clusters, or of groups of them.
+    """
+    left_out = min(clusters, MOST_LEFT_OUT)
+    weights = np.empty((bootstrap.RESAMPLES + left_out, clusters))
+    weights[:-left_out] = bootstrap.resampling_weights(clusters, derive_generator(seed, "people"))
+    weights[-left_out:] = np.arange(clusters) % left_out != np.arange(left_out)[:, None]
+    return weights
 
 
 def aggregate(
