@@ -31,7 +31,7 @@ HERE = Path(__file__).resolve().parents[2]
 FOLDS, COMPONENTS, FRAME_RATE_HZ = 16, 30, 120.0
 JOBS = {
     "figure 5": ("walkers", (80, 320, 1280)),
-    "figure 5, views": ("views", (31, 61, 181)),
+    "figure 5 views": ("views", (31, 61, 181)),
     "synchronize": ("performances", (40, 120, 400)),
     "read": ("clips", (6, 25, 100)),
     "represent": ("clips", (6, 25, 100)),
