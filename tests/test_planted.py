@@ -36,9 +36,9 @@ def test_every_defect_can_be_planted() -> None:
     assert [sentence for defect in defects() for sentence in complaints(defect)] == []
 
 
-def test_there_are_a_hundred_each_another_one_all_over_the_package() -> None:
+def test_there_are_a_hundred_or_more_each_another_one_all_over_the_package() -> None:
     rows = defects()
-    assert len({(row.file, row.old, row.new) for row in rows}) == len(rows) == 100
+    assert len({(row.file, row.old, row.new) for row in rows}) == len(rows) >= 100
     assert max(Counter(row.file for row in rows).values()) <= 5
     assert len({row.file for row in rows}) >= 60
 

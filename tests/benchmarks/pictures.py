@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 import textwrap
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import pandas as pd
 
 from pipeline import pictures
 from pipeline.charts import Chart, Reference, Sheet
-from pipeline.palette import Style
+from pipeline.palette import CYCLE, Style
 from tests.benchmarks.tables import Row
 
 SERIES = {
@@ -46,23 +48,15 @@ def draw_columns(
 
 
 def draw_growth(stem: Path, table: pd.DataFrame, caption: str) -> None:
-    """Draw processor time and peak memory against size, a panel to each quantity that grows."""
+    """Draw processor time against size, both relative to the first of each job, and peak memory."""
+    jobs = list(dict.fromkeys(table["job"]))
+    first = table.groupby("job")[["size", "cpu_s"]].transform("first")
+    table = table.assign(times=table["size"] / first["size"], time=table["cpu_s"] / first["cpu_s"])
+    styles = {job: Style(job, colour) for job, colour in zip(jobs, itertools.cycle(CYCLE), strict=False)}
+    growth = partial(Chart, x="times", x_label="Size / the first one", log_x=True, by="job", styles=styles)
     charts = [
-        Chart(
-            x="size",
-            x_label=grows.capitalize(),
-            log_x=True,
-            y=y,
-            by="job",
-            styles={job: Style(job) for job in dict.fromkeys(table["job"])},
-            where={"grows": grows},
-            label=label,
-            unit=unit,
-            log_y=y == "cpu_s",
-            zero=y == "peak_mb",
-        )
-        for y, label, unit in (("cpu_s", "Processor time", "s"), ("peak_mb", "Peak memory", "MB"))
-        for grows in dict.fromkeys(table["grows"])
+        growth(y="time", label="Processor time / the first one", log_y=True),
+        growth(y="peak_mb", label="Peak memory", unit="MB", zero=True),
     ]
-    sheet = Sheet(charts=charts, columns=len(charts) // 2, letters=False)
+    sheet = Sheet(charts=charts, columns=2, panel_size=(3.5, 3.0))
     pictures.draw_charts(stem, sheet, {"table": table}, caption=caption)
