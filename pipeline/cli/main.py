@@ -69,6 +69,8 @@ from pipeline.cli.presets import first_comment, presets, split_named
 from pipeline.resources import version
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from pipeline.cli.recipes import Recipe
     from pipeline.studies.experiment import Experiment
 
@@ -216,29 +218,21 @@ def make_all(arguments: Sequence[str]) -> int:
     if dry:
         print_status([*map(status, ordered, folders)], console, folders[0].parent if folders else None)
         return 0
-    if folders and not chosen and all((folder / MANIFEST).is_file() for folder in folders):
+    whole = bool(folders) and not chosen and all(map(_is_presets_own, ordered, folders))
+    current, refused = whole and all((folder / MANIFEST).is_file() for folder in folders), []
+    if current:
         known = recipes([one.name for one in ordered], common, steps=True)
-        if all(status(one, folder).state == CURRENT for one, folder in zip(known, folders, strict=True)):
-            words = "figures are current; experiment=NAME makes one again"
-            console.print(f"{folders[0].parent}: {len(folders)} {words}", soft_wrap=True)
-            return 0
-    from pipeline.cli.compose import compose
-    from pipeline.cli.figures import make_figures
-
-    experiments = [compose([*common, f"experiment={one.name}"]) for one in ordered]
-    jobs = [*zip(experiments, folders, strict=True)]
-    if launched:
-        from pipeline.cli.cluster import launch_figures
-
-        refused = launch_figures(jobs, launched, console=console)
+        current = all(one.state == CURRENT for one in map(status, known, folders))
+    if current:
+        words = "figures are current; experiment=NAME makes one again"
+        console.print(f"{folders[0].parent}: {len(folders)} {words}", soft_wrap=True)
     else:
-        refused = make_figures(jobs, console=console)
-    if not chosen and _as_presets(jobs) and any((folder / MANIFEST).is_file() for _, folder in jobs):
+        refused = _make_jobs(ordered, folders, common, launched, console)
+    if whole and any((folder / MANIFEST).is_file() for folder in folders):
         from pipeline.cli.commands import make_page
 
-        console.print(
-            make_page(jobs[0][1].parent, jobs[0][0].data.name, [one.name for one in there]), soft_wrap=True
-        )
+        page = make_page(folders[0].parent, ordered[0].data, [one.name for one in there])
+        console.print(page, soft_wrap=True)
     for reason, names in left_out.items():
         console.print(f"Left out: {', '.join(names)}: {reason}", style="yellow", soft_wrap=True)
     return 1 if refused else 0
@@ -249,9 +243,29 @@ def _apart(arguments: Sequence[str], chosen: Callable[[str], bool]) -> tuple[lis
     return [item for item in arguments if chosen(item)], [item for item in arguments if not chosen(item)]
 
 
-def _as_presets(jobs: Sequence[tuple[Experiment, Path]]) -> bool:
-    """Return whether figures go to their own folders, without changed options."""
-    return all(folder == one.published_in / one.name for one, folder in jobs)
+def _is_presets_own(one: Experiment | Recipe, folder: Path) -> bool:
+    """Return whether a figure goes to its preset's own folder, without changed options."""
+    return folder == one.published_in / one.name
+
+
+def _make_jobs(
+    ordered: Sequence[Recipe],
+    folders: Sequence[Path],
+    common: Sequence[str],
+    launched: Sequence[str],
+    console: Console,
+) -> list[str]:
+    """Make figures, on a cluster if options of one are given, and return why some were not made."""
+    from pipeline.cli.compose import compose
+    from pipeline.cli.figures import make_figures
+
+    experiments = [compose([*common, f"experiment={one.name}"]) for one in ordered]
+    jobs = [*zip(experiments, folders, strict=True)]
+    if launched:
+        from pipeline.cli.cluster import launch_figures
+
+        return launch_figures(jobs, launched, console=console)
+    return make_figures(jobs, console=console)
 
 
 def _make_one(experiment: Experiment, overrides: Sequence[str], folder: Path | None) -> str:
@@ -266,7 +280,7 @@ def _make_one(experiment: Experiment, overrides: Sequence[str], folder: Path | N
 def _make_variant(experiment: Experiment, overrides: Sequence[str], folder: Path | None) -> str:
     """Make one figure of a multirun; a preset without further overrides in its own folder."""
     own = destination(experiment, overrides, _moment())
-    return _make_one(experiment, overrides, own if _as_presets([(experiment, own)]) else folder)
+    return _make_one(experiment, overrides, own if _is_presets_own(experiment, own) else folder)
 
 
 def main(arguments: Sequence[str]) -> int:

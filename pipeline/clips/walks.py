@@ -49,7 +49,7 @@ def walks_let_go(
 ) -> tuple[Walks, list[Any]]:
     """Return the walks of the synthetic population without their positions, and what `keep` makes of each.
 
-    Each is made, represented and let go, for a few thousand people have gigabytes of positions.
+    A few thousand people have gigabytes of positions.  Without `keep` these stay, and nothing is made of them.
     """
     count = min(options.walkers or options.population, options.population)
     male = round(count * options.male_share)

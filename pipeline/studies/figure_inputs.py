@@ -131,7 +131,7 @@ def tidy(columns: pd.DataFrame | list[Any] | Mapping[str, Any], *, by: Sequence[
 
 def _sorted(frame: pd.DataFrame, by: list[str]) -> bool:
     """Return whether the rows are sorted by some columns."""
-    return len(by) > 1 and pd.MultiIndex.from_frame(frame[by]).is_monotonic_increasing
+    return pd.MultiIndex.from_frame(frame[by]).is_monotonic_increasing
 
 
 def columns_of(table: pd.DataFrame) -> dict[str, np.ndarray]:

@@ -53,7 +53,9 @@ def measured(folder: Path, figures: Sequence[str], layout: Mapping[str, Any]) ->
     data_name, scale, commit = made.pop()
     if any(manifest["provenance"]["dirty"] for manifest in manifests):
         raise InvalidInput(
-            "figures were made by a checkout with changes", where=str(folder), expected="a clean one"
+            "figures were made by a checkout with changes",
+            where=str(folder),
+            expected="a clean one (experiment=NAME,NAME,… makes figures again that are current)",
         )
     by_name = read_folder(folder, figures)
     values = numbers_of(names_quoted(layout), by_name)

@@ -248,8 +248,9 @@ def _ends(
     """Return the ends (2, G, K) of the intervals of K columns in each group of rows, numbered from 0."""
     values = rows[names].to_numpy(dtype=float)
     labels, _ = pd.factorize(rows[cluster], sort=True)
-    count = np.bincount(group[group >= 0])
-    in_groups = np.argsort(group.to_numpy(), kind="stable")[len(rows) - count.sum() :]
+    number = group.fillna(-1).to_numpy(dtype=int)  # rows that lack a label are in no group
+    count = np.bincount(number[number >= 0])
+    in_groups = np.argsort(number, kind="stable")[len(rows) - count.sum() :]
     places = np.split(in_groups, np.cumsum(count))[: len(count)]
     # Groups of the same people, as nearly all are, are drawn together, a few at a time.
     alike: dict[bytes, list[int]] = defaultdict(list)

@@ -23,7 +23,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from types import ModuleType
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, Protocol, TypeVar
 
 import numpy as np
 
@@ -93,6 +93,13 @@ def scaled(**fields: str | float) -> Any:
     return field(metadata={"scale": fields})
 
 
+class Represents(Protocol):
+    """Options of a dataset whose samples are made while clips are, one after the other."""
+
+    def represent(self, letting_go: Callable[[Keep], tuple[Any, list[Any]]], /) -> Any:
+        """Return clips without positions that have their samples."""
+
+
 @dataclass(kw_only=True)
 class Dataset(ABC):
     """Options of the dataset stage: how samples are made of clips."""
@@ -104,13 +111,9 @@ class Dataset(ABC):
         """Validate the options.  Raises InvalidInput if one is out of range."""
         require_bounds("dataset", self)
 
-    def shared(self) -> Dataset | None:
+    def shared(self) -> Represents | None:
         """Return the options whose samples serve these and are made of clips that are let go; None: clips are kept."""
         return None
-
-    def represent(self, letting_go: Callable[[Keep], tuple[Any, list[Any]]]) -> Any:
-        """Return clips without positions that have these samples, if the options are those of `shared`."""
-        raise NotImplementedError
 
     @abstractmethod
     def build(self, clips: Any, *, workers: int) -> Any:

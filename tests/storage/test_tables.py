@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -33,6 +34,25 @@ def test_the_file_is_what_a_person_expects(tmp_path: Path) -> None:
         b"map,10,0.3333333333,True\n"
     )
     assert [p.name for p in tmp_path.iterdir()] == ["table.csv"]
+
+
+def test_rows_are_written_in_blocks_as_in_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    frame = pd.DataFrame(
+        {
+            "walker": ["b", "a, quoted", "b", "c", "a, quoted"],
+            "error": [1 / 3, np.nan, -0.0, np.inf, 1e300],
+            "n": range(5),
+        }
+    )
+    tables.write(tmp_path / "one.csv", frame)
+    tables.write(tmp_path / "lists.csv", {name: frame[name].tolist() for name in frame})
+    monkeypatch.setattr(tables, "_ROWS_AT_A_TIME", 2)
+    tables.write(tmp_path / "blocks.csv", frame)
+    one, lists, blocks = ((tmp_path / f"{name}.csv").read_bytes() for name in ("one", "lists", "blocks"))
+    assert one == lists == blocks
+    assert one.splitlines()[1:4] == [b"b,0.3333333333,0", b'"a, quoted",,1', b"b,0,2"]
+    tables.write(tmp_path / "sorted.csv", frame, sort_by=["walker", "n"])
+    assert [row["n"] for row in tables.read_rows(tmp_path / "sorted.csv")] == ["1", "4", "0", "2", "3"]
 
 
 def test_every_type_comes_back(tmp_path: Path) -> None:

@@ -108,3 +108,20 @@ def test_the_result_is_what_a_method_is_annotated_to_return() -> None:
             raise AssertionError
 
     assert result_type(Model().learn) is Whole
+
+
+def test_a_table_without_rows_keeps_its_columns_and_one_of_texts_lists_each_once() -> None:
+    table = pd.DataFrame({"clip": ["b", "a", "b"], "error": [1.0, 2.0, 3.0]})
+    arrays, notes = pack(Rows(table))
+    assert notes["table"] == [("clip", ["b", "a"]), ("error", None)]
+    assert arrays["table.clip"].tolist() == [0, 1, 0]
+    for part in (table, table[:0]):
+        arrays, notes = pack(Rows(part))
+        again = unpack(Rows, arrays, json.loads(json.dumps(notes)))
+        assert again.table["clip"].tolist() == part["clip"].tolist()
+        assert list(again.table) == ["clip", "error"]
+
+
+@dataclass(frozen=True)
+class Rows:
+    table: pd.DataFrame

@@ -7,8 +7,13 @@ import pandas as pd
 import pytest
 from hypothesis import given, settings
 
-from pipeline.core.bootstrap import percentile_interval, weighted_means, weighted_medians
-from pipeline.studies import measures
+from pipeline.core.bootstrap import (
+    cluster_interval,
+    percentile_interval,
+    weighted_means,
+    weighted_medians,
+)
+from pipeline.studies import measures, replicated, rows
 from pipeline.studies.replicated import (
     Replicated,
     Statistic,
@@ -88,3 +93,59 @@ def test_clips_of_one_person_are_drawn_together_where_it_is_known_whose_they_are
     assert all(
         ("a" in set(drawn.drawn(b)["clip"])) == ("b" in set(drawn.drawn(b)["clip"])) for b in range(50)
     )
+
+
+def test_groups_that_hold_other_people_or_no_label_are_drawn_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    table = trials(np.random.default_rng(3), 9)
+    table = table[(table["camera"] == "still") | (table["clip"] != "clip_4")].sample(frac=1.0, random_state=1)
+    table["view"] = np.arange(len(table)) % 3
+    table.loc[table.index[:5], "view"] = np.nan
+    columns = {"mean": ("error", "mean"), "median": ("error", "median")}
+    monkeypatch.setattr(replicated, "_GROUPS_AT_A_TIME", 2)
+    rows = aggregate(table, ["camera", "view"], columns, list(columns)).set_index(["camera", "view"])
+    assert len(rows) == 6
+    for key, group in table.groupby(["camera", "view"]):
+        for name, statistic in (("mean", weighted_means), ("median", weighted_medians)):
+            ends = interval_over_clusters(group["clip"].to_numpy(), group["error"].to_numpy(), statistic)
+            found = rows.loc[key, [f"{name}_low", f"{name}_high"]].tolist()
+            assert found == pytest.approx([float(end) for end in ends], rel=1e-12)
+
+
+def test_of_very_many_people_groups_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(4)
+    table = pd.DataFrame({"person": [f"p{n:03d}" for n in range(60)], "x": rng.lognormal(size=60)})
+    every = replicate(["t"], {"t": table})
+    monkeypatch.setattr(replicated, "MOST_LEFT_OUT", 15)
+    replicated._weights.cache_clear()
+    some = replicate(["t"], {"t": table})
+    replicated._weights.cache_clear()
+    assert every is not None
+    assert some is not None
+    assert (every.left_out, some.left_out, some.clusters) == (60, 15, 60)
+    np.testing.assert_array_equal(some.tables["t"].weights[:-15], every.tables["t"].weights[:-60])
+    np.testing.assert_array_equal(some.tables["t"].weights[-15:].sum(axis=1), 56.0)
+    np.testing.assert_array_equal(some.tables["t"].weights[-15:].sum(axis=0), 14.0)
+    values = [np.asarray(measures.mean(drawn.tables["t"], "x")) for drawn in (every, some)]
+    ends = [
+        cluster_interval(float(table["x"].mean()), value[: -one.left_out], value[-one.left_out :], 60)
+        for value, one in zip(values, (every, some), strict=True)
+    ]
+    width = ends[0][1] - ends[0][0]
+    assert ends[1] == pytest.approx(ends[0], abs=0.1 * width)
+    assert ends[1] != ends[0]
+
+
+@given(seeds)
+@settings(max_examples=10)
+def test_means_of_groups_are_the_same_where_only_cells_with_rows_are_held(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    cluster, group = rng.integers(0, 12, size=80), rng.integers(0, 9, size=80)
+    weights = rng.multinomial(12, np.full(12, 1 / 12), size=30).astype(float)
+    part = rows.Rows(pd.DataFrame(), cluster, weights, plain=False)
+    found = rng.normal(size=80)
+    with pytest.MonkeyPatch.context() as patch:
+        dense = part.group_means(found, group, 10)
+        patch.setattr(rows, "_SPARSE", 0)
+        sparse = part.group_means(found, group, 10)
+    np.testing.assert_allclose(sparse[0], dense[0], rtol=1e-12)
+    np.testing.assert_array_equal(sparse[1], dense[1])

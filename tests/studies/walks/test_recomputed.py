@@ -50,6 +50,18 @@ def test_both_computations_give_one_error(model: EigenwalkersModel, data: Any) -
         assert largest_difference(model, replace(SWEEP, truth=truth), data) < 1e-6
 
 
+def test_of_more_walkers_some_are_computed_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pipeline.studies.walks.recomputed.MOST_WALKERS", 3)
+    model = EigenwalkersModel(components=4)
+    assert largest_difference(model, SWEEP) < 1e-6
+    learnt = model.learn(DATA, workers=1)
+    found = SWEEP.measure(SweepInputs(None, DATA, learnt, None, model, 1, 1))  # type: ignore[arg-type]
+    table = recomputed(DATA, model, SWEEP, found.rows, learnt.kept)
+    means = found.rows.groupby(["method", "view_angle_deg"])["absolute_error_mm2"].mean()
+    row = table.iloc[0]
+    assert row["absolute_error_mm2"] != pytest.approx(means[row["method"], row["view_angle_deg"]], rel=1e-6)
+
+
 def test_a_walker_who_is_in_the_model_shows(monkeypatch: pytest.MonkeyPatch) -> None:
     def knows_everybody(self: Eigenwalkers, walker: int) -> LinearModel:
         kept = self.kept

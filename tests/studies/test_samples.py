@@ -1,0 +1,57 @@
+"""Samples of walks that are represented as they are made: the same as of clips that were kept."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from functools import partial
+
+import numpy as np
+import pytest
+
+from pipeline.clips import walks
+from pipeline.clips.options import Steady
+from pipeline.ingestion.data import SyntheticData
+from pipeline.studies.eigenwalkers.samples import FourierDataset, FourierSamples, Size
+
+PEOPLE = SyntheticData(name="synthetic", population=9, duration_s=5.0)
+
+
+def assert_same(one: FourierSamples, other: FourierSamples) -> None:
+    for part in fields(FourierSamples):
+        np.testing.assert_array_equal(getattr(one, part.name), getattr(other, part.name))
+
+
+@pytest.mark.parametrize(
+    "dataset",
+    [
+        FourierDataset(),
+        FourierDataset(frequency=True),
+        FourierDataset(size=Size.stature),
+        FourierDataset(harmonics=3),
+    ],
+)
+@pytest.mark.parametrize("ratio", [1.6, 1.03])
+def test_walks_that_are_let_go_have_the_samples_and_the_report_of_those_that_are_kept(
+    dataset: FourierDataset, ratio: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        walks, "Steady", partial(Steady, frequency_ratio=ratio)
+    )  # 1.03: many are compared again
+    kept = walks.synthetic_walks(PEOPLE, 5, 1)
+    gone = dataset.shared().represent(partial(walks.walks_let_go, PEOPLE, 5, 1))
+    assert len(gone.positions) == 0
+    assert gone.report == kept.report
+    assert any(row["reason"] for row in gone.report) == (ratio < 1.1)
+    np.testing.assert_array_equal(gone.stature_mm, kept.stature_mm)
+    assert_same(dataset.build(gone, workers=1), dataset.build(kept, workers=1))
+
+
+def test_people_of_normalised_size_are_as_large_as_their_walks_would_be() -> None:
+    kept = walks.synthetic_walks(PEOPLE, 5, 1)
+    own, same = (FourierDataset(size=size).build(kept, workers=1) for size in (Size.absolute, Size.stature))
+    scale = kept.stature_mm.mean() / kept.stature_mm
+    np.testing.assert_allclose(same.coefficients, scale[:, None, None, None] * own.coefficients, rtol=1e-12)
+    for name in ("residual_covariance", "temporal_covariance"):
+        grown = scale[:, None, None, None] ** 2 * getattr(own, name)
+        np.testing.assert_allclose(getattr(same, name), grown, rtol=1e-12)
+    np.testing.assert_array_equal(same.residual_fraction, own.residual_fraction)
