@@ -277,7 +277,11 @@ def reconstruct(
             refine = partial(Refinement, prior, setting, keypoints, path=starts.path, relabel=relabel)
             begun += [_Begun(bool(other), starts, refine(start)) for start in starts.starts[:most_starts]]
         if (together := begun[0].starts.ankles_together) > most_together:
-            raise FeetTogether(f"the feet move together: correlation {together:.2f}")
+            raise FeetTogether(
+                "the feet move together",
+                expected=f"a correlation of {most_together:g} or less",
+                received=f"{together:.2f}",
+            )
         if min(one.starts.least_distance for one in begun) > most_distance:
             raise InvalidInput("a walker looks like this from no side")
         return _best_of(begun)
