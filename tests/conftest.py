@@ -9,14 +9,17 @@ import os
 for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
-# No index of options: what a test sees does not depend on what was composed before it.
-os.environ["GAIT_PIPELINE_CACHE"] = os.devnull
+import tempfile
+
+# What was composed is kept for these tests alone: nothing that they see depends on what was there before.
+if "PYTEST_XDIST_WORKER" not in os.environ:
+    _cache = tempfile.TemporaryDirectory(prefix="gait-pipeline-tests-", ignore_cleanup_errors=True)
+    os.environ["GAIT_PIPELINE_CACHE"] = _cache.name
 
 import gc
 import getpass
 import signal
 import sys
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from io import StringIO

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -15,6 +16,11 @@ from pipeline.storage.sealed_folders import complaints_about
 ROOT = Path(__file__).resolve().parent.parent
 WAIT_S = 3600.0
 """How long a test waits for a process that should end: many times what a busy machine needs."""
+
+
+def copy_tree(source: Path, copy: Path, *left_out: str) -> None:
+    """Copy a folder with what Python and numba have compiled of it, but for what is being written just then."""
+    shutil.copytree(source, copy, ignore=shutil.ignore_patterns("*.pyc.*", "*.tmp.*", *left_out))
 
 
 @contextmanager

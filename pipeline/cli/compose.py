@@ -24,6 +24,9 @@ from pipeline.studies import registry
 from pipeline.studies.experiment import Experiment
 from pipeline.validation import InvalidInput, require_name
 
+_RESULTS = re.compile(r"results=[\w./-]+")
+"""Of which nothing else in an experiment depends."""
+
 
 def compose(overrides: Sequence[str]) -> Experiment:
     """Return the experiment that these overrides name, as on the command line.
@@ -35,6 +38,8 @@ def compose(overrides: Sequence[str]) -> Experiment:
     """
 
     _indexed()
+    results = [item for item in overrides if _RESULTS.fullmatch(item)]
+    overrides = [item for item in overrides if item not in results]
     made: list[Experiment] = []
 
     def plain() -> Any:
@@ -48,7 +53,10 @@ def compose(overrides: Sequence[str]) -> Experiment:
 
     said = ("experiment", *overrides, os.environ.get("MOCAP_MIRROR"), usable_cores())
     kept = user_cache.remembered(said, plain, of=_rests_on)
-    return on_this_machine(made[0] if made else _whole(kept))
+    experiment = made[0] if made else _whole(kept)
+    if results:
+        experiment.results = results[-1].partition("=")[2]
+    return on_this_machine(experiment)
 
 
 @cache

@@ -358,7 +358,10 @@ def _run(arguments: Sequence[str]) -> int:
     from pipeline.cli.index import refuse_slips
 
     refuse_slips(arguments)
-    from pipeline.cli.compose import on_this_machine
+    from pipeline.cli.compose import compose, on_this_machine
+
+    if not any(item.startswith(("-", "hydra")) for item in arguments):
+        return 1 if _make_one(compose(arguments), arguments, None) else 0
     from pipeline.cli.composition import run_hydra
 
     several = {"-m", "--multirun"} & set(arguments)

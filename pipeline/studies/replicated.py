@@ -268,7 +268,7 @@ def _ends(
 def _labels(name: str, rows: pd.DataFrame, kind: str, tables: Mapping[str, pd.DataFrame]) -> pd.Series:
     """Return whose each row is (n,), text."""
     clips = tables.get(f"{name.split('/')[0]}/{INGEST}")
-    labels = rows[kind].astype(str)
+    labels = rows[kind].map(str)  # also of rows without one
     if kind == CLIP and clips is not None and {"clip", "person"} <= set(clips):
         person = dict(zip(clips["clip"].astype(str), clips["person"].astype(str), strict=True))
         labels = labels.map(lambda clip: person.get(clip, clip))

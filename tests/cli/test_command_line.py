@@ -58,6 +58,12 @@ def assert_one_sentence(said: str, *words: str) -> None:
 # --- help and commands ------------------------------------------------------------------------------------
 
 
+@pytest.fixture
+def no_index(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Options are judged where they are composed or used, and not before, by the index."""
+    monkeypatch.setenv("GAIT_PIPELINE_CACHE", os.devnull)
+
+
 def test_help_waits_for_no_library() -> None:
     heavy = ["numpy", "scipy", "pandas", "rerun", "matplotlib", "hydra", "omegaconf", "rich", "pyarrow"]
     code = f"""
@@ -114,7 +120,7 @@ def test_help_on_a_terminal_that_knows_only_ascii() -> None:
     ],
 )
 def test_a_wrong_command_is_answered_in_one_sentence(
-    say: Callable, arguments: list[str], words: list[str]
+    say: Callable, no_index: None, arguments: list[str], words: list[str]
 ) -> None:
     said = say(*arguments)
     assert said.status == 1
@@ -178,6 +184,7 @@ def test_the_equations_are_printed_with_their_homes(say: Callable) -> None:
 )
 def test_options_that_cannot_work_end_in_one_sentence(
     say: Callable,
+    no_index: None,
     smoke_cache: Path,
     monkeypatch: pytest.MonkeyPatch,
     figure: str,
@@ -232,7 +239,9 @@ def test_three_walkers_make_every_figure_and_it_is_said_that_components_are_fewe
     assert f"1 eigenwalkers instead of {asked}: leave-one-out has only 2 people to learn from" in said.out
 
 
-def test_one_refused_figure_does_not_stop_the_others(say: Callable, smoke_cache: Path) -> None:
+def test_one_refused_figure_does_not_stop_the_others(
+    say: Callable, no_index: None, smoke_cache: Path
+) -> None:
     said = say(
         "figures", "experiment=zhang2007_fig5,zhang2007_fig2", *QUICK, f"results={smoke_cache}", "workers=1",
         "data.walkers=3", "model.components=0",
@@ -515,8 +524,12 @@ def test_a_folder_without_walks_is_refused(
 def test_a_file_that_may_not_be_read_is_named(
     say: Callable, walks: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    read = Path.read_bytes
+
     def forbidden(path: Path) -> bytes:
-        raise PermissionError(errno.EACCES, "Permission denied", str(path))
+        if path.suffix == ".trc":
+            raise PermissionError(errno.EACCES, "Permission denied", str(path))
+        return read(path)
 
     monkeypatch.setattr(Path, "read_bytes", forbidden)
     said = say(*of_folder(walks, tmp_path / "results"))

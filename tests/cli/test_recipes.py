@@ -15,7 +15,7 @@ from pipeline.cli.recipes import recipe, recipes
 from pipeline.resources import CONF, PACKAGE
 from pipeline.storage import user_cache
 from pipeline.validation import InvalidInput
-from tests.processes import finished
+from tests.processes import copy_tree, finished
 
 FIGURE = ["experiment=zhang2007_fig2", "scale=smoke"]
 
@@ -88,7 +88,7 @@ def copied(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the sources with a figure, and a cache of its own."""
     folder = tmp_path_factory.mktemp("copy")
     for source in (PACKAGE, CONF, PACKAGE.parent / "data"):
-        shutil.copytree(source, folder / source.name, ignore=shutil.ignore_patterns("__pycache__", "raw"))
+        copy_tree(source, folder / source.name, "raw")
     shutil.copy(PACKAGE.parent / "pyproject.toml", folder)
     done = run(folder, "figures", *FIGURE)
     assert done.returncode == 0, done.stderr

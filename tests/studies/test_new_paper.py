@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.processes import WAIT_S
+from tests.processes import WAIT_S, copy_tree
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -97,8 +97,7 @@ REGISTRY = "pipeline/studies/registry.py"
 def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the project with the paper."""
     copy = tmp_path_factory.mktemp("fifth") / "project"
-    ignored = shutil.ignore_patterns("results", ".*", "__pycache__", "raw")
-    shutil.copytree(ROOT, copy, ignore=ignored)
+    copy_tree(ROOT, copy, "results", ".*", "raw")
     (copy / "results").mkdir()
     shutil.copy(ROOT / "results" / "published.csv", copy / "results")
     for name, text in FILES.items():

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.contents import columns_of
+from tests.processes import copy_tree
 from tests.studies.test_new_paper import ROOT, run
 
 pytestmark = pytest.mark.thorough
@@ -72,7 +73,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
 def project(tmp_path: Path) -> Path:
     """A copy of the project."""
     copy = tmp_path / "project"
-    shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns("results", ".*", "__pycache__", "raw", "site"))
+    copy_tree(ROOT, copy, "results", ".*", "raw", "site")
     (copy / "results").mkdir()
     shutil.copy(ROOT / "results" / "published.csv", copy / "results")
     return copy
