@@ -12,6 +12,8 @@ DEV    := $(VENV)/.ready-dev
 CLUSTER := $(VENV)/.ready-cluster
 VIDEO  := $(VENV)/.ready-video
 PIP    := $(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes
+# Small figures that call every compiled loop: `make install` has them compiled in the background, and kept.
+LOOPS  := park2011_fig3c,park2011_fig4,mozerov2006_fig4,mozerov2006_tracking
 FIGURES := $(notdir $(basename $(wildcard conf/experiment/*.yaml)))
 # With LAUNCH=slurm the figures are jobs of a cluster.
 AS_JOBS := $(if $(filter-out local,$(LAUNCH)),launch=$(LAUNCH))
@@ -39,6 +41,8 @@ $(READY): requirements.lock
 	@test -x $(VENV)/bin/python || $(PYTHON) -m venv $(VENV)
 	@$(PIP) -r requirements.lock
 	@touch $(READY)
+	@nohup $(RUN) figures experiment=$(LOOPS) scale=smoke figure.picture=false figure.recording=false workers=1 \
+		results=$(VENV)/loops > $(VENV)/loops.log 2>&1 < /dev/null &
 
 # Both lists, so that every requirement of a tool has its version and hash.
 $(DEV): requirements-dev.lock $(CLUSTER)

@@ -36,6 +36,12 @@ def test_the_readme_is_short() -> None:
     assert len(README.splitlines()) <= 150
 
 
+def test_the_figures_whose_loops_are_compiled_ahead_are_presets() -> None:
+    named = re.search(r"^LOOPS +:= (\S+)$", MAKEFILE, re.MULTILINE)
+    assert named
+    assert set(named[1].split(",")) <= set(presets())
+
+
 @pytest.mark.parametrize(
     ("example", "expected", "within"), [(0, 30.0, 5.0), (1, 0.27, 0.1), (2, 0.5, 0.5)], ids=str
 )
