@@ -552,10 +552,10 @@ def search_boxes(p, tree, best, found, gap, allowance, budget):  # type: ignore[
 
 
 @compiled_with_free_sums
-def prepare(rows, kind, kappa, start, gains, norms, links):  # type: ignore[no-untyped-def]
+def prepare(rows, kind, kappa, start, gains, worth, links):  # type: ignore[no-untyped-def]
     """Gains of recursive least squares from frame `start` on, which no sign enters, and what rows make of them.
 
-    A relaxed frame is left out, by a gain of zero and an infinite norm: it could only add.
+    A relaxed frame is left out, by a gain of zero and a worth of zero: it could only add.
     """
     components = rows.shape[2]
     spread = np.zeros((components, components))
@@ -574,7 +574,7 @@ def prepare(rows, kind, kappa, start, gains, norms, links):  # type: ignore[no-u
             norm = 1.0
             for k in range(components):
                 norm += along[k] * rows[row, i, k]
-            norms[row, i] = np.inf if row == 0 and kind[i] == RELAXED else norm
+            worth[row, i] = 0.0 if row == 0 and kind[i] == RELAXED else 1.0 / norm
             for k in range(components):
                 gains[row, i, k] = along[k] / norm
             if norm > 1.0:
@@ -595,8 +595,8 @@ def prepare(rows, kind, kappa, start, gains, norms, links):  # type: ignore[no-u
 @compiled_with_free_sums
 def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: ignore[no-untyped-def]
     """Go on with a `searches.SuffixTree` for about `budget` nodes; better signs go into `best` and `found`."""
-    rows, gains, norms, links, state, ahead, predicted, off, spent, signs, rest, ends, counts = (
-        tree.rows, tree.gains, tree.norms, tree.links, tree.state, tree.ahead, tree.predicted, tree.off,
+    rows, gains, worth, links, state, ahead, predicted, off, spent, signs, rest, ends, counts = (
+        tree.rows, tree.gains, tree.worth, tree.links, tree.state, tree.ahead, tree.predicted, tree.off,
         tree.spent, tree.signs, tree.rest, tree.ends, tree.counts,
     )  # fmt: skip
     middle, half_chord, kind = p.middle, p.half_chord, p.kind
@@ -608,7 +608,7 @@ def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: igno
     while (budget > 0 or counts[PREPARED] == FIRST) and counts[FINISHED] == 0:
         start = counts[START]
         if counts[PREPARED] == 0:
-            prepare(rows, kind, tree.kappa, start, gains, norms, links)
+            prepare(rows, kind, tree.kappa, start, gains, worth, links)
             budget -= 1 + (frames - start) * components // 4
             spent[start] = 0.0
             state[start] = 0.0
@@ -660,7 +660,7 @@ def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: igno
             shares += w * w
             off[i, 0, d] = x
             off[i, 1, d] = w
-        spent[i + 1] = spent[i] + points / norms[0, i] + shares / norms[1, i]
+        spent[i + 1] = spent[i] + points * worth[0, i] + shares * worth[1, i]
         if counts[PREPARED] != FIRST:
             bound = max(spent[i + 1] - lost, 0.0) + rest[i + 1] - (allowance if start == 0 else 0.0)
             if bound >= limit:

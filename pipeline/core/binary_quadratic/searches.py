@@ -155,7 +155,8 @@ class SuffixTree(NamedTuple):
     rows : (2, F + 1, K)
         B and C, then zeros.
     gains : (2, F, K)
-    norms : (2, F)
+    worth : (2, F)
+        What a square of either row's error costs, given the frames before.
     links : (F, 3, 2)
         What the rows of the next frame make of each gain, and then, of this one, C of the gain of B.
     state : (F, 3, K)
@@ -179,7 +180,7 @@ class SuffixTree(NamedTuple):
     lost: float
     rows: np.ndarray
     gains: np.ndarray
-    norms: np.ndarray
+    worth: np.ndarray
     links: np.ndarray
     state: np.ndarray
     ahead: np.ndarray
@@ -212,7 +213,7 @@ class SuffixSearch:
             lost=kappa * size,
             rows=np.pad([programme.basis, _shares(programme.excess, frames)], ((0, 0), (0, 1), (0, 0))),
             gains=np.empty((2, frames, components)),
-            norms=np.empty((2, frames)),
+            worth=np.empty((2, frames)),
             links=np.empty((frames, 3, 2)),
             state=np.empty((frames, 3, components)),
             ahead=np.empty((frames, 2, 3)),
