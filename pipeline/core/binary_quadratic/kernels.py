@@ -552,55 +552,68 @@ def search_boxes(p, tree, best, found, gap, allowance, budget):  # type: ignore[
 
 
 @compiled_with_free_sums
-def prepare(rows, kind, kappa, start, gains, norms):  # type: ignore[no-untyped-def]
-    """Gains of recursive least squares from frame `start` on, which no sign enters."""
+def prepare(rows, kind, kappa, start, gains, worth, links):  # type: ignore[no-untyped-def]
+    """Gains of recursive least squares from frame `start` on, which no sign enters, and what rows make of them.
+
+    A relaxed frame is left out, by a gain of zero and a worth of zero: it could only add.
+    """
     components = rows.shape[2]
-    kinds = 2 if rows[1].any() else 1  # of a hard basis the second rows are zero
-    norms[1] = 1.0
     spread = np.zeros((components, components))
     along = np.empty(components)
     for k in range(components):
         spread[k, k] = 1.0 / kappa
     for i in range(start, len(kind)):
-        for row in range(kinds):
+        for row in range(2):
             along[:] = 0.0
-            for j in range(components):
-                share = rows[row, i, j]
-                if share != 0.0:
-                    for k in range(components):
-                        along[k] += share * spread[j, k]
+            if row == 1 or kind[i] != RELAXED:
+                for j in range(components):
+                    share = rows[row, i, j]
+                    if share != 0.0:
+                        for k in range(components):
+                            along[k] += share * spread[j, k]
             norm = 1.0
             for k in range(components):
                 norm += along[k] * rows[row, i, k]
-            norms[row, i] = norm
+            worth[row, i] = 0.0 if row == 0 and kind[i] == RELAXED else 1.0 / norm
             for k in range(components):
                 gains[row, i, k] = along[k] / norm
-            if row == 0 and kind[i] == RELAXED:
-                continue  # a relaxed frame is left out: it could only add
-            for k in range(components):
-                share = gains[row, i, k]
-                for j in range(components):
-                    spread[k, j] -= share * along[j]
+            if norm > 1.0:
+                for k in range(components):
+                    share = gains[row, i, k]
+                    for j in range(components):
+                        spread[k, j] -= share * along[j]
+        for row in range(2):
+            links[i, 2, row] = 0.0
+            for other in range(2):
+                links[i, row, other] = 0.0
+                for k in range(components):
+                    links[i, row, other] += rows[row, i + 1, k] * gains[other, i, k]
+        for k in range(components):
+            links[i, 2, 0] += rows[1, i, k] * gains[0, i, k]
 
 
 @compiled_with_free_sums
 def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: ignore[no-untyped-def]
     """Go on with a `searches.SuffixTree` for about `budget` nodes; better signs go into `best` and `found`."""
-    rows, gains, norms, state, spent, signs, rest, ends, counts = (
-        tree.rows, tree.gains, tree.norms, tree.state, tree.spent, tree.signs, tree.rest, tree.ends, tree.counts,
+    rows, gains, worth, links, state, ahead, predicted, off, spent, signs, rest, ends, counts = (
+        tree.rows, tree.gains, tree.worth, tree.links, tree.state, tree.ahead, tree.predicted, tree.off,
+        tree.spent, tree.signs, tree.rest, tree.ends, tree.counts,
     )  # fmt: skip
     middle, half_chord, kind = p.middle, p.half_chord, p.kind
-    frames, components = rows.shape[1:]
-    kappa = tree.kappa
+    frames, components = p.basis.shape
     lost = tree.lost
-    z = np.empty((3, components))
+    leaf = (np.empty(frames, dtype=np.int8), np.empty(frames), np.empty(frames), np.empty(frames, dtype=np.int64))
+    known = np.nan
+    leaves = 0
     while (budget > 0 or counts[PREPARED] == FIRST) and counts[FINISHED] == 0:
         start = counts[START]
         if counts[PREPARED] == 0:
-            prepare(rows, kind, kappa, start, gains, norms)
+            prepare(rows, kind, tree.kappa, start, gains, worth, links)
             budget -= 1 + (frames - start) * components // 4
             spent[start] = 0.0
             state[start] = 0.0
+            predicted[start] = 0.0
+            signs[start, 2] = 0
             counts[LEVEL] = start
             counts[PREPARED] = FIRST
         cutoff = best[0] - max(gap * abs(best[0]), 2.0 * allowance)
@@ -639,88 +652,90 @@ def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: igno
             counts[TRIED] += 1
             sign = float(signs[i, 0])
         # The frame's cost, given the coefficients before it, and those after it, unless that is too much already.
-        spent[i + 1] = spent[i]
-        bound = -np.inf
-        for row in range(2 if norms[1, i] > 1.0 else 1):
-            before = i + row
-            if row == 0 and kind[i] == RELAXED:
-                for d in range(3):
-                    copy(state[i, d], state[i + 1, d])
+        points = shares = 0.0
+        for d in range(3):
+            x = middle[i, d] + sign * half_chord[i, d] - predicted[i, 0, d]
+            w = -predicted[i, 1, d] - links[i, 2, 0] * x
+            points += x * x
+            shares += w * w
+            off[i, 0, d] = x
+            off[i, 1, d] = w
+        spent[i + 1] = spent[i] + points * worth[0, i] + shares * worth[1, i]
+        if counts[PREPARED] != FIRST:
+            bound = max(spent[i + 1] - lost, 0.0) + rest[i + 1] - (allowance if start == 0 else 0.0)
+            if bound >= limit:
                 continue
-            x = y = w = 0.0
-            if row == 0:
-                x = middle[i, 0] + sign * half_chord[i, 0] - state[i, 0, components]
-                y = middle[i, 1] + sign * half_chord[i, 1] - state[i, 1, components]
-                w = middle[i, 2] + sign * half_chord[i, 2] - state[i, 2, components]
-            else:
-                for k in range(components):
-                    share = rows[1, i, k]
-                    x -= share * state[before, 0, k]
-                    y -= share * state[before, 1, k]
-                    w -= share * state[before, 2, k]
-            spent[i + 1] += (x * x + y * y + w * w) / norms[row, i]
-            if counts[PREPARED] != FIRST:
-                bound = max(spent[i + 1] - lost, 0.0) + rest[i + 1] - (allowance if start == 0 else 0.0)
-                if bound >= limit:
-                    break
-            for k in range(components):
-                gain = gains[row, i, k]
-                state[i + 1, 0, k] = state[before, 0, k] + gain * x
-                state[i + 1, 1, k] = state[before, 1, k] + gain * y
-                state[i + 1, 2, k] = state[before, 2, k] + gain * w
-        if bound >= limit:
-            continue
+        # The coefficients before a frame are found when one of its signs is not ruled out.
+        if signs[i, 2] == 0:
+            signs[i, 2] = 1
+            for d in range(3):
+                x = w = 0.0
+                if i > start:
+                    e, f = off[i - 1, 0, d], off[i - 1, 1, d]
+                    for k in range(components):
+                        value = state[i - 1, d, k] + gains[0, i - 1, k] * e + gains[1, i - 1, k] * f
+                        state[i, d, k] = value
+                        x += rows[0, i + 1, k] * value
+                        w += rows[1, i + 1, k] * value
+                ahead[i, 0, d] = x
+                ahead[i, 1, d] = w
         if i + 1 < frames:
-            x = y = w = 0.0
-            for k in range(components):
-                share = rows[0, i + 1, k]
-                x += share * state[i + 1, 0, k]
-                y += share * state[i + 1, 1, k]
-                w += share * state[i + 1, 2, k]
-            state[i + 1, 0, components], state[i + 1, 1, components], state[i + 1, 2, components] = x, y, w
-        if counts[PREPARED] == FIRST:
-            counts[LEVEL] = i + 1
-            if i + 1 == frames:
-                ends[0] = max(spent[frames] - lost, 0.0)
-                counts[LEVEL] = start
-                counts[PREPARED] = SEARCHED
-                counts[TRIED] = 0
-                signs[start, 1] = -1
-                budget = max(budget, 1)  # a start is not left before its first node
-            continue
-        if i + 1 < frames:
+            for row in range(2):
+                for d in range(3):
+                    predicted[i + 1, row, d] = (
+                        ahead[i, row, d] + links[i, row, 0] * off[i, 0, d] + links[i, row, 1] * off[i, 1, d]
+                    )
             counts[LEVEL] = i + 1
             signs[i + 1, 1] = -1
+            signs[i + 1, 2] = 0
+        elif counts[PREPARED] == FIRST:
+            ends[0] = max(spent[frames] - lost, 0.0)
+            counts[LEVEL] = start
+            counts[PREPARED] = SEARCHED
+            counts[TRIED] = 0
+            signs[start, 1] = -1
+            budget = max(budget, 1)  # a start is not left before its first node
         elif start > 0:
             ends[0] = max(spent[frames] - lost, 0.0)
         else:
-            enter_leaf(p, signs, z, best, found, gap, allowance, ends)
+            leaves += 1
+            if leaves % REFRESH == 0 or len(p.table) == 0:
+                known = np.nan
+            known = enter_leaf(p, signs, leaf, known, best, found, gap, allowance, ends)
             budget -= frames
 
 
 @compiled_with_free_sums
-def enter_leaf(p, signs, z, best, found, gap, allowance, ends):  # type: ignore[no-untyped-def]
-    """All signs are chosen: J itself, with the relaxed frames at their best."""
-    frames = len(p.basis)
-    held = np.empty(frames, dtype=np.int8)
-    values = np.empty(frames)
+def enter_leaf(p, signs, leaf, known, best, found, gap, allowance, ends):  # type: ignore[no-untyped-def]
+    """All signs are chosen: J itself, with the relaxed frames at their best; it is also returned.
+
+    `leaf` holds what is held, the values, half the derivatives by them and a trail, of the leaf before where its J is
+    `known` and not NaN.
+    """
+    held, values, half, trail = leaf
+    kind = p.kind
+    z = np.empty((3, p.basis.shape[1]))
     relaxed = False
-    for i in range(frames):
-        held[i] = 0 if p.kind[i] == RELAXED else signs[i, 0]
-        values[i] = found[i] if p.kind[i] == RELAXED else signs[i, 0]
-        relaxed = relaxed or p.kind[i] == RELAXED
-    bound = np.inf
+    for i in range(len(held)):
+        relaxed = relaxed or kind[i] == RELAXED
+        if np.isnan(known):
+            held[i] = 0 if kind[i] == RELAXED else signs[i, 0]
+            values[i] = found[i] if kind[i] == RELAXED else signs[i, 0]
+        elif held[i] != 0 and held[i] != signs[i, 0]:
+            held[i] = signs[i, 0]
+            known += move(p, i, held[i] - values[i], z, half)
+            values[i] = held[i]
     cutoff = best[0] - max(gap * abs(best[0]), 2.0 * allowance)
-    if relaxed:
-        half = np.empty(frames)
-        trail = np.empty(frames, dtype=np.int64)
-        bound = relax(
-            p, held, values, z, half, np.nan, cutoff, LAST_SWEEPS, LAST_SWEEPS, allowance, trail, 0
-        )[0]
-    here = cost(p, values, z)
+    bound, known, _, _ = relax(
+        p, held, values, z, half, known, cutoff, LAST_SWEEPS, LAST_SWEEPS, allowance, trail, 0
+    )
     # Half of what is not looked for: what is better by less may be rounding.
-    if here < 0.5 * (best[0] + cutoff):
-        best[0] = here
-        copy(values, found)
-    if bound < best[0] - max(gap * abs(best[0]), 2.0 * allowance):
+    enough = 0.5 * (best[0] + cutoff)
+    if known < enough + allowance:
+        here = cost(p, values, z)
+        if here < enough:
+            best[0] = here
+            copy(values, found)
+    if relaxed and bound < best[0] - max(gap * abs(best[0]), 2.0 * allowance):
         ends[1] = min(ends[1], bound)
+    return known

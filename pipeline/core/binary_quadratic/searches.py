@@ -152,16 +152,23 @@ class SuffixTree(NamedTuple):
     kappa : float
     lost : float
         kappa times the size of the programme, mm²: what a bound is short of.
-    rows : (2, F, K)
-        B and C.
+    rows : (2, F + 1, K)
+        B and C, then zeros.
     gains : (2, F, K)
-    norms : (2, F)
-    state : (F + 1, 3, K + 1)
-        Coefficients before each frame, and what they make of it, mm.
+    worth : (2, F)
+        What a square of either row's error costs, given the frames before.
+    links : (F, 3, 2)
+        What the rows of the next frame make of each gain, and then, of this one, C of the gain of B.
+    state : (F, 3, K)
+        Coefficients before each frame, mm, where they have been needed.
+    ahead, predicted : (F, 2, 3)
+        What the rows of the next frame, and of this one, make of them, mm.
+    off : (F, 2, 3)
+        By how much that misses, mm.
     spent : (F + 1,)
         Cost before each frame, mm².
-    signs : (F, 2) int8
-        The sign of a frame, and how many of its signs are still to be tried.
+    signs : (F, 3) int8
+        The sign of a frame, how many of its signs are still to be tried, and whether its state is known.
     rest : (F + 1,)
         S_t, mm²; zero where not yet known.
     ends : (2,)
@@ -173,8 +180,12 @@ class SuffixTree(NamedTuple):
     lost: float
     rows: np.ndarray
     gains: np.ndarray
-    norms: np.ndarray
+    worth: np.ndarray
+    links: np.ndarray
     state: np.ndarray
+    ahead: np.ndarray
+    predicted: np.ndarray
+    off: np.ndarray
     spent: np.ndarray
     signs: np.ndarray
     rest: np.ndarray
@@ -200,12 +211,16 @@ class SuffixSearch:
         self._tree = SuffixTree(
             kappa=kappa,
             lost=kappa * size,
-            rows=np.stack([programme.basis, _shares(programme.excess, frames)]),
+            rows=np.pad([programme.basis, _shares(programme.excess, frames)], ((0, 0), (0, 1), (0, 0))),
             gains=np.empty((2, frames, components)),
-            norms=np.empty((2, frames)),
-            state=np.zeros((frames + 1, 3, components + 1)),
+            worth=np.empty((2, frames)),
+            links=np.empty((frames, 3, 2)),
+            state=np.empty((frames, 3, components)),
+            ahead=np.empty((frames, 2, 3)),
+            predicted=np.empty((frames, 2, 3)),
+            off=np.empty((frames, 2, 3)),
             spent=np.zeros(frames + 1),
-            signs=np.zeros((frames, 2), dtype=np.int8),
+            signs=np.zeros((frames, 3), dtype=np.int8),
             rest=np.zeros(frames + 1),
             ends=np.array([np.inf, np.inf]),
             counts=np.array([frames - 1, 0, 0, 0, 0, 0], dtype=np.int64),
