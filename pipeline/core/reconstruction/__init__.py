@@ -14,7 +14,7 @@ Symbols
 ``sigma²``     noise variance of [zhang2007 3.12], mm²
 """
 
-from pipeline.core.reconstruction.gram import Gram, Spectrum, gram_of, require_noise_variance
+from pipeline.core.reconstruction.gram import Gram, gram_of, require_noise_variance
 from pipeline.core.reconstruction.known_view import (
     KnownViews,
     from_known_views,
@@ -29,7 +29,6 @@ __all__ = [
     "KnownViews",
     "NoisePath",
     "PhasedView",
-    "Spectrum",
     "error_path",
     "from_known_view_unknown_phase",
     "from_known_views",

@@ -13,13 +13,12 @@ Symbols
 
 Why computed differently from how it is printed: with k = sqrt(lambda) z, [zhang2007 3.15] becomes (A + sigma² I) z = h.
 No eigenvalue is then below sigma², so the normal equations are safe; four products of a model give A at every view
-angle, A(alpha) = cos² Gxx + sin cos (Gxy + Gxy^T) + sin² Gyy + Gzz; and one eigendecomposition of A serves every
-sigma².  The printed forms are `least_squares` and `maximum_a_posteriori`.
+angle, A(alpha) = cos² Gxx + sin cos (Gxy + Gxy^T) + sin² Gyy + Gzz; and one tridiagonal form of A serves every
+sigma² (`noise_path`).  The printed forms are `least_squares` and `maximum_a_posteriori`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -33,37 +32,6 @@ cancel there to some hundred roundings at worst."""
 
 _SAFE = 1e-10
 """Smallest over largest pivot above which least squares is solved without a look at the eigenvalues."""
-
-
-@dataclass(frozen=True)
-class Spectrum:
-    """Eigendecompositions of A for many views.
-
-    Attributes
-    ----------
-    values : (A, N)
-        Ascending.
-    vectors : (A, N, N)
-        In columns.
-    """
-
-    values: np.ndarray
-    vectors: np.ndarray
-
-    def inverse(self, noise_variance: float | np.ndarray | None) -> np.ndarray:
-        """1 / (s + sigma²) of the eigenvalues s; for least squares zero where the view shows nothing.
-
-        Parameters
-        ----------
-        noise_variance : float, array or None
-            sigma² in mm²; an array (S,) adds an axis, (A, S, N).
-        """
-        if noise_variance is None:
-            seen = self.values > _UNSEEN * self.values.max(axis=-1, keepdims=True)
-            return np.where(seen, 1.0, 0.0) / np.where(seen, self.values, 1.0)
-        if np.ndim(noise_variance):
-            return 1.0 / (self.values[:, None] + np.asarray(noise_variance)[:, None])
-        return 1.0 / (self.values + noise_variance)
 
 
 class Gram:
@@ -93,10 +61,6 @@ class Gram:
         weights = np.stack([cosine**2, sine * cosine, sine**2, np.ones_like(cosine)], axis=-1)
         return np.tensordot(weights, self._parts, axes=1)
 
-    def spectrum(self, cosine: np.ndarray, sine: np.ndarray) -> Spectrum:
-        """Eigendecompositions of A for A view angles."""
-        return Spectrum(*np.linalg.eigh(self.at(cosine, sine)))
-
     def solve(
         self, cosine: np.ndarray, sine: np.ndarray, h: np.ndarray, noise_variance: float | None
     ) -> np.ndarray:
@@ -115,9 +79,10 @@ class Gram:
             return np.linalg.solve(A + noise_variance * np.eye(A.shape[-1]), h)
         if self._seen_from_everywhere or _well_conditioned(A):
             return np.linalg.solve(A, h)
-        spectrum = Spectrum(*np.linalg.eigh(A))
-        projected = np.swapaxes(spectrum.vectors, 1, 2) @ h
-        return spectrum.vectors @ (spectrum.inverse(None)[..., None] * projected)
+        values, vectors = np.linalg.eigh(A)
+        seen = values > _UNSEEN * values[:, -1:]
+        inverse = np.where(seen, 1.0, 0.0) / np.where(seen, values, 1.0)
+        return vectors @ (inverse[..., None] * (np.swapaxes(vectors, 1, 2) @ h))
 
     def eliminate(
         self,
