@@ -602,7 +602,12 @@ def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: igno
     middle, half_chord, kind = p.middle, p.half_chord, p.kind
     frames, components = p.basis.shape
     lost = tree.lost
-    leaf = (np.empty(frames, dtype=np.int8), np.empty(frames), np.empty(frames), np.empty(frames, dtype=np.int64))
+    leaf = (
+        np.empty(frames, dtype=np.int8),
+        np.empty(frames),
+        np.empty(frames),
+        np.empty(frames, dtype=np.int64),
+    )
     known = np.nan
     leaves = 0
     while (budget > 0 or counts[PREPARED] == FIRST) and counts[FINISHED] == 0:
