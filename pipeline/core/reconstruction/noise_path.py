@@ -7,7 +7,6 @@ them.
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterable
 
 import numpy as np
 from scipy.linalg import lapack
@@ -18,11 +17,8 @@ from pipeline.core.reconstruction.gram import Gram, require_noise_variance
 from pipeline.core.reconstruction.known_view import deviation, right_hand_side
 from pipeline.skeleton import WALKER15
 
-_TERMS = 33.0
-"""Natural logarithm of what the Chebyshev series of a path leaves out: e^-33 is rounding."""
-
-_VIEWS_AT_A_TIME = 96
-"""So many fit into the caches of a processor."""
+_TERMS = 37.0
+"""Natural logarithm of what the Chebyshev series of a path leaves out: e^-37 is rounding."""
 
 
 class NoisePath:
@@ -56,7 +52,7 @@ class NoisePath:
         self._model, self._white = model, whiten(model)
         self._cosine, self._sine = np.cos(view_angles_rad), np.sin(view_angles_rad)
         c, s, white = self._cosine, self._sine, self._white
-        self._diagonal, self._beside, self._vectors = _tridiagonal(Gram(white).at(c, s))
+        diagonal, beside, self._vectors = _tridiagonal(Gram(white).at(c, s))
         # Parseval weights, repeated for the joints of each block, and the mean over joints [zhang2007 4.2].
         joints = len(WALKER15.joints)
         self._weights = np.repeat(errors.parseval_weights(len(white.bx) // joints), joints)[:, None] / joints
@@ -66,55 +62,42 @@ class NoisePath:
         parts = np.stack([self._wx.T @ white.bx, cross + cross.T, self._wy.T @ white.by])
         quadratic = np.tensordot(self._turn, parts, axes=1)
         self._rotated = np.swapaxes(self._vectors, 1, 2) @ quadratic @ self._vectors
-        self._nodes, self._between = _interpolation(tuple(noise_variances.tolist()))
+        nodes, self._between = _interpolation(tuple(noise_variances.tolist()))
+        # T + sigma² I = L D L^T: D (N, A, K), and what stands below the ones of L.
+        self._pivots = diagonal.T[..., None] + nodes
+        self._below = np.empty((len(self._pivots) - 1, *self._pivots.shape[1:]))
+        for n, off in enumerate(beside.T[..., None]):
+            self._below[n] = off / self._pivots[n]
+            self._pivots[n + 1] -= off * self._below[n]
 
-    def errors(self, samples: Iterable[np.ndarray]) -> np.ndarray:
-        """E_a of M walkers (225,) or (226,) whom the model has not seen, for every view and sigma², (M, A, S) mm².
+    def error(self, sample: np.ndarray) -> np.ndarray:
+        """E_a of a walker (225,) or (226,) whom the model has not seen, for every view and sigma², (A, S) mm².
 
         Raises
         ------
         InvalidInput
-            If a walker does not fit the model or is not finite.
+            If the walker does not fit the model or is not finite.
         """
-        forms = zip(*(self._form(sample) for sample in samples), strict=True)
-        constant, linear, projected = (np.stack(part) for part in forms)
-        path = np.empty((*constant.shape, len(self._nodes)))
-        for start in range(0, constant.shape[1], _VIEWS_AT_A_TIME):
-            part = slice(start, start + _VIEWS_AT_A_TIME)
-            y = self._solve(part, projected[:, part])
-            form = self._rotated[part] @ y
-            form -= 2.0 * linear[:, part, :, None]
-            path[:, part] = constant[:, part, None] + np.einsum("mank,mank->mak", form, y)
-        return np.asarray(path @ self._between)
-
-    def _solve(self, part: slice, right: np.ndarray) -> np.ndarray:
-        """y (M, A, N, K) of (T + sigma² I) y = right (M, A, N), for some of the views, by T + sigma² I = L D L^T."""
-        beside = self._beside[part].T[..., None]
-        inverse = self._diagonal[part].T[..., None] + self._nodes  # of D, (N, A, K)
-        below = np.empty_like(inverse[1:])  # what stands below the ones of L
-        y = np.empty((len(inverse), *right.shape[:2], len(self._nodes)))
-        np.reciprocal(inverse[0], out=inverse[0])
-        y[0] = right[..., :1]
-        for n in range(len(below)):
-            np.multiply(beside[n], inverse[n], out=below[n])
-            inverse[n + 1] -= beside[n] * below[n]
-            np.reciprocal(inverse[n + 1], out=inverse[n + 1])
-            np.subtract(right[..., n + 1, None], below[n] * y[n], out=y[n + 1])
-        y *= inverse[:, None]
-        for n in reversed(range(len(below))):
-            y[n] -= below[n] * y[n + 1]
-        return np.moveaxis(y, 0, 2)
-
-    def _form(self, sample: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """c0 (A,), V^T r and V^T h (A, N) of one walker."""
         d = deviation(self._model, self._white, sample)
         h = right_hand_side(self._white, d, self._cosine, self._sine)
+        projected = np.einsum("anm,an->am", self._vectors, h)
         wx, wy = self._wx, self._wy
         linear = self._turn @ np.stack([wx.T @ d.x, wx.T @ d.y + wy.T @ d.x, wy.T @ d.y])
         flat = self._weights[:, 0]
         constant = self._turn @ np.array([flat @ d.x**2, 2 * (flat * d.x) @ d.y, flat @ d.y**2])
-        linear, h = (np.einsum("anm,an->am", self._vectors, side) for side in (linear, h))
-        return constant, linear, h
+        rotated_linear = np.einsum("anm,an->am", self._vectors, linear)
+        y = np.empty_like(self._pivots)  # (N, A, K)
+        y[0] = projected[:, :1]
+        for n, below in enumerate(self._below):
+            y[n + 1] = projected[:, n + 1, None] - below * y[n]
+        y /= self._pivots
+        for n in range(len(y) - 2, -1, -1):
+            y[n] -= self._below[n] * y[n + 1]
+        y = np.swapaxes(y, 0, 1)
+        form = self._rotated @ y
+        form -= 2.0 * rotated_linear[..., None]
+        path = constant[:, None] + np.einsum("ank,ank->ak", form, y)
+        return np.asarray(path @ self._between)
 
 
 def error_path(
@@ -143,11 +126,11 @@ def error_path(
     -----
     Add the residual power of the walker for errors against the motion itself.
     """
-    return NoisePath(model, view_angles_rad, noise_variances).errors([sample])[0]
+    return NoisePath(model, view_angles_rad, noise_variances).error(sample)
 
 
 def _tridiagonal(A: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Diagonal (A, N) of T, what is beside it (A, N - 1), and V, of symmetric (A, N, N), which are overwritten."""
+    """T and V of symmetric matrices (A, N, N), which are overwritten: diagonal (A, N), beside it (A, N - 1), (A, N, N)."""
     N = A.shape[-1]
     diagonal, beside, vectors = A[:, 0].copy(), np.empty((len(A), N - 1)), np.zeros_like(A)
     vectors[:, 0, 0] = 1.0

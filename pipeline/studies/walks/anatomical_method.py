@@ -6,8 +6,6 @@ Harmonics and walks are the data set's, and the settings are the model's default
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from pipeline.core import anatomical, camera, fourier, linear_model
@@ -73,11 +71,11 @@ class AnatomicalApproach:
             parts.append(whole.reshape(*whole.shape[:2], anatomical.JOINTS, 3, -1)[..., 2, :])
         return np.swapaxes(np.concatenate(parts), -1, -2)
 
-    def reconstruct(self, walk: int, grids: Sequence[np.ndarray], model: LinearModel) -> Reconstruction:
-        """A walk from views (A,), grid by grid; the coefficients are those that a model gives to what is found."""
-        walker, fold = self._data.coefficients[walk], self.fold(walk)
-        missing = np.concatenate([self.missing(fold, walk, view_rad) for view_rad in grids])
-        turned = np.concatenate(grids)[:, None, None]
+    def reconstruct(self, walk: int, view_rad: np.ndarray, model: LinearModel) -> Reconstruction:
+        """A walk from A views; the coefficients are those that the eigenwalkers of a model give to what is found."""
+        walker = self._data.coefficients[walk]
+        missing = self.missing(self.fold(walk), walk, view_rad)
+        turned = view_rad[:, None, None]
         again = camera.combine(camera.project(walker, turned), missing, turned)
         measured = ~self._data.unmeasured[walk]
         coefficients = linear_model.coefficients(model, linear_model.flatten(again), measured=measured)

@@ -190,35 +190,39 @@ class KnownView(Sweep):
         data, model, of_motion = inputs.dataset, inputs.model, self.truth is Truth.motion
         fold = model.fold(r)
         view_deg = self.view_angle_deg.values("sweep.view_angle_deg")
-        count, view = len(view_deg), np.radians([*view_deg, *self.demonstration_views_deg])
-        seen = SeenWalker(fold, model.samples[r], data, r, view)
-        power = seen.residual_power * of_motion
-        variance = seen.missing_variance(
+        views = [np.radians(angles) for angles in (view_deg, self.demonstration_views_deg)]
+        everywhere, demonstration = (SeenWalker(fold, model.samples[r], data, r, view) for view in views)
+        power, shown_power = (s.residual_power * of_motion for s in (everywhere, demonstration))
+        variance = everywhere.missing_variance(
             data.temporal_covariance[r], data.coefficients[r, 0], self.missing_variance.value, of_motion
-        )[:count]
+        )
         limit = linear_model.largest_coefficients(fold, model.samples[data.person != data.person[r]])
         own = linear_model.coefficients(fold, model.samples[r : r + 1], measured=~data.unmeasured[r])
         own = np.abs(own[0]) / limit
         single = linear_model.truncated(fold, 1)
 
-        def reconstruct(method: Method | Null) -> Reconstruction:
+        def reconstruct(method: Method | Null) -> list[Reconstruction]:
             if method is Method.anatomical and third:
-                return third.reconstruct(r, np.split(view, [count]), fold)
+                return [third.reconstruct(r, angles, fold) for angles in views]
             if method is Null.average_walker:
-                return seen.average_walker()
-            given = fold if isinstance(method, Method) else single
-            return seen.given(given).reconstruct(method.noise_variance(self.noise_variance_mm2))
+                return [seen.average_walker() for seen in (everywhere, demonstration)]
+            noise, given = (
+                method.noise_variance(self.noise_variance_mm2),
+                fold if isinstance(method, Method) else single,
+            )
+            return [seen.given(given).reconstruct(noise) for seen in (everywhere, demonstration)]
 
         walker = {"person": data.person[r], "walker": data.clip[r]}
         rows: dict[str, list[dict[str, Any]]] = defaultdict(list)
         missing: dict[Method | Null, np.ndarray] = {}
         tried: list[Method | Null] = [*self.methods, *Null.beside(self.methods)]
         for method in sorted(tried, key=str):  # as tables are sorted
-            found = reconstruct(method)
-            missing[method] = found.missing[count:]
-            of_joints = errors.absolute_error(found.delta, power)
-            absolute, shown = np.split(errors.walker_error(of_joints), [count])
-            relative = errors.relative_error(of_joints[:count], variance[:, None])
+            here, there = reconstruct(method)
+            missing[method] = there.missing
+            of_joints = errors.absolute_error(here.delta, power)
+            absolute = errors.walker_error(of_joints)
+            relative = errors.relative_error(of_joints, variance[:, None])
+            shown = errors.walker_error(errors.absolute_error(there.delta, shown_power))
             measured: dict[str, dict[str, Any]] = {
                 "rows": {
                     "view_angle_deg": view_deg,
@@ -227,14 +231,14 @@ class KnownView(Sweep):
                     "relative_error": errors.walker_error(relative),
                     "missing_variance_mm2": variance,
                 },
-                "joints": {"joint": WALKER15.joints, "absolute_error_mm2": of_joints[:count].mean(axis=0)},
+                "joints": {"joint": WALKER15.joints, "absolute_error_mm2": of_joints.mean(axis=0)},
                 "demonstrations": {
                     "view_angle_deg": self.demonstration_views_deg,
                     "rms_error_mm": np.sqrt(shown),
                 },
             }
             if isinstance(method, Method):
-                over = np.abs(found.coefficients[:count]) / limit
+                over = np.abs(here.coefficients) / limit
                 measured["coefficients"] = {
                     "coefficients_beyond": [(over > 1).mean()],
                     "own_coefficients_beyond": (own > 1).mean(),
@@ -244,8 +248,8 @@ class KnownView(Sweep):
             for name, columns in measured.items():
                 rows[name].append({**walker, "method": str(method), **columns})
         sigma2 = self.sigma2_mm2.values("sweep.sigma2_mm2") if Method.map in self.methods else np.empty(0)
-        path = np.empty((count, 0))
+        path = np.empty((len(view_deg), 0))
         if sigma2.size:
-            path = seen.error_path(sigma2)[:count] + errors.walker_error(power)[:count, None]
+            path = everywhere.error_path(sigma2) + errors.walker_error(power)[:, None]
         average = missing[Null.average_walker]
         return dict(rows), np.stack([missing[method] for method in self.methods]), average, path

@@ -66,17 +66,19 @@ def nested_choice(
 
     def tried(fold: tuple[linear_model.LinearModel, int, int]) -> tuple[int, int, np.ndarray, np.ndarray]:
         model, g, h = fold
-        voted: np.ndarray = np.zeros((count, len(noise_variances)))
-        # Of the joints of a walker that were measured; one path serves all of whom the same ones were.
-        for measured in np.unique(~data.unmeasured, axis=0):
-            path = reconstruction.NoisePath(linear_model.of_measured(model, measured), views, noise_variances)
-            alike = (~data.unmeasured == measured).all(axis=1)
-            for group in (g, h):
-                rows = samples[alike & (groups == group)]
-                if len(rows):
-                    found = path.errors(linear_model.without_joints(rows, measured)).mean(axis=1).sum(axis=0)
-                    voted[group] += found * (len(measured) / measured.sum())
-        return g, h, voted[g], voted[h]
+        paths: dict[bytes, reconstruction.NoisePath] = {}
+
+        def error(r: np.intp) -> np.ndarray:
+            """Of the joints of a walker that were measured; one path serves all of whom the same ones were."""
+            measured = ~data.unmeasured[r]
+            if (key := measured.tobytes()) not in paths:
+                of_measured = linear_model.of_measured(model, measured)
+                paths[key] = reconstruction.NoisePath(of_measured, views, noise_variances)
+            found = paths[key].error(linear_model.without_joints(samples[r], measured)).mean(axis=0)
+            return np.asarray(found * (len(measured) / measured.sum()))
+
+        of_g, of_h = (sum(map(error, np.flatnonzero(groups == group))) for group in (g, h))
+        return g, h, np.asarray(of_g), np.asarray(of_h)
 
     folds = linear_model.leave_two_out(samples, options.components, groups=groups, **how)
     votes = np.zeros((count, len(noise_variances)))

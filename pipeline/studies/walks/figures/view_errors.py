@@ -155,7 +155,7 @@ class ViewErrors(Figure):
         ) as rec:
             for method in sweep.methods.tolist():
                 if method == "anatomical":
-                    found = AnatomicalApproach(data).reconstruct(walker, [angles], fold).missing
+                    found = AnatomicalApproach(data).reconstruct(walker, angles, fold).missing
                 else:
                     noise = sweep.noise_variance_mm2 if method == "map" else None
                     found = from_known_views(
