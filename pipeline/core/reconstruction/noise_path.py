@@ -130,7 +130,7 @@ def error_path(
 
 
 def _tridiagonal(A: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """T and V of symmetric matrices (A, N, N), which are overwritten: diagonal (A, N), beside it (A, N - 1), (A, N, N)."""
+    """T of matrices (A, N, N), overwritten: diagonal (A, N) and beside it (A, N - 1); and V (A, N, N)."""
     N = A.shape[-1]
     diagonal, beside, vectors = A[:, 0].copy(), np.empty((len(A), N - 1)), np.zeros_like(A)
     vectors[:, 0, 0] = 1.0
