@@ -240,10 +240,8 @@ def reconstruct(
         Degrees of freedom of the residuals' Student's t.
     focal_sd : float
         Standard deviation of the logarithm of the focal length, which is then an unknown of the fit; 0: it is known.
-    most_distance : float
-        Distance from walkers beyond which nothing is refined: see `Starts.least_distance`.
-    most_together : float
-        Correlation of the ankles beyond which nothing is refined: see `Starts.ankles_together`.
+    most_distance, most_together : float
+        `Starts.least_distance` and `Starts.ankles_together` beyond which nothing is refined.
 
     Raises
     ------
