@@ -1,6 +1,7 @@
-"""Figures side by side, begun in order: each in a process of its own, which takes its memory with it when it ends.
+"""Figures side by side: each worker process makes one after the other, in order, until there are none left.
 
-A process that dies costs its figure, not the others.  However the program ends, the processes end with it.
+A worker that dies costs its figure, not the others; another takes its place.  However the program ends, the workers
+end with it.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from typing import Any
 
 from pipeline.cli.progress import Display
 from pipeline.cli.summary import Failure, Outcome
-from pipeline.processes import CAN_FORK, cores_owed, die_with_parent, share_cores
+from pipeline.processes import CAN_FORK, die_with_parent, share_cores
 from pipeline.storage.sealed_folders import remove_stale
 from pipeline.storage.store import Store
 from pipeline.studies.experiment import Experiment
@@ -67,39 +68,46 @@ def make_side_by_side(
     queue = deque(range(len(jobs)))
     workers: dict[int, _Worker] = {}
 
-    def begin(slot: int, owed: int = 0) -> None:
-        """Begin the next figure in a slot, or give its core to the others."""
-        if queue:
-            figure = queue.popleft()
-            workers[slot] = _started(jobs[figure], figure, make, spare, owed)
-            display.began(slot, figure)
-        elif not owed:
+    def begin(slot: int, worker: _Worker | None) -> None:
+        """Give a slot, and its worker if it has one, the next figure, or its core to the others."""
+        if not queue:
+            if worker:
+                worker.pipe.send(None)
+                worker.pipe.close()
+                worker.process.join()
             spare.release()
+            return
+        figure = queue.popleft()
+        process, pipe = (worker.process, worker.pipe) if worker else _started(make, spare)
+        workers[slot] = _Worker(process, pipe, figure)
+        display.began(slot, figure)
+        with suppress(OSError):  # it has just died, which is read from its pipe
+            pipe.send(jobs[figure])
 
     gc.freeze()  # or a collection in a worker writes to what it shares with this process, which is then copied
     try:
         for slot in range(processes):
-            begin(slot)
+            begin(slot, None)
         while workers:
             ready = wait([worker.pipe for worker in workers.values()])
             for slot, worker in list(workers.items()):
                 if worker.pipe not in ready:
                     continue
-                owed = 0
                 try:
                     told = worker.pipe.recv()
-                    if isinstance(told, str):
-                        display.at(slot, told)
-                        continue
-                    told, owed = told
                 except (EOFError, OSError):
-                    told = _dead(worker, jobs[worker.figure][0].name)
-                worker.pipe.close()
-                worker.process.join()
-                del workers[slot]
+                    del workers[slot]
+                    told = found[worker.figure] = _dead(worker, jobs[worker.figure][0].name)
+                    display.ended(slot, worker.figure, told)
+                    begin(slot, None)
+                    continue
+                if isinstance(told, str):
+                    display.at(slot, told)
+                    continue
                 found[worker.figure] = told
                 display.ended(slot, worker.figure, told)
-                begin(slot, owed)
+                del workers[slot]
+                begin(slot, worker)
     except BaseException:
         _end(workers.values(), jobs)
         raise
@@ -119,28 +127,28 @@ def _signals_held() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _started(job: tuple[Experiment, Path], figure: int, make: Make, spare: Any, owed: int) -> _Worker:
+def _started(make: Make, spare: Any) -> tuple[BaseProcess, Connection]:
     ours, its = _CONTEXT.Pipe()
-    process = _CONTEXT.Process(target=_work, args=(its, *job, make, spare, owed, os.getpid()))
+    process = _CONTEXT.Process(target=_work, args=(its, make, spare, os.getpid()))
     with _signals_held():
         process.start()
     its.close()
-    return _Worker(process, ours, figure)
+    return process, ours
 
 
-def _work(
-    pipe: Connection, experiment: Experiment, folder: Path, make: Make, spare: Any, owed: int, parent: int
-) -> None:
-    """Make a figure; send each stage that begins, and what became of it with the cores that it still owes."""
+def _work(pipe: Connection, make: Make, spare: Any, parent: int) -> None:
+    """Make the figures that come through the pipe; send each stage that begins, and what became of the figure."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which then ends its workers
     signal.signal(signal.SIGTERM, _interrupt)
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT, signal.SIGTERM})
     sys.stdout, sys.stderr = sys.__stdout__, sys.__stderr__  # not the display's
     die_with_parent(parent)
-    share_cores(spare, owed)
-    with suppress(KeyboardInterrupt, BrokenPipeError):  # the parent has ended, or ends us
-        pipe.send((make(experiment, folder, pipe.send), cores_owed()))
+    share_cores(spare)
+    with suppress(KeyboardInterrupt, EOFError, BrokenPipeError):  # the parent has ended, or ends us
+        while job := pipe.recv():
+            experiment, folder = job
+            pipe.send(make(experiment, folder, pipe.send))
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
 
 
@@ -150,6 +158,7 @@ def _interrupt(*_: object) -> None:
 
 def _dead(worker: _Worker, name: str) -> Failure:
     """Return what is said of the figure of a worker that has died."""
+    worker.pipe.close()
     worker.process.join()
     code = worker.process.exitcode or 0
     how = f"by signal {-code}" if code < 0 else f"with status {code}"
