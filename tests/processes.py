@@ -20,7 +20,9 @@ WAIT_S = 3600.0
 
 def copy_tree(source: Path, copy: Path, *left_out: str) -> None:
     """Copy a folder with what Python and numba have compiled of it, but for what is being written just then."""
-    shutil.copytree(source, copy, ignore=shutil.ignore_patterns("*.pyc.*", "*.tmp.*", "compiling.lock", *left_out))
+    shutil.copytree(
+        source, copy, ignore=shutil.ignore_patterns("*.pyc.*", "*.tmp.*", "compiling.lock", *left_out)
+    )
 
 
 @contextmanager
