@@ -78,9 +78,14 @@ def processes_for(wanted: int) -> int:
     return min(wanted, max(usable_cores(), 2))
 
 
-def share_cores(spare: Cores) -> None:
-    """Take the helpers of this process from a count of spare cores."""
-    _Share.spare, _Share.not_returned = spare, 0
+def share_cores(spare: Cores, owed: int = 0) -> None:
+    """Take the helpers of this process from a count of spare cores, of which it owes some."""
+    _Share.spare, _Share.not_returned = spare, owed
+
+
+def cores_owed() -> int:
+    """Return how many cores this process has lent to others and used again before they came back."""
+    return _Share.not_returned
 
 
 @contextmanager

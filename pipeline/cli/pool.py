@@ -1,7 +1,6 @@
-"""Figures side by side: each worker process makes one after the other, in order, until there are none left.
+"""Figures side by side, begun in order: each in a process of its own, which takes its memory with it when it ends.
 
-A worker that dies costs its figure, not the others; another takes its place.  However the program ends, the workers
-end with it.
+A process that dies costs its figure, not the others.  However the program ends, the processes end with it.
 """
 
 from __future__ import annotations
@@ -11,6 +10,7 @@ import multiprocessing
 import os
 import signal
 import sys
+import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -23,7 +23,7 @@ from typing import Any
 
 from pipeline.cli.progress import Display
 from pipeline.cli.summary import Failure, Outcome
-from pipeline.processes import CAN_FORK, die_with_parent, share_cores
+from pipeline.processes import CAN_FORK, cores_owed, die_with_parent, share_cores
 from pipeline.storage.sealed_folders import remove_stale
 from pipeline.storage.store import Store
 from pipeline.studies.experiment import Experiment
@@ -68,88 +68,85 @@ def make_side_by_side(
     queue = deque(range(len(jobs)))
     workers: dict[int, _Worker] = {}
 
-    def begin(slot: int, worker: _Worker | None) -> None:
-        """Give a slot, and its worker if it has one, the next figure, or its core to the others."""
-        if not queue:
-            if worker:
-                worker.pipe.send(None)
-                worker.pipe.close()
-                worker.process.join()
+    def begin(slot: int, owed: int = 0) -> None:
+        """Begin the next figure in a slot, or give its core to the others."""
+        if queue:
+            figure = queue.popleft()
+            workers[slot] = _started(jobs[figure], figure, make, spare, owed)
+            display.began(slot, figure)
+        elif not owed:
             spare.release()
-            return
-        figure = queue.popleft()
-        process, pipe = (worker.process, worker.pipe) if worker else _started(make, spare)
-        workers[slot] = _Worker(process, pipe, figure)
-        display.began(slot, figure)
-        with suppress(OSError):  # it has just died, which is read from its pipe
-            pipe.send(jobs[figure])
 
     gc.freeze()  # or a collection in a worker writes to what it shares with this process, which is then copied
-    try:
-        for slot in range(processes):
-            begin(slot, None)
-        while workers:
-            ready = wait([worker.pipe for worker in workers.values()])
-            for slot, worker in list(workers.items()):
-                if worker.pipe not in ready:
-                    continue
-                try:
-                    told = worker.pipe.recv()
-                except (EOFError, OSError):
+    with _told_to_end() as told_to_end:
+        try:
+            for slot in range(processes):
+                begin(slot)
+            while workers:
+                ready = wait([told_to_end, *(worker.pipe for worker in workers.values())])
+                if told_to_end in ready:
+                    raise KeyboardInterrupt
+                for slot, worker in list(workers.items()):
+                    if worker.pipe not in ready:
+                        continue
+                    owed = 0
+                    try:
+                        told = worker.pipe.recv()
+                        if isinstance(told, str):
+                            display.at(slot, told)
+                            continue
+                        told, owed = told
+                    except (EOFError, OSError):
+                        told = _dead(worker, jobs[worker.figure][0].name)
+                    worker.pipe.close()
+                    worker.process.kill()  # which has nothing left to do, but may be long about it
+                    worker.process.join()
                     del workers[slot]
-                    told = found[worker.figure] = _dead(worker, jobs[worker.figure][0].name)
+                    found[worker.figure] = told
                     display.ended(slot, worker.figure, told)
-                    begin(slot, None)
-                    continue
-                if isinstance(told, str):
-                    display.at(slot, told)
-                    continue
-                found[worker.figure] = told
-                display.ended(slot, worker.figure, told)
-                del workers[slot]
-                begin(slot, worker)
-    except BaseException:
-        _end(workers.values(), jobs)
-        raise
+                    begin(slot, owed)
+        except BaseException:
+            _end(workers.values(), jobs)
+            raise
     return [found[number] for number in range(len(jobs))]
 
 
 @contextmanager
-def _signals_held() -> Iterator[None]:
-    """Hold signals back until a new process has set what it does about them."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
+def _told_to_end() -> Iterator[Connection]:
+    """Let signals be read from a connection: raised anywhere, they could leave a worker that is not in the list."""
+    told, signals = _CONTEXT.Pipe(duplex=False)
+    before = {}
+    in_main_thread = threading.current_thread() is threading.main_thread()  # elsewhere there are none
     try:
-        yield
+        for number in (signal.SIGINT, signal.SIGTERM) if in_main_thread else ():
+            before[number] = signal.signal(number, lambda *_: signals.send(None))
+        yield told
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    if told.poll():  # when all was done
+        raise KeyboardInterrupt
 
 
-def _started(make: Make, spare: Any) -> tuple[BaseProcess, Connection]:
+def _started(job: tuple[Experiment, Path], figure: int, make: Make, spare: Any, owed: int) -> _Worker:
     ours, its = _CONTEXT.Pipe()
-    process = _CONTEXT.Process(target=_work, args=(its, make, spare, os.getpid()))
-    with _signals_held():
-        process.start()
+    process = _CONTEXT.Process(target=_work, args=(its, *job, make, spare, owed, os.getpid()))
+    process.start()
     its.close()
-    return process, ours
+    return _Worker(process, ours, figure)
 
 
-def _work(pipe: Connection, make: Make, spare: Any, parent: int) -> None:
-    """Make the figures that come through the pipe; send each stage that begins, and what became of the figure."""
+def _work(
+    pipe: Connection, experiment: Experiment, folder: Path, make: Make, spare: Any, owed: int, parent: int
+) -> None:
+    """Make a figure; send each stage that begins, and what became of it with the cores that it still owes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which then ends its workers
     signal.signal(signal.SIGTERM, _interrupt)
-    if hasattr(signal, "pthread_sigmask"):
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT, signal.SIGTERM})
     sys.stdout, sys.stderr = sys.__stdout__, sys.__stderr__  # not the display's
     die_with_parent(parent)
-    share_cores(spare)
-    with suppress(KeyboardInterrupt, EOFError, BrokenPipeError):  # the parent has ended, or ends us
-        while job := pipe.recv():
-            experiment, folder = job
-            pipe.send(make(experiment, folder, pipe.send))
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    share_cores(spare, owed)
+    with suppress(KeyboardInterrupt, BrokenPipeError):  # the parent has ended, or ends us
+        pipe.send((make(experiment, folder, pipe.send), cores_owed()))
 
 
 def _interrupt(*_: object) -> None:
@@ -158,7 +155,6 @@ def _interrupt(*_: object) -> None:
 
 def _dead(worker: _Worker, name: str) -> Failure:
     """Return what is said of the figure of a worker that has died."""
-    worker.pipe.close()
     worker.process.join()
     code = worker.process.exitcode or 0
     how = f"by signal {-code}" if code < 0 else f"with status {code}"

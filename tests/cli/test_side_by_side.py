@@ -11,16 +11,19 @@ import time
 from collections.abc import Callable
 from io import StringIO
 from pathlib import Path
+from typing import Any
 
 import pytest
 from rich.console import Console
 
+from pipeline import processes
 from pipeline.cli.compose import compose
+from pipeline.cli.pool import make_side_by_side
 from pipeline.cli.presets import presets
 from pipeline.cli.progress import Display
 from pipeline.cli.summary import Failure
 from pipeline.papers import PAPERS
-from pipeline.processes import CAN_FORK, processes_for
+from pipeline.processes import CAN_FORK, map_processes, processes_for
 from pipeline.studies.walks.known_view import KnownView
 from tests.processes import WAIT_S, is_complete, started
 
@@ -280,3 +283,26 @@ def test_on_a_terminal_one_display_names_what_runs_and_what_is_left() -> None:
     assert "zhang2007_fig6" in shown
     assert "zhang2007_fig5" not in shown
     assert "0:00:00" in shown
+
+
+@needs_fork
+def test_each_figure_has_a_process_of_its_own_and_hands_on_the_cores_that_it_owes(tmp_path: Path) -> None:
+    """The first lends its core, and somebody has it; the second, in its place, pays with the one that is spare."""
+
+    def make(experiment: Any, folder: Path, at: Callable[[str], None]) -> Failure:
+        before = processes.cores_owed()
+        if folder.name == "0":
+            with processes.core_lent():
+                assert processes._Share.spare.acquire(False)
+        else:
+            processes._Share.spare.release()
+        map_processes(str, range(4), 4)
+        return Failure(folder.name, f"{os.getpid()} {before} {processes.cores_owed()}")
+
+    experiments = [compose([f"experiment={name}"]) for name in ("zhang2007_fig2", "zhang2007_fig5")]
+    jobs = [(one, tmp_path / str(number)) for number, one in enumerate(experiments)]
+    with Display(experiments, Console(file=StringIO()), slots=1) as display:
+        ended = make_side_by_side(jobs, make, display, processes=1, cores=1)
+    (first, *owed), (second, *paid) = (one.sentence.split() for one in ended if isinstance(one, Failure))
+    assert len({first, second, str(os.getpid())}) == 3
+    assert (owed, paid) == (["0", "1"], ["1", "0"])
