@@ -16,6 +16,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from importlib import import_module
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
@@ -32,6 +33,9 @@ Make = Callable[[Experiment, Path, Callable[[str], None]], Outcome | Failure]
 
 TIMES, EACH_S = 10, 0.5
 """How often a worker is told to end, and what it has each time to tidy up, before it is killed."""
+
+_OF_MOST_FIGURES = ("numba", "pipeline.pictures.style")
+"""What takes long to import: imported once for all but the first figures.  Not rerun, which begins threads."""
 
 # No thread runs when workers begin, and what the program has imported and composed is not loaded again.
 _CONTEXT: Any = multiprocessing.get_context("fork" if CAN_FORK else "spawn")
@@ -82,6 +86,8 @@ def make_side_by_side(
         try:
             for slot in range(processes):
                 begin(slot)
+            for module in _OF_MOST_FIGURES if queue else ():
+                import_module(module)
             while workers:
                 ready = wait([told_to_end, *(worker.pipe for worker in workers.values())])
                 if told_to_end in ready:
