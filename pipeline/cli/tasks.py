@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
+from pipeline.cli.divided import DividedStore
 from pipeline.clips.options import SyntheticPeople
 from pipeline.processes import map_processes
 from pipeline.stages import chain, ingest, populations
@@ -22,6 +23,10 @@ from pipeline.studies.experiment import Experiment
 from pipeline.studies.study import NoSweep
 
 SAMPLES, SWEPT, FIGURE = "population", "population_sweep", "figure"
+_DIVIDED = ("ingest", "sweep")
+"""Stages that several tasks may compute together."""
+_MOST_PARTS = 100
+"""Of a stage of fewer people."""
 _SAMPLES_S = 0.012
 """Processor time of the samples of one synthetic walker, about."""
 
@@ -40,6 +45,8 @@ class Task:
         Last stage of the chain; or `SAMPLES` or `SWEPT`, of further populations; or `FIGURE`.
     populations : tuple of int
         Their numbers.
+    part : (int, int)
+        Of a stage that several tasks compute together: the number of this one, and how many there are.
     needs : tuple of str
         Tasks whose artefacts it reads.
     cost_s : float
@@ -50,12 +57,15 @@ class Task:
     experiment: Experiment
     through: str
     populations: tuple[int, ...]
+    part: tuple[int, int]
     needs: tuple[str, ...]
     cost_s: float
 
     def run(self, store: Store) -> bool:
         """Run a task that is no figure's own; return whether something was, or with a `Plan` is to be, computed."""
         if self.through in chain.STAGES:
+            if self.part[1] > 1 and not isinstance(store, Plan):
+                store = DividedStore(store.results, self.through, *self.part)
             made = chain.run(self.experiment, store, through=self.through)
             return any(kept.artefact.computed for kept in made)
 
@@ -75,7 +85,7 @@ def plan(experiments: Sequence[Experiment], *, task_s: float) -> list[Task]:
     ----------
     experiments : sequence of Experiment
     task_s : float
-        Processor time of a block of populations, about.
+        Processor time of a block of populations, and of a part of a long stage, about.
     """
     keys = [_keys(one) for one in experiments]
     users: dict[str, list[int]] = defaultdict(list)
@@ -84,11 +94,18 @@ def plan(experiments: Sequence[Experiment], *, task_s: float) -> list[Task]:
             users[key].append(number)
     tasks: dict[str, Task] = {}
 
-    def add(one: Experiment, through: str, key: str, numbers: tuple[int, ...], needs: tuple[str, ...]) -> str:
-        name = f"{through}_{key[:8]}" + (f"_{numbers[0] + 1}" if numbers else "")
-        cost_s = max(len(numbers), 1) * _each_s(one, through)
-        tasks.setdefault(name, Task(name, one, through, numbers, needs, cost_s))
-        return name
+    def add(
+        one: Experiment, through: str, key: str, needs: tuple[str, ...], *, populations: tuple[int, ...] = ()
+    ) -> tuple[str, ...]:
+        """Enter the work on a stage, or on a block of populations, and return the names of its tasks."""
+        name = f"{through}_{key[:8]}" + (f"_{populations[0] + 1}" if populations else "")
+        cost_s = max(len(populations), 1) * _each_s(one, through)
+        parts = min(math.ceil(cost_s / task_s), max(_people(one), _MOST_PARTS)) if through in _DIVIDED else 1
+        names = [f"{name}_{part + 1}" if parts > 1 else name for part in range(parts)]
+        for part, each in enumerate(names):
+            task = Task(each, one, through, populations, (part, parts), needs, cost_s / parts)
+            tasks.setdefault(each, task)
+        return tuple(names)
 
     figures = []
     for one, of_figure in zip(experiments, keys, strict=True):
@@ -98,17 +115,18 @@ def plan(experiments: Sequence[Experiment], *, task_s: float) -> list[Task]:
         for through, key in of_figure.items():
             shared = len(users[key]) > 1
             if through in chain.STAGES:
-                if shared and (
-                    through not in following or users[key] != users[of_figure[following[through]]]
-                ):
-                    needs = (add(one, through, key, (), needs),)
+                last = through not in following or users[key] != users[of_figure[following[through]]]
+                if (shared and last) or (through in _DIVIDED and _each_s(one, through) > task_s):
+                    needs = add(one, through, key, needs)
                 continue
             blocks = _blocks(populations.count(one), _each_s(one, through), task_s)
             if shared or len(blocks) > 1:
-                made = tuple(add(one, through, key, block, samples) for block in blocks)
+                made = tuple(
+                    name for block in blocks for name in add(one, through, key, samples, populations=block)
+                )
                 samples = made if through == SAMPLES else samples
                 needs = (*needs, *made)
-        figures.append(Task(one.name, one, FIGURE, (), needs, _cost_s(one)))
+        figures.append(Task(one.name, one, FIGURE, (), (0, 1), needs, _cost_s(one)))
     return [*tasks.values(), *figures]
 
 
@@ -140,7 +158,9 @@ def _cost_s(one: Experiment) -> float:
 
 def _each_s(one: Experiment, through: str) -> float:
     """Return the processor time of a stage, or of one population."""
-    return _people(one) * _SAMPLES_S if through == SAMPLES else _cost_s(one) / (populations.count(one) + 1)
+    if through in (SAMPLES, "ingest"):
+        return max(_people(one), 1) * _SAMPLES_S
+    return _cost_s(one) / (populations.count(one) + 1)
 
 
 def _blocks(count: int, each_s: float, task_s: float) -> list[tuple[int, ...]]:

@@ -27,8 +27,8 @@ from pipeline.studies.walks.stacked import stacked
 from pipeline.validation import Distinct, Finite, Positive
 
 Inputs = SweepInputs[object, FourierSamples, Eigenwalkers]
-AT_A_TIME = 32
-"""Walkers of which every view and sigma² is held, a megabyte of each."""
+AT_A_TIME = 4
+"""Walkers whose errors at every view and sigma² are summed, a megabyte of each."""
 
 
 class Truth(StrEnum):
@@ -147,20 +147,25 @@ class KnownView(Sweep):
         data, options = inputs.dataset, inputs.model_options
         third = AnatomicalApproach(data) if Method.anatomical in self.methods else None
         count = len(inputs.model.samples)
+        blocks = [range(start, min(start + AT_A_TIME, count)) for start in range(0, count, AT_A_TIME)]
         parts: dict[str, list[dict[str, Any]]] = defaultdict(list)
         missing, average, of_walkers = [], [], []
         total: np.ndarray = np.zeros((1, 1))
-        for start in range(0, count, AT_A_TIME):
-            block = range(start, min(start + AT_A_TIME, count))
-            for frames, shown, mean, path in map_processes(
-                lambda r: self._fold(inputs, r, third), block, inputs.workers
-            ):
-                for name, rows in frames.items():
+
+        def block(walkers: range) -> list[Any]:
+            """Return what `_fold` does, but of all these walkers the sum of the errors of MAP and each one's mean."""
+            folds = [self._fold(inputs, r, third) for r in walkers]
+            *others, paths = zip(*folds, strict=True)
+            return [*others, [path.mean(axis=0) for path in paths], sum(paths)]
+
+        for frames, shown, mean, of_walker, path in map_processes(block, blocks, inputs.workers):
+            for of_frames in frames:
+                for name, rows in of_frames.items():
                     parts[name] += rows
-                missing.append(shown)
-                average.append(mean)
-                of_walkers.append(path.mean(axis=0))
-                total = total + path  # (A, S), no S if MAP is not tried
+            missing += shown
+            average += mean
+            of_walkers += of_walker
+            total = total + path  # (A, S), no S if MAP is not tried
         nested = np.empty(0, dtype=int)
         if total.shape[1]:
             nested = nested_choice(data, options, np.radians(view_deg), sigma2, inputs.workers)
