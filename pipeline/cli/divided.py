@@ -1,4 +1,4 @@
-"""A stage that several jobs compute together: the items of each `map_processes` in it are divided among them.
+"""Stages that several jobs compute together: the items of each `map_processes` in it are divided among them.
 
 Every job runs the whole stage and leaves what it has made of a block of items in a file, where the others find it.
 None waits for another: who finds all blocks begun makes those that are not there yet as well, so that a job that dies
@@ -10,7 +10,7 @@ from __future__ import annotations
 import pickle
 import shutil
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -29,24 +29,22 @@ class _Elsewhere(Exception):
 
 
 class DividedStore(Store):
-    """A store in which one stage is computed together with other jobs that see the same folder.
+    """A store whose artefacts are computed together with other jobs that see the same folder.
 
     Parameters
     ----------
     results : Path
-    stage : str
     job, jobs : int
         Number of this job, from 0, and how many there are.
     """
 
-    def __init__(self, results: Path, stage: str, job: int, jobs: int) -> None:
+    def __init__(self, results: Path, job: int, jobs: int) -> None:
         super().__init__(results)
-        self._stage, self._job, self._jobs = stage, job, jobs
+        self._job, self._jobs = job, jobs
 
     @contextmanager
     def _alone(self, name: str) -> Iterator[None]:
-        with nullcontext() if name.startswith(f"{self._stage}-") else super()._alone(name):
-            yield
+        yield
 
     def _made(
         self,
@@ -55,8 +53,6 @@ class DividedStore(Store):
         compute: Callable[[], tuple[Mapping[str, Any], Mapping[str, Any]]],
         why: str,
     ) -> Artefact:
-        if made_from["stage"] != self._stage:
-            return super()._made(folder, made_from, compute, why)
         blocks = _Blocks(folder, self._job, self._jobs)
         try:
             with divided_by(blocks.map):
@@ -72,7 +68,7 @@ class DividedStore(Store):
 
 
 class _Blocks:
-    """Blocks of items of one stage, in files of a hidden folder beside its artefact."""
+    """Blocks of the items of one stage, in files of a hidden folder beside its artefact."""
 
     def __init__(self, artefact: Path, job: int, jobs: int) -> None:
         self.folder = artefact.with_name(f".blocks-{artefact.name}")

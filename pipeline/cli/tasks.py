@@ -65,7 +65,7 @@ class Task:
         """Run a task that is no figure's own; return whether something was, or with a `Plan` is to be, computed."""
         if self.through in chain.STAGES:
             if self.part[1] > 1 and not isinstance(store, Plan):
-                store = DividedStore(store.results, self.through, *self.part)
+                store = DividedStore(store.results, *self.part)
             made = chain.run(self.experiment, store, through=self.through)
             return any(kept.artefact.computed for kept in made)
 

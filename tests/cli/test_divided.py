@@ -1,4 +1,4 @@
-"""A stage that several jobs compute together: the same artefact, whoever dies, and nothing left behind."""
+"""Stages that several jobs compute together: the same artefact, whoever dies, and nothing left behind."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ def stage(made: list[int], at: Callable[[int], object] = lambda item: None) -> C
     return compute
 
 
-def asked(store: Store, compute: Callable[[], Any], name: str = "sweep") -> Artefact:
-    return store.artefact(name, {"number": 1}, [], compute, code="c")
+def asked(store: Store, compute: Callable[[], Any]) -> Artefact:
+    return store.artefact("sweep", {"number": 1}, [], compute, code="c")
 
 
 def plain(folder: Path) -> Artefact:
@@ -51,7 +51,7 @@ def require_same(found: Artefact, folder: Path) -> None:
 
 def test_one_job_of_several_makes_everything_if_no_other_comes(tmp_path: Path) -> None:
     made: list[int] = []
-    found = asked(DividedStore(tmp_path, "sweep", 2, 3), stage(made))
+    found = asked(DividedStore(tmp_path, 2, 3), stage(made))
     assert found.computed
     assert made[0] > 0, "it begins with its own part"
     assert sorted(made) == list(range(ITEMS))
@@ -68,8 +68,8 @@ def test_of_a_job_that_dies_the_others_take_what_it_has_made_and_make_what_it_ha
     first: list[int] = []
     second: list[int] = []
     with pytest.raises(KeyboardInterrupt):
-        asked(DividedStore(tmp_path, "sweep", 0, 2), stage(first, dies))
-    found = asked(DividedStore(tmp_path, "sweep", 1, 2), stage(second))
+        asked(DividedStore(tmp_path, 0, 2), stage(first, dies))
+    found = asked(DividedStore(tmp_path, 1, 2), stage(second))
     assert sorted({*first, *second}) == list(range(ITEMS))
     assert 0 < len(set(first) & set(second)) < 5, "the block in which it died, and no other"
     require_same(found, tmp_path)
@@ -81,7 +81,7 @@ def test_a_job_stops_when_another_has_the_artefact(tmp_path: Path) -> None:
             plain(tmp_path)
 
     made: list[int] = []
-    found = asked(DividedStore(tmp_path, "sweep", 0, 2), stage(made, overtaken))
+    found = asked(DividedStore(tmp_path, 0, 2), stage(made, overtaken))
     assert 20 <= max(made) < ITEMS - 1
     assert found.computed
     require_same(found, tmp_path)
@@ -96,15 +96,9 @@ def test_what_the_artefact_became_is_looked_at(tmp_path: Path) -> None:
             path = tmp_path / "cache" / f"sweep-{plain(tmp_path).key}" / "arrays.npz"
             path.write_bytes(path.read_bytes()[:-9])
 
-    found = asked(DividedStore(tmp_path, "sweep", 0, 2), stage(made, damaged))
+    found = asked(DividedStore(tmp_path, 0, 2), stage(made, damaged))
     assert set(made) == set(range(ITEMS))
     assert found.content == plain(tmp_path / "alone").content
-
-
-def test_other_stages_are_not_divided(tmp_path: Path) -> None:
-    made: list[int] = []
-    asked(DividedStore(tmp_path, "model", 1, 2), stage(made))
-    assert made == list(range(ITEMS))
 
 
 def test_an_error_is_raised_and_what_was_made_is_kept_for_the_next_run(tmp_path: Path) -> None:
@@ -114,8 +108,8 @@ def test_an_error_is_raised_and_what_was_made_is_kept_for_the_next_run(tmp_path:
 
     made: list[int] = []
     with pytest.raises(ZeroDivisionError):
-        asked(DividedStore(tmp_path, "sweep", 0, 2), stage([], wrong))
-    found = asked(DividedStore(tmp_path, "sweep", 0, 2), stage(made))
+        asked(DividedStore(tmp_path, 0, 2), stage([], wrong))
+    found = asked(DividedStore(tmp_path, 0, 2), stage(made))
     assert 0 < len(made) < ITEMS
     require_same(found, tmp_path)
 
@@ -127,7 +121,7 @@ def test_jobs_at_once_have_one_artefact(tmp_path: Path, jobs: int) -> None:
     ready, keys = context.Barrier(jobs), context.SimpleQueue()
 
     def job(number: int) -> None:
-        store = DividedStore(tmp_path, "sweep", number, jobs)
+        store = DividedStore(tmp_path, number, jobs)
         ready.wait()
         found = asked(store, stage([]))
         keys.put((found.key, found.content))
