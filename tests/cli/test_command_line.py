@@ -111,7 +111,6 @@ def test_help_on_a_terminal_that_knows_only_ascii() -> None:
         (["figures", "data=nowhere"], ["data:", "synthetic", "received nowhere"]),
         (["figures", "walk"], ["not an override", "walk"]),
         (["claims", "scale=huge"], ["scale:", "full", "received huge"]),
-        (["view"], ["no figure is named"]),
         (["view", "zhang2007_fig5", "results=nowhere"], ["no such recording yet"]),
         (["verify"], ["no archive is named"]),
         (["verify", "results/archive/nowhere"], ["nowhere"]),
@@ -126,6 +125,12 @@ def test_a_wrong_command_is_answered_in_one_sentence(
     assert said.status == 1
     assert said.out == ""
     assert_one_sentence(said.err, *words)
+
+
+def test_no_figure_is_a_refusal_of_one_sentence(say: Callable) -> None:
+    said = say("view")
+    assert (said.status, said.out) == (1, "")
+    assert_one_sentence(said.err, "no figure is named")
 
 
 def test_the_equations_are_printed_with_their_homes(say: Callable) -> None:
@@ -875,7 +880,7 @@ def test_claims_and_archive_ask_only_for_what_the_data_set_has() -> None:
 
     every = built_figures()
     assert set(every) == set(presets())
-    assert figures_for(["data=synthetic"])[1] == every
+    assert figures_for([])[1] == every
     _, bends = figures_for(["data=hdm05"])
     assert set(bends) == {f for f in every if f.startswith("mozerov2006")} - {"mozerov2006_warp_error"}
 

@@ -107,7 +107,7 @@ def test_an_edited_reader_leaves_synthetic_figures_current(
 ) -> None:
     modules = {}
     for name in presets():
-        one = compose([f"experiment={name}", "scale=smoke"])
+        one = compose(["scale=smoke", f"experiment={name}"])
         made_by = one.data.request(one.dataset.corpus, one.skeleton, one.seed, 1).source
         options = (one.dataset, one.model, one.sweep, one.figure)
         modules[name] = [made_by, *(type(option).__module__ for option in options)]
