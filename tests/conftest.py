@@ -164,6 +164,9 @@ FIRST = (
     *(path for path, shared in SHARING.items() if shared == "smoke_results"),
     "tests/cli",
     "tests/claims",
+    "tests/studies/test_new_paper.py",
+    "tests/studies/test_newcomers_bill.py",
+    "tests/test_tutorial.py",
 )
 """What takes longest is begun first, so that no process is left with it while the others have nothing to do."""
 
