@@ -66,7 +66,7 @@ FEW_TRIALS = {
     "park2011_fig4": ["sweep.clips=3", "sweep.time_limit_s=0"],
     "mozerov2006_fig4": ["sweep.resamples=10", "sweep.measured=500"],
     "mozerov2006_warp_error": ["sweep.smoothness=[0,0.01,0.02,0.1,1,10]"],
-    "zhang2007_fig6": ["scale.view_step_deg=30"],
+    "zhang2007_fig6": ["scale.view_step_deg=30", "sweep.published_views_deg=[-60,0,60]"],
     "zhang2004_fig5": ["scale.view_step_deg=30"],
     "zhang2007_joint_angles": ["scale.structure_step_deg=30"],
     "mozerov2006_tracking": [
