@@ -17,6 +17,9 @@ if "PYTEST_XDIST_WORKER" not in os.environ:
     os.environ["GAIT_PIPELINE_CACHE"] = _cache.name
 
 import gc
+
+gc.disable()  # until tests are collected: little of what is loaded and collected is ever let go
+
 import getpass
 import signal
 import sys
@@ -185,6 +188,7 @@ def pytest_collection_finish() -> None:
     """Spare the garbage collector what thousands of collected tests hold: it would look through it again and again."""
     gc.freeze()
     gc.set_threshold(20_000, 20, 20)
+    gc.enable()
 
 
 @pytest.hookimpl(optionalhook=True)
