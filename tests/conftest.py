@@ -159,9 +159,10 @@ SHARING = {
     "tests/studies/actions": "smoke_results",
     "tests/studies/face_off": "smoke_results",
     "tests/studies/limbs": "smoke_results",
+    "tests/claims/test_planted_errors.py": "planted_errors",
     "tests/claims": "synthetic_tables",
 }
-"""Modules whose fixture takes long to make: of several processes one runs all of them."""
+"""Modules whose fixture takes long to make: of several processes one runs all of them; the first that fits counts."""
 
 FIRST = (
     *(path for path, shared in SHARING.items() if shared == "smoke_results"),
