@@ -423,6 +423,7 @@ def _escaped(text: str) -> str:
 # --- the drawing of the imports ---------------------------------------------------------------------------
 
 
+@cache
 def imports() -> dict[str, set[str]]:
     """Return for each package or module of `pipeline` those that it imports, read from the sources."""
     found: dict[str, set[str]] = {}

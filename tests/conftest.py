@@ -17,6 +17,9 @@ if "PYTEST_XDIST_WORKER" not in os.environ:
     os.environ["GAIT_PIPELINE_CACHE"] = _cache.name
 
 import gc
+
+gc.disable()  # until tests are collected: little of what is loaded and collected is ever let go
+
 import getpass
 import signal
 import sys
@@ -66,7 +69,7 @@ FEW_TRIALS = {
     "park2011_fig4": ["sweep.clips=3", "sweep.time_limit_s=0"],
     "mozerov2006_fig4": ["sweep.resamples=10", "sweep.measured=500"],
     "mozerov2006_warp_error": ["sweep.smoothness=[0,0.01,0.02,0.1,1,10]"],
-    "zhang2007_fig6": ["scale.view_step_deg=30"],
+    "zhang2007_fig6": ["scale.view_step_deg=30", "sweep.published_views_deg=[-60,0,60]"],
     "zhang2004_fig5": ["scale.view_step_deg=30"],
     "zhang2007_joint_angles": ["scale.structure_step_deg=30"],
     "mozerov2006_tracking": [
@@ -156,14 +159,18 @@ SHARING = {
     "tests/studies/actions": "smoke_results",
     "tests/studies/face_off": "smoke_results",
     "tests/studies/limbs": "smoke_results",
+    "tests/claims/test_planted_errors.py": "planted_errors",
     "tests/claims": "synthetic_tables",
 }
-"""Modules whose fixture takes long to make: of several processes one runs all of them."""
+"""Modules whose fixture takes long to make: of several processes one runs all of them; the first that fits counts."""
 
 FIRST = (
     *(path for path, shared in SHARING.items() if shared == "smoke_results"),
     "tests/cli",
     "tests/claims",
+    "tests/studies/test_new_paper.py",
+    "tests/studies/test_newcomers_bill.py",
+    "tests/test_tutorial.py",
 )
 """What takes longest is begun first, so that no process is left with it while the others have nothing to do."""
 
@@ -182,6 +189,7 @@ def pytest_collection_finish() -> None:
     """Spare the garbage collector what thousands of collected tests hold: it would look through it again and again."""
     gc.freeze()
     gc.set_threshold(20_000, 20, 20)
+    gc.enable()
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ast
 import fnmatch
+import functools
 import inspect
 import re
 import subprocess
@@ -29,8 +30,13 @@ def _module_name(path: Path) -> str:
 
 
 SOURCES = {_module_name(path): path for path in sorted(PACKAGE.rglob("*.py"))}
-TREES = {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in SOURCES.items()}
 MODULES = sorted(set(SOURCES) - {"__init__"})
+
+
+@functools.cache
+def tree_of(module: str) -> ast.Module:
+    """The syntax tree of a module: parsed where a test asks for it, and not in each process that collects tests."""
+    return ast.parse(SOURCES[module].read_text(encoding="utf-8"))
 
 
 def imports(tree: ast.AST) -> tuple[set[str], set[str]]:
@@ -56,8 +62,10 @@ def imports(tree: ast.AST) -> tuple[set[str], set[str]]:
     return inside, outside - STANDARD_LIBRARY
 
 
-INSIDE = {name: imports(tree)[0] for name, tree in TREES.items()}
-OUTSIDE = {name: imports(tree)[1] for name, tree in TREES.items()}
+@functools.cache
+def imports_of(module: str) -> tuple[set[str], set[str]]:
+    """What a module imports, from inside and from outside of the package."""
+    return imports(tree_of(module))
 
 
 _GROUND = (
@@ -162,7 +170,7 @@ def test_layers_import_from_those_above_them_in_the_table() -> None:
 
 @pytest.mark.parametrize("module", MODULES)
 def test_a_module_imports_only_what_its_layer_allows(module: str) -> None:
-    assert broken_rules(module, INSIDE[module], OUTSIDE[module]) == []
+    assert broken_rules(module, *imports_of(module)) == []
 
 
 @pytest.mark.parametrize(
@@ -211,7 +219,7 @@ def test_no_circle_of_imports() -> None:
     def visit(module: str, path: tuple[str, ...]) -> None:
         assert module not in path, " -> ".join([*path, module])
         if module not in done:
-            for other in sorted(INSIDE[module] - {module}):
+            for other in sorted(imports_of(module)[0] - {module}):
                 visit(other, (*path, module))
             done.add(module)
 
@@ -237,10 +245,12 @@ class _WhenRun(ast.NodeTransformer):
         return node.orelse if "TYPE_CHECKING" in ast.unparse(node.test) else node
 
 
-REACHED_AT_ONCE = {
-    name: imports(_WhenRun().visit(ast.parse(path.read_text(encoding="utf-8"))))[0]
-    for name, path in SOURCES.items()
-}
+@functools.cache
+def reached_at_once(module: str) -> set[str]:
+    """What a module imports when it runs."""
+    return imports(_WhenRun().visit(ast.parse(SOURCES[module].read_text(encoding="utf-8"))))[0]
+
+
 FIGURES = [m for m in MODULES if study(m) and (".figures." in m or m.endswith("figure"))]
 
 
@@ -250,7 +260,7 @@ def reached(module: str) -> set[str]:
     waiting = {module}
     while waiting:
         found |= waiting
-        waiting = {other for one in waiting for other in REACHED_AT_ONCE[one]} - found
+        waiting = {other for one in waiting for other in reached_at_once(one)} - found
     return found
 
 
@@ -338,7 +348,7 @@ CORE = [module for module in MODULES if package(module) == "core"]
 
 @pytest.mark.parametrize("module", CORE)
 def test_core_knows_no_clock_file_environment_or_global_generator(module: str) -> None:
-    assert outside_world(TREES[module]) == []
+    assert outside_world(tree_of(module)) == []
 
 
 @pytest.mark.parametrize(
@@ -431,11 +441,11 @@ def test_a_section_of_a_docstring_is_read_as_it_stands() -> None:
 def test_nothing_is_pickled(module: str) -> None:
     assert not {"pickle", "cPickle", "dill", "joblib", "shelve", "marshal"} & {
         alias.name.split(".")[0]
-        for node in ast.walk(TREES[module])
+        for node in ast.walk(tree_of(module))
         if isinstance(node, ast.Import)
         for alias in node.names
     }
-    for node in ast.walk(TREES[module]):
+    for node in ast.walk(tree_of(module)):
         if isinstance(node, ast.ImportFrom):
             assert (node.module or "").split(".")[0] not in {"pickle", "dill", "joblib", "shelve", "marshal"}
         if isinstance(node, ast.keyword) and node.arg == "allow_pickle":
@@ -488,7 +498,7 @@ def _requirement(text: str) -> str:
 
 def test_every_package_from_outside_is_a_dependency() -> None:
     declared = {_requirement(text) for text in PROJECT["project"]["dependencies"]}
-    used = {DISTRIBUTIONS.get(name, name) for packages in OUTSIDE.values() for name in packages}
+    used = {DISTRIBUTIONS.get(name, name) for module in SOURCES for name in imports_of(module)[1]}
     optional = PROJECT["project"]["optional-dependencies"]
     extras = {_requirement(text) for name in ("xarray", "cluster", "video") for text in optional[name]}
     assert used <= declared | extras, f"not declared: {sorted(used - declared - extras)}"

@@ -28,6 +28,7 @@ from pipeline.studies.study import Figure, Grid
 from pipeline.validation import InvalidInput
 
 CONF = Path(__file__).resolve().parents[2] / "conf"
+DEFAULTS = {"scale": "full", "data": "synthetic"}
 
 
 @functools.cache
@@ -74,6 +75,7 @@ def _check_types(value: Any, path: str = "config") -> None:
     ("figure", "scale", "data"),
     [
         *((figure, scale, "synthetic") for figure in presets() for scale in option_files("scale")),
+        ("zhang2007_fig5", "full", "cmu"),
         *(
             (figure, "smoke", data)
             for figure in ("zhang2007_fig5", "mozerov2006_tracking", "park2011_fig4")
@@ -84,7 +86,9 @@ def _check_types(value: Any, path: str = "config") -> None:
 def test_every_preset_composes_at_every_scale_every_purpose_with_all_data(
     figure: str, scale: str, data: str
 ) -> None:
-    config = composed(f"experiment={figure}", f"scale={scale}", f"data={data}")
+    chosen = {"scale": scale, "data": data}
+    given = [f"{group}={name}" for group, name in chosen.items() if name != DEFAULTS[group]]
+    config = composed(*given, f"experiment={figure}")
     assert type(config) is Experiment
     assert (config.name, config.scale.name, config.data.name) == (figure, scale, data)
     assert config.paper in papers.PAPERS
@@ -118,7 +122,7 @@ def test_the_first_comment_of_a_preset_names_paper_and_figure(figure: str) -> No
 @pytest.mark.parametrize("figure", presets())
 def test_a_preset_wears_the_scale(figure: str) -> None:
     """`scale=smoke` reaches every size: people, views, variances."""
-    small = composed(f"experiment={figure}", "scale=smoke", "data=synthetic")
+    small = composed("scale=smoke", f"experiment={figure}")
     assert small.data.walkers == small.scale.walkers > 0
     steps = {"view_angle_deg": ("view_step_deg", "structure_step_deg"), "sigma2_mm2": ("sigma2_step_mm2",)}
     for name, those in steps.items():

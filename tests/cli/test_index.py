@@ -14,6 +14,7 @@ from pipeline.cli.errors import sentence
 from pipeline.cli.main import COMMANDS, _help_of, command
 from pipeline.cli.presets import presets
 from pipeline.storage import user_cache
+from pipeline.studies.experiment import Experiment
 from pipeline.validation import InvalidInput
 from tests.conftest import Said
 from tests.processes import finished
@@ -74,8 +75,14 @@ def test_a_slip_is_refused_by_both_and_names_the_same_option(slip: str, indexed:
     assert named.split(".")[0] in slow
 
 
+@pytest.fixture(scope="module")
+def small() -> dict[str, Experiment]:
+    """Every preset at smoke scale: before a test has a cache of its own."""
+    return {name: compose(["scale=smoke", f"experiment={name}"]) for name in presets()}
+
+
 @pytest.mark.parametrize("figure", presets())
-def test_every_value_of_every_preset_passes(figure: str, indexed: Path) -> None:
+def test_every_value_of_every_preset_passes(figure: str, small: dict[str, Experiment], indexed: Path) -> None:
     def values(options: object, path: str) -> list[str]:
         found = []
         for name, value in vars(options).items():
@@ -85,7 +92,7 @@ def test_every_value_of_every_preset_passes(figure: str, indexed: Path) -> None:
                 found.append(f"{path}{name}={getattr(value, 'name', value)}")
         return found
 
-    given = values(compose([f"experiment={figure}", "scale=smoke"]), "")
+    given = values(small[figure], "")
     assert len(given) > 40
     index.refuse_slips([f"experiment={figure}", *given])
 

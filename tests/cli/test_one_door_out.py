@@ -6,10 +6,10 @@ The commands are those of the registry: one without a declaration, or that write
 from __future__ import annotations
 
 import hashlib
+import itertools
+import multiprocessing
 import os
 import shutil
-import subprocess
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +22,7 @@ from pipeline.cli.figures import make_figure
 from pipeline.cli.main import COMMANDS
 from pipeline.fetch import NEEDED_COLUMNS
 from pipeline.ingestion.data import RecordedData
+from pipeline.processes import CAN_FORK
 from pipeline.reconstruct import model_file
 from pipeline.storage import provenance
 from pipeline.storage.store import Store
@@ -259,31 +260,33 @@ def test_an_empty_results_folder_is_refused(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.skipif(not CAN_FORK, reason="needs forks")
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
 @pytest.mark.parametrize("failing", range(1, 12))
 def test_a_model_is_whole_wherever_its_training_is_killed(failing: int, tmp_path: Path) -> None:
     folder = tmp_path / "model"
     model_file.save(model_file.load(), folder)
     (folder / "CARD.md").write_text("mine")
-    script = f"""
-import os, sys
-from pathlib import Path
-from pipeline.reconstruct import model_file
-calls = 0
-def dying(real):
-    def call(*arguments, **options):
-        global calls
-        calls += 1
-        if calls == {failing}:
-            os._exit(9)
-        return real(*arguments, **options)
-    return call
-trained = model_file.load()
-for name in ("mkdir", "fsync", "replace", "rename", "open"):
-    setattr(os, name, dying(getattr(os, name)))
-model_file.save(trained, Path({str(folder)!r}))
-"""
-    killed = subprocess.run([sys.executable, "-c", script], cwd=ROOT, check=False, env=dict(os.environ))
-    assert killed.returncode in (0, 9)
+    calls = itertools.count(1)
+
+    def dying(real: Callable) -> Callable:
+        def call(*arguments: Any, **options: Any) -> Any:
+            if next(calls) == failing:
+                os._exit(9)
+            return real(*arguments, **options)
+
+        return call
+
+    def save() -> None:
+        for name in ("mkdir", "fsync", "replace", "rename", "open"):
+            setattr(os, name, dying(getattr(os, name)))
+        model_file.save(trained, folder)
+
+    trained = model_file.load()
+    process = multiprocessing.get_context("fork").Process(target=save)
+    process.start()
+    process.join()
+    assert process.exitcode in (0, 9)
     assert model_file.load(folder).compact.components.shape == model_file.load().compact.components.shape
     model_file.save(model_file.load(), folder)
     assert (folder / "CARD.md").read_text() == "mine"

@@ -243,7 +243,7 @@ def test_figures_are_begun_by_paper_and_short_before_long(
         return []
 
     monkeypatch.setattr("pipeline.cli.figures.make_figures", only_listed)
-    assert say("figures", f"results={tmp_path}").status == 0
+    assert say("figures", "scale=smoke", f"results={tmp_path}").status == 0
     experiments = [experiment for experiment, _ in begun]
     assert sorted(experiment.name for experiment in experiments) == presets()
     papers = list(dict.fromkeys(experiment.paper for experiment in experiments))

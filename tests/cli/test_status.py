@@ -102,21 +102,23 @@ def edited_readers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[
     source_code._module.cache_clear()
 
 
-@pytest.mark.parametrize("name", presets())
 def test_an_edited_reader_leaves_synthetic_figures_current(
-    name: str, edited_readers: Path, monkeypatch: pytest.MonkeyPatch
+    edited_readers: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    one = compose([f"experiment={name}", "scale=smoke"])
-    made_by = one.data.request(one.dataset.corpus, one.skeleton, one.seed, 1).source
-    modules = [
-        made_by,
-        *(type(option).__module__ for option in (one.dataset, one.model, one.sweep, one.figure)),
-    ]
-    after = [sources_digest([module]) for module in modules]
-    reader = sources_digest(["pipeline.formats.mvnx"])
+    modules = {}
+    for name in presets():
+        one = compose(["scale=smoke", f"experiment={name}"])
+        made_by = one.data.request(one.dataset.corpus, one.skeleton, one.seed, 1).source
+        options = (one.dataset, one.model, one.sweep, one.figure)
+        modules[name] = [made_by, *(type(option).__module__ for option in options)]
+
+    def digests() -> dict[str, list[str]]:
+        return {name: [sources_digest([module]) for module in of] for name, of in modules.items()}
+
+    after, reader = digests(), sources_digest(["pipeline.formats.mvnx"])
     monkeypatch.undo()
     source_code._module.cache_clear()
-    assert [sources_digest([module]) for module in modules] == after
+    assert digests() == after
     assert sources_digest(["pipeline.formats.mvnx"]) != reader
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 import re
 import string
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
 from hypothesis import given
@@ -559,6 +561,12 @@ def columns(**values: list) -> dict[str, np.ndarray]:
 def worked_tables() -> dict[str, dict[str, np.ndarray]]:
     """The tables of all papers that are judged."""
     return {**worked_walks(), **worked_performances(), **worked_limbs(), **worked_keypoints()}
+
+
+@functools.cache
+def worked_frames() -> dict[str, pd.DataFrame]:
+    """The same as data frames, made once for hundreds of tests, none of which changes them."""
+    return {name: pd.DataFrame(table) for name, table in worked_tables().items()}
 
 
 def worked_keypoints() -> dict[str, dict[str, np.ndarray]]:
@@ -1213,7 +1221,7 @@ def test_every_judged_claim_is_worked_out_below() -> None:
 
 @pytest.mark.parametrize("name", WORKED)
 def test_our_value_is_the_one_worked_out_in_the_head(name: str) -> None:
-    (verdict,) = judge([papers.claim(name)], worked_tables(), "synthetic")
+    (verdict,) = judge([papers.claim(name)], worked_frames(), "synthetic")
     assert verdict.value == pytest.approx(WORKED[name], rel=1e-12, abs=1e-12)
 
 
@@ -1253,7 +1261,7 @@ def test_our_value_is_the_one_worked_out_in_the_head(name: str) -> None:
     ],
 )
 def test_a_quantity_is_the_one_worked_out_in_the_head(name: str, worked: float) -> None:
-    assert numbers_of([name], worked_tables())[name].value == pytest.approx(worked, rel=1e-12)
+    assert numbers_of([name], worked_frames())[name].value == pytest.approx(worked, rel=1e-12)
 
 
 # --- verdicts ---------------------------------------------------------------------------------------------
@@ -1524,7 +1532,7 @@ def test_a_figure_that_is_not_made_cannot_be_tested() -> None:
 
 
 def test_a_fact_about_the_recorded_people_cannot_be_tested() -> None:
-    (verdict,) = judge([papers.claim("zhang2007_frame_rate")], worked_tables(), "optical")
+    (verdict,) = judge([papers.claim("zhang2007_frame_rate")], worked_frames(), "optical")
     assert (verdict.value, verdict.agreement) == (None, "untestable")
     assert "the eighty recordings are not public" in verdict.why
 
@@ -1560,14 +1568,13 @@ def columns_read(claim: Claim) -> set[tuple[str, str]]:
 @pytest.mark.parametrize("claim", by_name(JUDGED))
 def test_each_column_that_a_claim_reads_is_refused_when_missing(claim: Claim) -> None:
     for name, column in sorted(columns_read(claim)):
-        tables = worked_tables()
-        del tables[name][column]
+        tables = {**worked_frames(), name: worked_frames()[name].drop(columns=column)}
         with pytest.raises(InvalidInput, match=re.escape(f"table {name}: no column {column!r}")):
             judge([claim], tables, "synthetic")
 
 
 def test_verdicts_come_in_the_order_of_the_claims() -> None:
-    assert [verdict.claim for verdict in judge(CLAIMS, worked_tables(), "synthetic")] == CLAIMS
+    assert [verdict.claim for verdict in judge(CLAIMS, worked_frames(), "synthetic")] == CLAIMS
 
 
 NUMBERS_ODD = st.one_of(st.floats(), st.sampled_from([0.0, 1.0, 2.0, 28.0, 30.0, 45.0, -45.0, 90.0, 1e308]))

@@ -23,7 +23,7 @@ class Stages(NamedTuple):
 
 def smoke(figure: str, *overrides: str, data: Data | None = None) -> Experiment:
     """An experiment at smoke scale, on data of its own if there are any; validated."""
-    experiment = compose([f"experiment={figure}", "scale=smoke", *overrides])
+    experiment = compose(["scale=smoke", f"experiment={figure}", *overrides])
     if data is not None:
         experiment.data = data
     experiment.validate()

@@ -113,9 +113,9 @@ def make(project: Path, figure: str) -> Path:
     return project / "results" / "golden" / "synthetic" / "smoke" / figure
 
 
-def hold(project: Path, *tests: str) -> None:
-    """Require tests of the copy to pass."""
-    found = run(project, "pytest", "-n", "0", *tests, "-x", "--tb=short")
+def hold(project: Path, *tests: str, only: str) -> None:
+    """Require tests of the copy to pass; `only` leaves out those of modules that are as they were."""
+    found = run(project, "pytest", "-n", "0", *tests, "-k", only, "-x", "--tb=short")
     assert found.returncode == 0, found.stdout[-3000:]
 
 
@@ -142,6 +142,7 @@ def test_a_scalar_of_a_sweep_is_named_in_one_file(project: Path) -> None:
         "tests/test_architecture.py",
         "tests/test_documentation.py::test_every_column_of_the_golden_tables_is_listed",
         "tests/studies/walks/test_unmeasured.py",
+        only="[studies.walks or test_unmeasured or not [",
     )
 
 
@@ -157,7 +158,7 @@ def test_a_claim_is_its_entry_and_its_value_worked_out_in_the_head(project: Path
     claims = (make(project, "zhang2007_fig5") / "claims.csv").read_text(encoding="utf-8")
     assert edited(project) == {"conf/paper/zhang2007.yaml", worked}
     assert "zhang2007_gain_from_the_front" in claims
-    hold(project, "tests/papers/test_papers.py", "-k", "gain_from_the_front or every")
+    hold(project, "tests/papers/test_papers.py", only="gain_from_the_front or every")
 
 
 def test_a_reader_is_three_files_and_its_contract_holds(project: Path) -> None:
@@ -180,4 +181,5 @@ def test_a_reader_is_three_files_and_its_contract_holds(project: Path) -> None:
         project,
         "tests/formats/test_contract.py",
         "tests/test_architecture.py",
+        only="[formats or test_contract or not [",
     )

@@ -119,7 +119,7 @@ def test_a_recording_counts_in_whole_numbers() -> None:
 @cache
 def preset(name: str) -> Experiment:
     """A preset at smoke scale."""
-    return compose([f"experiment={name}", "scale=smoke"])
+    return compose(["scale=smoke", f"experiment={name}"])
 
 
 ACTION, LIMBS = "mozerov2006_tracking", "park2011_fig3b"

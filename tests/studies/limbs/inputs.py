@@ -12,7 +12,7 @@ from pipeline.studies.study import Sweep, SweepInputs
 
 def stretches_of(name: str) -> LimbStretches:
     """The data set of a preset at smoke scale."""
-    experiment = compose([f"experiment={name}", "scale=smoke"])
+    experiment = compose(["scale=smoke", f"experiment={name}"])
     corpus = experiment.dataset.corpus
     clips = experiment.data.request(corpus, experiment.skeleton, experiment.seed, 1).make()
     found: LimbStretches = experiment.dataset.build(clips, workers=1)
