@@ -8,7 +8,6 @@ import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -147,8 +146,6 @@ def make_figures(jobs: Sequence[tuple[Experiment, Path]], *, console: Console) -
     started = time.perf_counter()
     with Display([e for e, _ in jobs], console, slots=processes) as display:
         if processes > 1:
-            if any(experiment.figure.picture for experiment, _ in jobs):
-                import_module("pipeline.pictures.picture")  # once, and not in the process of each figure
             made = make_side_by_side(jobs, attempt, display, processes=processes, cores=cores)
         else:
             made = _make_in_turn(jobs, display)
