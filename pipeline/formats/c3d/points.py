@@ -19,7 +19,7 @@ from pipeline.formats.c3d.layout import find_layout
 from pipeline.formats.c3d.parameters import Parameters, read_parameters
 from pipeline.formats.c3d.rotations import segment_origins
 from pipeline.formats.contract import LARGEST, damaged, motion_capture, read_bytes
-from pipeline.formats.text import millimetres_in
+from pipeline.formats.text import millimetres_in, unit_of
 from pipeline.skeleton.recorded import MotionCapture
 
 
@@ -78,7 +78,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
 
 def _unit(parameters: Parameters, where: str, units: str | None, notes: list[str]) -> tuple[str, float]:
     """The unit of length that the file declares, or that was asked for, and its millimetres."""
-    declared = (parameters.texts("POINT:UNITS") or [""])[0].lower()
+    declared = unit_of((parameters.texts("POINT:UNITS") or [""])[0])
     unit = declared if units is None else units
     millimetres = millimetres_in(unit, f"{where}, {'POINT:UNITS' if units is None else 'option units'}")
     if declared and declared != unit:
