@@ -19,6 +19,10 @@ MOST_JOINTS = 2000
 """Joints of a hierarchy that are read; bodies with every finger and strand of hair have a few hundred."""
 
 
+LEAP_MM = 100.0
+"""Distance from the origin to where a point is before or after, above which it was not there, but not seen."""
+
+
 class Reader(Protocol):
     """Signature of every reader."""
 
@@ -125,6 +129,27 @@ def motion_capture(
         notes=tuple(notes),
         units_assumed=units_assumed,
     )
+
+
+def leave_out_origin(positions_mm: np.ndarray, notes: list[str]) -> None:
+    """Make samples at exactly (0, 0, 0) NaN, in place, where a point leaps there: many programs write gaps so.
+
+    What stays there, or passes there as a root that begins at the origin, is kept.
+    """
+    at = (positions_mm == 0).all(axis=-1)
+    found = 0
+    for point in np.flatnonzero(at.any(axis=0)):
+        zeros = np.flatnonzero(at[:, point])
+        distance = np.linalg.norm(positions_mm[:, point], axis=-1)
+        known = np.flatnonzero(distance > 0)
+        if known.size:
+            k = np.searchsorted(known, zeros)
+            beside = known[np.clip([k - 1, k], 0, known.size - 1)]
+            leaps = zeros[distance[beside].max(axis=0) > LEAP_MM]
+            positions_mm[leaps, point] = np.nan
+            found += leaps.size
+    if found:
+        notes.append(f"{found} samples lie exactly at the origin and are taken as missing.")
 
 
 def harmless(name: str) -> str:

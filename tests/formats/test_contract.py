@@ -10,6 +10,7 @@ import pytest
 
 from pipeline import formats
 from pipeline.formats.contract import motion_capture
+from pipeline.formats.points import csv, trc
 from pipeline.validation import InvalidInput
 from tests.formats.contract import FIXTURES, READABLE, check_contract
 
@@ -142,3 +143,16 @@ def test_the_second_of_two_equal_names_is_numbered() -> None:
     assert "1 names of points stand more than once." in copied.notes
     two_people = motion_capture(["LKNE", "RKNE", "LKNE", "RKNE"], positions[:, :4], 100.0, "mm", [])
     assert two_people.names == ("LKNE", "RKNE", "LKNE", "RKNE")
+
+
+@pytest.mark.parametrize("suffix", ["csv", "trc"])
+def test_gaps_may_be_written_as_zeros(tmp_path: Path, suffix: str) -> None:
+    positions = np.random.default_rng(1).normal(700.0, 20.0, (20, 3, 3))
+    positions[0, 0] = positions[5:8, 1] = positions[18:, 1] = 0.0
+    positions[:, 2] = np.arange(20)[:, None] * 20.0  # a root that begins at the origin
+    path = tmp_path / f"walk.{suffix}"
+    {"csv": csv, "trc": trc}[suffix].write(path, ["LASI", "RASI", "root"], positions, 100.0)
+    motion = formats.read(path)
+    gaps = [[0, 0], [5, 1], [6, 1], [7, 1], [18, 1], [19, 1]]
+    assert np.argwhere(~motion.valid).tolist() == gaps
+    assert "6 samples lie exactly at the origin" in motion.notes[-1]
