@@ -6,7 +6,6 @@ where the points lie in the image.
 
 from __future__ import annotations
 
-import os.path
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -133,7 +132,8 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
         require_choice("input.layout", wanted, known)
     K = int(found.points.shape[1])
     if found.names:
-        before = len(os.path.commonprefix(found.names))  # anna:, PoseLandmark.
+        apart = (k for k, letters in enumerate(zip(*found.names, strict=False)) if len(set(letters)) > 1)
+        before = next(apart, 0)  # anna:, PoseLandmark.
         names = {canonical(name[before:]): number for number, name in enumerate(found.names)}
         best, order, share = None, np.empty(0, dtype=int), 0
         for layout in [known[wanted]] if wanted else known.values():

@@ -146,13 +146,21 @@ def test_the_second_of_two_equal_names_is_numbered() -> None:
 
 
 @pytest.mark.parametrize("suffix", ["csv", "trc"])
-def test_gaps_may_be_written_as_zeros(tmp_path: Path, suffix: str) -> None:
-    positions = np.random.default_rng(1).normal(700.0, 20.0, (20, 3, 3))
-    positions[0, 0] = positions[5:8, 1] = positions[18:, 1] = 0.0
-    positions[:, 2] = np.arange(20)[:, None] * 20.0  # a root that begins at the origin
-    path = tmp_path / f"walk.{suffix}"
-    {"csv": csv, "trc": trc}[suffix].write(path, ["LASI", "RASI", "root"], positions, 100.0)
+@pytest.mark.parametrize("unit", [1.0, 1e-3])
+def test_gaps_may_be_written_as_zeros(tmp_path: Path, suffix: str, unit: float) -> None:
+    positions = np.random.default_rng(1).normal(900.0, 300.0, (1, 6, 3)) + np.arange(20.0)[:, None, None]
+    positions[0, 0] = positions[5:8, 1] = positions[18:, 1] = positions[:, 2] = 0.0
+    positions[:, 3] = np.arange(20)[:, None] * 10.0  # a root that begins at the origin
+    path, names = tmp_path / f"walk.{suffix}", ["LASI", "RASI", "SACR", "root", "LKNE", "RKNE"]
+    {"csv": csv, "trc": trc}[suffix].write(path, names, positions * unit, 100.0)
     motion = formats.read(path)
-    gaps = [[0, 0], [5, 1], [6, 1], [7, 1], [18, 1], [19, 1]]
-    assert np.argwhere(~motion.valid).tolist() == gaps
-    assert "6 samples lie exactly at the origin" in motion.notes[-1]
+    assert motion.names == ("LASI", "RASI", "root", "LKNE", "RKNE")
+    assert np.argwhere(~motion.valid).tolist() == [[0, 0], [5, 1], [6, 1], [7, 1], [18, 1], [19, 1]]
+    assert any("26 samples lie exactly at the origin" in note for note in motion.notes)
+
+
+def test_a_root_that_stays_at_the_origin_is_kept(tmp_path: Path) -> None:
+    positions = np.random.default_rng(1).normal(0.0, 300.0, (20, 6, 3))
+    positions[:, 2] = 0.0
+    trc.write(tmp_path / "walk.trc", list("abcdef"), positions, 100.0)
+    assert formats.read(tmp_path / "walk.trc").valid.all()
