@@ -73,6 +73,8 @@ DIALECTS = {
     ),
     "dots": lambda text: text.replace("_x", ".x").replace("_y", ".y").replace("_z", ".z"),
     "blanks": lambda text: text.replace("_x", " x").replace("_y", " y").replace("_z", " z"),
+    "colons": lambda text: text.replace("_x", ":x").replace("_y", ":y").replace("_z", ":z"),
+    "hyphens": lambda text: text.replace("_x", "-x").replace("_y", "-y").replace("_z", "-z"),
     "units in names": lambda text: text.replace("_x", "_x_mm").replace(",x,y,z", ",x_mm,y_mm,z_mm"),
     "units in brackets": lambda text: text.replace("_x", "_x (mm)").replace(",x,", ",x [mm],"),
     "seconds in the name": lambda text: text.replace("time", "time_s"),

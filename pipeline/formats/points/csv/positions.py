@@ -1,7 +1,7 @@
 """Tables of points as text, wide or long as their header says.
 
 Wide: a column ``time`` or ``frame``, then three columns for each point: ``head_x, head_y, head_z``
-(``head.x``, ``head x``, ``HEAD_X`` and ``head_x_mm`` are read too).
+(``head.x``, ``head x``, ``head:x``, ``head-x``, ``HEAD_X`` and ``head_x_mm`` are read too).
 Long: one row for each frame and point: ``frame`` or ``time``; ``joint``, ``point``, ``marker`` or ``name``;
 ``x, y, z`` (or ``x_mm``…); and ``unit`` where the table says it in a column.
 Both may have a column ``person`` or ``subject``: of several people, names begin with it (``anna:head``).
