@@ -76,7 +76,14 @@ def joints(
     return positions, valid
 
 
-def represent(path: str | Path, skeleton: str = mappings.AUTO, subject: str = "") -> FourierRepresentation:
+def represent(
+    path: str | Path,
+    skeleton: str = mappings.AUTO,
+    subject: str = "",
+    *,
+    frame_rate_hz: float | None = None,
+    units: str | None = None,
+) -> FourierRepresentation:
     """Return the Fourier representation of the steady walk in a recording, about its mean pelvis.
 
     Joints above the legs that the markers do not give are estimated.
@@ -87,13 +94,15 @@ def represent(path: str | Path, skeleton: str = mappings.AUTO, subject: str = ""
     skeleton : str
     subject : str
         Who, in a file of several people.
+    frame_rate_hz, units
+        What the file does not state, see `read`.
 
     Raises
     ------
     InvalidInput
         If the recording cannot be read or holds no steady walk.
     """
-    motion = read(path)
+    motion = read(path, frame_rate_hz=frame_rate_hz, units=units)
     positions, valid = joints(motion, skeleton, subject)
     raw = RawClip(report_row(REPORT_COLUMNS, clip=Path(path).name), positions, motion.frame_rate_hz, valid)
     walk = steady_walk(raw, Steady())

@@ -50,6 +50,11 @@ def test_from_files_to_a_reconstruction(tmp_path: Path) -> None:
     assert off < 0.8 * without
     with pytest.raises(InvalidInput, match="no such file"):
         represent(tmp_path / "nobody.trc")
+    header = ",".join(f"{joint}_{axis}" for joint in WALKER15.joints for axis in "xyz")
+    rows = made.positions_mm[0].reshape(len(positions), -1) / 1000.0
+    np.savetxt(tmp_path / "bare.csv", rows, "%.9f", ",", header=header, comments="")
+    bare = represent(tmp_path / "bare.csv", frame_rate_hz=40.0, units="m")
+    np.testing.assert_allclose(bare.coefficients, walks[0].coefficients, atol=1e-3)
 
 
 def test_hidden_joints_are_reconstructed_and_cost_little_elsewhere() -> None:

@@ -11,6 +11,7 @@ from pipeline.skeleton import WALKER15, Skeleton
 from pipeline.skeleton.mapped_joints import map_joints
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import Lowering, SourceMapping
+from pipeline.skeleton.source_points import SourcePoints
 from pipeline.validation import InvalidInput
 
 PAIR = Skeleton(name="PAIR", joints=("hip", "knee"), parents=(-1, 0), mirror=(0, 1))
@@ -77,6 +78,18 @@ def test_the_fallback_rule_is_lowered_and_the_first_rule_is_not() -> None:
     with_origin = motion(("A", "B", "ORIGIN"), [[[0.0, 0, 10], [2.0, 4, 30], [7.0, 8, 9]]])
     positions, _ = map_joints(with_origin, rules, PAIR)
     np.testing.assert_array_equal(positions[0, 0], [7, 8, 9])
+
+
+def test_a_joint_whose_lowering_lacks_a_point_is_missing() -> None:
+    rules = SourceMapping(
+        name="t",
+        joints={"hip": {"A": 1.0}},
+        otherwise={"knee": {"B": 1.0}},
+        lowered={"knee": Lowering(by=0.5, between=["B", "C"])},
+    )
+    assert SourcePoints(ONE_FRAME, {}).rule_of("knee", rules) is None
+    with pytest.raises(InvalidInput, match="'knee' needs the point 'C', which the file does not have"):
+        map_joints(ONE_FRAME, rules, PAIR)
 
 
 def test_a_missing_sample_makes_its_joints_invalid_and_no_others() -> None:

@@ -19,6 +19,11 @@ MOST_JOINTS = 2000
 """Joints of a hierarchy that are read; bodies with every finger and strand of hair have a few hundred."""
 
 
+LEAP, ABOUT = 0.2, 1.5
+"""Distance from the origin to where a point is before or after, and to the middle of the body, above which a point
+there was not seen: over the root mean square distance of points from their middle, some 500 mm of a body."""
+
+
 class Reader(Protocol):
     """Signature of every reader."""
 
@@ -125,6 +130,37 @@ def motion_capture(
         notes=tuple(notes),
         units_assumed=units_assumed,
     )
+
+
+def leave_out_origin(positions_mm: np.ndarray, notes: list[str]) -> None:
+    """Make samples at exactly (0, 0, 0) NaN, in place, where a point leaps there: many programs write gaps so.
+
+    A root that begins there is kept, and one that stays there if the body is about it.  All are lengths over the spread
+    of the points, for their unit may be another.
+    """
+    at = (positions_mm == 0).all(axis=-1)
+    seen = ~at & np.isfinite(positions_mm).all(axis=-1)
+    frames = seen.sum(axis=1) > 1
+    if not at.any() or not frames.any():
+        return
+    weight = seen[frames] / seen[frames].sum(axis=1, keepdims=True)
+    points = np.nan_to_num(positions_mm[frames])
+    middle = np.einsum("tp,tpx->tx", weight, points)
+    spread = np.sqrt(np.einsum("tp,tpx->t", weight, (points - middle[:, None]) ** 2))
+    size, away = np.median(spread), np.median(np.linalg.norm(middle, axis=-1))
+    found = 0
+    for point in np.flatnonzero(at.any(axis=0)):
+        zeros, known = np.flatnonzero(at[:, point]), np.flatnonzero(seen[:, point])
+        if known.size:
+            k = np.searchsorted(known, zeros)
+            beside = positions_mm[known[np.clip([k - 1, k], 0, known.size - 1)], point]
+            zeros = zeros[np.linalg.norm(beside, axis=-1).max(axis=0) > LEAP * size]
+        elif away < ABOUT * size:
+            continue
+        positions_mm[zeros, point] = np.nan
+        found += zeros.size
+    if found:
+        notes.append(f"{found} samples lie exactly at the origin and are taken as missing.")
 
 
 def harmless(name: str) -> str:

@@ -119,6 +119,30 @@ def read_vector(words: Sequence[str], count: int, where: str) -> np.ndarray:
     return numbers
 
 
+def unit_of(words: str) -> str:
+    """Short name of a unit of length, where words are one's name, else the words in small letters.
+
+    Examples
+    --------
+    >>> unit_of("Meters"), unit_of("MM"), unit_of("Inches")
+    ('m', 'mm', 'in')
+    """
+    name = words.lower().replace("metre", "meter")
+    return _NAMES.get(name.removesuffix("s"), name)
+
+
+_NAMES = {
+    "millimeter": "mm",
+    "centimeter": "cm",
+    "decimeter": "dm",
+    "meter": "m",
+    "inch": "in",
+    "inche": "in",
+    "foot": "ft",
+    "feet": "ft",
+}
+
+
 def millimetres_in(units: str, where: str) -> float:
     """Millimetres in a unit of length such as ``cm`` or ``in/0.45``.
 

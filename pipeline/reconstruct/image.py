@@ -13,6 +13,9 @@ USUAL_SIZES = tuple(
 )
 """Sizes of videos, the smallest first: one of them is guessed where the file does not say."""
 
+MOST_OUTSIDE = 0.1
+"""Share of keypoints that may lie outside of the image by more than 6 % of its size."""
+
 
 def in_pixels(
     pixels: np.ndarray, size: tuple[int, int], notes: list[str]
@@ -31,9 +34,12 @@ def in_pixels(
     Raises
     ------
     InvalidInput
-        If the coordinates are shares of an image whose size is not known.
+        If the coordinates are shares of an image whose size is not known, or pixels that are not in it.
     """
     known = pixels[np.isfinite(pixels).all(axis=-1)]
+    if len(known) and float((known[:, 1] < 0).mean()) > 0.95:
+        pixels, known = pixels * [1, -1], known * [1, -1]
+        notes.append("Rows are negative: they were counted upwards from the upper edge, and are turned.")
     if len(known) and float(np.percentile(np.abs(known), 95)) <= 2.0:
         if not all(size):
             raise InvalidInput(
@@ -42,6 +48,9 @@ def in_pixels(
                 expected="pixels",
             )
         notes.append("Coordinates are shares of the image and were multiplied by its size.")
+        if float((known[:, 1] < 0).mean()) > 0.1:  # OpenPose's keypoint_scale 4
+            pixels = (pixels + 1) / 2
+            notes.append("They were counted from its middle, from -1 to 1.")
         pixels = pixels * np.array(size, dtype=float)
     elif not all(size):
         reach = known.max(axis=0) if len(known) else np.array([1.0, 1.0])
@@ -50,6 +59,14 @@ def in_pixels(
         size = fitting[0] if fitting else (int(reach[0]) + 1, int(reach[1]) + 1)
         notes.append(
             f"The size of the image is not known; {size[0]} x {size[1]} is guessed, and the view with it."
+        )
+    elif len(known) and (abs(known / size - 0.5) > 0.56).any(axis=-1).mean() > MOST_OUTSIDE:
+        low, high = np.percentile(known, [1, 99], axis=0).round().astype(int).tolist()
+        raise InvalidInput(
+            "the keypoints are not in an image of this size: are width and height exchanged?",
+            where="input.width, input.height",
+            expected=f"one that holds {low[0]} to {high[0]} x {low[1]} to {high[1]} pixels",
+            received=f"{size[0]} x {size[1]}",
         )
     return pixels, size
 

@@ -92,14 +92,14 @@ def canonical(name: str) -> str:
 
     Examples
     --------
-    >>> canonical("LKnee"), canonical("right knee"), canonical("RBigToe"), canonical("Nose"), canonical("knee_l")
-    ('left_knee', 'right_knee', 'right_big_toe', 'nose', 'left_knee')
+    >>> canonical("LKnee"), canonical("right knee"), canonical("RBigToe"), canonical("LEFT_KNEE"), canonical("knee_l")
+    ('left_knee', 'right_knee', 'right_big_toe', 'left_knee', 'left_knee')
     """
     words = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+", name.replace("_", " "))
     joined = [word.lower() for word in words]
-    if joined and len(joined[0]) > 1 and joined[0][0] in "lr" and words[0][:2].isupper():
-        joined = [joined[0][0], joined[0][1:], *joined[1:]]
     sides = {"l": "left", "r": "right", "left": "left", "right": "right"}
+    if joined and joined[0] not in sides and joined[0][0] in "lr" and words[0][:2].isupper():
+        joined = [joined[0][0], joined[0][1:], *joined[1:]]
     side = [sides[word] for word in joined if word in sides]
     rest = [word for word in joined if word not in sides]
     return "_".join([*side[:1], *rest])
@@ -132,7 +132,9 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
         require_choice("input.layout", wanted, known)
     K = int(found.points.shape[1])
     if found.names:
-        names = {canonical(name): number for number, name in enumerate(found.names)}
+        apart = (k for k, letters in enumerate(zip(*found.names, strict=False)) if len(set(letters)) > 1)
+        before = next(apart, 0)  # anna:, PoseLandmark.
+        names = {canonical(name[before:]): number for number, name in enumerate(found.names)}
         best, order, share = None, np.empty(0, dtype=int), 0
         for layout in [known[wanted]] if wanted else known.values():
             where = np.array([names.get(canonical(point), -1) for point in layout.points])

@@ -91,11 +91,11 @@ class SourcePoints:
         return [max(found, key=lambda i: int(self._motion.valid[:, i].sum()))]
 
     def rule_of(self, joint: str, mapping: SourceMapping) -> tuple[Rule, Lowering | None] | None:
-        """Return the first rule of a joint whose points are all in the file, those that were ever seen first."""
+        """Return the first rule of a joint whose points, lowering included, are in the file, those ever seen first."""
         there = [
             (rule, lowering)
             for rule, lowering in mapping.rules(joint)
-            if all(self.find(point) is not None for point in rule)
+            if all(self.find(point) is not None for point in _points_of(rule, lowering))
         ]
         seen = [pair for pair in there if self.sees(pair[0])]
         return next(iter(seen or there), None)
@@ -109,7 +109,7 @@ class SourcePoints:
         rules = mapping.rules(joint)
         if not rules:
             return InvalidInput(f"no rule for the joint {joint!r}", mapping.name)
-        lacked = next(point for point in rules[-1][0] if self.find(point) is None)
+        lacked = next(point for point in _points_of(*rules[-1]) if self.find(point) is None)
         what = f"the joint {joint!r} needs the point {lacked!r}, which the file does not have"
         names = self._motion.names
         received = "points " + ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
@@ -117,13 +117,7 @@ class SourcePoints:
 
     def distance(self, joint: str, lowering: Lowering, mapping: SourceMapping) -> float:
         """Return the mean distance, mm, of the two points by which a joint is lowered."""
-        pair = [index for point in lowering.between if (index := self.find(point)) is not None]
-        if len(pair) != 2:
-            raise InvalidInput(
-                f"the lowering of {joint!r} needs two points of the file",
-                mapping.name,
-                received=str(lowering.between),
-            )
+        pair = [self.index(point) for point in lowering.between]
         ends = self._motion.positions_mm[:, pair]
         apart = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=-1)
         if not np.isfinite(apart).any():
@@ -133,6 +127,10 @@ class SourcePoints:
                 received=str(lowering.between),
             )
         return float(np.nanmean(apart))
+
+
+def _points_of(rule: Rule, lowering: Lowering | None) -> tuple[str, ...]:
+    return (*rule, *(lowering.between if lowering else ()))
 
 
 def _without_prefix(name: str) -> str:

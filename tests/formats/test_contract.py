@@ -10,6 +10,7 @@ import pytest
 
 from pipeline import formats
 from pipeline.formats.contract import motion_capture
+from pipeline.formats.points import csv, trc
 from pipeline.validation import InvalidInput
 from tests.formats.contract import FIXTURES, READABLE, check_contract
 
@@ -142,3 +143,24 @@ def test_the_second_of_two_equal_names_is_numbered() -> None:
     assert "1 names of points stand more than once." in copied.notes
     two_people = motion_capture(["LKNE", "RKNE", "LKNE", "RKNE"], positions[:, :4], 100.0, "mm", [])
     assert two_people.names == ("LKNE", "RKNE", "LKNE", "RKNE")
+
+
+@pytest.mark.parametrize("suffix", ["csv", "trc"])
+@pytest.mark.parametrize("unit", [1.0, 1e-3])
+def test_gaps_may_be_written_as_zeros(tmp_path: Path, suffix: str, unit: float) -> None:
+    positions = np.random.default_rng(1).normal(900.0, 300.0, (1, 6, 3)) + np.arange(20.0)[:, None, None]
+    positions[0, 0] = positions[5:8, 1] = positions[18:, 1] = positions[:, 2] = 0.0
+    positions[:, 3] = np.arange(20)[:, None] * 10.0  # a root that begins at the origin
+    path, names = tmp_path / f"walk.{suffix}", ["LASI", "RASI", "SACR", "root", "LKNE", "RKNE"]
+    {"csv": csv, "trc": trc}[suffix].write(path, names, positions * unit, 100.0)
+    motion = formats.read(path)
+    assert motion.names == ("LASI", "RASI", "root", "LKNE", "RKNE")
+    assert np.argwhere(~motion.valid).tolist() == [[0, 0], [5, 1], [6, 1], [7, 1], [18, 1], [19, 1]]
+    assert any("26 samples lie exactly at the origin" in note for note in motion.notes)
+
+
+def test_a_root_that_stays_at_the_origin_is_kept(tmp_path: Path) -> None:
+    positions = np.random.default_rng(1).normal(0.0, 300.0, (20, 6, 3))
+    positions[:, 2] = 0.0
+    trc.write(tmp_path / "walk.trc", list("abcdef"), positions, 100.0)
+    assert formats.read(tmp_path / "walk.trc").valid.all()

@@ -149,6 +149,13 @@ def test_families_of_markers_by_their_own_names(points: list[str], family: str) 
         np.testing.assert_allclose(positions[:, WALKER15.index("left_ankle")], middle)
 
 
+def test_without_a_shoulder_marker_shoulders_are_missing_and_no_others() -> None:
+    motion = placed([point for point in PIG if point != "LSHO"])
+    assert mappings.suggest(motion, mappings.shipped()).missing == ("left_shoulder", "right_shoulder")
+    joints = map_joints(motion, mappings.chosen("plugin_gait"), missing=True)[1]
+    assert joints.all(axis=0).sum() == 13
+
+
 def placed(points: list[str]) -> MotionCapture:
     """Points of these names, those of pelvis above those of ankles."""
     low = [0.0 if "AN" in point.upper() or "MED" in point.upper() else 900.0 for point in points]

@@ -20,6 +20,7 @@ from pipeline.core.keypoint_walk.tracks import find_tracks
 from pipeline.formats.keypoints import Detections, detections
 from pipeline.reconstruct import layouts, model_file
 from pipeline.reconstruct.clip import Input, choose, reconstruct_clip
+from pipeline.reconstruct.image import in_pixels
 from pipeline.reconstruct.summary import (
     TURNED_DEG,
     advice,
@@ -87,6 +88,31 @@ def test_rows_counted_upwards_are_turned(model: Path, tmp_path: Path) -> None:
     walk = reconstruct_clip(given(alphapose(tmp_path / "a.json", values), focal_px=sim.focal_px), model)
     assert any("counted upwards" in note for note in walk.notes)
     assert walk.best.judgement.verdict != "not_a_walk"
+
+
+@pytest.mark.parametrize(
+    ("turned", "size", "note"),
+    [
+        (lambda p: p * [1, -1], SIZE, "counted upwards from the upper edge"),
+        (lambda p: p / SIZE * [1, -1], SIZE, "counted upwards from the upper edge"),
+        (lambda p: 2 * p / SIZE - 1, SIZE, "from -1 to 1"),
+    ],
+)
+def test_other_coordinates_are_the_same_pixels(
+    turned: Callable[[np.ndarray], np.ndarray], size: tuple[int, int], note: str
+) -> None:
+    pixels, notes = clip(45.0, ERROR).pixels + np.array(SIZE) / 2.0, list[str]()
+    found, _ = in_pixels(turned(pixels), size, notes)
+    np.testing.assert_allclose(found, pixels)
+    assert any(note in said for said in notes)
+
+
+def test_an_image_that_does_not_hold_the_keypoints_is_refused() -> None:
+    pixels = clip(45.0, ERROR).pixels + np.array(SIZE) / 2.0
+    with pytest.raises(InvalidInput, match="are width and height exchanged"):
+        in_pixels(pixels[..., ::-1], SIZE, [])
+    pixels[:, 11] += [0.0, 1000.0]  # feet below the picture, as some detectors guess them
+    assert in_pixels(pixels, SIZE, [])[1] == SIZE
 
 
 def test_an_unknown_rate_is_asked_for_and_a_wrong_one_remarked_on(model: Path, tmp_path: Path) -> None:
@@ -230,8 +256,10 @@ def test_an_unknown_number_of_points_is_refused() -> None:
         layouts.recognise(found, "coco12")
 
 
-def test_names_decide_where_there_are_some() -> None:
-    names = ["LHip", "RHip", "LKnee", "RKnee", "LAnkle", "RAnkle", "LShoulder", "RShoulder", "Nose"]
+@pytest.mark.parametrize("written", [str, str.upper, "PoseLandmark.{}".format, "anna:{}".format])
+def test_names_decide_where_there_are_some(written: Callable[[str], str]) -> None:
+    names = ["LHip", "RHip", "left_knee", "right_knee", "LAnkle", "RAnkle", "LShoulder", "RShoulder", "Nose"]
+    names = list(map(written, names))
     found = detections("trc", "a.trc", [(0, "", np.ones((len(names), 3)))], 1, names=names)
     layout, order, _ = layouts.recognise(found)
     assert order[layout.points.index("left_knee")] == 2

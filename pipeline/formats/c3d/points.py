@@ -18,8 +18,8 @@ from pipeline.formats.c3d.header import Header, floats, integers, read_header
 from pipeline.formats.c3d.layout import find_layout
 from pipeline.formats.c3d.parameters import Parameters, read_parameters
 from pipeline.formats.c3d.rotations import segment_origins
-from pipeline.formats.contract import LARGEST, damaged, motion_capture, read_bytes
-from pipeline.formats.text import millimetres_in
+from pipeline.formats.contract import LARGEST, damaged, leave_out_origin, motion_capture, read_bytes
+from pipeline.formats.text import millimetres_in, unit_of
 from pipeline.skeleton.recorded import MotionCapture
 
 
@@ -71,14 +71,13 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     positions[~valid] = np.nan
     if beyond := int(np.count_nonzero(measured & ~valid)):
         notes.append(f"{beyond} samples declared as measured are not numbers or lie beyond any laboratory.")
-    if at_origin := int(np.count_nonzero((positions == 0).all(axis=-1))):
-        notes.append(f"{at_origin} samples declared as measured lie exactly at the origin.")
+    leave_out_origin(positions, notes)
     return motion_capture(names, positions, rate, unit, notes)
 
 
 def _unit(parameters: Parameters, where: str, units: str | None, notes: list[str]) -> tuple[str, float]:
     """The unit of length that the file declares, or that was asked for, and its millimetres."""
-    declared = (parameters.texts("POINT:UNITS") or [""])[0].lower()
+    declared = unit_of((parameters.texts("POINT:UNITS") or [""])[0])
     unit = declared if units is None else units
     millimetres = millimetres_in(unit, f"{where}, {'POINT:UNITS' if units is None else 'option units'}")
     if declared and declared != unit:

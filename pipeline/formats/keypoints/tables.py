@@ -90,7 +90,7 @@ def _points(table: Rows, x: int, y: int, confidence: int | None) -> np.ndarray:
 def _wide(table: Rows, lower: list[str], rate: float, size: tuple[int, int]) -> Detections:
     columns: dict[str, dict[str, int]] = {}
     for number, title in enumerate(table.header):
-        match = re.fullmatch(r"(.+?)[_. ]([a-z]+)", title, re.IGNORECASE)
+        match = re.fullmatch(r"(.+?)[_. :]([a-z]+)", title, re.IGNORECASE)
         if match and match[2].lower() in ("x", "y", *_CONFIDENCE):
             kind = match[2].lower()
             columns.setdefault(match[1], {})["confidence" if kind in _CONFIDENCE else kind] = number

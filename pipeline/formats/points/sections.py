@@ -17,7 +17,7 @@ from pipeline.formats.budget import require_memory
 from pipeline.formats.contract import damaged, motion_capture
 from pipeline.formats.points.cells import Rows
 from pipeline.formats.points.even_times import at_equal_intervals
-from pipeline.formats.text import millimetres_in, number, read_text
+from pipeline.formats.text import millimetres_in, number, read_text, unit_of
 from pipeline.skeleton.recorded import MotionCapture
 
 
@@ -203,16 +203,6 @@ def _qualisys(lines: _Lines, frame_rate_hz: float | None, units: str | None) -> 
     return replace(found, notes=(*found.notes, note))
 
 
-_UNIT_WORDS = {
-    "meters": "m",
-    "metres": "m",
-    "centimeters": "cm",
-    "millimeters": "mm",
-    "inches": "in",
-    "feet": "ft",
-}
-
-
 def _optitrack(lines: _Lines, units: str | None) -> MotionCapture:
     """OptiTrack Motive: types, names and kinds of columns in lines of titles; bones and measured markers are read."""
     settings = dict(zip(lines.cells[0][::2], lines.cells[0][1::2], strict=False))
@@ -226,7 +216,7 @@ def _optitrack(lines: _Lines, units: str | None) -> MotionCapture:
             lines.where,
             "lines Type and Name over columns of Position, and a line Frame, Time",
         )
-    unit = _UNIT_WORDS.get(settings.get("Length Units", "").lower(), "") or units or ""
+    unit = unit_of(settings.get("Length Units", "")) or units or ""
     millimetres = millimetres_in(unit, f"{lines.place(0)}, Length Units")
     declared = number(settings.get("Export Frame Rate") or settings.get("Capture Frame Rate") or "")
     columns: dict[tuple[str, str], list[int]] = {}

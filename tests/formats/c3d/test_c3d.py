@@ -241,12 +241,12 @@ def test_samples_that_are_no_positions_are_not_valid(tmp_path: Path) -> None:
     assert "1 samples declared as measured" in motion.notes[0]
 
 
-def test_measured_at_the_origin_is_noted(tmp_path: Path) -> None:
-    positions = steps()
+def test_measured_at_the_origin_is_a_gap(tmp_path: Path) -> None:
+    positions = steps() + 500.0
     positions[3, 1] = 0
     motion = read(tmp_path, make(positions, LABELS))
-    assert motion.valid.all()
-    assert "1 samples" in motion.notes[0]
+    assert np.argwhere(~motion.valid).tolist() == [[3, 1]]
+    assert "1 samples lie exactly at the origin" in motion.notes[0]
 
 
 # --- a file that contradicts itself ------------------------------------------------------------------------

@@ -112,6 +112,13 @@ def test_every_unit_becomes_millimetres(tmp_path: Path, unit: str) -> None:
     assert motion.units == unit
 
 
+@pytest.mark.parametrize(("written", "unit"), [("Meters", "m"), ("millimetres", "mm"), ("inches", "in")])
+def test_a_unit_may_be_a_word(tmp_path: Path, written: str, unit: str) -> None:
+    motion = read(tmp_path, made(units=written))
+    np.testing.assert_allclose(motion.positions_mm, EXPECTED * MILLIMETRES[unit])
+    assert motion.units == unit
+
+
 def test_a_unit_that_the_file_does_not_state_is_asked_for(tmp_path: Path) -> None:
     text = made().replace("Units", "Colour")
     with pytest.raises(InvalidInput, match=r"Units in line 3: the unit of length is unknown .*option units"):
@@ -283,6 +290,7 @@ def test_what_is_written_is_read_back_to_the_bit(
 ) -> None:
     coordinate = st.floats(-1e9, 1e9)
     positions = data.draw(hnp.arrays(float, (frames, len(names), 3), elements=coordinate))
+    positions[(positions == 0).all(axis=-1)] = 1.0  # gaps, see test_contract
     positions[1:][data.draw(hnp.arrays(bool, (frames - 1, len(names))))] = np.nan
     path = tmp_path_factory.getbasetemp() / "round_trip.trc"
     trc.write(path, names, positions, rate)

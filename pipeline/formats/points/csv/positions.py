@@ -1,7 +1,7 @@
 """Tables of points as text, wide or long as their header says.
 
 Wide: a column ``time`` or ``frame``, then three columns for each point: ``head_x, head_y, head_z``
-(``head.x``, ``head x``, ``HEAD_X`` and ``head_x_mm`` are read too).
+(``head.x``, ``head x``, ``head:x``, ``head-x``, ``HEAD_X`` and ``head_x_mm`` are read too).
 Long: one row for each frame and point: ``frame`` or ``time``; ``joint``, ``point``, ``marker`` or ``name``;
 ``x, y, z`` (or ``x_mm``…); and ``unit`` where the table says it in a column.
 Both may have a column ``person`` or ``subject``: of several people, names begin with it (``anna:head``).
@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.formats.budget import require_points
-from pipeline.formats.contract import damaged, motion_capture
+from pipeline.formats.contract import damaged, leave_out_origin, motion_capture
 from pipeline.formats.points.cells import Rows, positions_to_write
 from pipeline.formats.points.csv.table import Columns, read_header, read_table, unit_of_length
 from pipeline.formats.points.sections import exported
@@ -82,6 +82,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
         table.notes.append(f"{absent} of {len(positions)} samples have no row and are missing.")
     assumed = units is None and not (columns.units or "unit" in columns.roles)
     shaped = positions.reshape(frames, len(names), 3)
+    leave_out_origin(shaped, table.notes)
     return motion_capture(names, shaped, rate, unit, table.notes, units_assumed=assumed)
 
 

@@ -26,7 +26,7 @@ _BRACKETED = re.compile(r"[ _.]?[(\[] *(\w+) *[)\]]$")
 _POSITION = re.compile(r"[ _.](position|pos)$", re.IGNORECASE)
 _ROTATION = re.compile(r"[ _.](rotation|rot|euler)$", re.IGNORECASE)
 _COORDINATE = re.compile(
-    rf"(?:(?P<point>.+)[ _.])?(?P<axis>[xyz])(?:[ _.](?P<unit>{'|'.join(MILLIMETRES)}))?", re.IGNORECASE
+    rf"(?:(?P<point>.+)[ _.:-])?(?P<axis>[xyz])(?:[ _.](?P<unit>{'|'.join(MILLIMETRES)}))?", re.IGNORECASE
 )
 
 
