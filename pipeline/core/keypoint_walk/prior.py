@@ -68,7 +68,7 @@ class Grid:
     ----------
     headings_rad : (72,)
     inverse_factor : (72, n, n)
-        Inverse of the lower Cholesky factor of the covariance, by joint seen, image axis (right, down) and coefficient,
+        Inverse of the lower Cholesky factor of the covariance, by coefficient, joint seen and image axis (right, down),
         the constant centred over joints.
     whitened_mean : (72, n)
         The factor's product with the mean.
@@ -190,8 +190,8 @@ def projected_grid(mean: np.ndarray, covariance: np.ndarray, seen: np.ndarray) -
 
     average = centred(mean[joints][:, :, :GRID_BLOCKS])
     part = centred(centred(part).transpose(3, 4, 5, 0, 1, 2))
-    extra = np.full((count, 2, GRID_BLOCKS), GRID_HARMONIC_MM**2)
-    extra[:, :, 0] = GRID_CONSTANT_MM**2 + (0.0 if seen.all() else UNSEEN_MM**2)
+    extra = np.full((GRID_BLOCKS, count, 2), GRID_HARMONIC_MM**2)
+    extra[0] = GRID_CONSTANT_MM**2 + (0.0 if seen.all() else UNSEEN_MM**2)
     means = np.empty((HEADINGS, size))
     factors = np.empty((HEADINGS, size, size))
     determinants = np.empty(HEADINGS)
@@ -199,11 +199,11 @@ def projected_grid(mean: np.ndarray, covariance: np.ndarray, seen: np.ndarray) -
         image = turn[:2]
         rows = np.tensordot(image, part, axes=(1, 1))  # (2, J, b, J, 3, b)
         both = np.tensordot(image, rows, axes=(1, 4))  # (2', 2, J, b, J, b)
-        both = both.transpose(2, 1, 3, 4, 0, 5).reshape(size, size)
-        level = np.einsum("ia,jab->jib", turn, average)
-        means[number] = level[:, :2].ravel()
-        tilt = np.zeros((count, 2, GRID_BLOCKS))
-        tilt[:, 1] = level[:, 2]
+        both = both.transpose(3, 2, 1, 5, 4, 0).reshape(size, size)
+        level = np.einsum("ia,jab->bji", turn, average)
+        means[number] = level[..., :2].ravel()
+        tilt = np.zeros((GRID_BLOCKS, count, 2))
+        tilt[..., 1] = level[..., 2]
         both += np.diag(extra.ravel()) + GRID_SIZE**2 * np.outer(means[number], means[number])
         both += GRID_PITCH**2 * np.outer(tilt, tilt)
         factor = np.linalg.cholesky(both)
