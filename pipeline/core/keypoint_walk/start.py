@@ -140,9 +140,10 @@ def _grid_cost(grid: Grid, images: np.ndarray, phases: np.ndarray) -> np.ndarray
     """J (F, 72, P) of image coefficients (F, n joints, 5, 2) at all headings and phases."""
     y = np.swapaxes(images, 1, 2).copy()  # (F, 5, n, 2)
     y[:, 0] -= y[:, 0].mean(axis=1, keepdims=True)
-    y = y.reshape(*y.shape[:2], -1)
+    # From the opposite side the image's right is its left, and all else the same.
+    y = np.concatenate([y, y * [-1.0, 1.0]]).reshape(2 * len(images), GRID_BLOCKS, -1)
     # A harmonic has none of the others' coefficients, and the factors, which are large, none above their diagonal.
-    whitened = np.zeros((len(grid.headings_rad), *y.shape[:2], grid.whitened_mean.shape[1]))
+    whitened = np.zeros((len(grid.whitened_mean), *y.shape[:2], grid.whitened_mean.shape[1]))
     for first, last in ((0, 1), (1, 3), (3, 5)):
         rows, start = y[:, first:last].reshape(len(y), 1, -1), first * y.shape[-1]
         if first:
@@ -157,7 +158,8 @@ def _grid_cost(grid: Grid, images: np.ndarray, phases: np.ndarray) -> np.ndarray
         [np.ones_like(phases), *(f(h * phases) for h in (1, 2) for f in (np.cos, np.sin))], axis=-1
     )
     pairs = (waves[:, :, None] * waves[:, None]).reshape(len(phases), -1)
-    return gram.reshape(*gram.shape[:2], -1) @ pairs.T + grid.log_determinant[:, None]
+    cost = gram.reshape(*gram.shape[:2], -1) @ pairs.T
+    return np.concatenate(np.split(cost, 2), axis=1) + grid.log_determinant[:, None]
 
 
 def _local_minima(cost: np.ndarray) -> np.ndarray:
