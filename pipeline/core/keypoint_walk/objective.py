@@ -402,7 +402,9 @@ class Objective:
         # The weighted image's derivative by P: f / Z of (R's first rows less the tangent times its last).
         along = np.empty((NEARER + 2, 2, JOINTS, T))
         seen, moved = along[:TURNED], at.along(_ALONG @ at.basis)
-        np.multiply(R[:2].T[..., None, None] - at.tangent * R[2][:, None, None, None], w * focal / at.depth, out=seen)
+        np.multiply(
+            R[:2].T[..., None, None] - at.tangent * R[2][:, None, None, None], w * focal / at.depth, out=seen
+        )
         along[TURNED] = seen[2] * at.body[0] - seen[0] * at.body[2]
         along[LATER] = seen[0] * moved[0] + seen[1] * moved[1] + seen[2] * moved[2]
         along[PITCHED] = seen[2] * at.level[1] - seen[1] * at.level[2]
@@ -413,7 +415,9 @@ class Objective:
         own = to_walker(seen, at.heading)
         one, other = own[_AXES[0]], own[_AXES[1]]
         itself = (one[:, 0] * other[:, 0] + one[:, 1] * other[:, 1]).reshape(-1, T)
-        blocks = (itself @ (at.basis[:, None] * at.basis).reshape(-1, T).T).reshape(-1, JOINTS, BLOCKS, BLOCKS)
+        blocks = (itself @ (at.basis[:, None] * at.basis).reshape(-1, T).T).reshape(
+            -1, JOINTS, BLOCKS, BLOCKS
+        )
         blocks = blocks[_SYMMETRIC].transpose(2, 0, 3, 1, 4).reshape(JOINTS, 3 * BLOCKS, 3 * BLOCKS)
         of_all = own[:, None, 0] * along[:, 0] + own[:, None, 1] * along[:, 1]
         timed = (self._times[:, None] * at.basis).reshape(-1, T)
