@@ -39,6 +39,9 @@ UNKNOWNS = SIZE + 12
 CYCLE = cycle_basis(equal_phases(PHASES), BLOCKS)
 """(20, 9): basis at the phases at which lengths are looked at."""
 _MEAN = np.full(PHASES, 1.0 / PHASES)
+_AXES = np.triu_indices(3)
+_SYMMETRIC = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
+"""Number of the pair of axes, as `_AXES` has them, of any two."""
 RIGHT, DOWN, AWAY, TURNED, LATER, PITCHED, NEARER = range(7)
 """Directions d; the functions of time are 1, t, the bend, and cosines."""
 _ALONG = np.zeros((BLOCKS, BLOCKS))
@@ -397,29 +400,38 @@ class Objective:
         w = np.sqrt(keypoints.by_joint * (nu + 2.0) / (nu + r2) / noise.kappa) / noise.sigma_px
 
         # The weighted image's derivative by P: f / Z of (R's first rows less the tangent times its last).
-        seen = w * focal / at.depth * (R[:2].T[..., None, None] - at.tangent * R[2][:, None, None, None])
-        moved = at.along(_ALONG @ at.basis)
-        directions = np.empty((NEARER + 1, 2, JOINTS, T))
-        directions[:TURNED] = seen
-        directions[TURNED] = seen[2] * at.body[0] - seen[0] * at.body[2]
-        directions[LATER] = seen[0] * moved[0] + seen[1] * moved[1] + seen[2] * moved[2]
-        directions[PITCHED] = seen[2] * at.level[1] - seen[1] * at.level[2]
-        directions[NEARER] = w * focal * at.tangent
-        times = self._times[self._time]
-        times[LOG_F - SIZE] *= 2.0 * np.pi * np.exp(x[LOG_F])
+        along = np.empty((NEARER + 2, 2, JOINTS, T))
+        seen, moved = along[:TURNED], at.along(_ALONG @ at.basis)
+        np.multiply(
+            R[:2].T[..., None, None] - at.tangent * R[2][:, None, None, None], w * focal / at.depth, out=seen
+        )
+        along[TURNED] = seen[2] * at.body[0] - seen[0] * at.body[2]
+        along[LATER] = seen[0] * moved[0] + seen[1] * moved[1] + seen[2] * moved[2]
+        along[PITCHED] = seen[2] * at.level[1] - seen[1] * at.level[2]
+        along[NEARER] = w * focal * at.tangent
+        along[-1] = w * residual
 
-        # By joint the derivatives by its own coefficients, by q, and the residual: their products are all there is.
-        rows = np.empty((JOINTS, 3 * BLOCKS + len(times) + 1, 2, T))
-        own = to_walker(seen, at.heading).transpose(2, 0, 1, 3)[:, :, None]
-        np.multiply(own, at.basis[:, None], out=rows[:, : 3 * BLOCKS].reshape(JOINTS, 3, BLOCKS, 2, T))
-        of_q = directions[self._direction] * times[:, None, None]
-        rows[:, 3 * BLOCKS : -1] = of_q.transpose(2, 0, 1, 3)
-        rows[:, -1] = (w * residual).swapaxes(0, 1)
-        flat = rows.reshape(JOINTS, -1, 2 * T)
-        products = flat @ flat.swapaxes(1, 2)
-        border = products[:, 3 * BLOCKS :, : 3 * BLOCKS].swapaxes(0, 1).reshape(-1, SIZE)
-        corner = products[:, 3 * BLOCKS :, 3 * BLOCKS :].sum(axis=0)
-        return products[:, : 3 * BLOCKS, : 3 * BLOCKS], border, corner
+        # By the walker's own axes: what a point's place says of itself, of every direction, and of the residual.
+        own = to_walker(seen, at.heading)
+        one, other = own[_AXES[0]], own[_AXES[1]]
+        itself = (one[:, 0] * other[:, 0] + one[:, 1] * other[:, 1]).reshape(-1, T)
+        blocks = (itself @ (at.basis[:, None] * at.basis).reshape(-1, T).T).reshape(
+            -1, JOINTS, BLOCKS, BLOCKS
+        )
+        blocks = blocks[_SYMMETRIC].transpose(2, 0, 3, 1, 4).reshape(JOINTS, 3 * BLOCKS, 3 * BLOCKS)
+        of_all = own[:, None, 0] * along[:, 0] + own[:, None, 1] * along[:, 1]
+        timed = (self._times[:, None] * at.basis).reshape(-1, T)
+        border = (of_all.reshape(-1, T) @ timed.T).reshape(3, NEARER + 2, JOINTS, -1, BLOCKS)
+        direction, time = np.append(self._direction, -1), np.append(self._time, 0)
+        border = border[:, direction, :, time].swapaxes(1, 2).reshape(-1, SIZE)
+
+        of_q = (along[direction] * self._times[time][:, None, None]).reshape(len(time), -1)
+        corner = of_q @ of_q.copy().T
+        later = 2.0 * np.pi * np.exp(x[LOG_F])
+        border[LOG_F - SIZE] *= later
+        corner[LOG_F - SIZE] *= later
+        corner[:, LOG_F - SIZE] *= later
+        return blocks, border, corner
 
     def _add_lengths(
         self, at: Iterate, blocks: np.ndarray, gradient: np.ndarray, matrix: np.ndarray

@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import blas, lapack
+from scipy.linalg import lapack
 
 from pipeline.core.anatomical import JOINTS
 from pipeline.core.fourier import cycle_basis, cycle_slope
@@ -69,8 +69,7 @@ def _spread(matrix: np.ndarray, onto: np.ndarray) -> np.ndarray:
             onto.T @ np.linalg.pinv(np.tril(matrix) + np.tril(matrix, -1).T, hermitian=True) @ onto
         )
     half, _ = lapack.dtrtrs(factor, onto, lower=1)
-    spread = blas.dsyrk(1.0, half, trans=1, lower=1)
-    return np.asarray(np.tril(spread) + np.tril(spread, -1).T)
+    return np.asarray(half.T @ half)
 
 
 def give_bias_back(prior: Prior, drawn: np.ndarray) -> np.ndarray:

@@ -62,15 +62,15 @@ class Detector:
 
 @dataclass(frozen=True)
 class Grid:
-    """Projected walkers of two harmonics at all headings.
+    """Projected walkers of two harmonics at all headings; from the opposite side image right changes its sign.
 
     Attributes
     ----------
     headings_rad : (72,)
-    inverse_factor : (72, n, n)
-        Inverse of the lower Cholesky factor of the covariance, by joint seen, image axis (right, down) and coefficient,
+    inverse_factor : (36, n, n)
+        Inverse of the lower Cholesky factor of the covariance, by coefficient, joint seen and image axis (right, down),
         the constant centred over joints.
-    whitened_mean : (72, n)
+    whitened_mean : (36, n)
         The factor's product with the mean.
     log_determinant : (72,)
     """
@@ -176,7 +176,7 @@ def projected_grid(mean: np.ndarray, covariance: np.ndarray, seen: np.ndarray) -
     joints = np.flatnonzero(seen)
     count = len(joints)
     headings = 2.0 * np.pi * np.arange(HEADINGS) / HEADINGS
-    axes = level_axes(headings)
+    axes = level_axes(headings[: HEADINGS // 2])
     part = covariance.reshape(JOINTS, 3, BLOCKS, JOINTS, 3, BLOCKS)
     part = part[joints][:, :, :GRID_BLOCKS][:, :, :, joints][:, :, :, :, :, :GRID_BLOCKS]
     size = count * 2 * GRID_BLOCKS
@@ -190,26 +190,26 @@ def projected_grid(mean: np.ndarray, covariance: np.ndarray, seen: np.ndarray) -
 
     average = centred(mean[joints][:, :, :GRID_BLOCKS])
     part = centred(centred(part).transpose(3, 4, 5, 0, 1, 2))
-    extra = np.full((count, 2, GRID_BLOCKS), GRID_HARMONIC_MM**2)
-    extra[:, :, 0] = GRID_CONSTANT_MM**2 + (0.0 if seen.all() else UNSEEN_MM**2)
-    means = np.empty((HEADINGS, size))
-    factors = np.empty((HEADINGS, size, size))
-    determinants = np.empty(HEADINGS)
+    extra = np.full((GRID_BLOCKS, count, 2), GRID_HARMONIC_MM**2)
+    extra[0] = GRID_CONSTANT_MM**2 + (0.0 if seen.all() else UNSEEN_MM**2)
+    means = np.empty((len(axes), size))
+    factors = np.empty((len(axes), size, size))
+    determinants = np.empty(len(axes))
     for number, turn in enumerate(axes):
         image = turn[:2]
         rows = np.tensordot(image, part, axes=(1, 1))  # (2, J, b, J, 3, b)
         both = np.tensordot(image, rows, axes=(1, 4))  # (2', 2, J, b, J, b)
-        both = both.transpose(2, 1, 3, 4, 0, 5).reshape(size, size)
-        level = np.einsum("ia,jab->jib", turn, average)
-        means[number] = level[:, :2].ravel()
-        tilt = np.zeros((count, 2, GRID_BLOCKS))
-        tilt[:, 1] = level[:, 2]
+        both = both.transpose(3, 2, 1, 5, 4, 0).reshape(size, size)
+        level = np.einsum("ia,jab->bji", turn, average)
+        means[number] = level[..., :2].ravel()
+        tilt = np.zeros((GRID_BLOCKS, count, 2))
+        tilt[..., 1] = level[..., 2]
         both += np.diag(extra.ravel()) + GRID_SIZE**2 * np.outer(means[number], means[number])
         both += GRID_PITCH**2 * np.outer(tilt, tilt)
         factor = np.linalg.cholesky(both)
         factors[number] = lapack.dtrtri(factor, lower=1)[0]
         determinants[number] = 2.0 * np.log(np.diag(factor)).sum()
-    return Grid(headings, factors, (factors @ means[..., None])[..., 0], determinants)
+    return Grid(headings, factors, (factors @ means[..., None])[..., 0], np.tile(determinants, 2))
 
 
 def belt_speed(prior: Prior) -> float:

@@ -138,25 +138,28 @@ def frequency_candidates(
 
 def _grid_cost(grid: Grid, images: np.ndarray, phases: np.ndarray) -> np.ndarray:
     """J (F, 72, P) of image coefficients (F, n joints, 5, 2) at all headings and phases."""
-    by_axis = np.swapaxes(images, -1, -2).copy()  # (F, n, 2, 5)
-    by_axis[..., 0] -= by_axis[..., 0].mean(axis=1, keepdims=True)
-    turned = np.zeros((len(images), GRID_BLOCKS, *by_axis.shape[1:]))
-    turned[:, 0, ..., 0] = by_axis[..., 0]
-    for sine in (1, 3):
-        p, q = by_axis[..., sine], by_axis[..., sine + 1]
-        turned[:, sine, ..., sine], turned[:, sine, ..., sine + 1] = p, q
-        turned[:, sine + 1, ..., sine], turned[:, sine + 1, ..., sine + 1] = q, -p
-    # Of all frequencies at once: the factors are large.
-    size = grid.whitened_mean.shape[1]
-    whitened = turned.reshape(-1, size) @ np.swapaxes(grid.inverse_factor, 1, 2)
-    whitened = whitened.reshape(-1, len(images), GRID_BLOCKS, size)
+    y = np.swapaxes(images, 1, 2).copy()  # (F, 5, n, 2)
+    y[:, 0] -= y[:, 0].mean(axis=1, keepdims=True)
+    # From the opposite side the image's right is its left, and all else the same.
+    y = np.concatenate([y, y * [-1.0, 1.0]]).reshape(2 * len(images), GRID_BLOCKS, -1)
+    # A harmonic has none of the others' coefficients, and the factors, which are large, none above their diagonal.
+    whitened = np.zeros((len(grid.whitened_mean), *y.shape[:2], grid.whitened_mean.shape[1]))
+    for first, last in ((0, 1), (1, 3), (3, 5)):
+        rows, start = y[:, first:last].reshape(len(y), 1, -1), first * y.shape[-1]
+        if first:
+            p, q = np.split(rows, 2, axis=-1)
+            rows = np.concatenate([rows, np.concatenate([q, -p], axis=-1)], axis=1)
+        factor = grid.inverse_factor[:, start:, start : last * y.shape[-1]]
+        part = rows.reshape(-1, rows.shape[-1]) @ np.swapaxes(factor, 1, 2)
+        whitened[:, :, first:last, start:] = part.reshape(-1, *rows.shape[:2], part.shape[-1])
     whitened[:, :, 0] -= grid.whitened_mean[:, None]
     gram = np.swapaxes(whitened @ np.swapaxes(whitened, -1, -2), 0, 1)
     waves = np.stack(
         [np.ones_like(phases), *(f(h * phases) for h in (1, 2) for f in (np.cos, np.sin))], axis=-1
     )
     pairs = (waves[:, :, None] * waves[:, None]).reshape(len(phases), -1)
-    return gram.reshape(*gram.shape[:2], -1) @ pairs.T + grid.log_determinant[:, None]
+    cost = gram.reshape(*gram.shape[:2], -1) @ pairs.T
+    return np.concatenate(np.split(cost, 2), axis=1) + grid.log_determinant[:, None]
 
 
 def _local_minima(cost: np.ndarray) -> np.ndarray:
