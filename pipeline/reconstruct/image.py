@@ -14,7 +14,8 @@ USUAL_SIZES = tuple(
 """Sizes of videos, the smallest first: one of them is guessed where the file does not say."""
 
 MOST_OUTSIDE = 0.1
-"""Share of keypoints that may lie outside of the image by more than 6 % of its size."""
+"""Share of keypoints that may lie outside of the image by more than 6 % of its size, unless with width and height
+exchanged twice as many do: detectors guess feet below the picture."""
 
 
 def in_pixels(
@@ -48,7 +49,9 @@ def in_pixels(
                 expected="pixels",
             )
         notes.append("Coordinates are shares of the image and were multiplied by its size.")
-        if float((known[:, 1] < 0).mean()) > 0.1:  # OpenPose's keypoint_scale 4
+        if (
+            float((known[:, 1] < 0).mean()) > 0.25
+        ):  # OpenPose's keypoint_scale 4, not a head out of the picture
             pixels = (pixels + 1) / 2
             notes.append("They were counted from its middle, from -1 to 1.")
         pixels = pixels * np.array(size, dtype=float)
@@ -60,7 +63,7 @@ def in_pixels(
         notes.append(
             f"The size of the image is not known; {size[0]} x {size[1]} is guessed, and the view with it."
         )
-    elif len(known) and (abs(known / size - 0.5) > 0.56).any(axis=-1).mean() > MOST_OUTSIDE:
+    elif (outside := _outside(known, size)) > MOST_OUTSIDE and outside > 2 * _outside(known, size[::-1]):
         low, high = np.percentile(known, [1, 99], axis=0).round().astype(int).tolist()
         raise InvalidInput(
             "the keypoints are not in an image of this size: are width and height exchanged?",
@@ -69,6 +72,11 @@ def in_pixels(
             received=f"{size[0]} x {size[1]}",
         )
     return pixels, size
+
+
+def _outside(pixels: np.ndarray, size: tuple[int, ...]) -> float:
+    """Share of pixels (n, 2) that lie outside of an image by more than 6 % of its size."""
+    return float((np.abs(pixels / size - 0.5) > 0.56).any(axis=-1).mean()) if len(pixels) else 0.0
 
 
 def upside_down(pixels: np.ndarray) -> bool:
