@@ -59,7 +59,9 @@ def _names(kind: Any) -> list[str]:
 def _known(owner: Any, name: str, key: str) -> str:
     known = _names(owner)
     if name not in known:
-        raise InvalidInput("there is no such option", where=key, expected="one of " + ", ".join(known))
+        within = [f"{group}.{name}" for group in known if name in _names(getattr(owner, group))]
+        expected = " or ".join(within) or "one of " + ", ".join(known)
+        raise InvalidInput("there is no such option", where=key, expected=expected)
     return name
 
 

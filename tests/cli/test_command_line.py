@@ -6,6 +6,7 @@ import errno
 import hashlib
 import importlib.util
 import os
+import re
 import shutil
 import signal
 import sys
@@ -19,8 +20,10 @@ import pandas as pd
 import pytest
 
 from pipeline.cli.main import COMMANDS
+from pipeline.cli.options import filled
 from pipeline.cli.presets import presets
 from pipeline.formats.points import csv, trc
+from pipeline.reconstruct.writing import Reconstruct
 from pipeline.skeleton import WALKER15
 from pipeline.storage import sealed_folders, store, tables
 from pipeline.synthetic.walkers import WalkingPopulation, walking_population
@@ -1008,3 +1011,21 @@ def test_a_refusal_survives_the_way_back_from_another_process() -> None:
 
     refusal = pickle.loads(pickle.dumps(InvalidInput("no", where="here", expected="yes", received="no")))
     assert (str(refusal), refusal.where) == ("here: no (expected yes, received no)", "here")
+
+
+def test_help_of_reconstruct_names_every_option_and_no_other(say: Callable) -> None:
+    told = say("reconstruct", "--help").out
+    named = set(re.findall(r"\b((?:(?:input|output)\.)?[a-z_]+)=", told))
+    options = Reconstruct()
+    asked = {f"{group}.{name}" for group in ("input", "output") for name in vars(getattr(options, group))}
+    assert named == (asked - {"input.path"}) | {"model_folder"}
+    assert filled(
+        Reconstruct, ["input.least_confidence=.3", "output.formats=[c3d,csv]", "input.labels=as_given"]
+    )
+
+
+def test_an_option_without_its_group_is_named_with_it(say: Callable) -> None:
+    said = say("reconstruct", "frame_rate_hz=25")
+    assert (said.status, said.err) == (
+        1, "frame_rate_hz: there is no such option (expected input.frame_rate_hz)\n"
+    )  # fmt: skip

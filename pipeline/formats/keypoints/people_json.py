@@ -73,14 +73,18 @@ def _has(item: Any, *keys: str) -> bool:
 
 
 def _frames(names: Iterable[str]) -> tuple[dict[str, int], list[str]]:
-    """Frame of each file or image, the first 0, by the last number in its name: ``walk_000012_keypoints.json``."""
-    found = {name: re.findall(r"\d+", Path(name).stem)[-1:] for name in names}
-    numbers = {name: int(digits[0]) for name, digits in found.items() if digits}
-    if len(set(numbers.values())) < len(found):
-        note = "Frames are taken in the order of their names, which do not number them."
-        return {name: n for n, name in enumerate(found)}, [note]
-    first = min(numbers.values())
-    return {name: number - first for name, number in numbers.items()}, []
+    """Frame of each file or image, the first 0, by the last number in the names that differs from name to name.
+
+    ``walk_000012_keypoints.json``, ``12_keypoints_25.json``
+    """
+    found = {name: re.findall(r"\d+", Path(name).stem)[::-1] for name in names}
+    for digits in zip(*found.values(), strict=False):
+        numbers = [int(number) for number in digits]
+        if len(set(numbers)) == len(found):
+            first = min(numbers)
+            return {name: number - first for name, number in zip(found, numbers, strict=True)}, []
+    note = "Frames are taken in the order of their names, which do not number them."
+    return {name: n for n, name in enumerate(found)}, [note]
 
 
 def read_folder(path: Path) -> Detections:

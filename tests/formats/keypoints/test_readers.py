@@ -178,6 +178,8 @@ def test_numbers_of_frames_and_people() -> None:
     assert _frames(["walk2_000014_keypoints.json", "walk2_000012_keypoints.json"])[0] == {
         "walk2_000014_keypoints.json": 2, "walk2_000012_keypoints.json": 0,
     }  # fmt: skip
+    of_layout = ["9_keypoints_25.json", "10_keypoints_25.json"]
+    assert _frames(of_layout) == (dict(zip(of_layout, (0, 1), strict=True)), [])
     in_order, (note,) = _frames(["walk_7.json", "walk.json"])
     assert (list(in_order.values()), "order of their names" in note) == ([0, 1], True)
     assert identity_of([[3]]) == "3"
