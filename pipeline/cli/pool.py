@@ -151,8 +151,10 @@ def _work(
     sys.stdout, sys.stderr = sys.__stdout__, sys.__stderr__  # not the display's
     die_with_parent(parent)
     share_cores(spare, owed)
-    with suppress(KeyboardInterrupt, BrokenPipeError):  # the parent has ended, or ends us
-        pipe.send((make(experiment, folder, pipe.send), cores_owed()))
+    with suppress(KeyboardInterrupt):  # who tells a whole group to end tells us twice
+        with suppress(KeyboardInterrupt, BrokenPipeError):  # the parent has ended, or ends us
+            pipe.send((make(experiment, folder, pipe.send), cores_owed()))
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
 
 
 def _interrupt(*_: object) -> None:

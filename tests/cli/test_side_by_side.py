@@ -199,6 +199,7 @@ def none_is_left(group: int) -> bool:
     [
         (signal.SIGINT, os.killpg),  # as a terminal does
         (signal.SIGINT, os.kill),
+        (signal.SIGTERM, os.killpg),  # as `timeout` does
         (signal.SIGTERM, os.kill),
         (signal.SIGKILL, os.kill),
     ],
