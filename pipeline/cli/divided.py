@@ -17,11 +17,14 @@ from typing import Any
 
 from pipeline.processes import divided_by, map_processes
 from pipeline.storage.artefacts import Artefact
-from pipeline.storage.sealed_folders import write_bytes
+from pipeline.storage.sealed_folders import digest, write_bytes
 from pipeline.storage.store import Store
 
 _BLOCKS_OF_EACH = 4
 """Blocks to a job: what two make twice is at most about one of them."""
+
+_SEAL = len(digest(b""))
+"""Bytes of the digest before the content of a block's file."""
 
 
 class _Elsewhere(Exception):
@@ -94,16 +97,24 @@ class _Blocks:
                 found[start] = map_processes(function, items[start : start + size], workers)
                 with suppress(FileNotFoundError):  # the folder went when another job had the artefact
                     temporary = place / f"{start}.{self._job}"
-                    write_bytes(temporary, pickle.dumps(found[start]))
+                    content = pickle.dumps(found[start])
+                    write_bytes(temporary, digest(content).encode() + content)
                     temporary.replace(path)
-        try:
-            return [
-                one
-                for start in starts
-                for one in found.get(start) or pickle.loads((place / f"{start}.pickle").read_bytes())
-            ]
-        except FileNotFoundError:
-            raise _Elsewhere from None
+        for start in starts:
+            if start not in found:
+                kept = _kept(place / f"{start}.pickle")
+                found[start] = kept or map_processes(function, items[start : start + size], workers)
+        return [one for start in starts for one in found[start]]
+
+
+def _kept(path: Path) -> list[Any]:
+    """What another job has made of a block; nothing if the file is not as it was written."""
+    try:
+        content = path.read_bytes()
+    except FileNotFoundError:
+        raise _Elsewhere from None
+    seal, made = content[:_SEAL], content[_SEAL:]
+    return list(pickle.loads(made)) if seal == digest(made).encode() else []
 
 
 def _claimed(path: Path) -> bool:

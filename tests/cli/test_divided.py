@@ -101,6 +101,25 @@ def test_what_the_artefact_became_is_looked_at(tmp_path: Path) -> None:
     assert found.content == plain(tmp_path / "alone").content
 
 
+@pytest.mark.parametrize(
+    "damage", [lambda content: content[:-9], lambda content: b"", lambda content: b"x" * 99]
+)
+def test_a_damaged_block_is_made_again(tmp_path: Path, damage: Callable[[bytes], bytes]) -> None:
+    def wrong(item: int) -> None:
+        if item == 30:
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        asked(DividedStore(tmp_path, 0, 2), stage([], wrong))
+    block = next(tmp_path.glob("cache/.blocks-*/*/0.pickle"))
+    block.write_bytes(damage(block.read_bytes()))
+    made: list[int] = []
+    found = asked(DividedStore(tmp_path, 0, 2), stage(made))
+    assert 0 in made
+    assert 10 not in made
+    require_same(found, tmp_path)
+
+
 def test_an_error_is_raised_and_what_was_made_is_kept_for_the_next_run(tmp_path: Path) -> None:
     def wrong(item: int) -> None:
         if item == 30:
