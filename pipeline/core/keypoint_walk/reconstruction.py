@@ -337,7 +337,12 @@ def find_shake(best: _Begun, prior: Prior) -> np.ndarray:
     """What the residuals of a frame's joints have in common (T, 2), px, if that is much of them; else zeros."""
     fit, used = best.on_its_way.fit(), best.on_its_way.used
     shake = np.zeros((len(used.pixels), 2))
-    for _ in range(SHAKE_ROUNDS):
+    for turn in range(SHAKE_ROUNDS):
+        if turn:
+            again = Refinement(
+                prior, fit.objective.setting, used, fit.start, best.starts.path, relabel=False, unknowns=fit.x
+            )
+            fit = again.advance().fit()
         seen = (used.weights > 0)[..., None]
         residual = np.where(seen, fit.objective.residual(fit.x, used), np.nan)
         some = seen.sum(axis=(1, 2)) >= 4
@@ -348,10 +353,6 @@ def find_shake(best: _Begun, prior: Prior) -> np.ndarray:
             break
         shake += common
         used = Keypoints(used.pixels - common[:, None], used.weights)
-        again = Refinement(
-            prior, fit.objective.setting, used, fit.start, best.starts.path, relabel=False, unknowns=fit.x
-        )
-        fit = again.advance().fit()
     return shake
 
 
