@@ -13,7 +13,7 @@ import numpy as np
 
 from pipeline.core.keypoint_walk import Detector, Prior, prepare
 from pipeline.core.keypoint_walk.calibration import ANYBODY, AS_OURS, Calibration
-from pipeline.core.keypoint_walk.film import USUAL_STRIDE_HZ, Film, Stretch, Watched, watch
+from pipeline.core.keypoint_walk.film import Film, Stretch, Watched, watch
 from pipeline.core.keypoint_walk.objective import FOCAL_SD
 from pipeline.core.keypoint_walk.tracks import SHORTEST_S, Track, find_tracks
 from pipeline.core.keypoint_walk.verdict import Verdict
@@ -266,8 +266,8 @@ def _walking_track(
 
 
 def _doubts(walk: Walk) -> Iterator[str]:
-    """What was assumed of the keypoints, the camera and the frame rate."""
-    rate, best = walk.frame_rate_hz, walk.best.found
+    """What was assumed of the keypoints and the camera."""
+    best = walk.best.found
     if not walk.layout.measured:
         yield f"Joint definitions of {walk.layout.name} were not measured: bars hold for " + (
             "anybody, as learnt on people of laboratories left out."
@@ -281,16 +281,6 @@ def _doubts(walk: Walk) -> Iterator[str]:
             else "it is assumed"
         )
         yield f"The focal length is not known, {walk.focal_px:.0f} px is usual: {how}."
-    if best is not None and walk.best.judgement.verdict is not Verdict.not_a_walk:
-        stride = best.candidates[0].frequency_hz
-        usual = [
-            r
-            for r in (rate, rate / 2, 2 * rate)
-            if USUAL_STRIDE_HZ[0] <= stride * r / rate <= USUAL_STRIDE_HZ[1]
-        ]
-        if rate not in usual:
-            other_rate = f", or {usual[0]:g} Hz" if usual else ""
-            yield f"A stride of {1 / stride:.2f} s is unusual: is the frame rate {rate:g} Hz{other_rate}?"
 
 
 def _film(

@@ -21,7 +21,7 @@ from pipeline.core.keypoint_walk.objective import FOCAL_SD, HEADING, LOG_F, TURN
 from pipeline.core.keypoint_walk.reconstruction import LABELS_UNSURE
 from pipeline.core.keypoint_walk.tracks import path_turn_rad
 from pipeline.core.keypoint_walk.training import SIZE
-from pipeline.core.keypoint_walk.verdict import DOUBTFUL_DISTANCE, DOUBTFUL_RESIDUAL, Verdict
+from pipeline.core.keypoint_walk.verdict import DOUBTFUL_DISTANCE, DOUBTFUL_RESIDUAL, SLOW_STRIDE_HZ, Verdict
 from pipeline.core.sagittal_angles import ANGLES
 from pipeline.reconstruct import cycle
 from pipeline.reconstruct.clip import Input, Walk
@@ -225,7 +225,9 @@ def _stretch(stretch: Stretch, walk: Walk, given: Input) -> dict[str, Any]:
 
 def _usable(found: Reconstruction) -> list[str]:
     """What remains usable of a walk that is doubtful."""
+    slow = found.candidates[0].frequency_hz < SLOW_STRIDE_HZ
     told = {
+        "cadence, times and speeds are as right as the frame rate": slow,
         "angles and lengths may be off by more than their bars": found.relative_residual > DOUBTFUL_RESIDUAL,
         "angles and lengths are pulled towards those of other walkers": found.starts.least_distance
         > DOUBTFUL_DISTANCE,
@@ -234,7 +236,7 @@ def _usable(found: Reconstruction) -> list[str]:
     doubts = [words for words, held in told.items() if held] or [
         "everything may be off by more than its bars"
     ]
-    return [f"Usable: heading and cadence; {'; '.join(doubts)}."]
+    return [f"Usable: heading{'' if slow else ' and cadence'}; {'; '.join(doubts)}."]
 
 
 def half_widths_mm(walk: Walk, found: Reconstruction, given: Input) -> np.ndarray:

@@ -123,6 +123,12 @@ def test_an_unknown_rate_is_asked_for_and_a_wrong_one_remarked_on(model: Path, t
     walk = reconstruct_clip(given(path, frame_rate_hz=60.0, focal_px=sim.focal_px), model)
     assert walk.frame_rate_hz == 30.0
     assert any("frame rate is taken to be 30 Hz" in note for note in walk.notes)
+    # At half the rate it is a slow walk, of which times and speeds are as right as the rate.
+    half = given(path, frame_rate_hz=15.0, focal_px=sim.focal_px)
+    found = summarise(reconstruct_clip(half, model), half)
+    assert found["verdict"] == "doubtful"
+    assert "or the frame rate is wrong" in found["why"][0]
+    assert found["usable"] == ["Usable: heading; cadence, times and speeds are as right as the frame rate."]
 
 
 @pytest.mark.parametrize(

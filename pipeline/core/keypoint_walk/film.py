@@ -15,7 +15,7 @@ from pipeline.core.keypoint_walk.objective import FOCAL_SD
 from pipeline.core.keypoint_walk.prior import Prior
 from pipeline.core.keypoint_walk.reconstruction import FeetTogether, Reconstruction, reconstruct_followed
 from pipeline.core.keypoint_walk.tracks import moving_parts, straight_stretches
-from pipeline.core.keypoint_walk.verdict import MOST_DISTANCE, Judgement, Verdict, judge
+from pipeline.core.keypoint_walk.verdict import MOST_DISTANCE, SLOW_STRIDE_HZ, Judgement, Verdict, judge
 from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput
 
@@ -33,8 +33,6 @@ OTHER_RATES = (2.0, 4.0, 0.5)
 """Factors on the frame rate that are tried if nobody walks: slow motion, and rates that were halved or doubled.
 
 The walk that is nearest to its image counts; the last is tried if no other gives one."""
-USUAL_STRIDE_HZ = (0.6, 1.3)
-"""Stride frequencies outside of which a wrong frame rate is more likely than such a walk."""
 MOST_TRIED = 2
 """Stretches that are tried so."""
 MUCH_NEARER = 0.6
@@ -206,7 +204,7 @@ def watch(film: Film) -> Watched:
     """
     told = _watch(film)
     walked = [stretch for stretch in told.stretches if stretch.walks]
-    slow = bool(walked) and _stride_hz(walked[0]) < USUAL_STRIDE_HZ[0]
+    slow = bool(walked) and _stride_hz(walked[0]) < SLOW_STRIDE_HZ
     if any(_sure(stretch) for stretch in walked) and not slow:
         return told
     if all(stretch.feet_together for stretch in told.stretches):

@@ -31,6 +31,8 @@ LEAST_STRIDES = 0.8
 """Strides below which nothing can be said to repeat."""
 MOST_TOGETHER = 0.1
 """Largest correlation of the two ankles of a walk, each about its hip; -0.9 to 0 is usual."""
+SLOW_STRIDE_HZ = 0.6
+"""Strides a second below which a wrong frame rate is more likely than such a walk."""
 MOST_STRIDE_HZ = 1.35
 """Strides a second beyond which people run."""
 LEAST_BOUNCE = -0.5
@@ -125,6 +127,9 @@ def judge(found: Reconstruction) -> Judgement:
         refused.append(
             f"a run: the body is highest between steps, {-rise:.1f} times as far as a walker's is lowest"
         )
+    if steps < 120.0 * SLOW_STRIDE_HZ:
+        slow = f"slow: {steps:.0f} steps a minute (most walks: {120 * SLOW_STRIDE_HZ:.0f} or more)"
+        doubts.append(f"{slow}, or the frame rate is wrong")
     if refused:
         return Judgement(Verdict.not_a_walk, tuple(refused))
     return Judgement(Verdict.doubtful if doubts else Verdict.walk, tuple(doubts))

@@ -36,6 +36,8 @@ SURE = {
         ("leg_motion", 0.49, "not_a_walk", "the legs hardly move"),
         ("ankles_together", 0.09, "walk", ""),
         ("ankles_together", 0.11, "not_a_walk", "the feet move together"),
+        ("stride_hz", 0.59, "doubtful", "slow: 71 steps a minute"),
+        ("stride_hz", 0.61, "walk", ""),
         ("stride_hz", 1.34, "walk", ""),
         ("stride_hz", 1.36, "not_a_walk", "a run: 163 steps a minute"),
         ("bounce", -0.49, "walk", ""),
