@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 SAME_WALK_MM = 1e-3
 """Largest difference of the coefficients of one walk and its copy."""
+_LARGEST_RATIO = 5.0
+"""Of the sizes of two people: more is another unit."""
 
 
 @shortened
@@ -117,9 +119,9 @@ def fit(walks: Sequence[FourierRepresentation], components: int = 30) -> Walkers
     Raises
     ------
     InvalidInput
-        If there are fewer than two.
+        If there are fewer than two, or one is not of two harmonics.
     """
-    samples = np.array([linear_model.flatten(walk.coefficients[None])[0] for walk in walks])
+    samples = np.array([_sample(walk) for walk in walks])
     return WalkersModel(**vars(linear_model.fit(samples, components)), samples=samples)
 
 
@@ -142,13 +144,14 @@ def calibrate(
     Raises
     ------
     InvalidInput
-        If there is no walk, not a name to each, one of the model's own, or the model is not from `fit`.
+        If there is no walk, not a name to each, one of the model's own or not as `from_view` needs it, or the model is
+        not from `fit`.
     """
     if not isinstance(model, WalkersModel):
         raise InvalidInput("must be what fit(walks) returns", where="model", received=repr(model))
     if not walks:
         raise InvalidInput("needs a walk or more", where="walks", received="none")
-    names = np.array(people or range(len(walks)))
+    names = np.array([*people] or range(len(walks)))
     if len(names) != len(walks):
         raise InvalidInput("must be a name to each walk", where="people", received=str(len(names)))
     for walk in walks:
@@ -160,13 +163,20 @@ def calibrate(
     return replace(model, laboratory=of_person)
 
 
-def _require_other(model: WalkersModel, walk: FourierRepresentation) -> np.ndarray:
-    """The walk (D,), if it is none of those that the model was learnt from."""
-    sample = linear_model.flatten(walk.coefficients[None])[0]
+def _sample(walk: FourierRepresentation) -> np.ndarray:
+    """The walk (D,), if it is one."""
+    coefficients = getattr(walk, "coefficients", np.empty(0))
+    if coefficients.shape != (5, 15, 3):
+        raise InvalidInput("must be what represent(path) returns", where="walk", received=repr(walk))
+    return linear_model.flatten(coefficients[None])[0]
+
+
+def _require_other(model: WalkersModel, walk: FourierRepresentation) -> None:
+    """Require that a walk is none of those that the model was learnt from."""
+    sample = _sample(walk)
     known = [model.samples, *(linear_model.flatten(own[None]) for own in model.laboratory)]
     if any((abs(each - sample).max(axis=1) < SAME_WALK_MM).any() for each in known):
         raise InvalidInput("must be learnt from other walks", where="model", received="this one among them")
-    return sample
 
 
 def from_view(
@@ -199,22 +209,30 @@ def from_view(
     Raises
     ------
     InvalidInput
-        If an unknown laboratory is asked of a model that is not from `fit`, the angle is not finite, a hidden joint is
-        not one of the fifteen, or `fit` learnt the model from this walk, too: it would be no reconstruction.
+        If an unknown laboratory is asked of a model that is not from `fit`, the angle is not finite, the noise variance
+        not above 0, a hidden joint is not one of the fifteen or none is seen, walk and model are not in one unit, or
+        `fit` learnt the model from this walk, too: it would be no reconstruction.
     """
     for joint in hidden:
         require_choice("hidden", joint, WALKER15.joints)
     seen = np.array([joint not in hidden for joint in WALKER15.joints])
+    if not seen.any():
+        raise InvalidInput("must leave a joint that is seen", where="hidden", received="all")
+    require_range("noise_variance_mm2", noise_variance_mm2, above=0)
+    if not isinstance(model, LinearModel):
+        raise InvalidInput("must be what fit(walks) returns", where="model", received=repr(model))
+    sample = _sample(walk)
+    size = np.linalg.norm(sample) / np.linalg.norm(model.mean)
+    if not 1 / _LARGEST_RATIO < size < _LARGEST_RATIO:
+        raise InvalidInput("must be in mm, as the model is", where="walk", received=f"{size:.3g} of its size")
     angle = np.radians(require_range("view_angle_deg", view_angle_deg))
     unknown = require_choice("laboratory", laboratory, ("known", "unknown")) == "unknown"
     if isinstance(model, WalkersModel):
-        sample = _require_other(model, walk)
+        _require_other(model, walk)
         if unknown or model.laboratory:
             return _of_unknown_laboratory(model, walk, angle, ~seen)
     elif unknown:
         raise InvalidInput("must be what fit(walks) returns", where="model", received=repr(model))
-    else:
-        sample = linear_model.flatten(walk.coefficients[None])[0]
     found = from_known_views(
         linear_model.of_measured(model, seen),
         linear_model.without_joints(sample, seen),

@@ -1,4 +1,4 @@
-"""Short representations of results: arrays by their shape."""
+"""Short representations of results: arrays by their shape; a result equals itself alone."""
 
 from __future__ import annotations
 
@@ -27,6 +27,8 @@ def shortened(kind: Kind) -> Kind:
     Walk(positions_mm: (200, 15, 3), frame_rate_hz=100.0)
     """
     kind.__repr__ = _short  # type: ignore[assignment]
+    # Arrays are equal place by place, so that `walk in walks` would end in numpy's ValueError.
+    kind.__eq__, kind.__hash__ = object.__eq__, object.__hash__  # type: ignore[method-assign, assignment]
     return kind
 
 

@@ -305,6 +305,13 @@ def require_name(name: str, value: str) -> str:
     return value
 
 
+def _array(name: str, values: Any) -> np.ndarray:
+    """Return values as an array; those under a mask would count again."""
+    if np.ma.is_masked(values):
+        raise InvalidInput("must have no masked values", name)
+    return np.asarray(values)
+
+
 def require_shape(name: str, array: Any, shape: Sequence[int | str | None]) -> np.ndarray:
     """Return an array whose shape fits a pattern, as `numpy.ndarray`.
 
@@ -319,7 +326,7 @@ def require_shape(name: str, array: Any, shape: Sequence[int | str | None]) -> n
     Raises
     ------
     InvalidInput
-        If the number of axes or a size differs.
+        If the number of axes or a size differs, or values are masked.
 
     Examples
     --------
@@ -328,7 +335,7 @@ def require_shape(name: str, array: Any, shape: Sequence[int | str | None]) -> n
         ...
     pipeline.validation.InvalidInput: positions must have shape (T, 15, 3) (got (4, 15, 2))
     """
-    array = np.asarray(array)
+    array = _array(name, array)
     sizes: dict[str, int] = {}
     fits = array.ndim == len(shape)
     for actual, wanted in zip(array.shape, shape, strict=False):
@@ -349,7 +356,7 @@ def require_finite(name: str, array: Any) -> np.ndarray:
     Raises
     ------
     InvalidInput
-        If a number is NaN or infinite; the sentence gives the index of the first.
+        If a number is NaN or infinite, and the sentence gives the index of the first, or masked.
 
     Examples
     --------
@@ -358,7 +365,7 @@ def require_finite(name: str, array: Any) -> np.ndarray:
         ...
     pipeline.validation.InvalidInput: weights must be finite (got nan at index 1)
     """
-    array = np.asarray(array)
+    array = _array(name, array)
     bad = ~np.isfinite(array)
     if bad.any():
         at = tuple(int(i) for i in np.argwhere(bad)[0])

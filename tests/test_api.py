@@ -9,6 +9,7 @@ import tomllib
 import zipfile
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -145,6 +146,41 @@ def test_what_is_no_recording_no_view_or_no_other_walk_is_refused(tmp_path: Path
             fit(few)
     with pytest.raises(InvalidInput, match=r"must be what read\(path\) returns \(got .*walk.c3d"):
         joints(tmp_path / "walk.c3d")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("laboratory", ["known", "unknown"])
+def test_what_gives_no_reconstruction_is_refused_in_one_sentence(laboratory: str) -> None:
+    made = walkers.walking_population(
+        np.random.default_rng(8), male=2, female=2, duration_s=3.0, frame_rate_hz=40.0
+    )
+    first, *others = (fourier.represent(positions, 40.0) for positions in made.positions_mm)
+    model = fit(others)
+    metres = fourier.represent(made.positions_mm[0] / 1000.0, 40.0)
+    for options, words in (
+        ({"hidden": WALKER15.joints}, "hidden must leave a joint"),
+        ({"noise_variance_mm2": -1.0}, "noise_variance_mm2 must be above 0"),
+        ({"noise_variance_mm2": None}, "noise_variance_mm2 must be above 0"),
+        ({"walk": metres}, r"walk must be in mm, as the model is \(got 0.000"),
+        ({"walk": first.coefficients}, r"walk must be what represent\(path\) returns"),
+        ({"walk": fourier.represent(made.positions_mm[0], 40.0, harmonics=3)}, "walk must be what"),
+        ({"model": first}, r"model must be what fit\(walks\) returns"),
+    ):
+        asked: dict[str, Any] = {"model": model, "walk": first, "laboratory": laboratory} | options
+        with pytest.raises(InvalidInput, match=words):
+            from_view(view_angle_deg=30.0, **asked)
+    with pytest.raises(InvalidInput, match="walk must be what"):
+        fit([*others, None])  # type: ignore[list-item]
+    masked = np.ma.masked_less(made.positions_mm[0], made.positions_mm[0].min() + 1.0)
+    with pytest.raises(InvalidInput, match="positions must have no masked values"):
+        fourier.represent(masked, 40.0)
+
+
+def test_a_walk_is_found_among_others() -> None:
+    made = walkers.walking_population(
+        np.random.default_rng(8), male=1, female=1, duration_s=3.0, frame_rate_hz=40.0
+    )
+    walks = [fourier.represent(positions, 40.0) for positions in made.positions_mm]
+    assert (walks.index(walks[1]), walks[0] in walks[1:], len({*walks, *walks})) == (1, False, 2)
 
 
 def test_the_ten_lines_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

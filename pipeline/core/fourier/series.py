@@ -88,9 +88,7 @@ def represent(
     -----
     Phase zero is where the fundamental of (left ankle y - right ankle y) is A sin wt with A > 0.
     """
-    positions = require_shape(
-        "positions", np.asarray(positions, dtype=float), ("T", len(WALKER15.joints), "S")
-    )
+    positions = require_shape("positions", positions, ("T", len(WALKER15.joints), "S")).astype(float)
     require_range("the frame rate", frame_rate_hz, above=0, unit="Hz")
     if frequency_hz is not None:
         require_range("the frequency", frequency_hz, above=0, unit="Hz")
