@@ -20,6 +20,7 @@ from pipeline.studies import evaluation
 from pipeline.studies.registry import MEASURES
 from pipeline.studies.replicated import DRAW, INGEST, POPULATION, Replicates, replicate
 from pipeline.studies.rows import Number, rows_of
+from pipeline.validation import InvalidInput
 
 Tables = Mapping[str, Any]
 """Tables, or mappings of columns, by name: ``zhang2007_fig5`` is the figure's ``table.csv``, and
@@ -292,9 +293,16 @@ def judge_folder(
     Raises
     ------
     InvalidInput
-        If a table differs from what was published.
+        If a table differs from what was published, or a folder is of another figure or data set.
     """
-    scales = {read_manifest(folder / f).get("scale") for f in figures if (folder / f).is_dir()}
+    scales = set()
+    for figure in figures:
+        if (folder / figure).is_dir():
+            made_as = read_manifest(folder / figure)
+            scales.add(made_as.get("scale"))
+            holds = f"{made_as.get('figure', figure)} of {made_as.get('data', data_name)}"
+            if holds != (own := f"{figure} of {data_name}"):
+                raise InvalidInput("the folder holds another result", str(folder / figure), own, holds)
     made = read_folder(folder, figures)
     return judge(_claims(figures), made, data_name, smoke=SMOKE in scales, overridden=overridden)
 

@@ -101,6 +101,17 @@ def test_small_figures_are_not_judged_wherever_they_stand(tmp_path: Path) -> Non
         assert verdicts["zhang2007_thirty_components"].agreement == told
 
 
+@pytest.mark.parametrize("made_as", [{"figure": "zhang2004_fig2"}, {"data": "optical"}])
+def test_a_folder_that_holds_another_result_is_not_judged(made_as: dict[str, str], tmp_path: Path) -> None:
+    folder = tmp_path / "zhang2007_fig2"
+    folder.mkdir()
+    for name, columns in SPECTRUM.items():
+        tables.write(folder / f"{name}.csv", columns)
+    write_manifest(folder, {"figure": "zhang2007_fig2", "data": "synthetic"} | made_as)
+    with pytest.raises(InvalidInput, match=r"zhang2007_fig2: the folder holds another result"):
+        judge_folder(tmp_path, "synthetic", ["zhang2007_fig2"])
+
+
 def test_a_table_that_was_edited_after_publication_is_not_judged(tmp_path: Path) -> None:
     folder = tmp_path / "zhang2007_fig2"
     folder.mkdir()
