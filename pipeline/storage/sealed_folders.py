@@ -225,10 +225,11 @@ def complaints_about(folder: Path, *, hashes: bool = True) -> list[str]:
     ----------
     folder : Path
     hashes : bool
-        Compare sha256, which reads every file; otherwise sizes only.
+        Compare sha256, which reads every file; otherwise sizes, and sha256 of files that are newer than the manifest.
     """
     try:
         files = read_manifest(folder)["files"].items()
+        sealed_ns = (folder / MANIFEST).stat().st_mtime_ns
     except InvalidInput as complaint:
         return [complaint.what]
     complaints = []
@@ -238,7 +239,7 @@ def complaints_about(folder: Path, *, hashes: bool = True) -> list[str]:
             complaints.append(f"{name} is missing")
         elif path.stat().st_size != fact["bytes"]:
             complaints.append(f"{name} has {path.stat().st_size} bytes, not {fact['bytes']}")
-        elif hashes and file_digest(path) != fact["sha256"]:
+        elif (hashes or path.stat().st_mtime_ns > sealed_ns) and file_digest(path) != fact["sha256"]:
             complaints.append(f"{name} sha256 differs")
     return complaints
 

@@ -816,7 +816,11 @@ def test_complaints_name_every_file(tmp_path: Path) -> None:
     (figure / "table.csv").write_bytes(content[::-1])
     (figure / "figure.svg").unlink()
     assert complaints_about(figure) == ["figure.svg is missing", "table.csv sha256 differs"]
+    sealed_ns = (figure / "manifest.json").stat().st_mtime_ns
+    os.utime(figure / "table.csv", ns=(sealed_ns, sealed_ns))
     assert complaints_about(figure, hashes=False) == ["figure.svg is missing"]
+    os.utime(figure / "table.csv", ns=(sealed_ns, sealed_ns + 1))
+    assert complaints_about(figure, hashes=False) == ["figure.svg is missing", "table.csv sha256 differs"]
     assert not is_complete(figure)
     assert not is_complete(tmp_path / "nowhere")
 
