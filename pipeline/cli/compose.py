@@ -24,8 +24,8 @@ from pipeline.studies import registry
 from pipeline.studies.experiment import Experiment
 from pipeline.validation import InvalidInput, require_name
 
-_RESULTS = re.compile(r"results=[\w./-]+")
-"""Of which nothing else in an experiment depends."""
+_RESULTS = re.compile(r"results=(?!null$)[\w./-]+")
+"""A folder on which nothing else in an experiment depends."""
 
 
 def compose(overrides: Sequence[str]) -> Experiment:
@@ -38,8 +38,9 @@ def compose(overrides: Sequence[str]) -> Experiment:
     """
 
     _indexed()
-    results = [item for item in overrides if _RESULTS.fullmatch(item)]
-    overrides = [item for item in overrides if item not in results]
+    results = [item for item in overrides if item.startswith("results=")]
+    if results := [item for item in results[-1:] if _RESULTS.fullmatch(item)]:
+        overrides = [item for item in overrides if not item.startswith("results=")]
     made: list[Experiment] = []
 
     def plain() -> Any:
@@ -135,6 +136,8 @@ def on_this_machine(experiment: Experiment) -> Experiment:
     experiment.workers = processes_for(experiment.workers)
     if not experiment.results.strip():
         raise InvalidInput("must name a folder", where="results", received="nothing")
+    if experiment.results.startswith("~"):  # a shell leaves it inside of an option
+        raise InvalidInput("must name a folder", "results", "$HOME in place of ~", experiment.results)
     # The folder of a figure is made of these three.
     require_name("name", experiment.name)
     require_name("data.name", data.name)

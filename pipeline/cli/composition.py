@@ -168,6 +168,9 @@ def run_hydra(
         status = 1 if refused else 0
 
     os.environ["HYDRA_FULL_ERROR"] = "1"  # errors reach the caller
-    sys.argv[1:] = quoted(arguments)
+    # Hydra takes overrides in one piece, flags and their words before or behind it.
+    sys.argv[1:] = sorted(
+        quoted(arguments), key=lambda item: item[0] != "-" and ("=" in item or item[0] == "~")
+    )
     one()
     return status

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from pipeline.validation import InvalidInput
+
 _WORDS = {
     "data.path", "data.pattern", "data.person", "data.mirror", "data.raw", "data.table", "data.name", "results",
     "skeleton.mapping", "input.path", "output.path", "model_folder",
@@ -28,6 +30,8 @@ def quoted(overrides: Sequence[str]) -> list[str]:
 
 def _quoted(item: str, plain: str) -> str:
     key, equals, value = item.partition("=")
+    if not key:
+        raise InvalidInput("this is not an override", expected="option=value", received=repr(item))
     if key == "skeleton" and equals:
         key = "skeleton.mapping"
     if key not in _WORDS or re.fullmatch(rf"{plain}|(['\"]).*\1|\$\{{.*\}}", value, re.DOTALL):

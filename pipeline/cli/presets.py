@@ -16,7 +16,7 @@ def split_named(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
     """Return the figures that ``experiment=a,b`` names, none if it is not given, and the other arguments."""
     of_figures = [item for item in arguments if item.startswith("experiment=")]
     named = [name for item in of_figures for name in item.partition("=")[2].split(",")]
-    return named, [item for item in arguments if item not in of_figures]
+    return list(dict.fromkeys(named)), [item for item in arguments if item not in of_figures]
 
 
 def first_comment(name: str) -> str:

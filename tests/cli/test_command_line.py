@@ -981,7 +981,8 @@ def test_a_refused_variant_ends_non_zero_and_the_others_are_made(say: Callable, 
 
 
 def test_variants_go_below_the_results_folder_that_is_named(say: Callable, tmp_path: Path) -> None:
-    said = say("-m", "experiment=zhang2007_fig2", *QUICK, f"results={tmp_path}", "data.walkers=3,4")
+    both = ("data.walkers=3,4", "--multirun")  # behind the overrides, as Hydra's own users type it
+    said = say("experiment=zhang2007_fig2", *QUICK, f"results={tmp_path}", *both)
     assert (said.status, said.err) == (0, "")
     found = sorted(path.parts[-3] for path in tmp_path.glob("scratch/*/*/zhang2007_fig2/table.csv"))
     assert [name.split(",")[0] for name in found] == ["0_data.walkers=3", "1_data.walkers=4"]

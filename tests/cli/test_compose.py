@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hydra.errors import ConfigCompositionException
 
 from pipeline.cli import composition
 from pipeline.cli.compose import _classes, _rests_on, _schema, compose, on_this_machine
@@ -89,6 +90,17 @@ def test_a_damaged_file_is_composed_again(own_cache: Path, composed: list[list[s
         del composed[:]
         assert compose(overrides) == first
         assert len(composed) == 1
+
+
+def test_the_last_folder_of_results_counts() -> None:
+    assert compose(["experiment=zhang2007_fig5", "results=one", "results=two"]).results == "two"
+    assert (
+        compose(["experiment=zhang2007_fig5", "results=one", "results='two and a half'"]).results[:4]
+        == "two "
+    )
+    for nowhere in ("results=", "results=null", "results=~/three"):
+        with pytest.raises((InvalidInput, ConfigCompositionException), match="results"):
+            compose(["experiment=zhang2007_fig5", "results=one", nowhere])
 
 
 def test_a_refusal_is_not_kept(composed: list[list[str]]) -> None:

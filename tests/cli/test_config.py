@@ -204,6 +204,7 @@ def test_every_option_says_what_it_is(group: str) -> None:
         ("sweep.view_angle_deg.start=???", ["sweep.view_angle_deg.start:", "missing"]),
         ("model.components=10,20", ["model.components=10,20", "-m in front"]),
         ("data.name=${nowhere}", ["data.name:", "nowhere"]),
+        ("=3", ["not an override", "option=value", "'=3'"]),
         ("model.components", ["not an override", "option=value", "model.components"]),
         ("model.components=[1,", ["not an override"]),
         ("~model", ["model:", "missing"]),
