@@ -272,6 +272,16 @@ def test_figures_that_do_not_belong_together_are_refused(folder: Path, changes: 
         published.measured(folder, ["zhang2007_fig6"], LAYOUT)
 
 
+def test_small_figures_and_damaged_values_do_not_reach_the_documentation(folder: Path) -> None:
+    for figure in ("zhang2007_fig3", "zhang2007_fig5"):
+        write_manifest(folder / figure, FACTS | {"scale": "smoke"})
+    with pytest.raises(InvalidInput, match=r"scale must be full \(got smoke\)"):
+        published.measured(folder, ["zhang2007_fig3", "zhang2007_fig5"], LAYOUT)
+    damaged = {"data": ["cmu"], "name": ["one"], "value": np.array(["1O"])}
+    with pytest.raises(InvalidInput, match=r"published.csv: a value is no number"):
+        published.rendered(LAYOUT, damaged)
+
+
 def test_a_place_without_a_table_is_refused() -> None:
     with pytest.raises(InvalidInput, match="the markers in the text"):
         published.insert("no place", {"walks": "| |"})

@@ -12,6 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from pipeline import papers
@@ -19,7 +20,7 @@ from pipeline.papers import Agreement, Beyond, Kind, placeholders
 from pipeline.storage import tables
 from pipeline.storage.sealed_folders import read_manifest
 from pipeline.studies.ledger import judge, numbers_of, read_folder
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_choice
 
 COLUMNS = ("data", "scale", "commit", "figure", "name", "value", "unit")
 
@@ -40,7 +41,7 @@ def measured(folder: Path, figures: Sequence[str], layout: Mapping[str, Any]) ->
     Raises
     ------
     InvalidInput
-        If nothing is published there, figures were made by different commits, or by a changed checkout.
+        If nothing is published there, figures are small, or were made by different commits or by a changed checkout.
     """
     manifests = [read_manifest(folder / figure) for figure in figures if (folder / figure).is_dir()]
     made = {(m["data"], m["scale"], m["provenance"]["commit"]) for m in manifests}
@@ -51,6 +52,7 @@ def measured(folder: Path, figures: Sequence[str], layout: Mapping[str, Any]) ->
             received="; ".join(" ".join(map(str, item)) for item in sorted(made)),
         )
     data_name, scale, commit = made.pop()
+    require_choice("scale", scale, ["full"])
     if any(manifest["provenance"]["dirty"] for manifest in manifests):
         raise InvalidInput(
             "figures were made by a checkout with changes",
@@ -111,6 +113,8 @@ Cells = tuple[list[str], list[list[str]]]
 def filled(layout: Mapping[str, Any], published: Mapping[str, Any]) -> dict[str, Cells]:
     """Return each table with its numbers, from the columns of the file; rows of which nothing is known are left out."""
     values: dict[str, dict[str, float]] = {}
+    if np.asarray(published["value"]).dtype.kind not in "if":
+        raise InvalidInput("a value is no number", where="results/published.csv")
     for data_name, name, value in zip(
         published["data"], published["name"], map(float, published["value"]), strict=True
     ):
