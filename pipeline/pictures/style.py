@@ -176,6 +176,9 @@ def finish(figure: Figure, path_stem: Path, caption: str, *, header: float = 0.0
         raise InvalidInput("the folder of the figure does not exist", where=str(path_stem.parent))
     engine = figure.get_layout_engine()
     assert isinstance(engine, ConstrainedLayoutEngine)
+    figure.set_figheight(
+        max(figure.get_figheight(), 2.5 * header)
+    )  # a legend of many lines leaves room for axes
     engine.set(rect=(0, 0, 1, 1 - header / figure.get_figheight()))
     # The solver of the layout leaves the last bits of a place to chance, and the vector file would show them.
     engine.execute(figure)

@@ -137,6 +137,16 @@ def test_one_legend_names_every_series_once(tmp_path: Path) -> None:
     assert strokes(tmp_path / "a.svg").count(hex_colour("map").lower()) == 3
 
 
+def test_a_legend_of_many_lines_leaves_room_for_the_curves(tmp_path: Path) -> None:
+    names = [f"a variant with a long name, number {number}" for number in range(12)]
+    table = pd.DataFrame({"angle": [0, 30] * 12, "method": np.repeat(names, 2), "error": np.arange(24.0)})
+    styles = {name: Style(name) for name in names}
+    of_table(tmp_path / "few", replace(ERROR, styles={names[0]: styles[names[0]]}), table=table[:2])
+    of_table(tmp_path / "many", replace(ERROR, styles=styles), table=table)  # a warning is an error
+    heights = [size_of_png(tmp_path / f"{name}.png")[1] for name in ("few", "many")]
+    assert heights[1] > 1.5 * heights[0]
+
+
 def test_names_on_the_abscissa_are_points_with_whiskers_side_by_side(tmp_path: Path) -> None:
     table = TABLE.assign(error_low=TABLE["error"] - 0.5, error_high=TABLE["error"] + 0.5)
     words = {"0": "front", "30": "oblique", "60": "side"}
