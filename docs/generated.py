@@ -351,6 +351,7 @@ LIBRARY = {
         "joints",
         "represent",
         "fit",
+        "calibrate",
         "from_view",
         "to_dataframe",
         "to_xarray",

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipeline import formats, mappings
+from pipeline import mappings
 from pipeline.clips.options import Steady
 from pipeline.clips.usable import RawClip, report_row
 from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
@@ -17,6 +17,7 @@ from pipeline.core import anatomical, camera, fourier, linear_model, walking
 from pipeline.core.fourier import FourierRepresentation
 from pipeline.core.linear_model import LinearModel
 from pipeline.core.reconstruction import from_known_views
+from pipeline.formats import read as read
 from pipeline.ingestion.corpus import joints_of
 from pipeline.shortened import shortened
 from pipeline.skeleton import WALKER15
@@ -47,11 +48,6 @@ class WalkersModel(LinearModel):
 
     samples: np.ndarray
     laboratory: Sequence[np.ndarray] = ()
-
-
-def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
-    """Read a motion file of any format: see `pipeline.formats.read`."""
-    return formats.read(path, frame_rate_hz=frame_rate_hz, units=units)
 
 
 def joints(
@@ -168,7 +164,7 @@ def _sample(walk: FourierRepresentation) -> np.ndarray:
     coefficients = getattr(walk, "coefficients", np.empty(0))
     if coefficients.shape != (5, 15, 3):
         raise InvalidInput("must be what represent(path) returns", where="walk", received=repr(walk))
-    return linear_model.flatten(coefficients[None])[0]
+    return coefficients.ravel()
 
 
 def _require_other(model: WalkersModel, walk: FourierRepresentation) -> None:

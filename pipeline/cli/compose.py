@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import MISSING, fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass, replace
 from enum import Enum
 from functools import cache
 from pathlib import Path
@@ -18,7 +18,7 @@ from pipeline.ingestion.data import DATA_SETS, FolderData
 from pipeline.processes import processes_for, usable_cores
 from pipeline.resources import CONF, PACKAGE
 from pipeline.storage import user_cache
-from pipeline.storage.provenance import versions
+from pipeline.storage.provenance import FOLDERS, versions
 from pipeline.storage.sealed_folders import TYPE, canonical, digest
 from pipeline.studies import registry
 from pipeline.studies.experiment import Experiment
@@ -80,6 +80,24 @@ def _whole(value: Any, hint: Any = Experiment) -> Any:
         return kind[value["name"]]
     hints = _classes()[kind]
     return kind(**{name: _whole(item, hints[name]) for name, item in value.items() if name != TYPE})
+
+
+def with_options(experiment: Experiment, kept: Mapping[str, Any]) -> Experiment:
+    """Return an experiment with the options that a published figure's manifest keeps, folders as they are here.
+
+    Raises
+    ------
+    InvalidInput
+        If this version does not have one of the options.
+    """
+    try:
+        found = _whole({**canonical(experiment), **kept})
+    except (KeyError, StopIteration, TypeError) as error:
+        what = "options are not those of this version"
+        raise InvalidInput(what, where=experiment.name, received=str(error)) from error
+    for name in FOLDERS & vars(found.data).keys():
+        setattr(found.data, name, getattr(experiment.data, name))
+    return replace(found, results=experiment.results, workers=experiment.workers)
 
 
 def _named(hint: Any) -> tuple[type[Any], ...]:

@@ -6,7 +6,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from pipeline.cli.compose import compose
+from pipeline.cli.compose import compose, with_options
 from pipeline.cli.figures import make_figures
 from pipeline.cli.summary import open_console
 from pipeline.storage import agreement, archive, provenance
@@ -62,13 +62,9 @@ def computed_again(folder: Path, only: str = "") -> list[str]:
     with tempfile.TemporaryDirectory(prefix="verify-") as results:
         jobs = []
         for place, manifest in kept.items():
-            plain = ["figure.picture=false", "figure.recording=false", f"results={results}"]
-            preset = [
-                f"experiment={manifest['figure']}",
-                f"data={manifest['data']}",
-                f"seed={manifest['seed']}",
-            ]
-            made = compose([*preset, f"scale={manifest['scale']}", *plain])
+            preset = [f"experiment={manifest['figure']}", f"data={manifest['data']}", f"results={results}"]
+            made = with_options(compose(preset), manifest["configuration"])
+            made.figure.picture = made.figure.recording = False
             jobs.append((made, Path(results) / manifest["data"] / manifest["scale"] / place.name))
         told += make_figures(jobs, console=out)
         for place, (_, made_in) in zip(kept, jobs, strict=True):

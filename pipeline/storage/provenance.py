@@ -78,9 +78,13 @@ def provenance() -> dict[str, Any]:
     }
 
 
+FOLDERS = {"mirror", "raw", "path"}
+"""Options of data that name folders of this machine."""
+
+
 def without_paths(configuration: dict[str, Any]) -> dict[str, Any]:
     """Return the configuration with folders of this machine reduced to their last name."""
     data = dict(configuration["data"])
-    for option in {"mirror", "raw", "path"} & {name for name, value in data.items() if value}:
+    for option in FOLDERS & {name for name, value in data.items() if value}:
         data[option] = Path(data[option]).name
     return {**configuration, "data": data, "results": Path(configuration["results"]).name}

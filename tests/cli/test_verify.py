@@ -9,12 +9,15 @@ from typing import Any
 import pytest
 
 from pipeline.cli import verify as module
+from pipeline.cli.compose import compose, with_options
 from pipeline.cli.main import command
 from pipeline.report.light import keep_light
-from pipeline.storage.sealed_folders import digest
+from pipeline.storage.sealed_folders import canonical, digest
 from pipeline.validation import InvalidInput
 from tests.report.planted import CLAIM, plant, view_errors
 
+asked: list[Any] = []
+"""The experiments that were made again last."""
 FIGURES = ["zhang2007_fig5", "mozerov2006_fig1"]
 
 
@@ -25,7 +28,8 @@ def archived(tmp_path: Path) -> Path:
     lock.write_text("numpy==2.4.6\n")
     made: dict[str, Any] = {"scale": "full", "lock_sha256": digest(lock.read_bytes())}
     for name in FIGURES:
-        plant(tmp_path / "synthetic" / "full" / name, claims=CLAIM, **made)
+        kept = canonical(compose([f"experiment={name}", "seed=5", "data.walkers=7"]))
+        plant(tmp_path / "synthetic" / "full" / name, claims=CLAIM, configuration=kept, **made)
     light = tmp_path / "light"
     facts: dict[str, Any] = {"date": "2026-11-22", "commit": "f" * 40, "dirty": False, "lock": lock}
     keep_light(tmp_path / "synthetic" / "full", light / "synthetic", FIGURES, **facts)
@@ -35,10 +39,12 @@ def archived(tmp_path: Path) -> Path:
 def making(monkeypatch: pytest.MonkeyPatch, off: float) -> list[str]:
     """Plant, instead of making a figure, one whose errors are off by a factor; return the names, once made."""
     names: list[str] = []
+    asked.clear()
 
     def make(jobs: Sequence[tuple[Any, Path]], *, console: Any) -> list[str]:
         for experiment, folder in jobs:
             names.append(f"{experiment.name} {experiment.data.name} {experiment.scale.name}")
+            asked.append(experiment)
             errors = [value * off for value in view_errors()["absolute_error_mm2"]]
             plant(folder, table=view_errors() | {"absolute_error_mm2": errors}, claims=CLAIM)
         return []
@@ -55,6 +61,7 @@ def test_figures_are_made_again_and_agree(
     assert sorted(names) == ["mozerov2006_fig1 synthetic full", "zhang2007_fig5 synthetic full"]
     said = capsys.readouterr().out
     assert "every file is as it was kept" in said
+    assert {(one.seed, one.data.walkers, one.figure.picture) for one in asked} == {(5, 7, False)}
     assert said.count("tables agree") == 2
     assert "made by ffffffffffff, computed again by" in said
 
@@ -78,3 +85,9 @@ def test_nothing_is_computed_of_a_changed_archive_or_of_a_figure_that_is_not_in_
     (archived / "synthetic" / "zhang2007_fig5" / "table.csv").write_text("method\nmap\n")
     assert command("verify")([str(archived), "rerun=1"]) == 1
     assert names == []
+
+
+@pytest.mark.parametrize("kept", [{"of_tomorrow": 1}, {"sweep": {"<type>": "Forgotten"}}])
+def test_options_of_another_version_are_not_made_again(kept: dict[str, Any]) -> None:
+    with pytest.raises(InvalidInput, match="zhang2007_fig5: options are not those of this version"):
+        with_options(compose(["experiment=zhang2007_fig5"]), kept)
