@@ -38,7 +38,12 @@ REDUCED = (
 )  # fmt: skip
 
 SIZES = {
-    "zhang2007_fig6": ("scale.view_step_deg=60", "sweep.published_views_deg=[]", "data.population=80"),
+    "zhang2007_fig6": (
+        "scale.view_step_deg=60",
+        "scale.populations=3",
+        "sweep.published_views_deg=[]",
+        "data.population=80",
+    ),
     "park2011_fig4": ("sweep.cameras=[still,moving]", "sweep.clips=12", "sweep.time_limit_s=0"),
 }
 

@@ -281,7 +281,7 @@ def test_the_mirror_of_the_environment_does_not_make_a_scratch_run(monkeypatch: 
 @pytest.mark.parametrize("name", presets())
 def test_a_preset_puts_together_what_belongs_together(name: str) -> None:
     """Figure, sweep, model and dataset are of one study, or the experiment would be refused."""
-    experiment = composed(f"experiment={name}", "scale=full", "data=synthetic")
+    experiment = composed(f"experiment={name}")
     experiment.validate()
     assert isinstance(experiment.figure, Figure)
     assert isinstance(experiment.sweep, experiment.figure.sweep)

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.cli import recipes as module
-from pipeline.cli.compose import compose
+from pipeline.cli.compose import _rests_on, compose
 from pipeline.cli.presets import presets
 from pipeline.cli.recipes import recipe, recipes
 from pipeline.resources import CONF, PACKAGE
@@ -22,7 +22,10 @@ FIGURE = ["experiment=zhang2007_fig2", "scale=smoke"]
 
 @pytest.fixture
 def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """The figures whose recipes were made, in turn, with a cache of the test's own."""
+    """The figures whose recipes were made, in turn, with a cache of the test's own, which knows compositions alone."""
+    composed = user_cache.place() / _rests_on()
+    if composed.is_dir():
+        copy_tree(composed, tmp_path / "cache" / composed.name, ".*")
     monkeypatch.setenv("GAIT_PIPELINE_CACHE", str(tmp_path / "cache"))
     names: list[str] = []
 
@@ -37,7 +40,7 @@ def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
 def test_a_kept_recipe_is_that_of_the_experiment(asked: list[str]) -> None:
     first, second = recipes([], ["scale=smoke"]), recipes([], ["scale=smoke"])
     assert sorted(asked) == presets()
-    assert second == first == [recipe(compose([f"experiment={one.name}", "scale=smoke"])) for one in first]
+    assert second == first == [recipe(compose(["scale=smoke", f"experiment={one.name}"])) for one in first]
     assert all(one.steps and not one.lacking for one in first)
 
 
