@@ -185,13 +185,22 @@ def written(case: Case, folder: Path, given: Path, say: Callable, patch: pytest.
     return names
 
 
+@pytest.fixture(scope="module")
+def all_names() -> dict[str, set[str]]:
+    """Names of the files that each call writes, once it was tried."""
+    return {}
+
+
 @pytest.mark.parametrize("linked", [False, True], ids=["files", "links"])
 @pytest.mark.parametrize(("command", "case"), CALLS)
 def test_files_of_others_under_all_names_are_found_again(
     command: str, case: Case, linked: bool, given: Path, tmp_path: Path, say: Callable,
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: pytest.MonkeyPatch, all_names: dict[str, set[str]],
 ) -> None:  # fmt: skip
-    names = written(case, tmp_path / "own", given, say, monkeypatch)
+    call_id = f"{command}{CASES[command].index(case)}"
+    if call_id not in all_names:
+        all_names[call_id] = written(case, tmp_path / "own", given, say, monkeypatch)
+    names = all_names[call_id]
     folder, aside = tmp_path / "others", tmp_path / "aside"
     folder.mkdir()
     aside.mkdir()
