@@ -27,22 +27,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis.configuration import set_hypothesis_home_dir
-from rich.console import Console
 
-from pipeline import papers
-from pipeline.cli import main as command_line
-from pipeline.cli.compose import compose
-from pipeline.cli.figures import make_figure, make_figures
-from pipeline.cli.presets import presets
-from pipeline.cli.summary import Outcome
-from pipeline.storage import tables
-from pipeline.storage.store import Store
-from tests.processes import python
+# Imported where it is used: the process that gives out tests to others needs none of it, and they wait for it.
+if TYPE_CHECKING:
+    from pipeline.cli.summary import Outcome
 
 # A shell starts what runs in its background deaf to SIGINT, and children inherit that: tests that interrupt would wait.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -92,6 +86,7 @@ class Said:
 @pytest.fixture
 def say(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Said]:
     """``say("experiment=…", …)``: the command line, in this process."""
+    from pipeline.cli import main as command_line
 
     def say(*arguments: str) -> Said:
         monkeypatch.setattr(sys, "argv", ["pipeline"])
@@ -107,6 +102,9 @@ def say(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> 
 @pytest.fixture
 def figure() -> Callable[..., Outcome]:
     """``figure(results, name, *overrides)``: one figure below `results`, by a store that remembers nothing."""
+    from pipeline.cli.compose import compose
+    from pipeline.cli.figures import make_figure
+    from pipeline.storage.store import Store
 
     def figure(results: Path, name: str, *overrides: str, quick: bool = True) -> Outcome:
         given = [f"experiment={name}", f"results={results}", *(QUICK if quick else ()), *overrides]
@@ -121,6 +119,14 @@ def synthetic_tables(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict
 
     ``table.csv`` goes by the figure's name alone.  Figures that no claim of a paper rests on are not among them.
     """
+    from rich.console import Console
+
+    from pipeline import papers
+    from pipeline.cli.compose import compose
+    from pipeline.cli.figures import make_figures
+    from pipeline.cli.presets import presets
+    from pipeline.storage import tables
+
     results = tmp_path_factory.mktemp("synthetic")
     coarse = [
         "data=synthetic", "scale=full", "scale.view_step_deg=15", "scale.sigma2_step_mm2=23", "scale.populations=2",
@@ -146,6 +152,8 @@ def synthetic_tables(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict
 @pytest.fixture(scope="session")
 def smoke_results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Results folder of every preset at ``scale=smoke``, with pictures and recordings, made by the command line."""
+    from tests.processes import python
+
     results = tmp_path_factory.mktemp("smoke")
     command = ["-m", "pipeline", "figures", "scale=smoke", f"results={results}"]
     made = python(*command)

@@ -7,9 +7,12 @@ import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+import threading
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import TextIO
 
 from pipeline.storage.sealed_folders import complaints_about
 
@@ -47,6 +50,70 @@ def started(
                 with suppress(ProcessLookupError, PermissionError):
                     os.killpg(process.pid, signal.SIGKILL)
             process.kill()
+
+
+class Forked:
+    """A fork of this process in a session of its own, with what it writes to its standard streams.
+
+    It is a program that has imported everything: to start Python and import anew would take longer than most runs.
+    """
+
+    def __init__(self, main: Callable[[], int]) -> None:
+        out, err = os.pipe(), os.pipe()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DeprecationWarning)  # of forks beside threads, which stay behind
+            self.pid = os.fork()
+        if self.pid == 0:
+            self._run(main, out[1], err[1])
+        os.close(out[1])
+        os.close(err[1])
+        self.returncode: int | None = None
+        self.stdout: TextIO = os.fdopen(out[0])
+        self.stderr: TextIO = os.fdopen(err[0])
+
+    @staticmethod
+    def _run(main: Callable[[], int], out: int, err: int) -> None:
+        status = 70
+        try:
+            os.setsid()
+            for number, stream in enumerate((os.open(os.devnull, os.O_RDONLY), out, err)):
+                os.dup2(stream, number)
+                os.close(stream)
+            sys.stdout, sys.stderr = open(1, "w", closefd=False), open(2, "w", closefd=False)  # noqa: SIM115
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+            signal.signal(signal.SIGTERM, signal.SIG_DFL)
+            status = main()
+            sys.stdout.flush()
+            sys.stderr.flush()
+        finally:
+            os._exit(status)
+
+    def send_signal(self, number: int) -> None:
+        os.kill(self.pid, number)
+
+    def communicate(self) -> tuple[str, str]:
+        """What else it writes, until it and all that it started have ended; its status is then known."""
+        patience = threading.Timer(WAIT_S, os.killpg, (self.pid, signal.SIGKILL))
+        patience.start()
+        said = self.stdout.read(), self.stderr.read()  # little enough for the pipe of the second
+        patience.cancel()
+        self.returncode = os.waitstatus_to_exitcode(os.waitpid(self.pid, 0)[1])
+        return said
+
+
+@contextmanager
+def forked(main: Callable[[], int]) -> Iterator[Forked]:
+    """A fork that runs `main` and ends with what it returns; it and what it started are gone afterwards."""
+    process = Forked(main)
+    try:
+        yield process
+    finally:
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(process.pid, signal.SIGKILL)
+        if process.returncode is None:
+            os.waitpid(process.pid, 0)
+        process.stdout.close()
+        process.stderr.close()
 
 
 def finished(

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import errno
+import functools
 import hashlib
+import importlib
 import importlib.util
 import os
 import re
@@ -11,14 +13,17 @@ import shutil
 import signal
 import sys
 import textwrap
-from collections.abc import Callable, Mapping
+import time
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from subprocess import CompletedProcess
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from pipeline.cli import main as command_line
 from pipeline.cli.main import COMMANDS
 from pipeline.cli.options import filled
 from pipeline.cli.presets import presets
@@ -28,7 +33,7 @@ from pipeline.skeleton import WALKER15
 from pipeline.storage import sealed_folders, store, tables
 from pipeline.synthetic.walkers import WalkingPopulation, walking_population
 from pipeline.validation import InvalidInput
-from tests.processes import WAIT_S, is_complete, python, started
+from tests.processes import forked, is_complete, python
 
 ROOT = Path(__file__).resolve().parents[2]
 FIXTURES = ROOT / "tests" / "fixtures"
@@ -800,35 +805,31 @@ def test_a_recording_cut_short_by_a_full_disk_is_not_published(tmp_path: Path) -
 # --- interruptions ----------------------------------------------------------------------------------------
 
 
-SLOW = """
-    import functools, sys, time
-    from pipeline.cli import main as command_line
-    import {module}
-
-    really = {owner}.{function}
+def stopping_after(module: str, function: str, arguments: Sequence[str]) -> int:
+    """The command line with a function that does its work, says that it is there, and never ends."""
+    *above, name = function.split(".")
+    owner = functools.reduce(getattr, above, importlib.import_module(module))
+    really = getattr(owner, name)
 
     @functools.wraps(really)
-    def slow(*arguments, **options):
-        made = really(*arguments, **options)
+    def slow(*arguments: Any, **options: Any) -> None:
+        really(*arguments, **options)
         print("here", flush=True)
         while True:  # a signal that comes just before a sleep is only noticed after it
             time.sleep(0.01)
 
-    {owner}.{function} = slow
-    sys.exit(command_line.main(sys.argv[1:]))
-"""
+    setattr(owner, name, slow)
+    return command_line.main(arguments)
 
 
 def interrupted(module: str, function: str, number: int, *arguments: str) -> tuple[int, str]:
     """Exit status and last words of a run that gets a signal after a function has done its work."""
-    owner, _, name = f"{module}.{function}".rpartition(".")
-    script = textwrap.dedent(SLOW).format(module=module, owner=owner, function=name)
-    with started([sys.executable, "-c", script, *arguments]) as process:
-        assert process.stdout is not None
+    with forked(lambda: stopping_after(module, function, arguments)) as process:
         line = process.stdout.readline()
         process.send_signal(number)
-        _, err = process.communicate(timeout=WAIT_S)
+        _, err = process.communicate()
         assert line == "here\n", err
+        assert process.returncode is not None
         return process.returncode, err
 
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import functools
 import os
 import signal
-import sys
-import textwrap
 import time
 from collections.abc import Callable
 from io import StringIO
@@ -17,6 +15,8 @@ import pytest
 from rich.console import Console
 
 from pipeline import processes
+from pipeline.cli import main as command_line
+from pipeline.cli import pool
 from pipeline.cli.compose import compose
 from pipeline.cli.pool import make_side_by_side
 from pipeline.cli.presets import presets
@@ -25,7 +25,7 @@ from pipeline.cli.summary import Failure
 from pipeline.papers import PAPERS
 from pipeline.processes import CAN_FORK, map_processes, processes_for
 from pipeline.studies.walks.known_view import KnownView
-from tests.processes import WAIT_S, is_complete, started
+from tests.processes import forked, is_complete
 
 pytestmark = pytest.mark.thorough
 
@@ -124,31 +124,25 @@ def test_a_bug_in_one_figure_is_shown_and_the_others_go_on(
         assert "zhang2007_fig2" in said.out
 
 
-SLEEPING = """
-    import functools, sys, time
-    from pipeline.cli import main as command_line
-    from pipeline.studies.walks.known_view import KnownView
+def sleeping(arguments: list[str]) -> int:
+    """The command line whose sweep of walks says that it is there, and never ends."""
 
     @functools.wraps(KnownView.measure)
-    def asleep(self, inputs):
+    def asleep(self: KnownView, inputs: object) -> None:
         print("here", flush=True)
         while True:  # a signal that comes just before a sleep is only noticed after it
             time.sleep(0.01)
 
-    KnownView.measure = asleep
-    sys.exit(command_line.main(sys.argv[1:]))
-"""
+    KnownView.measure = asleep  # type: ignore[assignment, method-assign]
+    return command_line.main(arguments)
 
 
-LOSING = """
-    import functools, sys, time
-    from pipeline.cli import main as command_line, pool
-    from pipeline.studies.walks.known_view import KnownView
-
+def losing(arguments: list[str]) -> int:
+    """The command line whose sweep of walks loses its first interrupt, as within a callback of a library."""
     pool.TIMES = 10_000  # however busy the machine is
 
     @functools.wraps(KnownView.measure)
-    def asleep(self, inputs):
+    def asleep(self: KnownView, inputs: object) -> None:
         said = lost = False
         try:
             while True:
@@ -160,13 +154,12 @@ LOSING = """
                 except KeyboardInterrupt:
                     if lost:
                         raise
-                    lost = True  # as within a callback of a library
+                    lost = True
         finally:
             print("tidied", flush=True)
 
-    KnownView.measure = asleep
-    sys.exit(command_line.main(sys.argv[1:]))
-"""
+    KnownView.measure = asleep  # type: ignore[assignment, method-assign]
+    return command_line.main(arguments)
 
 
 @needs_fork
@@ -174,11 +167,10 @@ def test_an_interrupt_that_is_lost_comes_again(tmp_path: Path) -> None:
     arguments = [
         "figures", "experiment=zhang2007_fig4,zhang2007_fig5", *QUICK, f"results={tmp_path}", "workers=2"
     ]  # fmt: skip
-    with started([sys.executable, "-c", textwrap.dedent(LOSING), *arguments]) as process:
-        assert process.stdout is not None
+    with forked(lambda: losing(arguments)) as process:
         assert process.stdout.readline() == "here\n"
         process.send_signal(signal.SIGTERM)
-        out, _ = process.communicate(timeout=WAIT_S)
+        out, _ = process.communicate()
         assert "tidied" in out, "it was told again, and not killed"
     assert process.returncode == 130
     assert list(tmp_path.rglob(".*")) == []
@@ -210,13 +202,12 @@ def test_a_signal_ends_all_processes_and_the_next_run_goes_on(
     arguments = [
         "figures", "experiment=zhang2007_fig2,zhang2007_fig5", *QUICK, f"results={tmp_path}", "workers=2"
     ]  # fmt: skip
-    with started([sys.executable, "-c", textwrap.dedent(SLEEPING), *arguments]) as process:
-        assert process.stdout is not None
+    with forked(lambda: sleeping(arguments)) as process:
         first, second = sorted(process.stdout.readline() for _ in range(2))
         assert first.startswith("1/2 zhang2007_fig2: "), "a line as soon as a figure is finished"
         assert second == "here\n"
         whom(process.pid, number)
-        _, err = process.communicate(timeout=WAIT_S)
+        _, err = process.communicate()
         if number == signal.SIGKILL:
             while not none_is_left(process.pid):
                 time.sleep(0.01)
