@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Protocol
@@ -20,7 +21,7 @@ MOST_JOINTS = 2000
 
 
 LEAP, ABOUT = 0.2, 1.5
-"""Distance from the origin to where a point is before or after, and to the middle of the body, above which a point
+"""Distance from a placeholder to where a point is before or after, and to the middle of the body, above which a point
 there was not seen: over the root mean square distance of points from their middle, some 500 mm of a body."""
 
 
@@ -132,35 +133,41 @@ def motion_capture(
     )
 
 
-def leave_out_origin(positions_mm: np.ndarray, notes: list[str]) -> None:
-    """Make samples at exactly (0, 0, 0) NaN, in place, where a point leaps there: many programs write gaps so.
+def leave_out_placeholders(positions: np.ndarray, notes: list[str], millimetres: float = 1.0) -> None:
+    """Make samples (T, P, 3) of one number in all coordinates NaN, in place, where a point leaps there.
 
-    A root that begins there is kept, and one that stays there if the body is about it.  All are lengths over the spread
-    of the points, for their unit may be another.
+    Many programs write gaps so: as 0, 999, -9999 or 1e6.  A root that begins there is kept, and one that stays there if
+    the body is about it, and so is what stands only once, unless it is 0.  All are lengths over the spread of the
+    points, for their unit may be another; `millimetres` are those of one unit of the file, for the notes.
     """
-    at = (positions_mm == 0).all(axis=-1)
-    seen = ~at & np.isfinite(positions_mm).all(axis=-1)
+    at = (positions == positions[..., :1]).all(axis=-1)
+    numbers, place, count = np.unique(positions[at][:, 0], return_inverse=True, return_counts=True)
+    at[at] = ((count > 1) | (numbers == 0))[place]
+    seen = ~at & np.isfinite(positions).all(axis=-1)
     frames = seen.sum(axis=1) > 1
     if not at.any() or not frames.any():
         return
     weight = seen[frames] / seen[frames].sum(axis=1, keepdims=True)
-    points = np.nan_to_num(positions_mm[frames])
+    points = np.nan_to_num(positions[frames])
     middle = np.einsum("tp,tpx->tx", weight, points)
     spread = np.sqrt(np.einsum("tp,tpx->t", weight, (points - middle[:, None]) ** 2))
-    size, away = np.median(spread), np.median(np.linalg.norm(middle, axis=-1))
-    found = 0
+    size = np.median(spread)
+    found: list[float] = []
     for point in np.flatnonzero(at.any(axis=0)):
-        zeros, known = np.flatnonzero(at[:, point]), np.flatnonzero(seen[:, point])
+        rows, known = np.flatnonzero(at[:, point]), np.flatnonzero(seen[:, point])
+        there = positions[rows, point]
         if known.size:
-            k = np.searchsorted(known, zeros)
-            beside = positions_mm[known[np.clip([k - 1, k], 0, known.size - 1)], point]
-            zeros = zeros[np.linalg.norm(beside, axis=-1).max(axis=0) > LEAP * size]
-        elif away < ABOUT * size:
-            continue
-        positions_mm[zeros, point] = np.nan
-        found += zeros.size
-    if found:
-        notes.append(f"{found} samples lie exactly at the origin and are taken as missing.")
+            k = np.searchsorted(known, rows)
+            beside = positions[known[np.clip([k - 1, k], 0, known.size - 1)], point]
+            leaps = np.linalg.norm(beside - there, axis=-1).max(axis=0) > LEAP * size
+        else:
+            away = np.median(np.linalg.norm(middle - there[0], axis=-1))
+            leaps = (there[:, 0] == there[0, 0]) & (away >= ABOUT * size)
+        positions[rows[leaps], point] = np.nan
+        found += (there[leaps, 0] / millimetres).tolist()
+    for number, times in sorted(Counter(found).items()):
+        where = "lie exactly at the origin" if number == 0 else f"are {number:.6g} in every coordinate"
+        notes.append(f"{times} samples {where} and are taken as missing.")
 
 
 def harmless(name: str) -> str:

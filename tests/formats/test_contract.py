@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pipeline import formats
+from pipeline.formats import c3d
 from pipeline.formats.contract import motion_capture
 from pipeline.formats.points import csv, trc
 from pipeline.validation import InvalidInput
@@ -157,6 +158,20 @@ def test_gaps_may_be_written_as_zeros(tmp_path: Path, suffix: str, unit: float) 
     assert motion.names == ("LASI", "RASI", "root", "LKNE", "RKNE")
     assert np.argwhere(~motion.valid).tolist() == [[0, 0], [5, 1], [6, 1], [7, 1], [18, 1], [19, 1]]
     assert any("26 samples lie exactly at the origin" in note for note in motion.notes)
+
+
+@pytest.mark.parametrize("suffix", ["csv", "trc", "c3d"])
+@pytest.mark.parametrize("number", [999.0, -9999.0, 1e6])
+def test_gaps_may_be_written_as_a_number_that_is_no_place(tmp_path: Path, suffix: str, number: float) -> None:
+    positions = np.random.default_rng(1).normal(300.0, 200.0, (1, 6, 3)) + np.arange(20.0)[:, None, None]
+    positions[5:8, 1] = positions[18:, 1] = positions[:, 2] = number
+    positions[4, 0] = 300.0  # all the same, but a place, and but once
+    path, names = tmp_path / f"walk.{suffix}", ["LASI", "RASI", "SACR", "LTHI", "LKNE", "RKNE"]
+    {"csv": csv, "trc": trc, "c3d": c3d}[suffix].write(path, names, positions, 100.0)
+    motion = formats.read(path)
+    assert motion.names == ("LASI", "RASI", "LTHI", "LKNE", "RKNE")
+    assert np.argwhere(~motion.valid).tolist() == [[5, 1], [6, 1], [7, 1], [18, 1], [19, 1]]
+    assert f"25 samples are {number:.6g} in every coordinate and are taken as missing." in motion.notes
 
 
 def test_a_root_that_stays_at_the_origin_is_kept(tmp_path: Path) -> None:

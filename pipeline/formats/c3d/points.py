@@ -18,7 +18,7 @@ from pipeline.formats.c3d.header import Header, floats, integers, read_header
 from pipeline.formats.c3d.layout import find_layout
 from pipeline.formats.c3d.parameters import Parameters, read_parameters
 from pipeline.formats.c3d.rotations import segment_origins
-from pipeline.formats.contract import LARGEST, damaged, leave_out_origin, motion_capture, read_bytes
+from pipeline.formats.contract import LARGEST, damaged, leave_out_placeholders, motion_capture, read_bytes
 from pipeline.formats.text import millimetres_in, unit_of
 from pipeline.skeleton.recorded import MotionCapture
 
@@ -71,7 +71,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     positions[~valid] = np.nan
     if beyond := int(np.count_nonzero(measured & ~valid)):
         notes.append(f"{beyond} samples declared as measured are not numbers or lie beyond any laboratory.")
-    leave_out_origin(positions, notes)
+    leave_out_placeholders(positions, notes, millimetres)
     return motion_capture(names, positions, rate, unit, notes)
 
 

@@ -16,6 +16,9 @@ MOST_FRAMES = 10_000_000
 MOST_PAIRS = 20_000_000
 """Of people in a frame, each with each, summed over frames: so many are compared to follow who walks."""
 
+FAR = 2.2
+"""Distance from the middle of a person's points, to their root mean square distance, beyond which there are none."""
+
 
 @shortened
 @dataclass(frozen=True)
@@ -90,7 +93,8 @@ def detections(
 
     Notes
     -----
-    A point at (0, 0) or (-1, -1), of no confidence, or not finite is missing.
+    A point at (0, 0) or (-1, -1), of no confidence, or not finite is missing; so is one of a number that stands again
+    and again in both coordinates, far from the others of the person (999, -9999).
     """
     counts = sorted({len(row) for _, _, row in rows})
     if not counts:
@@ -119,7 +123,10 @@ def detections(
     with np.errstate(invalid="ignore"):
         missing = ~np.isfinite(points).all(axis=-1) | (np.abs(points) > LARGEST_PX).any(axis=-1)
         missing |= (points == 0.0).all(axis=-1) | (points == -1.0).all(axis=-1) | ~(confidence > 0)
-    points[missing], confidence[missing] = np.nan, 0.0
+    points[missing] = np.nan
+    notes = [*notes, *_leave_out_placeholders(points)]
+    missing = np.isnan(points[..., 0])
+    confidence[missing] = 0.0
     if missing.all():
         raise damaged("every keypoint is missing", where, "coordinates of a person", "0, -1 or nothing")
     return Detections(
@@ -134,6 +141,24 @@ def detections(
         image_size=image_size,
         notes=tuple(notes),
     )
+
+
+def _leave_out_placeholders(points: np.ndarray) -> list[str]:
+    """Make points (N, K, 2) of one number that is no place NaN, in place; return notes on them."""
+    at = points[..., 0] == points[..., 1]
+    numbers, which, count = np.unique(points[at][:, 0], return_inverse=True, return_counts=True)
+    at[at] = (count > 1)[which]
+    seen = ~at & np.isfinite(points).all(axis=-1)
+    weight = seen[..., None] / np.maximum(seen.sum(axis=1), 1)[:, None, None]
+    off = np.nan_to_num(points) - (weight * np.nan_to_num(points)).sum(axis=1, keepdims=True)
+    spread = np.sqrt((weight * off**2).sum(axis=(1, 2)))
+    at &= np.linalg.norm(off, axis=-1) > FAR * spread[:, None]
+    numbers, count = np.unique(points[at][:, 0], return_counts=True)
+    points[at] = np.nan
+    return [
+        f"{n} keypoints are {number:.6g} in both coordinates and are taken as missing."
+        for number, n in zip(numbers.tolist(), count.tolist(), strict=True)
+    ]
 
 
 _FACE = (

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.formats.contract import LARGEST, damaged, leave_out_origin, motion_capture
+from pipeline.formats.contract import LARGEST, damaged, leave_out_placeholders, motion_capture
 from pipeline.formats.points.cells import Rows, positions_to_write
 from pipeline.formats.points.even_times import at_equal_intervals
 from pipeline.formats.text import millimetres_in, number, read_text, unit_of
@@ -84,7 +84,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     table, where = read_table(Path(path)), Path(path).name
     unit = unit_of(table.settings.get("units", "")) or units or ""
     positions = table.positions * millimetres_in(unit, f"{where}, Units in line 3")
-    leave_out_origin(positions, table.notes)
+    leave_out_placeholders(positions, table.notes)
     rate = table.rate
     if np.isnan(table.times).all():
         rate = rate or frame_rate_hz

@@ -184,3 +184,16 @@ def test_numbers_of_frames_and_people() -> None:
     assert (list(in_order.values()), "order of their names" in note) == ([0, 1], True)
     assert identity_of([[3]]) == "3"
     assert identity_of(True) == ""
+
+
+@pytest.mark.parametrize("number", [999.0, -999.0, 9999.0, 1e6])
+def test_gaps_may_be_written_as_a_number_that_is_no_place(tmp_path: Path, number: float) -> None:
+    walk = np.stack([POINTS + 3.0 * frame for frame in range(4)])
+    walk[1, 9] = walk[2, 9] = walk[3] = number
+    walk[0, 2] = walk[1, 2] = 20.0  # a place again and again
+    np.save(tmp_path / "a.npy", walk, allow_pickle=False)
+    found = keypoints.read(tmp_path / "a.npy")
+    assert np.argwhere(np.isnan(found.points[:3, :, 0])).tolist() == [[1, 9], [2, 9]]
+    assert np.isnan(found.points[3:]).all()
+    assert (found.confidence[3:] == 0).all()
+    assert f"19 keypoints are {number:.6g} in both coordinates and are taken as missing." in found.notes

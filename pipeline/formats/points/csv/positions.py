@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.formats.budget import require_points
-from pipeline.formats.contract import damaged, leave_out_origin, motion_capture
+from pipeline.formats.contract import damaged, leave_out_placeholders, motion_capture
 from pipeline.formats.points.cells import Rows, positions_to_write
 from pipeline.formats.points.csv.table import Columns, read_header, read_table, unit_of_length
 from pipeline.formats.points.sections import exported
@@ -82,7 +82,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
         table.notes.append(f"{absent} of {len(positions)} samples have no row and are missing.")
     assumed = units is None and not (columns.units or "unit" in columns.roles)
     shaped = positions.reshape(frames, len(names), 3)
-    leave_out_origin(shaped, table.notes)
+    leave_out_placeholders(shaped, table.notes, millimetres)
     return motion_capture(names, shaped, rate, unit, table.notes, units_assumed=assumed)
 
 
