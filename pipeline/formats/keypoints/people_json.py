@@ -1,4 +1,7 @@
-"""Keypoints as JSON: OpenPose (a folder, one file a frame), AlphaPose, MMPose and MediaPipe (one file)."""
+"""Keypoints as JSON: OpenPose (a folder, one file a frame); AlphaPose, COCO, MMPose, MediaPipe and others (one file).
+
+A file holds frames, a frame people, somebody points, under whatever keys; points are numbers in turn, lists, or objects.
+"""
 
 from __future__ import annotations
 
@@ -18,15 +21,21 @@ Row = tuple[int, str, np.ndarray]
 
 
 def load(path: Path) -> Any:
-    """Content of a JSON file.
+    """Content of a JSON file; a list, where each line has a JSON text of its own.
 
     Raises
     ------
     InvalidInput
         If it is not JSON; the sentence gives the character.
     """
+    text = read_text(path)[0]
     try:
-        return json.loads(read_text(path)[0])
+        try:
+            return json.loads(text)
+        except json.JSONDecodeError as error:
+            if error.msg != "Extra data":
+                raise
+            return [json.loads(line) for line in text.splitlines() if line.strip()]
     except json.JSONDecodeError as error:
         raise damaged("this is not JSON", f"{path.name}, character {error.pos}", received=error.msg) from None
 
@@ -88,49 +97,31 @@ def _frames(names: Iterable[str]) -> tuple[dict[str, int], list[str]]:
 
 
 def read_folder(path: Path) -> Detections:
-    """Read a folder of OpenPose's files, one for each frame, by the numbers in their names."""
+    """Read a folder of OpenPose's files, or others, one for each frame, by the numbers in their names."""
     files = sorted(file for file in path.glob("*.json") if not file.name.startswith("."))
     if not files:
         raise damaged("no JSON file in the folder", path.name, "one file a frame, as OpenPose writes them")
-    frames, notes = _frames(file.name for file in files)
-    rows: list[Row] = []
-    empty = 0
-    for file in files:
-        content = load(file)
-        people = content["people"] if _has(content, "people") else None
-        if not isinstance(people, list):
-            raise damaged("not a file of OpenPose", file.name, "an object with a list of people")
-        found = [_openpose_person(person, file.name) for person in people]
-        empty += not any(len(row) for _, row in found)
-        rows += [(frames[file.name], identity, row) for identity, row in found if len(row)]
-    if empty:
-        notes.append(f"{empty} of {len(files)} frames are without people.")
-    span = max(frames.values()) + 1
-    if span != len(files):
-        notes.append(f"{span - len(files)} frames are missing between the first and the last file.")
-    return detections("openpose", path.name, rows, span, notes=notes)
-
-
-def _openpose_person(person: Any, where: str) -> tuple[str, np.ndarray]:
-    if not isinstance(person, dict):
-        raise damaged("a person is not an object", where, "pose_keypoints_2d", type(person).__name__)
-    values = person.get("pose_keypoints_2d")  # pipelines that match people between cameras leave empty ones
-    identity = identity_of(person.get("person_id"))
-    return identity, numbers(values, where) if values else np.empty((0, 3))
+    frames = [(file.name, load(file)) for file in files]
+    if wrong := [name for name, content in frames if isinstance(content, list) or not _is_frame(content)]:
+        raise damaged("not a file of OpenPose", wrong[0], "an object with a list of people")
+    return _detections("openpose", path.name, frames, {})
 
 
 def read(path: Path) -> Detections:
-    """Read one JSON file by its structure: AlphaPose, MMPose or MediaPipe; of OpenPose one frame is no walk."""
-    content = load(path)
-    for reader in (_alphapose, _mmpose, _mediapipe):
-        if (found := reader(content, path.name)) is not None:
-            return found
-    if _has(content, "people"):
-        raise damaged("one frame of OpenPose is no walk", path.name, "the folder of all its files")
+    """Read one JSON file, or a JSON text in each line, by its structure; one frame is no walk."""
+    content, where = load(path), path.name
+    frames = _listed(content, where)
+    settled = content if isinstance(content, dict) else {}
+    if any(_is_frame(item) for _, item in frames):
+        first = frames[0][1]
+        wrote = [program for key, program in _PROGRAMS.items() if _has(content, key) or _has(first, key)]
+        return _detections(wrote[0] if wrote else "json", where, frames, settled)
+    if _people(content, where) or _has(content, "people"):
+        raise damaged("one frame of OpenPose is no walk", where, "the folder of all its files")
     raise damaged(
-        "the keypoints' format is unknown", path.name,
-        "AlphaPose (a list with image_id and keypoints), MMPose (instance_info), MediaPipe (33 landmarks a frame)",
-        _shape_of(content),
+        "the keypoints' format is unknown", where,
+        "AlphaPose (a list with image_id and keypoints), COCO (images and annotations), MMPose (instance_info), "
+        "MediaPipe (33 landmarks a frame)", _shape_of(content),
     )  # fmt: skip
 
 
@@ -142,81 +133,159 @@ def _shape_of(content: Any) -> str:
     return type(content).__name__
 
 
-def _alphapose(content: Any, where: str) -> Detections | None:
-    if not isinstance(content, list) or not content or not _has(content[0], "image_id", "keypoints"):
-        return None
-    rows: list[tuple[str, str, np.ndarray]] = []
-    for number, item in enumerate(content):
-        place = f"{where}, detection {number}"
-        if not _has(item, "image_id", "keypoints"):
-            raise damaged("a detection has no image_id or keypoints", place)
-        points = numbers(item["keypoints"], place)
-        rows.append((str(item["image_id"]), identity_of(item.get("idx")), points))
-    frames, notes = _frames(image for image, _, _ in rows)
-    span = max(frames.values()) + 1
-    if span > len(frames):
-        notes.append(f"{span - len(frames)} frames are without people.")
-    found = [(frames[image], identity, points) for image, identity, points in rows]
-    return detections("alphapose", where, found, span, notes=notes)
+_PROGRAMS = {"images": "coco", "image_id": "alphapose", "bodies": "alphapose", "instances": "mmpose"}
+"""Who writes files with these keys."""
+_FRAMES = ("instance_info", "frames", "annotations", "results", "data", "predictions")
+_PEOPLE = ("people", "instances", "bodies", "persons", "poses", "detections", "predictions")
+_POINTS = ("pose_keypoints_2d", "keypoints", "pose_landmarks", "landmarks", "landmark", "joints")
+_WHICH_FRAME = ("frame_id", "frame", "frame_index", "frame_number", "image_id", "image", "file_name")
+_WHO = ("idx", "track_id", "person_id", "instance_id")
+_SURE = ("visibility", "score", "confidence", "likelihood", "conf", "visible", "presence")
+_NAME = ("name", "part", "label", "keypoint")
+"""Keys of all frames, of the people in one, of somebody's points; of a frame's name, of a person's, of how sure a
+point is, of its name."""
 
 
-def _mmpose(content: Any, where: str) -> Detections | None:
-    frames = content.get("instance_info") if isinstance(content, dict) else content
-    if not isinstance(frames, list) or not frames or not _has(frames[0], "instances"):
-        return None
-    names: list[str] = []
-    if isinstance(content, dict) and isinstance(meta := content.get("meta_info"), dict):
-        listed = meta.get("keypoint_id2name")
-        if isinstance(listed, dict) and all(str(key).isdigit() for key in listed):
-            names = [str(listed[key]) for key in sorted(listed, key=lambda key: int(key))]
-    rows: list[Row] = []
-    numbers_ = [
-        int(f["frame_id"]) if str(f.get("frame_id", "")).isdigit() else k for k, f in enumerate(frames)
+def _first(item: Any, keys: Iterable[str]) -> Any:
+    """What an object has under the first of some keys; None if it has none of them."""
+    return next((item[key] for key in keys if key in item), None) if isinstance(item, dict) else None
+
+
+def _listed(content: Any, where: str) -> list[tuple[str, Any]]:
+    """The frames of a file, or the detections in them, each with the name of its frame."""
+    if _has(content, "images", "annotations"):
+        names = {image["id"]: str(image.get("file_name", image["id"])) for image in content["images"]}
+        found = [(names.get(item.get("image_id"), ""), item) for item in content["annotations"]]
+        if unknown := [k for k, (name, _) in enumerate(found) if not name]:
+            raise damaged("the annotation is of no image", f"{where}, annotation {unknown[0]}", "image_id")
+        return [*((name, {"people": []}) for name in names.values()), *found]
+    if isinstance(content, dict):
+        if isinstance(inner := _first(content, _FRAMES), dict | list):
+            return _listed(inner, where)
+        if isinstance(inner := _first(content, _POINTS), list) and _is_frame(inner[:1]):
+            return _listed(inner, where)  # a list of frames, not of points
+        numbered = content and all(any(letter.isdigit() for letter in key) for key in content)
+        return list(content.items()) if numbered and not _is_points(content) else []
+    if not isinstance(content, list) or _is_points(content):
+        return []
+    given = [_first(item, _WHICH_FRAME) for item in content]
+    named = all(isinstance(name, int | float | str) for name in given)
+    if not named and any(_has(item, "image_id") for item in content):
+        raise damaged("a detection has no image_id or keypoints", f"{where}, detection {given.index(None)}")
+    return [
+        (str(name if named else k), item) for k, (name, item) in enumerate(zip(given, content, strict=True))
     ]
-    first = min(numbers_)
-    for number, item in zip(numbers_, frames, strict=True):
-        for person in item.get("instances", ()):
-            place = f"{where}, frame {number}"
-            points = np.concatenate([numbers(point[:2], place, 2) for point in person.get("keypoints", ())] or [
-                np.empty((0, 2))])  # fmt: skip
-            if not len(points):
-                continue
-            scores = np.asarray(person.get("keypoint_scores") or np.ones(len(points)), dtype=float).ravel()
-            if len(scores) != len(points):
-                raise damaged("scores and keypoints differ in number", place, len(points), len(scores))
-            identity = identity_of(person.get("track_id", person.get("instance_id")))
-            rows.append((number - first, identity, np.column_stack([points, scores])))
-    return detections("mmpose", where, rows, max(numbers_) - first + 1, names=names)
 
 
-def _landmarks(item: Any) -> list[Any]:
-    """The 33 landmarks of one frame of MediaPipe, however deep; empty if there are none."""
-    if isinstance(item, dict):
-        keys = ("landmarks", "pose_landmarks", "landmark", "keypoints")
-        return next((_landmarks(item[key]) for key in keys if key in item), [])
-    if isinstance(item, list) and len(item) == 1:
-        return _landmarks(item[0])
-    return item if isinstance(item, list) and len(item) == len(MEDIAPIPE) and _has(item[0], "x") else []
+def _is_mark(value: Any) -> bool:
+    """Whether something is one point."""
+    if isinstance(value, list):
+        return 2 <= len(value) <= 4 and not any(isinstance(number, list | dict | str) for number in value)
+    return _has(value, "x", "y") or _has(value, "position")
 
 
-def _mediapipe(content: Any, where: str) -> Detections | None:
-    listed = content.get("frames") if isinstance(content, dict) else content
-    frames = [_landmarks(item) for item in listed] if isinstance(listed, list) else []
-    if not any(frames):
-        return None
-    rows: list[Row] = []
-    for number, marks in enumerate(frames):
-        flat = [
-            value
-            for mark in marks
-            for value in (mark.get("x"), mark.get("y"), mark.get("visibility", mark.get("score", 1.0)))
+def _is_points(value: Any) -> bool:
+    """Whether something is all points of somebody, not one of them."""
+    if isinstance(value, dict):
+        return (_has(value, "x", "y") and isinstance(value["x"], list)) or (
+            len(value) > 1 and not _has(value, "x", "y") and all(map(_is_mark, value.values()))
+        )
+    flat = isinstance(value, list) and not _is_mark(value) and not isinstance((*value, [])[0], list | dict)
+    return flat or (isinstance(value, list) and len(value) > 1 and _is_mark(value[0]))
+
+
+def _is_frame(item: Any) -> bool:
+    """Whether something holds people, even if none is in it."""
+    if isinstance(item, list) and not _is_points(item):
+        return any(map(_is_frame, item))
+    return _is_points(item) or _first(item, (*_PEOPLE, *_POINTS)) is not None
+
+
+def _people(item: Any, place: str) -> list[tuple[str, list[str], np.ndarray]]:
+    """Who is in a frame: identity, names of the points if they have some, and points (K, 3)."""
+    if isinstance(item, list) and not _is_points(item):
+        return [person for inner in item for person in _people(inner, place)]
+    points = _first(item, _POINTS)
+    if points is None:
+        return (
+            [("", *_points(item, None, place))]
+            if _is_points(item)
+            else _people(_first(item, _PEOPLE) or [], place)
+        )
+    if not points:  # pipelines that match people between cameras leave empty ones
+        return []
+    who = identity_of(_first(item, _WHO))
+    if (
+        isinstance(points, dict | list)
+        and not _is_points(points)
+        and isinstance((*points, 0)[0], dict | list)
+    ):
+        return [(inner or who, *rest) for inner, *rest in _people(points, place)]
+    return [(who, *_points(points, _first(item, ("keypoint_scores", "scores")), place))]
+
+
+def _points(value: Any, scores: Any, place: str) -> tuple[list[str], np.ndarray]:
+    """Names, if points have some, and column, row, confidence (K, 3), 1 where none is said; depths are left out."""
+    names: list[str] = []
+    if _has(value, "x", "y"):
+        value, scores = list(zip(value["x"], value["y"], strict=True)), _first(value, _SURE)
+    elif isinstance(value, dict):
+        names, value = list(value), list(value.values())
+    if value and isinstance(value[0], dict):
+        value = [mark | mark.get("position", {}) for mark in value]
+        names = names or [name for mark in value if isinstance(name := _first(mark, _NAME), str)]
+        value = [
+            [mark.get("x"), mark.get("y"), _first(mark, _SURE) if {*_SURE} & {*mark} else 1.0]
+            for mark in value
         ]
-        if flat:
-            rows.append((number, "", numbers(flat, f"{where}, frame {number}")))
-    rate, size = settings(content if isinstance(content, dict) else {})
-    return detections(
-        "mediapipe", where, rows, len(frames), names=MEDIAPIPE, frame_rate_hz=rate, image_size=size
-    )
+    if value and isinstance(value[0], list | tuple):
+        width = len(value[0])
+        flat = [number for mark in value for number in mark]
+        table = numbers(flat, place, width)[:, [0, 1, *([] if width < 3 else [-1])]]
+    else:
+        table = numbers(value, place)
+    if scores or table.shape[1] == 2:
+        sure = np.asarray(scores or np.ones(len(table)), dtype=float).ravel()
+        if len(sure) != len(table):
+            raise damaged("scores and keypoints differ in number", place, len(table), len(sure))
+        table = np.column_stack([table[:, :2], sure])
+    return names if len(names) == len(table) else [], table
+
+
+def _detections(
+    program: str, where: str, frames: list[tuple[str, Any]], content: dict[str, Any]
+) -> Detections:
+    """The people in all frames; those of a list of detections come one by one."""
+    number, notes = _frames(name for name, _ in frames)
+    found = [(number[name], *one) for name, item in frames for one in _people(item, f"{where}, frame {name}")]
+    span = max(number.values()) + 1
+    if empty := len(number) - len({frame for frame, *_ in found}):
+        notes.append(f"{empty} of {len(number)} frames are without people.")
+    if span > len(number):
+        notes.append(
+            f"{span - len(number)} frames are missing, or without people, between the first and the last."
+        )
+    meta, categories = content.get("meta_info"), content.get("categories")
+    listed = _first(meta, ["keypoint_id2name"])
+    if isinstance(categories, list):
+        names = _first((*categories, None)[0], ["keypoints"]) or []
+    elif isinstance(listed, dict) and all(key.isdigit() for key in listed):
+        names = [listed[key] for key in sorted(listed, key=int)]
+    else:
+        names = list(dict.fromkeys(name for _, _, of_one, _ in found for name in of_one))
+    rows: list[Row] = []
+    for frame, who, of_one, points in found:
+        if of_one and of_one != names:
+            place = {name: k for k, name in enumerate(names)}
+            points, own = np.full((len(names), 3), np.nan), points
+            points[[place[name] for name in of_one]] = own
+        rows.append((frame, who, points))
+    if not names and rows and len(rows[0][2]) == len(MEDIAPIPE):
+        program, names = "mediapipe", list(MEDIAPIPE)
+    sizes = content["images"][0] if _has(content, "images") and content["images"] else {}
+    rate, size = settings(sizes | content)
+    return detections(program, where, rows, span, names=list(map(str, names)), frame_rate_hz=rate, image_size=size,
+                      notes=notes)  # fmt: skip
 
 
 def settings(content: dict[str, Any]) -> tuple[float, tuple[int, int]]:

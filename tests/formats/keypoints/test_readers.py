@@ -60,6 +60,50 @@ def test_mmpose_with_names_and_scores(tmp_path: Path) -> None:
     np.testing.assert_allclose(found.confidence, 0.5)
 
 
+MARKS = np.column_stack([POINTS, np.linspace(-1, 1, 17), np.full(17, 0.9)])
+NAMED = [f"part_{k}" for k in range(17)]
+
+
+def objects(*keys: str) -> list[dict[str, float]]:
+    """Points as objects with x, y and further keys."""
+    return [dict(zip(("x", "y", *keys), mark, strict=False)) for mark in MARKS[:, [0, 1, 3]].tolist()]
+
+
+IN_TURN = {"keypoints": flat()}
+WRITTEN = {
+    "coco": {
+        "images": [{"id": 70, "file_name": "f8.jpg", "width": 640, "height": 480}, {"id": 5, "file_name": "f7.jpg"}],
+        "annotations": [{"id": 1, "image_id": image, "category_id": 1, **IN_TURN} for image in (70, 5)],
+        "categories": [{"id": 1, "name": "person", "keypoints": NAMED}],
+    },
+    "alphapose cmu": {f"{k}.jpg": {"version": "AlphaPose v0.3", "bodies": [{"joints": flat()}]} for k in (0, 1)},
+    "alphapose open": {f"{k}.jpg": {"people": [{"pose_keypoints_2d": flat()}]} for k in (0, 1)},
+    "lists": [{"frame": k, "landmarks": MARKS.tolist()} for k in (3, 4)],
+    "lists alone": [MARKS.tolist()] * 2,
+    "objects": [objects("visibility")] * 2,
+    "objects of tasks": [{"pose_landmarks": [objects("visibility")]}] * 2,
+    "named objects": {"frames": [{"keypoints": dict(zip(NAMED, objects("score"), strict=True))}] * 2},
+    "objects that are named": [{"keypoints": [m | {"name": n} for m, n in zip(objects("score"), NAMED, strict=True)]}] * 2,
+    "columns": [[{"name": "person", "keypoints": {"x": POINTS[:, 0].tolist(), "y": POINTS[:, 1].tolist(),
+                  "visible": [0.9] * 17}}]] * 2,
+    "all at once": {"keypoints": [flat()] * 2},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("written", WRITTEN)
+@pytest.mark.parametrize("lines", [False, True])
+def test_points_under_whatever_keys(written: str, lines: bool, tmp_path: Path) -> None:
+    content, path = WRITTEN[written], tmp_path / "a.json"
+    if lines and isinstance(content, list):
+        path.write_text("".join(json.dumps(item) + "\n" for item in content), encoding="utf-8")
+    found = keypoints.read(path if path.exists() else write(path, content))
+    assert (found.n_frames, found.frame.tolist()) == (2, [0, 1])
+    np.testing.assert_allclose(found.points, [POINTS] * 2)
+    np.testing.assert_allclose(found.confidence, 0.9)
+    assert found.names == (tuple(NAMED) if written == "coco" or "named" in written else ())
+    assert found.image_size == ((640, 480) if written == "coco" else (0, 0))
+
+
 def test_mediapipe_as_json(tmp_path: Path) -> None:
     marks = [{"x": 0.1 + 0.01 * k, "y": 0.5, "z": 0.0, "visibility": 0.9} for k in range(33)]
     found = keypoints.read(write(tmp_path / "a.json", {"fps": 30, "frames": [{"landmarks": marks}, {}]}))
