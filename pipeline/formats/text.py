@@ -58,12 +58,15 @@ def number(word: str) -> float:
 
     Examples
     --------
-    >>> number("-1.5"), number("nan"), number("1_0"), number("left")
-    (-1.5, nan, inf, inf)
+    >>> number("-1.5"), number("nan"), number("1_0"), number("left"), number("30000/1001")
+    (-1.5, nan, inf, inf, 29.97002997002997)
     """
+    over, slash, under = word.partition("/")
     try:
+        if slash:
+            return float(over) / float(under)
         return float(word) if word.isascii() and "_" not in word else np.inf  # Python reads 1_0 as ten
-    except ValueError:
+    except (ValueError, ZeroDivisionError):
         return np.inf
 
 
@@ -141,6 +144,16 @@ _NAMES = {
     "foot": "ft",
     "feet": "ft",
 }
+
+
+LENGTHS = "|".join(
+    (
+        *MILLIMETRES,
+        *(f"{name}s?" for name in _NAMES),
+        *(f"{name[:-2]}res?" for name in _NAMES if name[-3:] == "ter"),
+    )
+)
+"""Regular expression of the names of units of length."""
 
 
 def millimetres_in(units: str, where: str) -> float:

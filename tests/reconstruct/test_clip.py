@@ -255,7 +255,7 @@ def test_layouts_are_recognised_by_number_and_place(layout: str) -> None:
 
 
 def test_an_unknown_number_of_points_is_refused() -> None:
-    found = detections("npy", "a.npy", [(0, "", np.ones((12, 3)))], 1)
+    found = detections("npy", "a.npy", [(0, "", np.arange(36.0).reshape(12, 3))], 1)
     with pytest.raises(InvalidInput, match="no layout has this number of points"):
         layouts.recognise(found)
     with pytest.raises(InvalidInput, match=r"input\.layout must be one of"):
@@ -266,10 +266,10 @@ def test_an_unknown_number_of_points_is_refused() -> None:
 def test_names_decide_where_there_are_some(written: Callable[[str], str]) -> None:
     names = ["LHip", "RHip", "left_knee", "right_knee", "LAnkle", "RAnkle", "LShoulder", "RShoulder", "Nose"]
     names = list(map(written, names))
-    found = detections("trc", "a.trc", [(0, "", np.ones((len(names), 3)))], 1, names=names)
+    found = detections("trc", "a.trc", [(0, "", np.arange(3.0 * len(names)).reshape(-1, 3))], 1, names=names)
     layout, order, _ = layouts.recognise(found)
     assert order[layout.points.index("left_knee")] == 2
-    short = detections("trc", "a.trc", [(0, "", np.ones((5, 3)))], 1, names=names[:5])
+    short = detections("trc", "a.trc", [(0, "", np.arange(15.0).reshape(5, 3))], 1, names=names[:5])
     with pytest.raises(InvalidInput, match="hips, knees and ankles"):
         layouts.recognise(short)
 

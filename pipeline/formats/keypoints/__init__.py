@@ -18,6 +18,8 @@ READERS = {
     ".csv": tables.read_csv,
     ".trc": tables.read_trc,
     ".npy": tables.read_array,
+    ".npz": tables.read_array,
+    ".jsonl": people_json.read,
 }
 """Reader of each suffix, lower case; folders are OpenPose's."""
 

@@ -16,6 +16,8 @@ MOST_FRAMES = 10_000_000
 MOST_PAIRS = 20_000_000
 """Of people in a frame, each with each, summed over frames: so many are compared to follow who walks."""
 
+DEPTHS = 0.2
+"""Share of negative numbers above which these are no confidence."""
 FAR = 2.2
 """Distance from the middle of a person's points, to their root mean square distance, beyond which there are none."""
 
@@ -122,9 +124,16 @@ def detections(
     points, confidence = values[..., :2].copy(), values[..., 2].copy()
     with np.errstate(invalid="ignore"):
         missing = ~np.isfinite(points).all(axis=-1) | (np.abs(points) > LARGEST_PX).any(axis=-1)
-        missing |= (points == 0.0).all(axis=-1) | (points == -1.0).all(axis=-1) | ~(confidence > 0)
-    points[missing] = np.nan
-    notes = [*notes, *_leave_out_placeholders(points)]
+        missing |= (points == 0.0).all(axis=-1) | (points == -1.0).all(axis=-1)
+    notes, sure = list(notes), confidence[~missing]
+    if sure.size and not (sure > 0).any():
+        notes.append("The confidence is empty or 0 throughout, and taken as not given.")
+        confidence[:] = 1.0
+    elif (sure < 0).sum() > DEPTHS * sure.size:
+        notes.append("The third numbers of keypoints are often below 0: depths, which are no confidence.")
+        confidence[:] = 1.0
+    points[missing | ~(confidence > 0)] = np.nan
+    notes += _leave_out_placeholders(points)
     missing = np.isnan(points[..., 0])
     confidence[missing] = 0.0
     if missing.all():

@@ -1,6 +1,6 @@
-"""Keypoints as JSON: OpenPose (a folder, one file a frame); AlphaPose, COCO, MMPose, MediaPipe and others (one file).
+"""Keypoints as JSON: OpenPose (a folder, one file a frame); AlphaPose, COCO, MMPose, MediaPipe (one file).
 
-A file holds frames, a frame people, somebody points, under whatever keys; points are numbers in turn, lists, or objects.
+A file holds frames, a frame people, a person points, under whatever keys; points are numbers in turn, lists, objects.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 
 from pipeline.formats.contract import damaged
 from pipeline.formats.keypoints.contract import MEDIAPIPE, Detections, detections
-from pipeline.formats.text import read_text
+from pipeline.formats.text import number, read_text
 
 Row = tuple[int, str, np.ndarray]
 
@@ -220,7 +220,7 @@ def _people(item: Any, place: str) -> list[tuple[str, list[str], np.ndarray]]:
         and not _is_points(points)
         and isinstance((*points, 0)[0], dict | list)
     ):
-        return [(inner or who, *rest) for inner, *rest in _people(points, place)]
+        return [(inner or who, names, found) for inner, names, found in _people(points, place)]
     return [(who, *_points(points, _first(item, ("keypoint_scores", "scores")), place))]
 
 
@@ -292,8 +292,8 @@ def settings(content: dict[str, Any]) -> tuple[float, tuple[int, int]]:
     """Frame rate and image size that an object states; 0 where it does not."""
 
     def stated(*keys: str) -> float:
-        values = (content.get(key) for key in keys)
-        return next((float(v) for v in values if _is_number(v) and 0 < v < np.inf), 0.0)
+        values = (number(str(content.get(key, ""))) for key in keys)
+        return next((value for value in values if 0 < value < np.inf), 0.0)
 
     size = (int(stated("width", "image_width")), int(stated("height", "image_height")))
     return stated("fps", "frame_rate", "frame_rate_hz"), size

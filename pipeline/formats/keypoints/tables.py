@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import numpy as np
 
-from pipeline.formats.arrays import load_npy
+from pipeline.formats.arrays import load_npy, load_npz
 from pipeline.formats.budget import require_points
-from pipeline.formats.contract import damaged
+from pipeline.formats.contract import damaged, read_bytes
 from pipeline.formats.keypoints.contract import MEDIAPIPE, MOST_FRAMES, Detections, detections
 from pipeline.formats.keypoints.people_json import load, settings
 from pipeline.formats.points import trc
 from pipeline.formats.points.cells import Rows
-from pipeline.formats.points.csv.table import read_table
+from pipeline.formats.points.csv.table import coordinates, read_table, role_of, seconds
 
 _WHO = ("person", "track", "person_id")
 _CONFIDENCE = ("confidence", "score", "visibility", "likelihood", "conf", "c", "p")
@@ -33,8 +32,9 @@ def read_csv(path: Path) -> Detections:
         rate, size = settings(content)
         if rate or size[0]:
             table.notes.append(f"Frame rate and image size are those of {beside.name}.")
-    if not rate and "time_s" in lower:
-        times = table.numbers([lower.index("time_s")])
+    timed = [k for k, title in enumerate(lower) if role_of(title)[0] == "time"]
+    if not rate and timed:
+        times, _ = seconds(table, timed[0])
         steps = np.diff(np.unique(times[np.isfinite(times)]))
         if len(steps):
             rate = 1.0 / float(np.median(steps))
@@ -89,11 +89,8 @@ def _points(table: Rows, x: int, y: int, confidence: int | None) -> np.ndarray:
 
 def _wide(table: Rows, lower: list[str], rate: float, size: tuple[int, int]) -> Detections:
     columns: dict[str, dict[str, int]] = {}
-    for number, title in enumerate(table.header):
-        match = re.fullmatch(r"(.+?)[_. :]([a-z]+)", title, re.IGNORECASE)
-        if match and match[2].lower() in ("x", "y", *_CONFIDENCE):
-            kind = match[2].lower()
-            columns.setdefault(match[1], {})["confidence" if kind in _CONFIDENCE else kind] = number
+    for point, kind, _, number in coordinates(table.header, "xy", _CONFIDENCE):
+        columns.setdefault(point, {})["confidence" if kind in _CONFIDENCE else kind] = number
     whole = {name: of for name, of in columns.items() if {"x", "y"} <= set(of)}
     if not whole:
         raise damaged(
@@ -151,14 +148,43 @@ def read_trc(path: Path) -> Detections:
 
 
 def read_array(path: Path) -> Detections:
-    """Read an array of numpy: (frame, point, 2 or 3), the third being the confidence."""
-    array = load_npy(path)
-    if array.ndim != 3 or array.shape[2] not in (2, 3) or array.dtype.kind not in "fiu":
-        raise damaged(
-            "keypoints must be an array (frame, point, 2 or 3)", path.name, received=str(array.shape)
-        )
-    values = array.astype(float)
-    if values.shape[2] == 2:
-        values = np.concatenate([values, np.ones((*values.shape[:2], 1))], axis=2)
-    rows = [(number, "", points) for number, points in enumerate(values)]
-    return detections("npy", path.name, rows, len(values))
+    """Read an array of numpy, (frame, point, 2 or 3), the third being the confidence, or with a person after the frame.
+
+    In an NPZ file it is called ``keypoints`` or is the only one of such a shape; beside it may stand ``names``,
+    ``scores`` or ``confidence``, ``fps``, ``width`` and ``height``.
+    """
+    arrays = (
+        load_npz(read_bytes(path), path.name)[0] if path.suffix.lower() == ".npz" else {"": load_npy(path)}
+    )
+    fitting = [
+        name
+        for name, array in arrays.items()
+        if array.ndim in (3, 4) and array.shape[-1] in (2, 3, 4) and array.dtype.kind in "fiu"
+    ]
+    if "keypoints" not in fitting and len(fitting) != 1:
+        shapes = ", ".join(f"{name} {array.shape}".strip() for name, array in arrays.items())
+        expected = "(frame, point, 2 or 3) or (frame, person, point, 2 or 3)"
+        raise damaged("keypoints must be one array", path.name, expected, f"{shapes:.200}")
+    found = arrays["keypoints" if "keypoints" in fitting else fitting[0]].astype(float)
+    sure = found[..., -1] if found.shape[-1] > 2 else np.ones(found.shape[:-1])
+    sure = next((arrays[name] for name in ("scores", "confidence") if name in arrays), sure)
+    values = np.concatenate([found[..., :2], sure.reshape(*found.shape[:-1], 1)], axis=-1)
+    if values.ndim == 4 and len(values) < values.shape[1]:
+        values = values.swapaxes(0, 1)  # people first
+    rows = [
+        (number, "", points)
+        for number, frame in enumerate(values)
+        for points in frame.reshape(-1, *found.shape[-2:-1], 3)
+    ]
+    numbers = {name: array.item() for name, array in arrays.items() if array.size == 1}
+    rate, size = settings(numbers)
+    names = arrays["names"].astype(str).ravel().tolist() if "names" in arrays else []
+    return detections(
+        path.suffix[1:].lower(),
+        path.name,
+        rows,
+        len(values),
+        names=names,
+        frame_rate_hz=rate,
+        image_size=size,
+    )

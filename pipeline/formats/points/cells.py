@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -11,7 +12,7 @@ from pipeline.formats.contract import damaged
 from pipeline.formats.text import read_numbers
 from pipeline.validation import require_range
 
-_NOTHING = {"", "na", "n/a", "#n/a", "none", "null", "-", "--"}
+_NOTHING = re.compile(r"|#?n/?a|none|null|--?|-?nan\(.*\)|-?1[.,]#\w+", re.IGNORECASE)
 """What tables write for a value that is missing, beside NaN."""
 
 
@@ -59,7 +60,7 @@ class Rows:
             cell = f"column {self.header[column]!r}" if self.header else f"cell {column + 1}"
             return f"{self.place(row)}, {cell}"
 
-        words = ["nan" if not word or word.lower() in _NOTHING else word for word in words]
+        words = ["nan" if _NOTHING.fullmatch(word) else word for word in words]
         return read_numbers(words, place).reshape(len(self.cells), len(columns))
 
     def column(self, column: int) -> np.ndarray:

@@ -83,7 +83,9 @@ WRITTEN = {
     "objects": [objects("visibility")] * 2,
     "objects of tasks": [{"pose_landmarks": [objects("visibility")]}] * 2,
     "named objects": {"frames": [{"keypoints": dict(zip(NAMED, objects("score"), strict=True))}] * 2},
-    "objects that are named": [{"keypoints": [m | {"name": n} for m, n in zip(objects("score"), NAMED, strict=True)]}] * 2,
+    "objects that are named": [
+        {"keypoints": [m | {"name": n} for m, n in zip(objects("score"), NAMED, strict=True)]}
+    ] * 2,
     "columns": [[{"name": "person", "keypoints": {"x": POINTS[:, 0].tolist(), "y": POINTS[:, 1].tolist(),
                   "visible": [0.9] * 17}}]] * 2,
     "all at once": {"keypoints": [flat()] * 2},
@@ -131,10 +133,13 @@ def test_rate_and_size_beside_a_table(tmp_path: Path) -> None:
     assert (found.frame_rate_hz, found.image_size) == (25.0, (640, 480))
 
 
-def test_the_rate_of_a_table_is_that_of_most_steps(tmp_path: Path) -> None:
-    times = [0.0, 0.04, 0.08, 0.12, 1.2]
+@pytest.mark.parametrize(
+    ("title", "unit"), [("time_s", 1), ("time", 1), ("time [ms]", 1000), ("timestamp", 1000)]
+)
+def test_the_rate_of_a_table_is_that_of_most_steps(tmp_path: Path, title: str, unit: int) -> None:
+    times = [unit * time for time in (0.0, 0.04, 0.08, 0.12, 1.2)]
     rows = "".join(f"{time},1,2\n" for time in times)
-    (tmp_path / "a.csv").write_text(f"time_s,left_knee_x,left_knee_y\n{rows}", encoding="utf-8")
+    (tmp_path / "a.csv").write_text(f"{title},left_knee_x,left_knee_y\n{rows}", encoding="utf-8")
     assert keypoints.read(tmp_path / "a.csv").frame_rate_hz == pytest.approx(25.0)
 
 
@@ -154,11 +159,62 @@ def test_trc_in_pixels_and_no_other(tmp_path: Path) -> None:
 
 
 def test_an_array(tmp_path: Path) -> None:
-    np.save(tmp_path / "a.npy", np.stack([POINTS, POINTS + 1]), allow_pickle=False)
-    assert keypoints.read(tmp_path / "a.npy").points.shape == (2, 17, 2)
-    np.save(tmp_path / "a.npy", POINTS, allow_pickle=False)
-    with pytest.raises(InvalidInput, match="frame, point, 2 or 3"):
-        keypoints.read(tmp_path / "a.npy")
+    walk, path = np.stack([POINTS, POINTS + 1, POINTS + 2]), tmp_path / "a.npy"
+    for array, people in ((walk, 1), (walk[None], 1), (walk[:, None], 1), (np.stack([walk, walk + 300]), 2)):
+        np.save(path, array, allow_pickle=False)
+        found = keypoints.read(path)
+        assert (found.n_frames, found.frame.tolist()) == (3, np.repeat(range(3), people).tolist())
+        np.testing.assert_array_equal(found.points[::people], walk)
+    for array in (POINTS, walk.swapaxes(1, 2)):
+        np.save(path, array, allow_pickle=False)
+        with pytest.raises(InvalidInput, match="frame, point, 2 or 3"):
+            keypoints.read(path)
+
+
+def test_arrays_with_their_names_and_rate(tmp_path: Path) -> None:
+    path, sure = tmp_path / "a.npz", np.full((2, 17), 0.5)
+    np.savez(
+        path,
+        keypoints=np.stack([POINTS] * 2),
+        scores=sure,
+        names=np.array(NAMED),
+        fps=30,
+        width=640,
+        height=480,
+    )
+    found = keypoints.read(path)
+    assert (found.frame_rate_hz, found.image_size, found.names) == (30.0, (640, 480), tuple(NAMED))
+    np.testing.assert_array_equal(found.confidence, sure)
+
+
+@pytest.mark.parametrize("written", ["{} ({})", "{}_{}_px", "{1}_{0}", "{}{}", "{} {} [pixels]"])
+def test_columns_of_a_table_by_whatever_titles(written: str, tmp_path: Path) -> None:
+    titles = [written.format(name, axis) for name in ("left_knee", "nose") for axis in ("x", "y", "score")]
+    (tmp_path / "a.csv").write_text(
+        f"frame,{','.join(titles)}\n0,1,2,.5,3,4,.5\n1,1,2,,3,4,.5\n", encoding="utf-8"
+    )
+    found = keypoints.read(tmp_path / "a.csv")
+    assert found.names == ("left_knee", "nose")
+    np.testing.assert_array_equal(found.points[0], [[1, 2], [3, 4]])
+    np.testing.assert_array_equal(found.confidence, [[0.5, 0.5], [0, 0.5]])
+
+
+@pytest.mark.parametrize("nothing", ["", "0"])
+def test_a_confidence_that_was_never_written_is_not_given(nothing: str, tmp_path: Path) -> None:
+    rows = f"0,1,2,{nothing}\n1,3,4,{nothing}\n"
+    (tmp_path / "a.csv").write_text(
+        f"frame,left_knee_x,left_knee_y,left_knee_score\n{rows}", encoding="utf-8"
+    )
+    found = keypoints.read(tmp_path / "a.csv")
+    assert found.confidence.tolist() == [[1.0], [1.0]]
+    assert "The confidence is empty or 0 throughout, and taken as not given." in found.notes
+
+
+def test_depths_are_no_confidence(tmp_path: Path) -> None:
+    write(tmp_path / "a.json", [{"frame": k, "landmarks": MARKS[:, :3].tolist()} for k in (0, 1)])
+    found = keypoints.read(tmp_path / "a.json")
+    assert (found.confidence == 1).all()
+    assert any("depths, which are no confidence" in note for note in found.notes)
 
 
 @pytest.mark.parametrize("missing", [(0.0, 0.0, 0.9), (-1.0, -1.0, 0.9), (5.0, 5.0, 0.0), (np.nan, 1.0, 1.0)])

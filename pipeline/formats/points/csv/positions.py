@@ -20,7 +20,7 @@ import numpy as np
 from pipeline.formats.budget import require_points
 from pipeline.formats.contract import damaged, leave_out_placeholders, motion_capture
 from pipeline.formats.points.cells import Rows, positions_to_write
-from pipeline.formats.points.csv.table import Columns, read_header, read_table, unit_of_length
+from pipeline.formats.points.csv.table import Columns, read_header, read_table, seconds, unit_of_length
 from pipeline.formats.points.sections import exported
 from pipeline.formats.text import millimetres_in
 from pipeline.skeleton.recorded import MotionCapture
@@ -198,14 +198,15 @@ def frame_rate(table: Rows, columns: Columns, index: np.ndarray, given: float | 
                 "a column of times with two frames or more, or the option frame_rate_hz",
             )
         return float(given)
-    times = table.column(columns.roles["time"])
+    table.column(columns.roles["time"])
+    times, unit = seconds(table, columns.roles["time"])
     order = np.lexsort((times, index))
     frame, time = index[order], times[order]
     period = float((time[-1] - time[0]) / frame[-1])
     # Printed times are rounded: one unit of their last decimal is not a departure from uniformity.
     pieces = [re.split("[.,]", cell) for cell in table.texts(columns.roles["time"])]
     decimals = max(len(piece[-1]) if len(piece) > 1 else 0 for piece in pieces)
-    rounding = 10.0**-decimals if 0 < decimals < 12 and 10.0**-decimals < period / 2 else 0.0
+    rounding = unit * 10.0**-decimals if decimals < 12 and unit * 10.0**-decimals < period / 2 else 0.0
     departure = np.abs(np.diff(time) - np.diff(frame) * period)
     if period < 1e-9 or departure.max(initial=0) > 0.01 * period + rounding:
         k = int(order[departure.argmax() + 1])

@@ -4,34 +4,116 @@ from __future__ import annotations
 
 import csv
 import io
+import itertools
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+
 from pipeline.formats.contract import damaged
 from pipeline.formats.points.cells import Rows
-from pipeline.formats.text import read_text
-from pipeline.skeleton.recorded import MILLIMETRES
+from pipeline.formats.text import LENGTHS, number, read_text, unit_of
 
+_MILLISECONDS = ("_ms", "_msec", "_milliseconds")
 _ROLES = {
-    "time": {"time", "time_s", "t", "t_s", "timestamp", "timestamp_s", "time_seconds", "time_sec", "seconds"},
+    "time": {
+        *(
+            f"{word}{unit}"
+            for word in ("time", "t", "timestamp")
+            for unit in ("", "_s", "_sec", "_seconds", *_MILLISECONDS)
+        ),
+        "seconds",
+    },
     "frame": {"frame", "frame#", "frame_number", "frame_index", "frame_id"},
     "point": {"joint", "point", "marker", "name"},
     "unit": {"unit", "units"},
     "person": {"person", "person_id", "subject", "subject_id", "track_id"},
 }
-_REMARK = re.compile(r"(#|//|%)[^\t;,\n]*([\t;,][^\t;,\n]*)?\n")
-"""A line of words in front of the header: with two cells at most, for a header has more."""
-_BRACKETED = re.compile(r"[ _.]?[(\[] *(\w+) *[)\]]$")
+_MOST_ABOVE = 50
+"""Lines of words in front of the header."""
+_BRACKETED = re.compile(r"[ _.]?[(\[] *(\w+) *[)\]](?=$|[ _.]?[(\[])")
 _POSITION = re.compile(r"[ _.](position|pos)$", re.IGNORECASE)
 _ROTATION = re.compile(r"[ _.](rotation|rot|euler)$", re.IGNORECASE)
-_COORDINATE = re.compile(
-    rf"(?:(?P<point>.+)[ _.:-])?(?P<axis>[xyz])(?:[ _.](?P<unit>{'|'.join(MILLIMETRES)}))?", re.IGNORECASE
+_WAYS = (
+    r"(?:(?P<point>.+)[ _.:-])?(?P<axis>{0})",  # head_x, x
+    r"(?P<axis>{0})[ _.:-](?P<point>.+?)",  # x_head
+    r"(?P<point>.+?)[ _.:-]?t?(?P<axis>{0})",  # headX, head_tx
+    r"(?P<point>.+)[ _.:-](?P<axis>[123])",  # head_1
 )
+"""Ways to write a coordinate of a point, in the order in which they are tried."""
+
+
+def coordinates(
+    titles: Sequence[str], axes: Sequence[str] = "xyz", others: Sequence[str] = ()
+) -> list[tuple[str, str, str, int]]:
+    """Return point, axis, unit of length and column of titles that name them, in the first way that tells one point.
+
+    Parameters
+    ----------
+    titles : sequence of str
+        A unit may stand at the end, in brackets.
+    axes : sequence of str
+        All of which a point needs.
+    others : sequence of str
+        What else it may have.
+
+    Returns
+    -------
+    list of tuple
+        Of points that lack an axis only those by the first way.
+
+    Examples
+    --------
+    >>> coordinates(["time", "x_LASI", "y_LASI"], "xy"), coordinates(["LASIX [inches]", "LASIY [inches]"], "xy")
+    ([('LASI', 'x', '', 1), ('LASI', 'y', '', 2)], [('LASI', 'x', 'in', 0), ('LASI', 'y', 'in', 1)])
+    """
+    of_first: list[tuple[str, str, str, int]] = []
+    for way in _WAYS:
+        pattern = way.format("|".join((*axes, *others))) + rf"(?:[ _.](?P<unit>{LENGTHS}|px|pixels?))?"
+        found: list[tuple[str, str, str, int]] = []
+        for column, title in enumerate(titles):
+            if match := re.fullmatch(pattern, _BRACKETED.sub(r"_\1", title), re.IGNORECASE):
+                point, axis, unit = match.group("point", "axis", "unit")
+                axis = axes[int(axis) - 1] if axis in ("1", "2", "3")[: len(axes)] else axis.lower()
+                found.append((point or "", axis, unit_of(unit or ""), column))
+        held: dict[str, set[str]] = {}
+        for point, axis, *_ in found:
+            held.setdefault(point, set()).add(axis)
+        whole = {point for point, of in held.items() if of >= set(axes)}
+        of_first = of_first or found
+        if whole:
+            return found if way == _WAYS[0] else [one for one in found if one[0] in whole]
+    return of_first
+
+
+def role_of(title: str) -> tuple[str, str]:
+    """Return what a column is besides a coordinate, nothing if it is not, and its title in small letters."""
+    plain = _BRACKETED.sub(r"_\1", title).lower()
+    return next((role for role, titles in _ROLES.items() if plain in titles), ""), plain
+
+
+def _begin(text: str) -> tuple[int, str]:
+    """Place of the header, the first line of words above one of as many numbers, and what separates its cells."""
+    begin, lines = 0, text.split("\n", _MOST_ABOVE)
+    for line, below in itertools.pairwise(lines):
+        separator = max("\t;,", key=line.count)
+        split = separator if separator in line else None
+        cells, numbers = line.split(split), below.split(split)
+        if len(cells) == len(numbers) > 2 and not _holds_numbers(cells) and _holds_numbers(numbers):
+            return begin, separator if split else " "
+        begin += len(line) + 1
+    return 0, max("\t;,", key=text.lstrip().split("\n", 1)[0].count)
+
+
+def _holds_numbers(cells: list[str]) -> bool:
+    filled = [cell.strip(' "').replace(",", ".") for cell in cells]
+    return sum(not cell or np.isfinite(number(cell)) for cell in filled) > len(filled) / 2
 
 
 def read_table(path: Path) -> Rows:
-    """Read a table whose cells are separated by commas, semicolons or tabs.
+    """Read a table whose cells are separated by commas, semicolons, tabs or blanks, with words above it or none.
 
     Raises
     ------
@@ -40,12 +122,10 @@ def read_table(path: Path) -> Rows:
     """
     where = path.name
     text, notes = read_text(path)
-    begin = 0
-    while remark := _REMARK.match(text, begin):
-        begin = remark.end()
+    begin, delimiter = _begin(text)
     text, remarks = text[begin:], text.count("\n", 0, begin)  # lines before the header
-    head = text.lstrip().split("\n", 1)[0]
-    delimiter = max("\t;,", key=head.count)
+    if delimiter == " ":
+        text = "\n".join(" ".join(line.split()) for line in text.split("\n"))
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
     rows, lines = [], []
     try:
@@ -99,24 +179,19 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
     """
     columns, place = Columns(), f"{table.where}, line 1"
     twice, beginning = "two columns hold the same thing", ", ".join(table.header[:8])
-    unread: list[str] = []
-    coordinates: list[tuple[str, str, str, int]] = []
     for column, title in enumerate(table.header):
-        plain = _BRACKETED.sub(r"_\1", title)
-        role = next((role for role, titles in _ROLES.items() if plain.lower() in titles), None)
-        if role is not None:
+        if role := role_of(title)[0]:
             if role in columns.roles:
                 raise damaged(twice, place, received=f"{table.header[columns.roles[role]]} and {title}")
             columns.roles[role] = column
-        elif match := _COORDINATE.fullmatch(plain):
-            point, axis, unit = match.group("point", "axis", "unit")
-            coordinates.append((point or "", axis.lower(), (unit or "").lower(), column))
-        else:
-            unread.append(title)
-    is_long = any(not point for point, *_ in coordinates)
+    roles = set(columns.roles.values())
+    found = coordinates(["" if k in roles else title for k, title in enumerate(table.header)])
+    is_long = any(not point for point, *_ in found)
+    read = roles | {column for *_, column in found}
+    unread = [title for k, title in enumerate(table.header) if k not in read]
     if not is_long and "point" in columns.roles:  # a name of the trial, say
         unread.append(table.header[columns.roles.pop("point")])
-    for point, axis, unit, column in coordinates:
+    for point, axis, unit, column in found:
         if bool(point) == is_long:
             unread.append(table.header[column])
             continue
@@ -165,6 +240,17 @@ def _drop_rotations(columns: Columns, unread: list[str], header: list[str]) -> N
         columns.axes[plain] = columns.axes.pop(name)
 
 
+def seconds(table: Rows, column: int) -> tuple[np.ndarray, float]:
+    """Times of the rows (R,) in seconds, and their unit: milliseconds if the title or a rate below 1 Hz says so."""
+    times = table.numbers([column])[:, 0]
+    steps = np.diff(np.unique(times[np.isfinite(times)]))
+    slow = len(steps) and np.median(steps) > 1.5
+    if slow:
+        table.notes.append(f"The times are taken as milliseconds: frames are {np.median(steps):g} apart.")
+    unit = 0.001 if slow or role_of(table.header[column])[1].endswith(_MILLISECONDS) else 1.0
+    return times * unit, unit
+
+
 def unit_of_length(table: Rows, columns: Columns, otherwise: str) -> str:
     """Unit of length that the header or a column of units names; else `otherwise`.
 
@@ -175,7 +261,7 @@ def unit_of_length(table: Rows, columns: Columns, otherwise: str) -> str:
     """
     declared = set(columns.units)
     if "unit" in columns.roles:
-        declared |= {cell.lower() for cell in table.texts(columns.roles["unit"])}
+        declared |= {unit_of(cell) for cell in table.texts(columns.roles["unit"])}
     if len(declared) > 1:
         raise damaged(
             "the unit of length is not the same throughout",
