@@ -217,7 +217,16 @@ def _keypoints() -> list[Sample]:
         "meta_info": {"keypoint_id2name": {str(k): f"p{k}" for k in range(17)}},
         "instance_info": [{"frame_id": k, "instances": [person]} for k in range(1, 4)],
     }
+    coco = {
+        "images": [{"id": k, "file_name": f"{k}.jpg", "width": 640, "height": 480} for k in range(3)],
+        "annotations": [{"image_id": k, "keypoints": flat} for k in range(3)],
+        "categories": [{"keypoints": [f"p{k}" for k in range(17)]}],
+    }
+    lines = [json.dumps({"frame": k, "landmarks": {f"p{n}": mark for n in range(17)}}) for k in range(3)]
     contents = {
+        "coco.json": json.dumps(coco).encode(),
+        "lines.jsonl": "\n".join(lines).encode(),
+        "arrays.npz": packed(keypoints=np.stack([points[:17]] * 3), names=np.array(["a"] * 17), fps=30),
         "alphapose.json": json.dumps(alphapose).encode(),
         "mmpose.json": json.dumps(mmpose).encode(),
         "mediapipe.json": json.dumps({"fps": 30, "frames": [{"landmarks": [mark] * 33}] * 2}).encode(),

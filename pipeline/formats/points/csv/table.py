@@ -69,7 +69,7 @@ def coordinates(
     >>> coordinates(["time", "x_LASI", "y_LASI"], "xy"), coordinates(["LASIX [inches]", "LASIY [inches]"], "xy")
     ([('LASI', 'x', '', 1), ('LASI', 'y', '', 2)], [('LASI', 'x', 'in', 0), ('LASI', 'y', 'in', 1)])
     """
-    of_first: list[tuple[str, str, str, int]] = []
+    ways: list[list[tuple[str, str, str, int]]] = []
     for way in _WAYS:
         pattern = way.format("|".join((*axes, *others))) + rf"(?:[ _.](?P<unit>{LENGTHS}|px|pixels?))?"
         found: list[tuple[str, str, str, int]] = []
@@ -82,10 +82,10 @@ def coordinates(
         for point, axis, *_ in found:
             held.setdefault(point, set()).add(axis)
         whole = {point for point, of in held.items() if of >= set(axes)}
-        of_first = of_first or found
+        ways.append(found)
         if whole:
             return found if way == _WAYS[0] else [one for one in found if one[0] in whole]
-    return of_first
+    return ways[0]
 
 
 def role_of(title: str) -> tuple[str, str]:
