@@ -1,12 +1,15 @@
-"""Several people in one recording, told apart by the beginnings of their points' names: ``anna:LANK``, ``ben:LANK``."""
+"""Several people in one recording, told apart by where their points' names begin or end: ``anna:LANK``, ``LANK_2``."""
 
 from __future__ import annotations
 
 import functools
+import itertools
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+
+import numpy as np
 
 from pipeline.mappings.fitting import suggest
 from pipeline.skeleton.recorded import MotionCapture
@@ -14,10 +17,13 @@ from pipeline.skeleton.source_mapping import SourceMapping
 from pipeline.validation import InvalidInput
 
 OTHERS = "unnamed"
-"""The person whose points have no beginning of their own, beside others whose have."""
+"""The person whose points' names have no beginning or end of their own, beside others whose have."""
 
 _FEWEST = 7
 """Points of somebody whose legs and pelvis are known."""
+
+ONE_PLACE_MM = 50.0
+"""Points of one name that are nearer in the median are one person's, raw and filtered perhaps."""
 
 _SIDES = {"l", "r", "left", "right", "lt", "rt"}
 
@@ -33,8 +39,8 @@ def people(motion: MotionCapture, mappings: Iterable[SourceMapping]) -> dict[str
 
     Notes
     -----
-    People are told apart by what stands before a colon, else by the first one or two words of their points' names,
-    else by names that stand in the file once for each of them; these people are called ``1``, ``2``….
+    People are told apart by what stands before a colon, else by the first one or two words of their points' names, the
+    last word or number, else by names that stand in the file once for each of them, who are called ``1``, ``2``….
     """
     mappings = list(mappings)
     for groups in _groupings(motion.names):
@@ -49,7 +55,9 @@ def people(motion: MotionCapture, mappings: Iterable[SourceMapping]) -> dict[str
             others = _only(motion, rest, "")
             if suggest(others, mappings).usable:
                 usable[OTHERS] = others
-        if len(usable) > 1:
+        if len(usable) > 1 and not any(
+            itertools.starmap(_in_one_place, itertools.combinations(usable.values(), 2))
+        ):
             return usable
     return {}
 
@@ -92,14 +100,24 @@ def of_one_person(
     return replace(found[chosen], notes=(*motion.notes, note))
 
 
-def _only(motion: MotionCapture, points: Sequence[int], beginning: str) -> MotionCapture:
-    """The recording with some of its points, their names without what they begin with."""
+def _in_one_place(one: MotionCapture, other: MotionCapture) -> bool:
+    """Whether points of the same names lie in the same places."""
+    shared = [name for name in one.names if name in other.names]
+    pairs = [[who.names.index(name) for name in shared] for who in (one, other)]
+    apart = np.linalg.norm(one.positions_mm[:, pairs[0]] - other.positions_mm[:, pairs[1]], axis=-1)
+    apart = apart[np.isfinite(apart)]
+    return bool(apart.size) and float(np.median(apart)) < ONE_PLACE_MM
+
+
+def _only(motion: MotionCapture, points: Sequence[int], who: str) -> MotionCapture:
+    """The recording with some of its points, their names without the person's that they begin or end with."""
     k = list(points)
+    of_person = re.compile(rf"{re.escape(who)}[\W_]+|[\W_]*{re.escape(who)}[\W_]*$" if who else "(?!)")
     names = (motion.names[i] for i in k)
     return replace(
         motion,
         names=tuple(
-            name[len(beginning) :].lstrip(":_.- ") if beginning and name.startswith(beginning) else name
+            name[match.end() :] if (match := of_person.match(name)) else of_person.sub("", name, count=1)
             for name in names
         ),
         positions_mm=motion.positions_mm[:, k],
@@ -113,6 +131,7 @@ def _groupings(names: Sequence[str]) -> Iterator[dict[str, list[int]]]:
         yield _grouped(names, lambda name: name.rpartition(":")[0])
     for words in (1, 2):
         yield _grouped(names, functools.partial(_first_words, count=words))
+    yield _grouped(names, _last_word)
     count = names.count(names[0]) if names else 0
     if count > 1 and all(names.count(name) == count for name in set(names)):
         seen: Counter[str] = Counter()
@@ -135,3 +154,9 @@ def _first_words(name: str, count: int) -> str:
     """The first words of a name without the separator after them; empty if nothing follows."""
     match = re.match(rf"([^\W_]+[\W_]+){{{count}}}", name)
     return re.sub(r"[\W_]+$", "", match[0]) if match and match.end() < len(name) else ""
+
+
+def _last_word(name: str) -> str:
+    """The number that ends a name, or its last word; empty if nothing stands before."""
+    match = re.search(r"(?<=\D)(\d+)\W*$", name) or re.search(r"(?<=.)[\W_]+([^\W_]+)[\W_]*$", name)
+    return match[1] if match else ""

@@ -68,6 +68,26 @@ def test_somebody_without_a_beginning_beside_somebody_with_one() -> None:
     np.testing.assert_array_equal(joints_of(motion, None, "unnamed")[1], FIRST)
 
 
+@pytest.mark.parametrize("ending", ["_2", "2", "-2", " (2)", ".2"])
+def test_somebody_whose_names_end_with_a_number(ending: str) -> None:
+    motion = two(lambda who, joint: joint if who == "anna" else joint + ending)
+    assert list(people(motion, shipped().values())) == ["2", "unnamed"]
+    np.testing.assert_array_equal(joints_of(motion, None, "unnamed")[1], FIRST)
+    np.testing.assert_array_equal(joints_of(motion, None, "2")[1], SECOND)
+
+
+def test_people_whose_names_end_with_theirs() -> None:
+    motion = two(lambda who, joint: f"{joint}_{who}")
+    assert list(people(motion, shipped().values())) == ["anna", "ben"]
+    np.testing.assert_array_equal(joints_of(motion, None, "ben")[1], SECOND)
+
+
+def test_raw_and_filtered_points_are_one_person() -> None:
+    names = (*JOINTS, *(f"{joint}_raw" for joint in JOINTS))
+    motion = recording(names, np.concatenate([FIRST, FIRST + 3.0], axis=1))
+    assert people(motion, shipped().values()) == {}
+
+
 def test_names_that_stand_once_for_each_person() -> None:
     motion = two(lambda _, joint: joint)
     np.testing.assert_array_equal(joints_of(motion, None, "2")[1], SECOND)
