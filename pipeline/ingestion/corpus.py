@@ -19,9 +19,12 @@ from pipeline import fetch, formats, mappings
 from pipeline.core import walking
 from pipeline.formats import acclaim
 from pipeline.ingestion import static_trial
+from pipeline.ingestion.exchanged_labels import exchanged_back
+from pipeline.skeleton import WALKER15
 from pipeline.skeleton.mapped_joints import map_joints
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping
+from pipeline.skeleton.source_points import SourcePoints
 from pipeline.validation import InvalidInput
 
 
@@ -134,6 +137,11 @@ def joints_of(
             )
         mapping = fit.mapping
         notes.append(f"Recognised as {mapping.name}.")
+    source = SourcePoints(motion, mapping.points)
+    rules = [source.rule_of(joint, mapping) for joint in WALKER15.joints]
+    used = {source.index(point) for rule in rules if rule for point in rule[0]}
+    motion = exchanged_back(replace(motion, notes=tuple(notes)), used)
+    notes = list(motion.notes)
     positions, valid = map_joints(motion, mapping, missing=True)
     factor, sentence = mappings.rescaled(motion, mapping, walking.leg_length(positions))
     notes += [sentence] if sentence else []
