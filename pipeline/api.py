@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,6 +20,7 @@ from pipeline.core.linear_model import LinearModel
 from pipeline.core.reconstruction import from_known_views
 from pipeline.formats import read as read
 from pipeline.ingestion.corpus import joints_of
+from pipeline.ingestion.exchanged_labels import REMARK
 from pipeline.shortened import shortened
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.recorded import MotionCapture
@@ -84,7 +86,8 @@ def represent(
 ) -> FourierRepresentation:
     """Return the Fourier representation of the steady walk in a recording, about its mean pelvis.
 
-    Joints above the legs that the markers do not give are estimated.
+    Joints above the legs that the markers do not give are estimated.  What is doubtful in the walk is a warning: steps
+    that are unusual at its frame rate, left and right points that change places, a joint that was badly tracked.
 
     Parameters
     ----------
@@ -101,11 +104,13 @@ def represent(
         If the recording cannot be read or holds no steady walk.
     """
     motion = read(path, frame_rate_hz=frame_rate_hz, units=units)
-    positions, valid = joints(motion, skeleton, subject)
+    motion, positions, valid = joints_of(motion, mappings.chosen(skeleton), subject)
     raw = RawClip(report_row(REPORT_COLUMNS, clip=Path(path).name), positions, motion.frame_rate_hz, valid)
     walk = steady_walk(raw, Steady())
     if walk.positions is None:
         raise InvalidInput(str(walk.row["reason"]), where=Path(path).name)
+    for doubt in filter(None, (walk.row["reason"], *(note for note in motion.notes if REMARK in note))):
+        warnings.warn(f"{Path(path).name}: {doubt}", stacklevel=2)
     return fourier.represent(walking.set_origin(walk.positions, origin="pelvis_mean"), motion.frame_rate_hz)
 
 

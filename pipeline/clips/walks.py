@@ -126,7 +126,10 @@ def _steady_part(
     if steady.heading is Heading.steps:
         # A turn about the vertical moves no frequency and no share of the variance.
         level = walking.turn_about_vertical(level, -walking.step_heading(series.coefficients))
-    walking.require_walk(level, frame_rate_hz, leg_mm=row["leg_length_mm"], speed_mm_s=stretch.speed_mm_s)
+    whose = {"leg_mm": row["leg_length_mm"], "speed_mm_s": stretch.speed_mm_s}
+    walking.require_walk(level, frame_rate_hz, **whose)
+    doubt = walking.unusual_cadence(level, frame_rate_hz, **whose, frequency_hz=series.frequency_hz)
+    row["reason"] = "; ".join(filter(None, (row["reason"], doubt)))
     row |= {
         "strides": len(level) / frame_rate_hz * series.frequency_hz,
         "frequency_hz": series.frequency_hz,
@@ -214,7 +217,8 @@ def compared(
         series = fourier.represent(positions, walk.frame_rate_hz, frequency_hz=other)
         if series.residual_fraction > EQUAL_FIT_RATIO * walk.row["residual_share"]:
             remark = f"{'slower' if off < 1 else 'quicker'} than the others: {off:.2f} of their frequency"
-            return dataclasses.replace(walk, row=walk.row | {"reason": remark})
+            remarks = "; ".join(filter(None, (remark, walk.row["reason"])))
+            return dataclasses.replace(walk, row=walk.row | {"reason": remarks})
         reason = InvalidInput(
             "the fundamental frequency is far from the other walkers'",
             expected=f"within a factor of {ratio:g} for the leg length",

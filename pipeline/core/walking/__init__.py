@@ -2,11 +2,11 @@
 
 In the order of use: `require_millimetres` and `bridge_gaps` make sure of the clip, `steady_stretch` finds the part
 of it in which somebody walks steadily, `treadmill_equivalent` takes the path and the heading out of that part,
-`require_walk` refuses what is no walk, and `set_origin` puts it about the pelvis.  Positions are (T, 15, 3) in
-WALKER15 order, mm, z up.
+`require_walk` refuses what is no walk, `unusual_cadence` doubts the frame rate, and `set_origin` puts it about the
+pelvis.  Positions are (T, 15, 3) in WALKER15 order, mm, z up.
 """
 
-from pipeline.core.walking.gates import require_walk
+from pipeline.core.walking.gates import require_walk, unusual_cadence
 from pipeline.core.walking.steady import (
     STANDING_MM,
     TREADMILL_MM_S,
@@ -48,4 +48,5 @@ __all__ = [
     "treadmill_equivalent",
     "turn_about_vertical",
     "uneven_legs",
+    "unusual_cadence",
 ]

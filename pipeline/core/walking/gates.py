@@ -3,6 +3,7 @@
 Symbols
 -------
 ``Fr``     Froude number, ``v² / (g leg)``: people run from about 0.5, and a leg that is a pendulum stays below 1
+``w``      stride frequency times ``√(leg / g)``, over (stride / leg)^0.7: people lengthen and quicken strides together
 ``lift``   how far the ankle rises in swing, in lengths of the leg; a runner's heel rises to the knee
 """
 
@@ -23,6 +24,9 @@ LEAST_STANCE, SLOWEST_MM_S = 0.15, 100.0
 """Share of the time in which each foot is the lower one, and how fast the lower foot goes back under the pelvis."""
 BOW_DEG = 25.0
 """Range of the trunk's pitch over the stretch, 5 to 95 %: walks have 10, bends 50 at least."""
+
+USUAL_W, STRIDE_POWER = (0.115, 0.25), 0.7
+"""Of 120 recorded walks ``w`` has 0.118 to 0.209: at half or double the frame rate nearly all are outside."""
 
 _ANKLES = [WALKER15.index("left_ankle"), WALKER15.index("right_ankle")]
 _SHOULDERS = [WALKER15.index("left_shoulder"), WALKER15.index("right_shoulder")]
@@ -55,9 +59,8 @@ def require_walk(level: np.ndarray, frame_rate_hz: float, *, leg_mm: float, spee
             expected=f"fore-aft motion correlated by {ALTERNATION:g} or less",
             received=told_apart(together, ALTERNATION, 2),
         )
-    lower = ankles[..., 2].argmin(axis=1)
-    back = -np.gradient(ankles[..., 1], axis=0)[np.arange(len(lower)), lower] * frame_rate_hz
-    belt, share = float(np.median(back)), float(min((lower == 0).mean(), (lower == 1).mean()))
+    lower, belt = _stance(ankles, frame_rate_hz)
+    share = float(min((lower == 0).mean(), (lower == 1).mean()))
     if belt < SLOWEST_MM_S or share < LEAST_STANCE:
         raise InvalidInput(
             "no walk: the feet do not stand and swing in turn",
@@ -80,3 +83,36 @@ def require_walk(level: np.ndarray, frame_rate_hz: float, *, leg_mm: float, spee
             expected=f"a Froude number up to {FASTEST_FROUDE:g}, or feet that hardly rise",
             received=f"{froude:.2f}, feet that rise by {lift:.0%} of the leg",
         )
+
+
+def _stance(ankles: np.ndarray, frame_rate_hz: float) -> tuple[np.ndarray, float]:
+    """Which of the ankles (T, 2, 3) is the lower one (T,), and how fast it goes back under the pelvis, mm/s."""
+    lower = ankles[..., 2].argmin(axis=1)
+    back = -np.gradient(ankles[..., 1], axis=0)[np.arange(len(lower)), lower] * frame_rate_hz
+    return lower, float(np.median(back))
+
+
+def unusual_cadence(
+    level: np.ndarray, frame_rate_hz: float, *, leg_mm: float, speed_mm_s: float, frequency_hz: float
+) -> str:
+    """Return a remark on steps that are too slow or quick for their length, as at a wrong frame rate; else nothing.
+
+    Parameters
+    ----------
+    level, frame_rate_hz, leg_mm, speed_mm_s
+        As for `require_walk`.
+    frequency_hz : float
+        Of strides.
+    """
+    stride_mm = (speed_mm_s or _stance(level[:, _ANKLES], frame_rate_hz)[1]) / frequency_hz
+    # The length of a stride does not depend on the frame rate.
+    unit_hz = np.sqrt(GRAVITY_MM_S2 / leg_mm) * (stride_mm / leg_mm) ** STRIDE_POWER
+    low, high = (120 * w * unit_hz for w in USUAL_W)
+    cadence = 120 * frequency_hz
+    if low <= cadence <= high:
+        return ""
+    other = frame_rate_hz * (2.0 if cadence < low else 0.5)
+    return (
+        f"{cadence:.0f} steps a minute of {stride_mm / 2:.0f} mm are unusual, {low:.0f} to {high:.0f} usual for legs of"
+        f" {leg_mm:.0f} mm: is the frame rate {frame_rate_hz:g} Hz, or {other:g} Hz?"
+    )
