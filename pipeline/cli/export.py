@@ -81,7 +81,7 @@ def export(arguments: Sequence[str]) -> Path:
     suffixes = (".c3d", ".trc", ".bvh", ".csv", ".npz")
     target = target_file(options.to, suffixes, USAGE, named, replace=options.replace)
     source = Path(named)
-    if (source / "joints.csv").is_file():
+    if (source / "summary.json").is_file():
         motion = synthesised([("", keypoint_walk(source))], options)
     elif source.is_dir():
         motion = reconstruction(source, options)

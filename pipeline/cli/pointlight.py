@@ -12,7 +12,14 @@ import numpy as np
 
 from pipeline import pointlight
 from pipeline.cli.output import tell
-from pipeline.cli.walkers import FigureWalkers, Walk, keypoint_walk, options_of, recorded_walk, target_file
+from pipeline.cli.walkers import (
+    FigureWalkers,
+    Walk,
+    keypoint_walk,
+    options_of,
+    recorded_walk,
+    target_file,
+)
 from pipeline.core import fourier
 from pipeline.pointlight import Noise, PointLights
 from pipeline.skeleton import WALKER15
@@ -183,7 +190,7 @@ def _walk(source: str, options: Display) -> Walk:
             where="gender",
             expected="`pointlight synthetic gender=…`",
         )
-    if (path / "joints.csv").is_file():
+    if (path / "summary.json").is_file():
         return keypoint_walk(path, harmonics=harmonics)
     if not path.is_dir():
         return recorded_walk(

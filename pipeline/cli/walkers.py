@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,7 +11,7 @@ import numpy as np
 
 from pipeline import formats, mappings
 from pipeline.cli.options import Options, filled
-from pipeline.clips.options import Steady
+from pipeline.clips.options import Locomotion, Steady
 from pipeline.clips.usable import RawClip, report_row
 from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
 from pipeline.core import camera, fourier, linear_model, reconstruction
@@ -206,7 +207,19 @@ def recorded_walk(path: Path, *, skeleton: str, units: str, subject: str = "", h
 
 
 def keypoint_walk(folder: Path, *, harmonics: int = 2) -> Walk:
-    """Return the walk in the ``joints.csv`` that ``reconstruct`` wrote; the longest stretch of several."""
+    """Return the walk in the ``joints.csv`` that ``reconstruct`` wrote; the longest stretch of several.
+
+    Raises
+    ------
+    InvalidInput
+        If there is none, it lasts for less than a stride, or the files are not those of ``reconstruct``.
+    """
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    if summary["verdict"] == "not_a_walk":
+        why = "; ".join(map(str, summary["why"]))
+        raise InvalidInput(
+            "`reconstruct` found no walk, so that there is no motion", folder.name, received=why
+        )
     table = tables.read(folder / "joints.csv")
     if lacking := {"stretch", "frame", "time_s", "joint", "x", "y", "z"} - set(table):
         received = f"no column {sorted(lacking)[0]}"
@@ -214,24 +227,39 @@ def keypoint_walk(folder: Path, *, harmonics: int = 2) -> Walk:
             "is no table of `reconstruct`", where=str(folder / "joints.csv"), received=received
         )
     stretches, counts = np.unique(table["stretch"], return_counts=True)
-    rows = table["stretch"] == stretches[counts.argmax()]
+    longest = int(stretches[counts.argmax()])
+    rows = table["stretch"] == longest
     count = int(rows.sum())
     if count % len(WALKER15.joints) or count < 2 * len(WALKER15.joints):
         raise InvalidInput(
             "a frame is incomplete", where=str(folder / "joints.csv"), received=f"{count} rows"
         )
+    said = summary["stretches"][longest] if "stretches" in summary else summary
+    if said["strides"] < 1:
+        what = "the film holds less than a stride, of which no cycle is made: its motion is in walk.c3d, .trc and .csv"
+        raise InvalidInput(what, folder.name, "1 stride", f"{said['strides']:g}")
     positions = np.column_stack([table[axis][rows] for axis in "xyz"]).reshape(-1, len(WALKER15.joints), 3)
     times = table["time_s"][rows][:: len(WALKER15.joints)]
     rate = (len(times) - 1) / float(times[-1] - times[0])
-    return steady(folder.name, positions.astype(float), rate, None, harmonics=harmonics)
+    # Who walks on a belt, or is followed by the camera, drifts on it and does not walk there.
+    locomotion = Locomotion.auto if said["locomotion"] == "overground" else Locomotion.treadmill
+    return steady(
+        folder.name, positions.astype(float), rate, None, harmonics=harmonics, locomotion=locomotion
+    )
 
 
 def steady(
-    name: str, positions: np.ndarray, frame_rate_hz: float, valid: np.ndarray | None, *, harmonics: int
+    name: str,
+    positions: np.ndarray,
+    frame_rate_hz: float,
+    valid: np.ndarray | None,
+    *,
+    harmonics: int,
+    locomotion: Locomotion = Locomotion.auto,
 ) -> Walk:
     """Return the Fourier representation of the steady part of joints (T, 15, 3), mm."""
     row = report_row(REPORT_COLUMNS, clip=name)
-    prepared = steady_walk(RawClip(row, positions, frame_rate_hz, valid), Steady())
+    prepared = steady_walk(RawClip(row, positions, frame_rate_hz, valid), Steady(locomotion=locomotion))
     if prepared.positions is None:
         raise InvalidInput(f"no walk: {prepared.row['reason']}", where=name)
     series = fourier.represent(

@@ -14,6 +14,8 @@ import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
 import pipeline
+from pipeline import formats
+from pipeline.cli.export import export
 from pipeline.core.keypoint_walk.calibration import ANYBODY, AS_OURS
 from pipeline.core.keypoint_walk.objective import FOCAL_SD, TURN
 from pipeline.core.keypoint_walk.tracks import find_tracks
@@ -235,6 +237,29 @@ def test_somebody_who_stands_is_refused_with_the_reason(model: Path, tmp_path: P
     assert summary["why"]
     assert "view_angle_deg" not in summary
     assert not (folder / "joints.csv").exists()
+    with pytest.raises(InvalidInput, match=r"`reconstruct` found no walk.*the legs hardly move"):
+        export([str(folder), f"to={tmp_path / 'walk.c3d'}"])
+
+
+def test_a_walk_on_a_belt_is_exported_and_less_than_a_stride_is_not(model: Path, tmp_path: Path) -> None:
+    pixels = in_layout(clip(90.0, ERROR), "coco17")
+    for name, part, words in (
+        ("whole", pixels, ""),
+        ("short", pixels[:28], "holds less than a stride.*received 0"),
+    ):
+        options = Reconstruct(
+            input=given(alphapose(tmp_path / f"{name}.json", part)),
+            output=Output(path=str(tmp_path / name), recording=False, page=False),
+            model_folder=str(model),
+        )
+        _, summary, folder = run(options)
+        assert summary["verdict"] != "not_a_walk"
+        target = f"to={tmp_path / f'{name}.c3d'}"
+        if words:
+            with pytest.raises(InvalidInput, match=words):
+                export([str(folder), target])
+        else:
+            assert formats.read(export([str(folder), target])).frame_rate_hz == 100.0
 
 
 def _numbered(layout: str) -> Detections:
