@@ -60,10 +60,8 @@ def compose(overrides: Sequence[str]) -> Experiment:
     return on_this_machine(experiment)
 
 
-@cache
-def _indexed() -> None:
-    """Keep the index of options, once: their classes are loaded now."""
-    write_index()
+_indexed = cache(write_index)
+"""Keep the index of options, once: their classes are loaded now."""
 
 
 def _whole(value: Any, hint: Any = Experiment) -> Any:

@@ -34,7 +34,7 @@ Make = Callable[[Experiment, Path, Callable[[str], None]], Outcome | Failure]
 TIMES, EACH_S = 10, 0.5
 """How often a worker is told to end, and what it has each time to tidy up, before it is killed."""
 
-_OF_MOST_FIGURES = ("numba", "pipeline.pictures.style")
+_OF_MOST_FIGURES = ("numba", "pipeline.pictures.picture")
 """What takes long to import: imported once for all but the first figures.  Not rerun, which begins threads."""
 
 # No thread runs when workers begin, and what the program has imported and composed is not loaded again.
@@ -82,6 +82,7 @@ def make_side_by_side(
             spare.release()
 
     gc.freeze()  # or a collection in a worker writes to what it shares with this process, which is then copied
+    gc.set_threshold(50_000)  # little of what figures make is garbage, and looking for it takes long
     with _told_to_end() as told_to_end:
         try:
             for slot in range(processes):
