@@ -71,6 +71,7 @@ def test_a_long_stage_is_cut_into_parts_by_what_it_costs(tmp_path: Path) -> None
     assert set(figure.needs) >= {task.name for task in of["sweep"]}
 
 
+@pytest.mark.thorough
 def test_figures_after_their_tasks_have_the_tables_of_figures_alone(tmp_path: Path) -> None:
     apart, alone = tmp_path / "apart", tmp_path / "alone"
     tasks = tasks_of(apart, "zhang2007_fig3", "zhang2007_fig5", task_s=0.7)

@@ -130,6 +130,7 @@ def run(project: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.thorough
 def test_the_figure_is_made_and_shown(project: Path) -> None:
     where = ["results=made", "scale=smoke"]
     assert "frequency_hz" in (project / "tests" / "golden" / "pace2030_fig1.csv").read_text(encoding="utf-8")
