@@ -66,11 +66,13 @@ def judge(
     Raises
     ------
     InvalidInput
-        If a table lacks a column that a claim reads.
+        If a table lacks a column that a claim reads, or there is no such measure.
     """
     frames = {name: _frame(name, table) for name, table in made.items()}
     verdicts = []
     for claim in claims:
+        if claim.measure:
+            evaluation.check(claim.measure, MEASURES, claim.name)
         if missing := [name for name in claim.tables if name not in frames]:
             why = f"figure {missing[0]} is not made yet"
             verdicts.append(papers.Verdict(claim, papers.Agreement.UNTESTABLE, why))

@@ -101,6 +101,17 @@ def test_small_figures_are_not_judged_wherever_they_stand(tmp_path: Path) -> Non
         assert verdicts["zhang2007_thirty_components"].agreement == told
 
 
+@pytest.mark.parametrize(
+    "measure", [papers.Measure("distinkt", {}), papers.Measure("distinct", {"tabel": "t"})]
+)
+def test_a_slip_in_a_claim_is_named(measure: papers.Measure) -> None:
+    claim = replace(papers.claim("zhang2007_walkers"), measure=measure)
+    with pytest.raises(
+        InvalidInput, match=r"zhang2007_walkers: (no measure 'distinkt'|wrong arguments of distinct)"
+    ):
+        judge([claim], {}, "synthetic")
+
+
 @pytest.mark.parametrize("made_as", [{"figure": "zhang2004_fig2"}, {"data": "optical"}])
 def test_a_folder_that_holds_another_result_is_not_judged(made_as: dict[str, str], tmp_path: Path) -> None:
     folder = tmp_path / "zhang2007_fig2"
