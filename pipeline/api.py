@@ -280,8 +280,7 @@ def to_dataframe(
     """
     import pandas as pd
 
-    names, positions = _points(motion, skeleton)
-    times = np.arange(len(positions)) / motion.frame_rate_hz
+    times, names, positions = _points(motion, skeleton)
     columns = {
         "time_s": np.repeat(times, len(names)),
         "individual": individual,
@@ -303,8 +302,7 @@ def to_xarray(motion: MotionCapture, skeleton: str = "", *, individual: str = "i
     """
     import xarray as xr
 
-    names, positions = _points(motion, skeleton)
-    times = np.arange(len(positions)) / motion.frame_rate_hz
+    times, names, positions = _points(motion, skeleton)
     position = np.swapaxes(positions, 1, 2)[..., None]
     return xr.Dataset(
         {
@@ -321,9 +319,10 @@ def to_xarray(motion: MotionCapture, skeleton: str = "", *, individual: str = "i
     )
 
 
-def _points(motion: MotionCapture, skeleton: str) -> tuple[Sequence[str], np.ndarray]:
-    """Names and positions (T, K, 3) of points or joints; NaN where they were not measured."""
-    if not skeleton:
-        return motion.names, np.where(motion.valid[..., None], motion.positions_mm, np.nan)
-    positions, valid = joints(motion, skeleton)
-    return WALKER15.joints, np.where(valid[..., None], positions, np.nan)
+def _points(motion: MotionCapture, skeleton: str) -> tuple[np.ndarray, Sequence[str], np.ndarray]:
+    """Times (T,), names and positions (T, K, 3) of points or joints; NaN where they were not measured."""
+    names, positions, valid = motion.names, motion.positions_mm, motion.valid
+    if skeleton:
+        names, (positions, valid) = WALKER15.joints, joints(motion, skeleton)
+    times = np.arange(len(positions)) / motion.frame_rate_hz
+    return times, names, np.where(valid[..., None], positions, np.nan)

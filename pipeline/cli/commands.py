@@ -95,9 +95,8 @@ def make_page(folder: Path, data_name: str, figures: Sequence[str]) -> str:
 
     if folder.is_dir():
         write_claims(folder / "claims.csv", judged(folder, data_name, figures))
-    page, parts = write_page(folder, figures)
-    sizes = ", ".join(f"{name} {size / 1e6:.2f}" for name, size in parts.items() if name != "page")
-    return f"page: {page} ({parts['page'] / 1e6:.2f} MB: {sizes})"
+    page, _ = write_page(folder, figures)
+    return f"page: {page} ({page.stat().st_size / 1e6:.2f} MB)"
 
 
 def claims(arguments: Sequence[str]) -> int:

@@ -150,10 +150,11 @@ def on_this_machine(experiment: Experiment) -> Experiment:
         # Named after the user's folder, so that two do not share results.
         data.name = "folder_" + re.sub(r"[^\w.-]+", "_", Path(data.path).resolve().name)
     experiment.workers = processes_for(experiment.workers)
-    if not experiment.results.strip():
-        raise InvalidInput("must name a folder", where="results", received="nothing")
-    if experiment.results.startswith("~"):  # a shell leaves it inside of an option
-        raise InvalidInput("must name a folder", "results", "$HOME in place of ~", experiment.results)
+    if not experiment.results.strip() or experiment.results.startswith(
+        "~"
+    ):  # which a shell leaves in an option
+        received = experiment.results.strip() or "nothing"
+        raise InvalidInput("must name a folder", where="results", received=received)
     # The folder of a figure is made of these three.
     require_name("name", experiment.name)
     require_name("data.name", data.name)

@@ -196,11 +196,11 @@ def make_all(arguments: Sequence[str]) -> int:
     """
     from pipeline.cli.index import refuse_slips
 
-    refuse_slips([item for item in arguments if not item.startswith("launch")])
+    launched, arguments = _apart(arguments, lambda item: item.startswith(("launch=", "launch.")))
+    refuse_slips(arguments)
     from pipeline.cli.recipes import recipes
     from pipeline.cli.summary import open_console
 
-    launched, arguments = _apart(arguments, lambda item: item.startswith(("launch=", "launch.")))
     dry, arguments = _apart(arguments, lambda item: item == "--dry-run")
     chosen, common = split_named(arguments)
     found = recipes(chosen, common, steps=bool(dry))

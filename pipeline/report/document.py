@@ -51,8 +51,8 @@ def write_page(
     to: Path | None = None,
     most_bytes: int | None = None,
     motion: bool = True,
-) -> tuple[Path, dict[str, int]]:
-    """Write ``index.html`` beside the published figures; return its path and the bytes of each part.
+) -> tuple[Path, int]:
+    """Write ``index.html`` beside the published figures; return its path and the bytes of the pictures in it.
 
     Parameters
     ----------
@@ -75,27 +75,28 @@ def write_page(
     results = read_published(folder, figures)
     to, most = to or folder, MOST_BYTES if most_bytes is None else most_bytes
     width = entries.PICTURE_WIDTH
-    text, parts = _render(results, to, width, motion)
+    text, pictures = _render(results, to, width, motion)
     # Pictures become smaller until it fits; their bytes go with the area.
-    while len(text.encode()) > most and parts["pictures"] and width > LEAST_WIDTH:
-        room = parts["pictures"] - (len(text.encode()) - most)
-        share = max(room, 1) / parts["pictures"]
+    while len(text.encode()) > most and pictures and width > LEAST_WIDTH:
+        room = pictures - (len(text.encode()) - most)
+        share = max(room, 1) / pictures
         width = max(LEAST_WIDTH, int(0.97 * width * share**0.5))
-        text, parts = _render(results, to, width, motion)
+        text, pictures = _render(results, to, width, motion)
     content = text.encode()
     if len(content) > most:
         raise InvalidInput(
             "the page would be too large to send",
             where=str(to / PAGE),
             expected=f"at most {most} bytes",
-            received=f"{len(content)}: " + ", ".join(f"{name} {size}" for name, size in parts.items()),
+            received=f"{len(content)}, {pictures} of them of pictures",
         )
     with new_file(to / PAGE, replace=lambda old: _TITLE in old[:_HEAD_BYTES]) as path:
         path.write_bytes(content)
-    return to / PAGE, {**parts, "page": len(content)}
+    return to / PAGE, pictures
 
 
-def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str, dict[str, int]]:
+def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str, int]:
+    """Return the page, and the bytes of the pictures in it."""
     environment = templates.environment()
     environment.filters["tone"] = verdicts.tone
     environment.filters["beyond_tone"] = verdicts.beyond_tone
@@ -110,7 +111,9 @@ def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str
         no_walkers = no_clips = (
             f"this page gives no recorded motion on; make sweeps DATA={results.data} makes one that plays"
         )
-    of_papers = {key for key in papers.PAPERS if any(f.startswith(key) for f in _all_figures(results))}
+    of_papers = {
+        key for key in papers.PAPERS if any(f.startswith(key) for f in {**results.figures, **results.missing})
+    }
     reasons = [
         reason
         for key, reason in (("zhang2007", no_walkers), ("park2011", no_clips))
@@ -158,21 +161,8 @@ def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str
         clips_packed=clips_packed,
         tables=packed_tables,
     )
-    shown_pictures = [entry["picture"] for entry in figures.values() if entry["picture"]]
-    parts = {
-        "pictures": sum(len(picture.get("uri") or picture["packed"]) for picture in shown_pictures),
-        "tables": sum(len(text.encode()) for text in packed_tables.values()),
-        "charts": sum(len(chart.encode()) for entry in figures.values() for chart in entry["charts"]),
-        "ledger": len(ledger_packed.encode()),
-        "walkers": len(walkers_packed),
-        "clips": len(clips_packed),
-        "scripts and style": len(script.encode()) + len(style.encode()),
-    }
-    return text, parts
-
-
-def _all_figures(results: Published) -> list[str]:
-    return [*results.figures, *results.missing]
+    shown = [entry["picture"] for entry in figures.values() if entry["picture"]]
+    return text, sum(len(picture.get("uri") or picture["packed"]) for picture in shown)
 
 
 def _whom(results: Published) -> str:

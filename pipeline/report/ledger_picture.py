@@ -101,7 +101,11 @@ def ledger_picture(results: Published, *, listed: Path | None = None) -> dict[st
     """
     if not results.claims:
         return {}
-    axes = {row["claim"]: Abscissa(row) for row in results.claims if ends_known(row)}
+    axes = {
+        row["claim"]: Abscissa(row)
+        for row in results.claims
+        if np.isfinite(ends_of(str(row.get("bounds") or ""))).any()
+    }
     order = {kind: number for number, kind in enumerate(Kind)}
     rows = sorted(results.claims, key=lambda row: order.get(row.get("kind") or Kind.RESULT, 0))
     figures = list(results.figures)
@@ -118,11 +122,6 @@ def ledger_picture(results: Published, *, listed: Path | None = None) -> dict[st
         },
         "switches": _switches(results, axes, PROJECT / "results" / SWITCHES if listed is None else listed),
     }
-
-
-def ends_known(row: Mapping[str, Any]) -> bool:
-    """Whether a row of the claims has bounds."""
-    return bool(np.isfinite(ends_of(str(row.get("bounds") or ""))).any())
 
 
 def name_of(paper: papers.Paper) -> str:

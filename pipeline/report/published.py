@@ -169,11 +169,8 @@ def read_published(folder: Path, figures: Sequence[str]) -> Published:
     if not made:
         raise InvalidInput("nothing is published", where=str(folder), expected="one figure or more")
     claims = folder / "claims.csv"
-    rows = (
-        numbered_rows(claims)
-        if claims.is_file()
-        else [row for name in made for row in _own_claims(folder / name)]
-    )
+    files = [claims] if claims.is_file() else [*folder.glob("*/claims.csv")]
+    rows = [row for path in files for row in numbered_rows(path)]
     kept = [row for row in rows if row["figure"] in made]
     return Published(folder, folder.parent.name, folder.name, made, missing, kept)
 
@@ -189,11 +186,6 @@ def _figure(folder: Path) -> PublishedFigure:
         with (folder / name).open(encoding="utf-8") as table:
             headers[name] = table.readline().rstrip("\n").split(",")
     return PublishedFigure(folder.name, folder, manifest, headers)
-
-
-def _own_claims(folder: Path) -> list[dict[str, Any]]:
-    path = folder / "claims.csv"
-    return numbered_rows(path) if path.is_file() else []
 
 
 def numbered_rows(path: Path) -> list[dict[str, Any]]:

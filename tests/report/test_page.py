@@ -73,9 +73,9 @@ def results(tmp_path: Path) -> Path:
 
 def page_of(folder: Path) -> tuple[str, Elements]:
     """The page's source and what is in it."""
-    path, parts = write_page(folder, FIGURES)
+    path, _ = write_page(folder, FIGURES)
     text = path.read_text(encoding="utf-8")
-    assert parts["page"] == path.stat().st_size < MOST_BYTES
+    assert path.stat().st_size < MOST_BYTES
     return text, Elements(text)
 
 
@@ -259,10 +259,10 @@ def test_pictures_shrink_before_a_page_is_too_large(results: Path, monkeypatch: 
     Image.fromarray(noise).save(figure / "figure.png")
     kept = {k: v for k, v in read_manifest(figure).items() if k != "files"}
     write_manifest(figure, {**kept, "picture_beside_charts": True})
-    _, whole = write_page(results, FIGURES)
-    monkeypatch.setattr("pipeline.report.document.MOST_BYTES", whole["page"] - 100_000)
-    _, parts = write_page(results, FIGURES)
-    assert 0 < parts["pictures"] < whole["pictures"] - 100_000
+    path, whole = write_page(results, FIGURES)
+    monkeypatch.setattr("pipeline.report.document.MOST_BYTES", path.stat().st_size - 100_000)
+    _, pictures = write_page(results, FIGURES)
+    assert 0 < pictures < whole - 100_000
 
 
 def test_the_same_results_make_the_same_page(results: Path) -> None:
