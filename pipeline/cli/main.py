@@ -293,7 +293,7 @@ def main(arguments: Sequence[str]) -> int:
     except KeyboardInterrupt:
         with suppress(OSError):
             print(
-                "interrupted: finished stages are kept; the same command continues from there",
+                "interrupted: what was finished is kept; the same command continues from there",
                 file=sys.stderr,
             )
         return _INTERRUPTED

@@ -15,7 +15,7 @@ USUAL_SIZES = tuple(
 
 MOST_OUTSIDE = 0.1
 """Share of keypoints that may lie outside of the image by more than 6 % of its size, unless with width and height
-exchanged twice as many do: detectors guess feet below the picture."""
+exchanged half as many do: detectors guess feet below the picture, but not most of all."""
 
 
 def in_pixels(
@@ -63,10 +63,12 @@ def in_pixels(
         notes.append(
             f"The size of the image is not known; {size[0]} x {size[1]} is guessed, and the view with it."
         )
-    elif (outside := _outside(known, size)) > MOST_OUTSIDE and outside > 2 * _outside(known, size[::-1]):
+    elif (outside := _outside(known, size)) > MOST_OUTSIDE and outside > min(
+        2 * _outside(known, size[::-1]), 0.6
+    ):
         low, high = np.percentile(known, [1, 99], axis=0).round().astype(int).tolist()
         raise InvalidInput(
-            "the keypoints are not in an image of this size: are width and height exchanged?",
+            "the keypoints are not in an image of this size: are width and height exchanged, or of another film?",
             where="input.width, input.height",
             expected=f"one that holds {low[0]} to {high[0]} x {low[1]} to {high[1]} pixels",
             received=f"{size[0]} x {size[1]}",

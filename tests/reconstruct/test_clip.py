@@ -113,6 +113,9 @@ def test_an_image_that_does_not_hold_the_keypoints_is_refused() -> None:
     pixels = clip(45.0, ERROR).pixels + np.array(SIZE) / 2.0
     with pytest.raises(InvalidInput, match="are width and height exchanged"):
         in_pixels(pixels[..., ::-1], SIZE, [])
+    for small in (192, 108), (640, 360):
+        with pytest.raises(InvalidInput, match="not in an image of this size"):
+            in_pixels(pixels, small, [])
     pixels[:, [10, 11, 13, 14]] += [0.0, 1000.0]  # legs below the picture, as some detectors guess them
     assert in_pixels(pixels, SIZE, [])[1] == SIZE
 
