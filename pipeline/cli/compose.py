@@ -146,9 +146,12 @@ def on_this_machine(experiment: Experiment) -> Experiment:
     """Return a composed experiment with the number of its processes and the names of its folders, validated."""
     mappings.chosen(experiment.skeleton.mapping)  # refuses one that does not exist
     data = experiment.data
-    if isinstance(data, FolderData) and data.name == "folder" and data.path:
-        # Named after the user's folder, so that two do not share results.
-        data.name = "folder_" + re.sub(r"[^\w.-]+", "_", Path(data.path).resolve().name)
+    if isinstance(data, FolderData):
+        if data.name == "folder" and data.path:
+            # Named after the user's folder, so that two do not share results.
+            data.name = "folder_" + re.sub(r"[^\w.-]+", "_", Path(data.path).resolve().name)
+        elif data.name != "folder" and (CONF / "data" / f"{data.name}.yaml").is_file():
+            raise InvalidInput("must not be that of another data set", where="data.name", received=data.name)
     experiment.workers = processes_for(experiment.workers)
     if not experiment.results.strip() or experiment.results.startswith(
         "~"

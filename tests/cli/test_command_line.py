@@ -672,6 +672,16 @@ def test_the_name_of_the_users_own_data_is_no_path_either(
     assert_unharmed(thesis)
 
 
+def test_the_users_own_data_do_not_take_the_place_of_another_data_set(
+    say: Callable, walks: Path, tmp_path: Path
+) -> None:
+    for name in ("synthetic", "optical"):
+        said = say(*of_folder(walks, tmp_path / "results", f"data.name={name}"))
+        assert (said.status, said.out) == (1, "")
+        assert_one_sentence(said.err, f"data.name must not be that of another data set (got {name})")
+    assert not (tmp_path / "results").exists()
+
+
 def test_a_folder_that_was_not_published_is_not_replaced(
     say: Callable, tmp_path: Path, thesis: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
