@@ -13,7 +13,7 @@ from pipeline.formats.keypoints.contract import MEDIAPIPE, MOST_FRAMES, Detectio
 from pipeline.formats.keypoints.people_json import load, settings
 from pipeline.formats.points import trc
 from pipeline.formats.points.cells import Rows
-from pipeline.formats.points.csv.table import coordinates, read_table, role_of, seconds
+from pipeline.formats.points.csv.table import coordinates, read_table, role_of, set_to_seconds
 
 _WHO = ("person", "track", "person_id")
 _CONFIDENCE = ("confidence", "score", "visibility", "likelihood", "conf", "c", "p")
@@ -34,7 +34,8 @@ def read_csv(path: Path) -> Detections:
             table.notes.append(f"Frame rate and image size are those of {beside.name}.")
     timed = [k for k, title in enumerate(lower) if role_of(title)[0] == "time"]
     if not rate and timed:
-        times, _ = seconds(table, timed[0])
+        set_to_seconds(table, timed[0])
+        times = table.numbers(timed)
         steps = np.diff(np.unique(times[np.isfinite(times)]))
         if len(steps):
             rate = 1.0 / float(np.median(steps))

@@ -52,6 +52,9 @@ def at_equal_intervals(
                 "the frame rate is unknown", place(0), "two frames or more, or a rate in the header"
             )
         return positions, declared_hz
+    if steps.min() > 1.5:
+        notes.append(f"The times are taken as milliseconds: frames are {np.median(steps):g} apart.")
+        times_s, steps = times_s / 1000.0, steps / 1000.0
     rounding = _rounding(times_s)
     mean = float(steps.mean())
     rate = 1.0 / float(np.median(steps)) if declared_hz is None else declared_hz

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -39,14 +40,14 @@ def exported(path: Path, frame_rate_hz: float | None, units: str | None) -> Moti
     """
     text, notes = read_text(path)
     head = text[:4000]
-    if head.lstrip().lower().startswith("format version"):
-        return _optitrack(_Lines(path.name, text, ",", notes), units)
+    separator = max(",;\t", key="".join(re.findall(".*[A-Za-z]{2}.*", head)).count)  # of lines with words
     lines = [line.strip(' ,;\t"') for line in head.split("\n")]
     first = next(filter(None, lines), "")
+    if first.lower().startswith("format version"):
+        return _optitrack(_Lines(path.name, text, separator, notes), units)
     if head.startswith("NO_OF_FRAMES") or any(line.startswith("MARKER_NAMES") for line in lines):
-        return _qualisys(_Lines(path.name, text, "\t", notes), frame_rate_hz, units)
+        return _qualisys(_Lines(path.name, text, separator, notes), frame_rate_hz, units)
     if first.lower() in ("trajectories", "devices", "model outputs", "joints", "segments"):
-        separator = max(",;\t", key=head.count)
         return _nexus(_Lines(path.name, text, separator, notes), units)
     return None
 
@@ -61,7 +62,7 @@ class _Lines:
         except csv.Error as error:
             raise damaged("the quoting is broken", where) from error
         self.where, self.notes, self.ended = where, notes, text.endswith("\n")
-        if separator == ";":
+        if separator != ",":
             self.cells = [[cell.replace(",", ".") for cell in row] for row in self.cells]
 
     def place(self, line: int) -> str:
@@ -225,10 +226,12 @@ def _optitrack(lines: _Lines, units: str | None) -> MotionCapture:
         if (
             kinds[k : k + 1] == ["Position"]
             and axis in ("X", "Y", "Z")
-            and kind[0] in ("Bone", "Marker", "Rigid Body")
+            and kind[0] in ("Bone", "Marker", "Labeled Marker", "Rigid Body", "Bone Marker")
         ):
             columns.setdefault((name[0], kind[0]), []).append(k)
     whole = {key: found for key, found in columns.items() if len(found) == 3 and key[0]}
+    # Where a skeleton's bones expect markers is of use if nothing else is there.
+    whole = {key: found for key, found in whole.items() if key[1] != "Bone Marker"} or whole
     if not whole:
         raise damaged("there are no positions of bones or markers", lines.where, "Type Bone or Marker")
     # A bone and a marker of one name are different points.

@@ -99,7 +99,7 @@ def read_table(path: Path) -> Table:
     """Read header and lines of a TRC file; raises as `read` does."""
     where = path.name
     text, notes = read_text(path)
-    lines = text.split("\n")
+    lines = text.lstrip("\n").split("\n")
     if len(lines) < 5 or not lines[0].lstrip('"').startswith("PathFileType"):
         raise damaged(
             "this is not a TRC file",

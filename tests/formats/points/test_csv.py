@@ -123,6 +123,36 @@ def test_blanks_between_cells_below_a_title(tmp_path: Path, text: str) -> None:
     np.testing.assert_array_equal(motion.positions_mm, EXPECTED)
 
 
+TITLES = WIDE.split("\n")[0]
+
+
+@pytest.mark.parametrize(
+    "titles",
+    [
+        "time,head,,,left hip,,\n,x,y,z,x,y,z",
+        "time,head,head,head,left hip,left hip,left hip\n,X,Y,Z,X,Y,Z",
+        f"{TITLES}\ns,mm,mm,mm,mm,mm,mm",
+        f"A study of 2024,,,,,,\n{TITLES}",
+    ],
+)
+def test_titles_in_several_lines(tmp_path: Path, titles: str) -> None:
+    assert_is_the_example(read(tmp_path, WIDE.replace(TITLES, titles)))
+
+
+@pytest.mark.parametrize(
+    "time", ["2024-05-01 10:00:59.9{}0", "10:00:00.0{}0", "17000000000{}0", "1700000000.0{}"]
+)
+def test_times_of_a_calendar(tmp_path: Path, time: str) -> None:
+    text = WIDE.replace("time", "timestamp_ms" if "." not in time else "timestamp")
+    for k in range(3):
+        text = text.replace(f"0.0{k}", time.format(k))
+    assert_is_the_example(read(tmp_path, text))
+
+
+def test_a_long_table_whose_coordinates_have_a_prefix(tmp_path: Path) -> None:
+    assert_is_the_example(read(tmp_path, LONG.replace("joint,x,y,z", "Label,pos_x,pos_y,pos_z")))
+
+
 def test_times_that_would_be_too_slow_are_milliseconds(tmp_path: Path) -> None:
     motion = read(tmp_path, _milliseconds(WIDE))
     assert_is_the_example(motion)

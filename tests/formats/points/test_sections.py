@@ -71,7 +71,11 @@ def assert_is_the_example(motion: MotionCapture) -> None:
         (QUALISYS.replace("Hip\n", "Hip\nFrame\tTime\tHead Top X\tY\tZ\tHip X\tY\tZ\n")
          .replace("\n1.000", "\n1\t0.00000\t1.000").replace("\n1.500", "\n2\t0.00833\t1.500")
          .replace("\n2.000", "\n3\t0.01667\t2.000"), ".tsv"),
+        (QUALISYS.replace("\t", ";"), ".csv"),
+        (QUALISYS.replace(".", ","), ".tsv"),
         (OPTITRACK, ".csv"),
+        (OPTITRACK.replace("Marker,", "Labeled Marker,"), ".csv"),
+        (OPTITRACK.replace(",", ";").replace(".", ","), ".csv"),
         (OPTITRACK.replace("\n\n,Type", "\n,Type"), ".csv"),
         ("\ufeff" + OPTITRACK, ".csv"),
     ],

@@ -84,6 +84,7 @@ def test_the_fixture(tmp_path: Path) -> None:
         lambda text: text + "\n  \n",
         lambda text: text.replace("Hip\t\t\t\n", "Hip\n"),
         lambda text: text.replace("DataRate\t", "DataRate \t"),
+        lambda text: "\n\n" + text,
     ],
     ids=[
         "crlf",
@@ -94,6 +95,7 @@ def test_the_fixture(tmp_path: Path) -> None:
         "blank end",
         "no tabs after names",
         "blanks",
+        "blank lines above",
     ],
 )
 def test_dialects_of_the_same_file(tmp_path: Path, dialect) -> None:  # type: ignore[no-untyped-def]
@@ -233,6 +235,12 @@ def test_the_rate_comes_from_the_times_if_the_header_says_zero(tmp_path: Path) -
     assert motion.frame_rate_hz == pytest.approx(91)
     assert motion.notes == ()
     assert read(tmp_path, made(rate="0")).frame_rate_hz == 118  # 117.6 as printed, to the millisecond
+
+
+def test_times_may_be_milliseconds(tmp_path: Path) -> None:
+    motion = read(tmp_path, line(np.arange(20.0) * 10, rate="100"))
+    assert (motion.frame_rate_hz, len(motion.valid)) == (100.0, 20)
+    assert "The times are taken as milliseconds: frames are 10 apart." in motion.notes
 
 
 def test_uneven_times_are_resampled_and_said(tmp_path: Path) -> None:

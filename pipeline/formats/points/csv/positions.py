@@ -20,7 +20,7 @@ import numpy as np
 from pipeline.formats.budget import require_points
 from pipeline.formats.contract import damaged, leave_out_placeholders, motion_capture
 from pipeline.formats.points.cells import Rows, positions_to_write
-from pipeline.formats.points.csv.table import Columns, read_header, read_table, seconds, unit_of_length
+from pipeline.formats.points.csv.table import Columns, read_header, read_table, set_to_seconds, unit_of_length
 from pipeline.formats.points.sections import exported
 from pipeline.formats.text import millimetres_in
 from pipeline.skeleton.recorded import MotionCapture
@@ -54,6 +54,8 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
         return motion
     table = read_table(Path(path))
     columns = read_header(table, rate_is_given=frame_rate_hz is not None)
+    if "time" in columns.roles:
+        set_to_seconds(table, columns.roles["time"])
     unit = unit_of_length(table, columns, "mm" if units is None else units)
     millimetres = millimetres_in(unit, table.where)
     index = frame_index(table, columns)
@@ -198,15 +200,14 @@ def frame_rate(table: Rows, columns: Columns, index: np.ndarray, given: float | 
                 "a column of times with two frames or more, or the option frame_rate_hz",
             )
         return float(given)
-    table.column(columns.roles["time"])
-    times, unit = seconds(table, columns.roles["time"])
+    times = table.column(columns.roles["time"])
     order = np.lexsort((times, index))
     frame, time = index[order], times[order]
     period = float((time[-1] - time[0]) / frame[-1])
     # Printed times are rounded: one unit of their last decimal is not a departure from uniformity.
     pieces = [re.split("[.,]", cell) for cell in table.texts(columns.roles["time"])]
     decimals = max(len(piece[-1]) if len(piece) > 1 else 0 for piece in pieces)
-    rounding = unit * 10.0**-decimals if decimals < 12 and unit * 10.0**-decimals < period / 2 else 0.0
+    rounding = 10.0**-decimals if 0 < decimals < 12 and 10.0**-decimals < period / 2 else 0.0
     departure = np.abs(np.diff(time) - np.diff(frame) * period)
     if period < 1e-9 or departure.max(initial=0) > 0.01 * period + rounding:
         k = int(order[departure.argmax() + 1])

@@ -27,7 +27,7 @@ _ROLES = {
         "seconds",
     },
     "frame": {"frame", "frame#", "frame_number", "frame_index", "frame_id"},
-    "point": {"joint", "point", "marker", "name"},
+    "point": {"joint", "point", "marker", "name", "label", "landmark", "keypoint"},
     "unit": {"unit", "units"},
     "person": {"person", "person_id", "subject", "subject_id", "track_id"},
 }
@@ -94,26 +94,10 @@ def role_of(title: str) -> tuple[str, str]:
     return next((role for role, titles in _ROLES.items() if plain in titles), ""), plain
 
 
-def _begin(text: str) -> tuple[int, str]:
-    """Place of the header, the first line of words above one of as many numbers, and what separates its cells."""
-    begin, lines = 0, text.split("\n", _MOST_ABOVE)
-    for line, below in itertools.pairwise(lines):
-        separator = max("\t;,", key=line.count)
-        split = separator if separator in line else None
-        cells, numbers = line.split(split), below.split(split)
-        if len(cells) == len(numbers) > 2 and not _holds_numbers(cells) and _holds_numbers(numbers):
-            return begin, separator if split else " "
-        begin += len(line) + 1
-    return 0, max("\t;,", key=text.lstrip().split("\n", 1)[0].count)
-
-
-def _holds_numbers(cells: list[str]) -> bool:
-    filled = [cell.strip(' "').replace(",", ".") for cell in cells]
-    return sum(not cell or np.isfinite(number(cell)) for cell in filled) > len(filled) / 2
-
-
 def read_table(path: Path) -> Rows:
     """Read a table whose cells are separated by commas, semicolons, tabs or blanks, with words above it or none.
+
+    Titles may stand in several lines, as points over their axes or axes over units: they are joined.
 
     Raises
     ------
@@ -122,8 +106,8 @@ def read_table(path: Path) -> Rows:
     """
     where = path.name
     text, notes = read_text(path)
-    begin, delimiter = _begin(text)
-    text, remarks = text[begin:], text.count("\n", 0, begin)  # lines before the header
+    begin, titles, delimiter = _begin(text.split("\n"))
+    text = "\n".join(text.split("\n")[begin:])
     if delimiter == " ":
         text = "\n".join(" ".join(line.split()) for line in text.split("\n"))
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
@@ -132,16 +116,14 @@ def read_table(path: Path) -> Rows:
         for row in reader:
             if any(cell.strip() for cell in row):
                 rows.append(row)
-                lines.append(reader.line_num + remarks)
+                lines.append(reader.line_num + begin)
     except csv.Error as error:
-        raise damaged("the quoting is broken", f"{where}, line {reader.line_num + remarks}") from error
-    if len(rows) < 2:
+        raise damaged("the quoting is broken", f"{where}, line {reader.line_num + begin}") from error
+    if len(rows) <= titles:
         raise damaged("there is no table", where, "a header and a row", f"{len(rows)} rows")
-    header = [cell.strip() for cell in rows.pop(0)]
-    while not header[-1]:
-        header.pop()  # delimiters at the end of the line
-    table = Rows(where, rows, lines[1:], notes, delimiter != ",", header)
-    for k, row in enumerate(rows):
+    header = _joined([[cell.strip() for cell in row] for row in rows[:titles]])
+    table = Rows(where, rows[titles:], lines[titles:], notes, delimiter != ",", header)
+    for k, row in enumerate(table.cells):
         while len(row) > len(header) and not row[-1].strip():
             row.pop()
         if len(row) != len(header):
@@ -149,6 +131,44 @@ def read_table(path: Path) -> Rows:
                 "the row has another number of cells than the header", table.place(k), len(header), len(row)
             )
     return table
+
+
+def _begin(lines: list[str]) -> tuple[int, int, str]:
+    """First line of the header, how many it has, and what separates cells.
+
+    The header stands above the first line of as many numbers; it goes on upwards while a title stands in it twice.
+    """
+    for n, (line, below) in enumerate(itertools.pairwise(lines[:_MOST_ABOVE])):
+        separator = max("\t;,", key=line.count)
+        split = separator if separator in line else None
+        cells, numbers = line.split(split), below.split(split)
+        if len(cells) == len(numbers) > 2 and not _holds_numbers(cells) and _holds_numbers(numbers):
+            first = n
+            while first and (above := lines[first - 1].split(split)) and len(above) == len(cells):
+                titles = list(filter(None, _joined([row.split(split) for row in lines[first : n + 1]])))
+                if len(set(titles)) == len(titles):
+                    break
+                first -= 1
+            return first, n - first + 1, separator if split else " "
+    return 0, 1, max("\t;,", key=next(filter(str.strip, lines), "").count)
+
+
+def _joined(rows: list[list[str]]) -> list[str]:
+    """Titles in several lines as one, those of all but the last going on to the right; blank ends are left out."""
+    joined = rows[-1]
+    for row in rows[-2::-1]:
+        before, above = "", []
+        for cell in row:
+            above.append(before := cell or before)
+        joined = ["_".join(filter(None, pair)) for pair in itertools.zip_longest(above, joined, fillvalue="")]
+    while joined and not joined[-1]:
+        joined.pop()
+    return joined
+
+
+def _holds_numbers(cells: list[str]) -> bool:
+    filled = [cell.strip(' "').replace(",", ".") for cell in cells]
+    return sum(not cell or np.isfinite(number(cell)) for cell in filled) > len(filled) / 2
 
 
 @dataclass(frozen=True)
@@ -186,6 +206,8 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
             columns.roles[role] = column
     roles = set(columns.roles.values())
     found = coordinates(["" if k in roles else title for k, title in enumerate(table.header)])
+    if "point" in columns.roles and len({point for point, *_ in found}) == 1:  # pos_x, pos_y, pos_z of each
+        found = [("", axis, unit, column) for _, axis, unit, column in found]
     is_long = any(not point for point, *_ in found)
     read = roles | {column for *_, column in found}
     unread = [title for k, title in enumerate(table.header) if k not in read]
@@ -240,15 +262,35 @@ def _drop_rotations(columns: Columns, unread: list[str], header: list[str]) -> N
         columns.axes[plain] = columns.axes.pop(name)
 
 
-def seconds(table: Rows, column: int) -> tuple[np.ndarray, float]:
-    """Times of the rows (R,) in seconds, and their unit: milliseconds if the title or a rate below 1 Hz says so."""
-    times = table.numbers([column])[:, 0]
-    steps = np.diff(np.unique(times[np.isfinite(times)]))
-    slow = len(steps) and np.median(steps) > 1.5
+def set_to_seconds(table: Rows, column: int) -> None:
+    """Write the times of the rows as seconds, in place: from dates, milliseconds or the seconds of a calendar.
+
+    Times are milliseconds if the title says so, or there were no frame a second.
+    """
+    words = [word.replace(",", ".") if table.decimal_comma else word for word in table.texts(column)]
+    if any(":" in word for word in words):
+        dates = [
+            word if "-" in word else f"1970-01-01 {word}"
+            for word in (word.replace("/", "-") for word in words)
+        ]
+        times, scale = np.array(dates, dtype="datetime64[us]").astype(float), 1e-6
+    else:
+        times, scale = np.array(list(map(number, words))), 1.0
+    steps = np.diff(np.unique(times[np.isfinite(times)])) * scale
+    slow = bool(len(steps)) and steps.min() > 1.5
+    if slow or role_of(table.header[column])[1].endswith(_MILLISECONDS):
+        scale /= 1000.0
     if slow:
         table.notes.append(f"The times are taken as milliseconds: frames are {np.median(steps):g} apart.")
-    unit = 0.001 if slow or role_of(table.header[column])[1].endswith(_MILLISECONDS) else 1.0
-    return times * unit, unit
+    late = len(times) and 1e9 <= abs(times[0]) < np.inf
+    if scale == 1.0 and not late:
+        return
+    decimals = max(len(word.partition(".")[2]) for word in words) + round(-np.log10(scale)) * (scale != 1e-6)
+    for row, time in zip(table.cells, times, strict=True):
+        if np.isfinite(time):
+            row[column] = f"{(time - times[0] * late) * scale:.{decimals}f}".replace(
+                ".", "," if table.decimal_comma else "."
+            )
 
 
 def unit_of_length(table: Rows, columns: Columns, otherwise: str) -> str:
