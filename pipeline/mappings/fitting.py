@@ -97,7 +97,7 @@ def rescaled(motion: MotionCapture, mapping: SourceMapping, leg_mm: float) -> tu
     ----------
     motion : MotionCapture
     mapping : SourceMapping
-        The family's unit, if it has one, is taken as it is.
+        The unit of the family, if it has one, is taken where it makes human legs.
     leg_mm : float
         Length of the legs as the file was read, mm.
 
@@ -110,18 +110,16 @@ def rescaled(motion: MotionCapture, mapping: SourceMapping, leg_mm: float) -> tu
     if not motion.units_assumed:
         return 1.0, ""
     assumed = _UNITS.get(motion.units, 1.0)
-    unit = mapping.units
-    if not unit and np.isfinite(leg_mm) and leg_mm > 0 and not HUMAN_LEG_MM[0] <= leg_mm <= HUMAN_LEG_MM[1]:
-        unit = min(_UNITS, key=lambda name: abs(np.log(leg_mm / assumed * _UNITS[name] / ADULT_LEG_MM)))
-        if not HUMAN_LEG_MM[0] <= leg_mm / assumed * _UNITS[unit] <= HUMAN_LEG_MM[1]:
-            unit = ""
-    if unit not in _UNITS:
-        unit = motion.units
+    legs_mm = {name: leg_mm / assumed * unit for name, unit in _UNITS.items()}
+    human = [name for name, legs in legs_mm.items() if HUMAN_LEG_MM[0] <= legs <= HUMAN_LEG_MM[1]]
+    unit = next((name for name in (mapping.units, motion.units) if name in _UNITS), motion.units)
+    if human and unit not in human:
+        unit = min(human, key=lambda name: abs(np.log(legs_mm[name] / ADULT_LEG_MM)))
     factor = _UNITS.get(unit, assumed) / assumed
     legs = leg_mm * factor
     why = (
         f"as {mapping.name} has it"
-        if mapping.units
+        if unit == mapping.units
         else f"which makes legs of {legs:.{0 if legs >= 100 else 2}f} mm"
     )
     return factor, f"The file states no unit; its numbers are taken as {unit}, {why}."

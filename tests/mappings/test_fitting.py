@@ -94,6 +94,9 @@ def test_a_unit_that_nobody_stated_is_told_by_the_legs_and_said(unit: str, facto
         1.0,
         "The file states no unit; its numbers are taken as mm, which makes legs of 850 mm.",
     )
+    family = dataclasses.replace(mapping, units="in/0.45")
+    assert mappings.rescaled(motion, family, 15.0)[0] == pytest.approx(25.4 / 0.45)
+    assert mappings.rescaled(motion, family, 0.85)[0] == 1000.0  # exported again, in metres
     stated = dataclasses.replace(motion, units_assumed=False)
     assert mappings.rescaled(stated, mapping, 850.0 / factor) == (1.0, "")
 
