@@ -37,7 +37,7 @@ def at_equal_intervals(
     Raises
     ------
     InvalidInput
-        If times do not increase, contradict the declared rate, or leave nearly everything out.
+        If times do not increase, are too coarse, contradict the declared rate, or leave nearly everything out.
     """
     steps = np.diff(times_s)
     wrong = np.flatnonzero(~(steps > 0)) if np.isfinite(times_s[0]) else np.array([-1])
@@ -52,11 +52,12 @@ def at_equal_intervals(
                 "the frame rate is unknown", place(0), "two frames or more, or a rate in the header"
             )
         return positions, declared_hz
-    if steps.min() > 1.5:
+    if len(steps) > 1 and steps.min() > 1.5:
         notes.append(f"The times are taken as milliseconds: frames are {np.median(steps):g} apart.")
         times_s, steps = times_s / 1000.0, steps / 1000.0
-    rounding = _rounding(times_s)
     mean = float(steps.mean())
+    # Times that are uniform as they are printed are exact.
+    rounding = _rounding(times_s) if np.abs(steps / mean - 1).max() > 1e-6 else 0.0
     rate = 1.0 / float(np.median(steps)) if declared_hz is None else declared_hz
     if declared_hz is None and rounding < 0.01 * mean and np.abs(steps / mean - 1).max() < 0.01:
         rate = 1.0 / mean
@@ -70,10 +71,18 @@ def at_equal_intervals(
         and abs(span / ((times_s[-1] - times_s[0]) * rate) - 1) > 0.01 + rounding * rate / span
     ):
         raise damaged(
-            "the times contradict the frame rate of the header",
+            "the times contradict the frame rate of the header or the option",
             place(1),
             f"{rate:g} Hz",
             f"{span / (times_s[-1] - times_s[0]):.4g} Hz",
+        )
+    doubt = rounding / float(times_s[-1] - times_s[0])
+    if declared_hz is None and off.max() > 1e-6 and doubt > 0.01:
+        raise damaged(
+            "the times are printed too coarsely to tell the frame rate within 1 %",
+            place(0),
+            "the option frame_rate_hz, or a rate in the header",
+            f"{rate:.4g} Hz give or take {100 * doubt:.2g} %",
         )
     if off.max() <= 0.02 + 1.1 * rounding * rate:
         return _with_gaps(frames, positions, place, notes), _whole(rate, times_s, span, rounding, declared_hz)
