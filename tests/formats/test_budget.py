@@ -179,7 +179,7 @@ def test_a_table_of_keypoints_with_a_name_for_each_row(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("frame,keypoint,x,y\n" + rows, encoding="utf-8")
     refused(tmp_path / "a.csv", "too many frames and points", keypoints.read)
     (tmp_path / "a.csv").write_text("frame,keypoint,x,y\n1,a,1,2\n9999999,a,1,2\n" + "", encoding="utf-8")
-    assert keypoints.read(tmp_path / "a.csv").n_frames == 9_999_999
+    assert keypoints.read(tmp_path / "a.csv").n_frames == 10_000_000
 
 
 def test_titles_without_numbers(tmp_path: Path) -> None:

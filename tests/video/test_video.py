@@ -152,7 +152,7 @@ def test_keypoints_of_the_same_film_are_taken_from_an_earlier_run(tmp_path: Path
     earlier.mkdir()
     names = keypoints.MEDIAPIPE
     heading = ",".join(f"{name}_{what}" for name in names for what in ("x", "y", "visibility"))
-    (earlier / kept.TABLE).write_text(f"frame,person,{heading}\n0,0,{','.join(['1.0'] * 99)}\n")
+    (earlier / kept.TABLE).write_text(f"frame,person,{heading}\n0,0,{','.join(map(str, range(1, 100)))}\n")
     about = {"sha256": kept._digest(film), "frame_rate_hz": 30.0, "width": 640, "height": 480}
     (earlier / kept.ABOUT).write_text(json.dumps(about))
     given = Input(path=str(film))

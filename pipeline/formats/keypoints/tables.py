@@ -15,7 +15,6 @@ from pipeline.formats.points import trc
 from pipeline.formats.points.cells import Rows
 from pipeline.formats.points.csv.table import coordinates, read_table, role_of, set_to_seconds
 
-_WHO = ("person", "track", "person_id")
 _CONFIDENCE = ("confidence", "score", "visibility", "likelihood", "conf", "c", "p")
 
 
@@ -25,26 +24,59 @@ def read_csv(path: Path) -> Detections:
     Frame rate and image size come from a ``.json`` of the same name beside it, if there is one.
     """
     table = read_table(path)
-    lower = [title.lower() for title in table.header]
     rate, size = 0.0, (0, 0)
     beside = path.with_suffix(".json")
     if beside.is_file() and isinstance(content := load(beside), dict):
         rate, size = settings(content)
         if rate or size[0]:
             table.notes.append(f"Frame rate and image size are those of {beside.name}.")
-    timed = [k for k, title in enumerate(lower) if role_of(title)[0] == "time"]
-    if not rate and timed:
-        set_to_seconds(table, timed[0])
-        times = table.numbers(timed)
+    roles = {role_of(title)[0]: column for column, title in reversed(list(enumerate(table.header)))}
+    if not rate and "time" in roles:
+        set_to_seconds(table, roles["time"])
+        times = table.numbers([roles["time"]])
         steps = np.diff(np.unique(times[np.isfinite(times)]))
-        if len(steps):
-            rate = 1.0 / float(np.median(steps))
-    read = _long if {"x", "y"} <= set(lower) else _wide
-    return read(table, lower, rate, size)
-
-
-def _column(lower: list[str], *names: str) -> int | None:
-    return next((lower.index(name) for name in names if name in lower), None)
+        rate = 1.0 / float(np.median(steps)) if len(steps) else 0.0
+    columns: dict[str, dict[str, int]] = {}
+    for point, kind, _, number in coordinates(table.header, "xy", _CONFIDENCE):
+        columns.setdefault(point, {})[kind if kind in "xy" else "confidence"] = number
+    whole = {name: of for name, of in columns.items() if {"x", "y"} <= set(of)}
+    if not whole:
+        expected = "columns such as left_knee_x and left_knee_y, or keypoint, x and y"
+        raise damaged("no keypoints in the table", table.where, expected, ", ".join(table.header[:6]))
+    count, is_long = len(table.cells), "" in whole
+    people = table.texts(roles["person"]) if "person" in roles else [""] * count
+    frames = _frames(table, roles["frame"]) if "frame" in roles else np.arange(count)
+    names, which = list(whole), [0] * count
+    body, bodies = list(range(count)), count
+    if is_long:
+        if not {"frame", "point"} <= set(roles):
+            received = ", ".join(table.header[:8])
+            raise damaged("a long table needs the columns frame and keypoint", table.where, received=received)
+        whole = {"": whole[""]}
+        place: dict[str, int] = {}
+        which = [place.setdefault(name, len(place)) for name in table.texts(roles["point"])]
+        names = list(place)
+        of_body: dict[tuple[int, str], int] = {}
+        whose = zip(frames.tolist(), people, strict=True)
+        body = [of_body.setdefault(key, len(of_body)) for key in whose]
+        bodies = len(of_body)
+    require_points(bodies, len(names), table.where)
+    points = np.full((bodies, len(names), 3), np.nan)
+    for k, of in enumerate(whole.values()):
+        points[body, np.add(which, k), :2] = table.numbers([of["x"], of["y"]])
+        points[body, np.add(which, k), 2] = (
+            table.numbers([of["confidence"]])[:, 0] if "confidence" in of else 1.0
+        )
+    first_row = np.unique(body, return_index=True)[1]
+    seen = np.flatnonzero(np.isfinite(points[..., :2]).any(axis=(1, 2)))
+    if "frame" not in roles:
+        table.notes.append("Rows are taken as frames, there being no column frame.")
+    if len(seen) < bodies:
+        table.notes.append(f"{bodies - len(seen)} of {bodies} frames are without people.")
+    rows = [(int(frames[first_row[n]]), people[first_row[n]], points[n]) for n in seen]
+    kind = "mediapipe" if set(MEDIAPIPE) <= set(names) else "csv"
+    return detections(kind, table.where, rows, int(frames.max()) + 1, names=names, frame_rate_hz=rate,
+                      image_size=size, notes=table.notes)  # fmt: skip
 
 
 def _frames(table: Rows, column: int) -> np.ndarray:
@@ -54,77 +86,6 @@ def _frames(table: Rows, column: int) -> np.ndarray:
         k = int(wrong[0])
         raise damaged("a frame must be a whole number", table.place(k), received=f"{frames[k]:g}")
     return frames.astype(int)
-
-
-def _people(table: Rows, lower: list[str], *names: str) -> list[str]:
-    column = _column(lower, *names)
-    return [""] * len(table.cells) if column is None else table.texts(column)
-
-
-def _long(table: Rows, lower: list[str], rate: float, size: tuple[int, int]) -> Detections:
-    frame, name = _column(lower, "frame"), _column(lower, "keypoint", "joint", "name", "landmark", "point")
-    if frame is None or name is None:
-        raise damaged(
-            "a long table needs the columns frame and keypoint", table.where, received=", ".join(lower[:8])
-        )
-    frames, named = _frames(table, frame), table.texts(name)
-    whose = list(zip(frames.tolist(), _people(table, lower, *_WHO, "id"), strict=True))
-    bodies = {key: n for n, key in enumerate(dict.fromkeys(whose))}
-    points = {point: n for n, point in enumerate(dict.fromkeys(named))}
-    require_points(len(bodies), len(points), table.where)
-    found = np.full((len(bodies), len(points), 3), np.nan)
-    rows, columns = [bodies[key] for key in whose], [points[point] for point in named]
-    found[rows, columns] = _points(table, lower.index("x"), lower.index("y"), _column(lower, *_CONFIDENCE))
-    first = frames.min()
-    listed = [(int(at - first), who, body) for (at, who), body in zip(bodies, found, strict=True)]
-    return detections("csv", table.where, listed, int(frames.max() - first) + 1, names=list(points),
-                      frame_rate_hz=rate, image_size=size, notes=table.notes)  # fmt: skip
-
-
-def _points(table: Rows, x: int, y: int, confidence: int | None) -> np.ndarray:
-    """Column, row and confidence (R, 3) of a point in each row."""
-    if confidence is not None:
-        return table.numbers([x, y, confidence])
-    return np.column_stack([table.numbers([x, y]), np.ones(len(table.cells))])
-
-
-def _wide(table: Rows, lower: list[str], rate: float, size: tuple[int, int]) -> Detections:
-    columns: dict[str, dict[str, int]] = {}
-    for point, kind, _, number in coordinates(table.header, "xy", _CONFIDENCE):
-        columns.setdefault(point, {})["confidence" if kind in _CONFIDENCE else kind] = number
-    whole = {name: of for name, of in columns.items() if {"x", "y"} <= set(of)}
-    if not whole:
-        raise damaged(
-            "no keypoints in the table",
-            table.where,
-            "columns such as left_knee_x and left_knee_y",
-            ", ".join(table.header[:6]),
-        )
-    count, frame = len(table.cells), _column(lower, "frame")
-    require_points(count, len(whole), table.where)
-    points = np.stack(
-        [_points(table, of["x"], of["y"], of.get("confidence")) for of in whole.values()], axis=1
-    )
-    at = np.arange(count) if frame is None else _frames(table, frame)
-    people = _people(table, lower, *_WHO)
-    seen = np.flatnonzero(np.isfinite(points[..., :2]).any(axis=(1, 2)))
-    if frame is None:
-        table.notes.append("Rows are taken as frames, there being no column frame.")
-    if len(seen) < count:
-        table.notes.append(f"{count - len(seen)} of {count} frames are without people.")
-    frames = max(count, int(at[seen].max(initial=0)) + 1) if _column(lower, *_WHO) is None else 0
-    kind = "mediapipe" if set(MEDIAPIPE) <= set(whole) else "csv"
-    rows = [(int(at[n]), people[n], points[n]) for n in seen]
-    return detections(
-        kind,
-        table.where,
-        rows,
-        frames,
-        names=list(whole),
-        frame_rate_hz=rate,
-        image_size=size,
-        notes=table.notes,
-    )
 
 
 def read_trc(path: Path) -> Detections:

@@ -29,7 +29,7 @@ _ROLES = {
     "frame": {"frame", "frame#", "frame_number", "frame_index", "frame_id"},
     "point": {"joint", "point", "marker", "name", "label", "landmark", "keypoint"},
     "unit": {"unit", "units"},
-    "person": {"person", "person_id", "subject", "subject_id", "track_id"},
+    "person": {"person", "person_id", "subject", "subject_id", "track", "track_id"},
 }
 _MOST_ABOVE = 50
 """Lines of words in front of the header."""
