@@ -131,22 +131,25 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
     if wanted:
         require_choice("input.layout", wanted, known)
     K = int(found.points.shape[1])
-    if found.names:
+    words = {name.rstrip("0123456789") for name in found.names}
+    if found.names and (len(words) > 1 or found.names[0] in words):  # not kp0, kp1, …
         apart = (k for k, letters in enumerate(zip(*found.names, strict=False)) if len(set(letters)) > 1)
         before = next(apart, 0)  # anna:, PoseLandmark.
         names = {canonical(name[before:]): number for number, name in enumerate(found.names)}
-        best, order, share = None, np.empty(0, dtype=int), 0
+        best, order, rank = None, np.empty(0, dtype=int), (0, 0)
         for layout in [known[wanted]] if wanted else known.values():
             where = np.array([names.get(canonical(point), -1) for point in layout.points])
-            if (where >= 0).sum() > share and all(joint in names for joint in _NEEDED):
-                best, order, share = layout, where, int((where >= 0).sum())
+            if (own := (int((where >= 0).sum()), -len(where))) > rank and all(
+                joint in names for joint in _NEEDED
+            ):
+                best, order, rank = layout, where, own  # the smallest that has as many of the names
         if best is None:
             raise InvalidInput(
                 "hips, knees and ankles of both sides are not among the points",
                 expected=", ".join(_NEEDED),
                 received=", ".join(found.names[:8]),
             )
-        return best, order, f"{best.name}: {share} of its {len(best.points)} names are in the file"
+        return best, order, f"{best.name}: {rank[0]} of its {len(best.points)} names are in the file"
     used = LONGER.get(K, K)
     fitting = [layout for layout in known.values() if len(layout.points) == used]
     if wanted:

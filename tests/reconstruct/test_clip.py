@@ -302,6 +302,13 @@ def test_names_decide_where_there_are_some(written: Callable[[str], str]) -> Non
         layouts.recognise(short)
 
 
+def test_names_of_a_small_layout_are_not_those_of_a_large_one_and_numbers_are_no_names() -> None:
+    points = layouts.layouts()["coco17"].points
+    for names in (points, [f"kp{k}" for k in range(17)]):
+        found, order, _ = layouts.recognise(replace(_numbered("coco17"), names=tuple(names)))
+        assert (found.name, order.tolist()) == ("coco17", list(range(17)))
+
+
 def test_right_offsets_are_mirror_images() -> None:
     for layout in layouts.layouts().values():
         offset = layout.detector.offset_mm

@@ -38,8 +38,8 @@ _POSITION = re.compile(r"[ _.](position|pos)$", re.IGNORECASE)
 _ROTATION = re.compile(r"[ _.](rotation|rot|euler)$", re.IGNORECASE)
 _WAYS = (
     r"(?:(?P<point>.+)[ _.:-])?(?P<axis>{0})",  # head_x, x
-    r"(?P<axis>{0})[ _.:-](?P<point>.+?)",  # x_head
-    r"(?P<point>.+?)[ _.:-]?t?(?P<axis>{0})",  # headX, head_tx
+    r"(?P<axis>{0})(?P<point>[ _.:-].+?|\d+)",  # x_head, x0
+    r"(?P<point>.+?)(?:[ _.:-]t?)?(?P<axis>{0})",  # headX, head_tx
     r"(?P<point>.+)[ _.:-](?P<axis>[123])",  # head_1
 )
 """Ways to write a coordinate of a point, in the order in which they are tried."""
@@ -77,7 +77,7 @@ def coordinates(
             if match := re.fullmatch(pattern, _BRACKETED.sub(r"_\1", title), re.IGNORECASE):
                 point, axis, unit = match.group("point", "axis", "unit")
                 axis = axes[int(axis) - 1] if axis in ("1", "2", "3")[: len(axes)] else axis.lower()
-                found.append((point or "", axis, unit_of(unit or ""), column))
+                found.append(((point or "").lstrip(" _.:-"), axis, unit_of(unit or ""), column))
         held: dict[str, set[str]] = {}
         for point, axis, *_ in found:
             held.setdefault(point, set()).add(axis)
