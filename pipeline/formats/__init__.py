@@ -11,13 +11,16 @@ it; what is odd but readable is listed in `notes`.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from pipeline.formats import acclaim, arrays, bvh, c3d, mvnx
 from pipeline.formats.budget import read_one
 from pipeline.formats.contract import Reader, damaged
 from pipeline.formats.points import csv, trc
+from pipeline.formats.text import millimetres_in
 from pipeline.skeleton.recorded import MotionCapture
+from pipeline.validation import require_range
 
 READERS: dict[str, Reader] = {
     ".amc": acclaim.read,
@@ -30,6 +33,9 @@ READERS: dict[str, Reader] = {
     ".npz": arrays.read,
 }
 """Reader of each suffix, lower case."""
+
+ANOTHER_RATE = 0.01
+"""Share by which a frame rate that is told differs from the file's own, from which that is said."""
 
 ADVICE = {
     ".asf": "a skeleton without motion: name the .amc that belongs to it",
@@ -82,7 +88,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     Raises
     ------
     InvalidInput
-        If there is no such file, no reader has this suffix, or the reader refuses the file.
+        If there is no such file, no reader has this suffix, the reader refuses the file, or an option makes no sense.
     """
     path = Path(path)
     if not path.exists():
@@ -93,4 +99,12 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
         raise damaged(
             f"the format is unknown{advice}", path.name, "one of " + " ".join(READERS), suffix or "no suffix"
         )
-    return read_one(path, READERS[suffix], frame_rate_hz=frame_rate_hz, units=units)
+    if units is not None:
+        millimetres_in(units, path.name)
+    if frame_rate_hz is not None:
+        require_range("the frame rate", frame_rate_hz, above=0, unit="Hz")
+    motion = read_one(path, READERS[suffix], frame_rate_hz=frame_rate_hz, units=units)
+    if frame_rate_hz is None or abs(motion.frame_rate_hz / frame_rate_hz - 1.0) < ANOTHER_RATE:
+        return motion
+    note = f"The file states {motion.frame_rate_hz:g} frames a second, which are used, not {frame_rate_hz:g}."
+    return replace(motion, notes=(*motion.notes, note))

@@ -41,6 +41,20 @@ def test_options_are_taken_by_every_reader(path: Path) -> None:
 
 
 @readable
+def test_an_option_that_makes_no_sense_is_refused_and_another_rate_than_the_files_own_said(
+    path: Path,
+) -> None:
+    with pytest.raises(InvalidInput, match="frame rate"):
+        formats.read(path, frame_rate_hz=-1.0)
+    with pytest.raises(InvalidInput, match="unit"):
+        formats.read(path, units="parsec")
+    own = formats.read(path).frame_rate_hz
+    told = formats.read(path, frame_rate_hz=2.0 * own)
+    assert told.frame_rate_hz in (own, 2.0 * own)
+    assert any("which are used" in note for note in told.notes) == (told.frame_rate_hz == own)
+
+
+@readable
 def test_the_suffix_may_be_written_in_capitals(path: Path, tmp_path: Path) -> None:
     for source in FIXTURES.glob(f"{path.stem[:3]}*"):  # a motion needs its skeleton
         (tmp_path / source.name).write_bytes(source.read_bytes())
