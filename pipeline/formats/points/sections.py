@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.formats.budget import require_memory
-from pipeline.formats.contract import damaged, motion_capture
+from pipeline.formats.contract import damaged, leave_out_placeholders, motion_capture
 from pipeline.formats.points.cells import Rows
 from pipeline.formats.points.even_times import at_equal_intervals
 from pipeline.formats.text import millimetres_in, number, read_text, unit_of
@@ -90,6 +90,7 @@ class _Lines:
         positions = numbers[:, len(leading) :].reshape(len(numbers), -1, 3) * millimetres
         if zero_is_missing:
             positions[(positions == 0).all(axis=-1)] = np.nan
+        leave_out_placeholders(positions, self.notes, millimetres)
         of = dict(zip(leading, numbers.T, strict=False))
 
         def place(k: int) -> str:

@@ -115,6 +115,14 @@ def test_names_and_axes_in_whatever_order(tmp_path: Path, written: str) -> None:
     assert motion.notes == ("Columns that are not read: Max.",)
 
 
+@pytest.mark.parametrize("nothing", ["nan", "NA", "", "null", "-nan(ind)"])
+def test_a_first_row_of_nothing_is_no_title(tmp_path: Path, nothing: str) -> None:
+    first = f"-0.01{f',{nothing}' * 6}"
+    motion = read(tmp_path, WIDE.replace("0.00,1", f"{first}\n0.00,1"))
+    assert (motion.valid.shape, motion.names) == ((4, 2), ("head", "left hip"))
+    assert not motion.valid[0].any()
+
+
 @pytest.mark.parametrize("text", [WIDE, LONG], ids=["wide", "long"])
 def test_blanks_between_cells_below_a_title(tmp_path: Path, text: str) -> None:
     blanks = text.replace(",,,", ",na,na,na").replace("left hip", "left_hip").replace(",", "  ")

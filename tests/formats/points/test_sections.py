@@ -73,6 +73,7 @@ def assert_is_the_example(motion: MotionCapture) -> None:
          .replace("\n2.000", "\n3\t0.01667\t2.000"), ".tsv"),
         (QUALISYS.replace("\t", ";"), ".csv"),
         (QUALISYS.replace(".", ","), ".tsv"),
+        (NEXUS.replace(",,,\n", ",9999,9999,9999\n").replace(",4,,6\n", ",9999,9999,9999\n"), ".csv"),
         (OPTITRACK, ".csv"),
         (OPTITRACK.replace("Marker,", "Labeled Marker,"), ".csv"),
         (OPTITRACK.replace(",", ";").replace(".", ","), ".csv"),

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.formats.contract import damaged
-from pipeline.formats.points.cells import Rows
+from pipeline.formats.points.cells import NOTHING, Rows
 from pipeline.formats.text import LENGTHS, number, read_text, unit_of
 
 _MILLISECONDS = ("_ms", "_msec", "_milliseconds")
@@ -168,7 +168,7 @@ def _joined(rows: list[list[str]]) -> list[str]:
 
 def _holds_numbers(cells: list[str]) -> bool:
     filled = [cell.strip(' "').replace(",", ".") for cell in cells]
-    return sum(not cell or np.isfinite(number(cell)) for cell in filled) > len(filled) / 2
+    return sum(bool(NOTHING.fullmatch(cell)) or number(cell) != np.inf for cell in filled) > len(filled) / 2
 
 
 @dataclass(frozen=True)
