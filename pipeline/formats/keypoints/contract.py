@@ -30,7 +30,7 @@ class Detections:
     Attributes
     ----------
     format : str
-        ``"openpose"``, ``"alphapose"``, ``"mmpose"``, ``"mediapipe"``, ``"csv"``, ``"trc"`` or ``"npy"``.
+        ``"openpose"``, ``"alphapose"``, ``"coco"``, ``"mmpose"``, ``"mediapipe"``, or its suffix.
     names : tuple of str
         K names of points; empty where the file numbers them.
     frame : (N,) int
