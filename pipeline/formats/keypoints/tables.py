@@ -35,7 +35,10 @@ def read_csv(path: Path) -> Detections:
         set_to_seconds(table, roles["time"])
         times = table.numbers([roles["time"]])
         steps = np.diff(np.unique(times[np.isfinite(times)]))
-        rate = 1.0 / float(np.median(steps)) if len(steps) else 0.0
+        step = float(np.median(steps)) if len(steps) else np.inf
+        rate = (
+            1000.0 if 1.5 < step < np.inf else 1.0
+        ) / step  # milliseconds, else less than a frame a second
     columns: dict[str, dict[str, int]] = {}
     for point, kind, _, number in coordinates(table.header, "xy", _CONFIDENCE):
         columns.setdefault(point, {})[kind if kind in "xy" else "confidence"] = number

@@ -263,11 +263,12 @@ def _drop_rotations(columns: Columns, unread: list[str], header: list[str]) -> N
 
 
 def set_to_seconds(table: Rows, column: int) -> None:
-    """Write the times of the rows as seconds, in place: from dates, milliseconds or the seconds of a calendar.
+    """Write the times of the rows as seconds, in place: from dates, or milliseconds if the title says so.
 
-    Times are milliseconds if the title says so, or there were no frame a second.
+    Those of a calendar are counted from the first.
     """
     words = [word.replace(",", ".") if table.decimal_comma else word for word in table.texts(column)]
+    scale = 0.001 if role_of(table.header[column])[1].endswith(_MILLISECONDS) else 1.0
     if any(":" in word for word in words):
         dates = [
             word if "-" in word else f"1970-01-01 {word}"
@@ -275,20 +276,14 @@ def set_to_seconds(table: Rows, column: int) -> None:
         ]
         times, scale = np.array(dates, dtype="datetime64[us]").astype(float), 1e-6
     else:
-        times, scale = np.array(list(map(number, words))), 1.0
-    steps = np.diff(np.unique(times[np.isfinite(times)])) * scale
-    slow = bool(len(steps)) and steps.min() > 1.5
-    if slow or role_of(table.header[column])[1].endswith(_MILLISECONDS):
-        scale /= 1000.0
-    if slow:
-        table.notes.append(f"The times are taken as milliseconds: frames are {np.median(steps):g} apart.")
-    late = len(times) and 1e9 <= abs(times[0]) < np.inf
-    if scale == 1.0 and not late:
+        times = np.array(list(map(number, words)))
+    first = times[0] if len(times) and 1e9 <= abs(times[0]) < np.inf else 0.0
+    if scale == 1.0 and not first:
         return
-    decimals = max(len(word.partition(".")[2]) for word in words) + round(-np.log10(scale)) * (scale != 1e-6)
+    decimals = max(len(word.partition(".")[2]) for word in words) + 3 * (scale == 0.001)
     for row, time in zip(table.cells, times, strict=True):
         if np.isfinite(time):
-            row[column] = f"{(time - times[0] * late) * scale:.{decimals}f}".replace(
+            row[column] = f"{(time - first) * scale:.{decimals}f}".replace(
                 ".", "," if table.decimal_comma else "."
             )
 
