@@ -12,6 +12,7 @@ import numpy as np
 from pipeline import formats, mappings
 from pipeline.cli.output import tell
 from pipeline.cli.walkers import (
+    SUMMARY,
     FigureWalkers,
     Walk,
     keypoint_walk,
@@ -81,7 +82,7 @@ def export(arguments: Sequence[str]) -> Path:
     suffixes = (".c3d", ".trc", ".bvh", ".csv", ".npz")
     target = target_file(options.to, suffixes, USAGE, named, replace=options.replace)
     source = Path(named)
-    if (source / "summary.json").is_file():
+    if (source / SUMMARY).is_file():
         motion = synthesised([("", keypoint_walk(source))], options)
     elif source.is_dir():
         motion = reconstruction(source, options)

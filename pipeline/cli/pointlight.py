@@ -13,6 +13,7 @@ import numpy as np
 from pipeline import pointlight
 from pipeline.cli.output import tell
 from pipeline.cli.walkers import (
+    SUMMARY,
     FigureWalkers,
     Walk,
     keypoint_walk,
@@ -190,7 +191,7 @@ def _walk(source: str, options: Display) -> Walk:
             where="gender",
             expected="`pointlight synthetic gender=…`",
         )
-    if (path / "summary.json").is_file():
+    if (path / SUMMARY).is_file():
         return keypoint_walk(path, harmonics=harmonics)
     if not path.is_dir():
         return recorded_walk(

@@ -15,6 +15,7 @@ from pipeline.clips.options import Locomotion, Steady
 from pipeline.clips.usable import RawClip, report_row
 from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
 from pipeline.core import camera, fourier, linear_model, reconstruction
+from pipeline.formats.budget import read_one
 from pipeline.ingestion.corpus import joints_of
 from pipeline.skeleton import WALKER15
 from pipeline.storage import tables
@@ -22,6 +23,8 @@ from pipeline.storage.publishing import require_new
 from pipeline.storage.sealed_folders import read_manifest
 from pipeline.validation import InvalidInput, require_choice, require_range
 
+SUMMARY = "summary.json"
+"""What a folder of `reconstruct` holds, also where nobody walks."""
 FIGURES = "a folder of zhang2007_fig4, zhang2007_fig5, zhang2004_fig3 or zhang2004_fig4, made anew"
 
 
@@ -214,38 +217,44 @@ def keypoint_walk(folder: Path, *, harmonics: int = 2) -> Walk:
     InvalidInput
         If there is none, it lasts for less than a stride, or the files are not those of ``reconstruct``.
     """
-    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    stretches = read_one(folder / SUMMARY, _stretches)
+    positions, rate, (strides, locomotion) = read_one(folder / "joints.csv", _longest, stretches=stretches)
+    if strides < 1:
+        what = "the film holds less than a stride, of which no cycle is made: its motion is in walk.c3d, .trc and .csv"
+        raise InvalidInput(what, folder.name, "1 stride", f"{strides:g}")
+    # Who walks on a belt, or is followed by the camera, drifts on it and does not walk there.
+    ground = Locomotion.auto if locomotion == "overground" else Locomotion.treadmill
+    return steady(folder.name, positions, rate, None, harmonics=harmonics, locomotion=ground)
+
+
+def _stretches(path: Path) -> list[tuple[float, str]]:
+    """Strides and locomotion of each stretch in a ``summary.json``; 0 strides of one that is no walk."""
+    summary = json.loads(path.read_bytes())
     if summary["verdict"] == "not_a_walk":
-        why = "; ".join(map(str, summary["why"]))
-        raise InvalidInput(
-            "`reconstruct` found no walk, so that there is no motion", folder.name, received=why
-        )
-    table = tables.read(folder / "joints.csv")
-    if lacking := {"stretch", "frame", "time_s", "joint", "x", "y", "z"} - set(table):
+        what = "`reconstruct` found no walk, so that there is no motion"
+        raise InvalidInput(what, path.parent.name, received="; ".join(map(str, summary["why"])))
+    return [
+        (float(stretch.get("strides", 0)), stretch.get("locomotion", "")) for stretch in summary["stretches"]
+    ]
+
+
+def _longest(
+    path: Path, stretches: Sequence[tuple[float, str]]
+) -> tuple[np.ndarray, float, tuple[float, str]]:
+    """Joints (T, 15, 3) of the longest stretch in a ``joints.csv``, frames per second, and what is said of it."""
+    table = tables.read(path)
+    if lacking := {"stretch", "time_s", "x", "y", "z"} - set(table):
         received = f"no column {sorted(lacking)[0]}"
-        raise InvalidInput(
-            "is no table of `reconstruct`", where=str(folder / "joints.csv"), received=received
-        )
-    stretches, counts = np.unique(table["stretch"], return_counts=True)
-    longest = int(stretches[counts.argmax()])
-    rows = table["stretch"] == longest
+        raise InvalidInput("is no table of `reconstruct`", where=str(path), received=received)
+    numbers, counts = np.unique(table["stretch"], return_counts=True)
+    rows = table["stretch"] == numbers[counts.argmax()]
     count = int(rows.sum())
     if count % len(WALKER15.joints) or count < 2 * len(WALKER15.joints):
-        raise InvalidInput(
-            "a frame is incomplete", where=str(folder / "joints.csv"), received=f"{count} rows"
-        )
-    said = summary["stretches"][longest] if "stretches" in summary else summary
-    if said["strides"] < 1:
-        what = "the film holds less than a stride, of which no cycle is made: its motion is in walk.c3d, .trc and .csv"
-        raise InvalidInput(what, folder.name, "1 stride", f"{said['strides']:g}")
+        raise InvalidInput("a frame is incomplete", where=str(path), received=f"{count} rows")
     positions = np.column_stack([table[axis][rows] for axis in "xyz"]).reshape(-1, len(WALKER15.joints), 3)
     times = table["time_s"][rows][:: len(WALKER15.joints)]
     rate = (len(times) - 1) / float(times[-1] - times[0])
-    # Who walks on a belt, or is followed by the camera, drifts on it and does not walk there.
-    locomotion = Locomotion.auto if said["locomotion"] == "overground" else Locomotion.treadmill
-    return steady(
-        folder.name, positions.astype(float), rate, None, harmonics=harmonics, locomotion=locomotion
-    )
+    return positions.astype(float), rate, stretches[int(numbers[counts.argmax()])]
 
 
 def steady(

@@ -242,6 +242,10 @@ def test_somebody_who_stands_is_refused_with_the_reason(model: Path, tmp_path: P
     assert not (folder / "joints.csv").exists()
     with pytest.raises(InvalidInput, match=r"`reconstruct` found no walk.*the legs hardly move"):
         export([str(folder), f"to={tmp_path / 'walk.c3d'}"])
+    for damaged in ('{"verd', "[]", '{"verdict": "walk"}', "\0"):
+        (folder / "summary.json").write_text(damaged, encoding="utf-8")
+        with pytest.raises(InvalidInput, match=r"summary\.json: the file cannot be read"):
+            export([str(folder), f"to={tmp_path / 'walk.c3d'}"])
 
 
 def test_a_walk_on_a_belt_is_exported_and_less_than_a_stride_is_not(model: Path, tmp_path: Path) -> None:
