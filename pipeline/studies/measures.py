@@ -140,10 +140,11 @@ def percent_below(table: Table, column: str, by: str, of: str, than: str) -> Num
     rows = rows_of(table)
     require_columns(rows.frame, column, by, "method")
     chosen = rows.frame["method"].isin([of, than]).to_numpy()
-    frame, cluster = rows.frame[chosen], rows.cluster[chosen]
+    own = [name for name in ("walker", "person", "population") if name in rows.frame.columns]
+    read = list(dict.fromkeys([column, by, "method", *own]))  # of millions of rows no further column is copied
+    frame, cluster = rows.frame[read][chosen], rows.cluster[chosen]
     found = values(frame, column)
-    own = [name for name in ("walker", "person", "population") if name in frame.columns]
-    labels, group = np.unique(frame[by].astype(str).to_numpy(), return_inverse=True)
+    group, labels = frame[by].factorize(use_na_sentinel=False)
     one = (frame["method"] == of).to_numpy()
     there = [np.bincount(group[mine], minlength=len(labels)) > 0 for mine in (one, ~one)]
     if not whole(found) or frame.duplicated([by, "method", *own]).any() or not np.all(there):

@@ -113,20 +113,18 @@ def replicate(names: Iterable[str], tables: Mapping[str, pd.DataFrame], seed: in
         return None
     (kind,) = kinds
     of_rows = {name: _labels(name, rows, kind, tables) for name, (k, rows) in found.items() if k}
-    labels = pd.Index(sorted(set().union(*(rows.unique() for rows in of_rows.values()))))
+    labels = pd.Index(sorted(set().union(*(names for _, names in of_rows.values()))))
     if len(labels) < 2:
         return None
     clusters = len(labels) if kind in (PERSON, CLIP) else 0
     left_out = min(clusters, MOST_LEFT_OUT)
     weights = _weights(clusters, seed) if clusters else np.eye(len(labels))
     made = {
-        name: Replicated(
-            rows, labels.get_indexer(of_rows[name]), weights, tables[name]
-        )
+        name: Replicated(rows, labels.get_indexer(of_rows[name][1])[of_rows[name][0]], weights, tables[name])
         if kind
         else rows
         for name, (kind, rows) in found.items()
-    }  # fmt: skip
+    }
     return Replicates(kind, made, clusters, left_out, len(weights))
 
 
@@ -265,14 +263,17 @@ def _ends(
     return ends
 
 
-def _labels(name: str, rows: pd.DataFrame, kind: str, tables: Mapping[str, pd.DataFrame]) -> pd.Series:
-    """Return whose each row is (n,), text."""
+def _labels(
+    name: str, rows: pd.DataFrame, kind: str, tables: Mapping[str, pd.DataFrame]
+) -> tuple[np.ndarray, list[str]]:
+    """Return whose each row is, as numbers (n,) of labels, and the labels, some perhaps twice."""
     clips = tables.get(f"{name.split('/')[0]}/{INGEST}")
-    labels = rows[kind].map(str)  # also of rows without one
+    codes, found = pd.factorize(rows[kind], use_na_sentinel=False)  # also of rows without one
+    names = [str(label) for label in found]
     if kind == CLIP and clips is not None and {"clip", "person"} <= set(clips):
         person = dict(zip(clips["clip"].astype(str), clips["person"].astype(str), strict=True))
-        labels = labels.map(lambda clip: person.get(clip, clip))
-    return labels
+        names = [person.get(clip, clip) for clip in names]
+    return codes, names
 
 
 def _rows_behind(name: str, tables: Mapping[str, pd.DataFrame]) -> tuple[str, pd.DataFrame]:

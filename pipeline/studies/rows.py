@@ -80,8 +80,10 @@ def _require_alike(table: Table, expression: str) -> None:
         if isinstance(node, ast.Constant):
             return isinstance(node.value, str)
         if isinstance(node, ast.Name):
-            entries = table[node.id].dropna()
-            return None if entries.empty else not pd.api.types.is_numeric_dtype(entries.infer_objects())
+            entries = table[node.id]
+            if entries.dtype == object:
+                entries = entries.dropna().infer_objects()
+            return None if entries.isna().all() else not pd.api.types.is_numeric_dtype(entries)
         parts = node.args if isinstance(node, ast.Call) else ast.iter_child_nodes(node)
         if True in {is_text(part) for part in parts if isinstance(part, ast.expr)}:
             raise _not_alike(table, expression)
@@ -208,9 +210,9 @@ class Rows:
 def rows_of(table: Table | Replicated, where: str = "") -> Rows:
     """Return the rows of a table, plain or in replicates, where an expression holds."""
     if isinstance(table, Replicated):
-        kept = holds(table.frame, where)
+        kept = holds(table.frame, where) if where else slice(None)  # all are not copied
         return Rows(table.frame[kept], table.cluster[kept], table.weights, plain=False)
-    frame = table[holds(table, where)]
+    frame = table[holds(table, where)] if where else table
     return Rows(frame, np.zeros(len(frame), dtype=int), np.ones((1, 1), dtype=int), plain=True)
 
 

@@ -27,8 +27,8 @@ from pipeline.studies.walks.stacked import stacked
 from pipeline.validation import Distinct, Finite, Positive
 
 Inputs = SweepInputs[object, FourierSamples, Eigenwalkers]
-AT_A_TIME = 4
-"""Walkers whose errors at every view and sigma² are summed, a megabyte of each."""
+BLOCKS = 250
+"""At most, of walkers whose errors at every view and sigma² are summed, a megabyte of each block."""
 
 
 class Truth(StrEnum):
@@ -147,7 +147,8 @@ class KnownView(Sweep):
         data, options = inputs.dataset, inputs.model_options
         third = AnatomicalApproach(data) if Method.anatomical in self.methods else None
         count = len(inputs.model.samples)
-        blocks = [range(start, min(start + AT_A_TIME, count)) for start in range(0, count, AT_A_TIME)]
+        size = max(4, -(-count // BLOCKS))
+        blocks = [range(start, min(start + size, count)) for start in range(0, count, size)]
         parts: dict[str, list[dict[str, Any]]] = defaultdict(list)
         missing, average, of_walkers = [], [], []
         total: np.ndarray = np.zeros((1, 1))
