@@ -141,7 +141,9 @@ def percent_below(table: Table, column: str, by: str, of: str, than: str) -> Num
     require_columns(rows.frame, column, by, "method")
     chosen = rows.frame["method"].isin([of, than]).to_numpy()
     own = [name for name in ("walker", "person", "population") if name in rows.frame.columns]
-    read = list(dict.fromkeys([column, by, "method", *own]))  # of millions of rows no further column is copied
+    read = list(
+        dict.fromkeys([column, by, "method", *own])
+    )  # of millions of rows no further column is copied
     frame, cluster = rows.frame[read][chosen], rows.cluster[chosen]
     found = values(frame, column)
     group, labels = frame[by].factorize(use_na_sentinel=False)

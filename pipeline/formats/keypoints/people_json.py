@@ -97,13 +97,19 @@ def _frames(names: Iterable[str]) -> tuple[dict[str, int], list[str]]:
 
 
 def read_folder(path: Path) -> Detections:
-    """Read a folder of OpenPose's files, or others, one for each frame, by the numbers in their names."""
+    """Read a folder of OpenPose's files, one for each frame, by the numbers in their names; or of one file of any kind."""
     files = sorted(file for file in path.glob("*.json") if not file.name.startswith("."))
     if not files:
         raise damaged("no JSON file in the folder", path.name, "one file a frame, as OpenPose writes them")
+    if len(files) == 1:
+        return read(files[0])
     frames = [(file.name, load(file)) for file in files]
     if wrong := [name for name, content in frames if isinstance(content, list) or not _is_frame(content)]:
-        raise damaged("not a file of OpenPose", wrong[0], "an object with a list of people")
+        raise damaged(
+            "not a file of OpenPose",
+            wrong[0],
+            "an object with a list of people, a file to each frame; of other programs name the one file",
+        )
     return _detections("openpose", path.name, frames, {})
 
 

@@ -48,6 +48,7 @@ def test_alphapose_with_identities_as_lists(tmp_path: Path) -> None:
     found = keypoints.read(write(tmp_path / "a.json", rows))
     assert found.frame.tolist() == [0, 1, 1]
     assert found.identity.tolist() == ["1", "2", "1"]
+    np.testing.assert_array_equal(keypoints.read(tmp_path).points, found.points)  # its folder, too
 
 
 def test_mmpose_with_names_and_scores(tmp_path: Path) -> None:
