@@ -97,7 +97,7 @@ def _frames(names: Iterable[str]) -> tuple[dict[str, int], list[str]]:
 
 
 def read_folder(path: Path) -> Detections:
-    """Read a folder of OpenPose's files, one for each frame, by the numbers in their names; or of one file of any kind."""
+    """Read a folder of OpenPose's files, one for each frame, by the numbers in their names; or the one file in it."""
     files = sorted(file for file in path.glob("*.json") if not file.name.startswith("."))
     if not files:
         raise damaged("no JSON file in the folder", path.name, "one file a frame, as OpenPose writes them")
