@@ -160,6 +160,14 @@ def test_markers_by_the_names_of_cmu_stand_upright_in_any_axes(up: int) -> None:
     assert (positions[:, WALKER15.index("left_hip"), 2] > positions[:, WALKER15.index("left_ankle"), 2]).all()
 
 
+def test_epicondyles_of_a_laboratory() -> None:
+    points = [
+        side + point for side in "LR" for point in ("ASIS", "PSIS", "LatEpi", "MedEpi", "LatMal", "MedMal")
+    ]
+    fit = mappings.suggest(placed(points), mappings.shipped())
+    assert (fit.mapping.name, fit.usable) == ("helen_hayes", True)
+
+
 def test_markers_of_a_sprinter() -> None:
     fit = mappings.suggest(placed(SPRINTER), mappings.shipped())
     assert (fit.mapping.name, fit.missing) == ("rajagopal", ("head",))
