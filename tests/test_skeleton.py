@@ -191,14 +191,14 @@ def test_a_side_case_separators_and_prefix_do_not_matter(spelling: str) -> None:
     np.testing.assert_array_equal(map_joints(source, rules, single)[0][0, 0], [0, 1, 2])
 
 
-def test_a_prefix_without_a_colon_that_all_points_share_does_not_matter() -> None:
+@pytest.mark.parametrize("spelled", ["mixamorig{}", "CC_Base_{}", "x_{}", "{}_JNT", "{}-Joint-Posi"])
+def test_a_beginning_or_end_that_most_points_share_does_not_matter(spelled: str) -> None:
     single = Skeleton(name="ONE", joints=("hip",), parents=(-1,), mirror=(0,))
-    names = tuple(
-        f"mixamorig{n}" for n in ("Hips", "Spine", "Neck", "LeftUpLeg", "LeftLeg", "LeftFoot", "Head")
-    )
+    words = ("Hips", "Spine", "Neck", "LeftUpLeg", "LeftLeg", "LeftFoot", "Head")
+    names = ("Armature", *map(spelled.format, words))
     rules = SourceMapping(name="t", joints={"hip": {"LeftUpLeg": 1.0}})
-    positions, _ = map_joints(motion(names, np.arange(21.0).reshape(1, 7, 3)), rules, single)
-    np.testing.assert_array_equal(positions[0, 0], [9, 10, 11])
+    positions, _ = map_joints(motion(names, np.arange(24.0).reshape(1, 8, 3)), rules, single)
+    np.testing.assert_array_equal(positions[0, 0], [12, 13, 14])
 
 
 def test_of_doubled_labels_the_one_that_was_seen_counts_and_two_people_are_refused() -> None:

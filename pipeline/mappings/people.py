@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from pipeline.mappings.fitting import suggest
+from pipeline.skeleton.mapped_joints import map_joints
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping
 from pipeline.validation import InvalidInput
@@ -24,6 +25,9 @@ _FEWEST = 7
 
 ONE_PLACE_MM = 50.0
 """Points of one name that are nearer in the median are one person's, raw and filtered perhaps."""
+
+ONE_BODY_MM = 150.0
+"""Joints from two sets of names that are nearer in the median are one person's: two bodies are farther apart."""
 
 _SIDES = {"l", "r", "left", "right", "lt", "rt"}
 
@@ -56,7 +60,7 @@ def people(motion: MotionCapture, mappings: Iterable[SourceMapping]) -> dict[str
             if suggest(others, mappings).usable:
                 usable[OTHERS] = others
         if len(usable) > 1 and not any(
-            itertools.starmap(_in_one_place, itertools.combinations(usable.values(), 2))
+            _in_one_place(*pair, mappings) for pair in itertools.combinations(usable.values(), 2)
         ):
             return usable
     return {}
@@ -100,13 +104,18 @@ def of_one_person(
     return replace(found[chosen], notes=(*motion.notes, note))
 
 
-def _in_one_place(one: MotionCapture, other: MotionCapture) -> bool:
-    """Whether points of the same names lie in the same places."""
+def _in_one_place(one: MotionCapture, other: MotionCapture, mappings: Sequence[SourceMapping]) -> bool:
+    """Whether points of the same names, or without any the joints, lie in the same places."""
+    both = (one, other)
     shared = [name for name in one.names if name in other.names]
-    pairs = [[who.names.index(name) for name in shared] for who in (one, other)]
-    apart = np.linalg.norm(one.positions_mm[:, pairs[0]] - other.positions_mm[:, pairs[1]], axis=-1)
+    places = [who.positions_mm[:, [who.names.index(name) for name in shared]] for who in both]
+    nearest = ONE_PLACE_MM
+    if not shared:  # keypoints and markers of one person, as OpenCap writes them
+        places = [map_joints(who, suggest(who, mappings).mapping, missing=True)[0] for who in both]
+        nearest = ONE_BODY_MM
+    apart = np.linalg.norm(places[0] - places[1], axis=-1)
     apart = apart[np.isfinite(apart)]
-    return bool(apart.size) and float(np.median(apart)) < ONE_PLACE_MM
+    return bool(apart.size) and float(np.median(apart)) < nearest
 
 
 def _only(motion: MotionCapture, points: Sequence[int], who: str) -> MotionCapture:

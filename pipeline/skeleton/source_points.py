@@ -49,8 +49,11 @@ class SourcePoints:
         ways: tuple[Callable[[str], str], ...] = (str, str.lower, _without_prefix, plain_name)
         self._ways = [(way, _places(map(way, names))) for way in ways]
         after = [name.rsplit(":", 1)[-1] for name in names]
-        if begin := _shared_beginning(after):
-            self._ways.append((plain_name, _places(plain_name(name[begin:]) for name in after)))
+        begin = _usual_beginning(after)
+        end = _usual_beginning([name[::-1] for name in after])[::-1]
+        if begin or end:
+            bare = (name.removeprefix(begin).removesuffix(end) for name in after)
+            self._ways.append((plain_name, _places(map(plain_name, bare))))
         self._found: dict[str, int | None] = {}
 
     def find(self, wanted: str) -> int | None:
@@ -144,9 +147,11 @@ def _places(names: Iterable[str]) -> dict[str, list[int]]:
     return places
 
 
-def _shared_beginning(names: list[str]) -> int:
-    """Length of the beginning that all names have in common, such as ``mixamorig``; 0 if it is no prefix."""
+def _usual_beginning(names: list[str]) -> str:
+    """The beginning that most names have in common, such as ``mixamorig`` but of a root; empty if it is no prefix."""
+    middle = sorted(names)[len(names) // 2] if len(names) >= 7 else ""
     length = 0
-    while names and all(len(name) > length + 1 and name[length] == names[0][length] for name in names):
-        length += 1
-    return length if length >= 3 and len(names) >= 7 else 0
+    while 3 * sum(name.startswith(middle[: length + 1]) for name in names) > 2 * len(names):
+        if (length := length + 1) >= len(middle):
+            return ""
+    return middle[:length] if length >= 3 or middle[length - 1 : length] in set("_-. ") else ""

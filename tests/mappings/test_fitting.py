@@ -48,6 +48,10 @@ BIPED = dict(zip(PARTS, ("Thigh", "Calf", "Foot", "UpperArm", "Forearm", "Hand")
 UNREAL = dict(zip(PARTS, ("thigh", "calf", "foot", "upperarm", "lowerarm", "hand"), strict=True))
 RIGIFY = dict(zip(PARTS, ("thigh", "shin", "foot", "upper_arm", "forearm", "hand"), strict=True))
 POSER = dict(zip(PARTS, ("Thigh", "Shin", "Foot", "Shldr", "ForeArm", "Hand"), strict=True))
+MAKEHUMAN = dict(
+    zip(PARTS, ("upperleg01", "lowerleg01", "foot", "upperarm01", "lowerarm01", "wrist"), strict=True)
+)
+DEPTH = dict(zip(PARTS, ("Hip", "Knee", "Foot", "Shoulder", "Elbow", "Hand"), strict=True))
 PLAIN = {part: part.capitalize() for part in PARTS}
 ANATOMY = dict(zip(PARTS, ("troch", "condylus", "malleolus", "acromion", "epicond", "styloid"), strict=True))
 
@@ -62,6 +66,8 @@ ANATOMY = dict(zip(PARTS, ("troch", "condylus", "malleolus", "acromion", "epicon
         (named("{word}_{S}", UNREAL), "bones"),
         (named("{word}.{S}", RIGIFY), "bones"),
         (named("{S}{word}", POSER), "bones"),
+        (named("{word}.{S}", MAKEHUMAN), "bones"),
+        (named("{S}{word}", DEPTH), "named_joints"),
         (named("{S}{word}", PLAIN), "named_joints"),
         (named("subject:{S}.{word}", PLAIN), "named_joints"),
         (body({joint: joint for joint in WALKER15.joints}), "walker15"),
@@ -136,6 +142,35 @@ GAIT2392 = ["Top.Head", "Sternum", "V.Sacral"] + [
         "ASIS", "Acromium", "Elbow", "Wrist", "Thigh.Upper", "Knee.Lat", "Shank.Front", "Ankle.Lat", "Heel", "Toe.Tip",
     )
 ]  # fmt: skip
+
+
+CMU = [point.replace("ASI", "FWT").replace("PSI", "BWT") for point in PIG]
+SPRINTER = ["C7", "MAN", "SACR"] + [
+    side + point for side in "LR" for point in ("ASI", "SH", "ELB", "WR", "LEPI", "LMAL")
+]
+
+
+@pytest.mark.parametrize("up", [1, 2])
+def test_markers_by_the_names_of_cmu_stand_upright_in_any_axes(up: int) -> None:
+    motion = placed(CMU)
+    motion = dataclasses.replace(motion, positions_mm=np.roll(motion.positions_mm, up - 2, axis=-1))
+    fit = mappings.suggest(motion, mappings.shipped())
+    positions, _ = map_joints(motion, fit.mapping)
+    assert fit.mapping.name == "cmu_41_markers"
+    assert (positions[:, WALKER15.index("left_hip"), 2] > positions[:, WALKER15.index("left_ankle"), 2]).all()
+
+
+def test_epicondyles_of_a_laboratory() -> None:
+    points = [
+        side + point for side in "LR" for point in ("ASIS", "PSIS", "LatEpi", "MedEpi", "LatMal", "MedMal")
+    ]
+    fit = mappings.suggest(placed(points), mappings.shipped())
+    assert (fit.mapping.name, fit.usable) == ("helen_hayes", True)
+
+
+def test_markers_of_a_sprinter() -> None:
+    fit = mappings.suggest(placed(SPRINTER), mappings.shipped())
+    assert (fit.mapping.name, fit.missing) == ("rajagopal", ("head",))
 
 
 @pytest.mark.parametrize(

@@ -165,3 +165,17 @@ def xsens(who: Sequence[str]) -> str:
         inside = f"<segments>{listed}</segments><frames>{frames}</frames>"
         subjects += f'<subject label="{one}" frameRate="50">{inside}</subject>'
     return f"<mvnx>{subjects}</mvnx>"
+
+
+def test_keypoints_and_markers_of_one_person_are_one() -> None:
+    keypoints = ("RHip", "RKnee", "RAnkle", "LHip", "LKnee", "LAnkle", "Neck")
+    markers = [
+        side + f"{point}_study"
+        for side in ("r", "L")
+        for point in (".ASIS", ".PSIS", "_knee", "_mknee", "_ankle", "_mankle")
+    ]
+    places = FIRST[:, [12, 13, 14, 9, 10, 11, 1, 12, 12, 13, 13, 14, 14, 9, 9, 10, 10, 11, 11]]
+    motion = recording((*keypoints, *markers), places + np.arange(19)[:, None] * [0, 0, 1.0])
+    assert people(motion, shipped().values()) == {}
+    apart = places + 1000.0 * (np.arange(19) >= 7)[:, None]
+    assert len(people(recording(motion.names, apart), shipped().values())) == 2

@@ -53,8 +53,9 @@ def at_equal_intervals(
             )
         return positions, declared_hz
     if len(steps) > 1 and steps.min() > 1.5:
-        notes.append(f"The times are taken as milliseconds: frames are {np.median(steps):g} apart.")
-        times_s, steps = times_s / 1000.0, steps / 1000.0
+        unit, size = ("microseconds", 1e6) if 1.5e3 < steps.min() < 2e5 else ("milliseconds", 1e3)
+        notes.append(f"The times are taken as {unit}: frames are {np.median(steps):g} apart.")
+        times_s, steps = times_s / size, steps / size
     mean = float(steps.mean())
     # Times that are uniform as they are printed are exact.
     rounding = _rounding(times_s) if np.abs(steps / mean - 1).max() > 1e-6 else 0.0

@@ -161,10 +161,11 @@ def test_a_long_table_whose_coordinates_have_a_prefix(tmp_path: Path) -> None:
     assert_is_the_example(read(tmp_path, LONG.replace("joint,x,y,z", "Label,pos_x,pos_y,pos_z")))
 
 
-def test_times_that_would_be_too_slow_are_milliseconds(tmp_path: Path) -> None:
-    motion = read(tmp_path, _milliseconds(WIDE))
+@pytest.mark.parametrize(("unit", "zeros"), [("milliseconds", ""), ("microseconds", "000")])
+def test_times_that_would_be_too_slow_are_parts_of_a_second(tmp_path: Path, unit: str, zeros: str) -> None:
+    motion = read(tmp_path, WIDE.replace("0.01", f"10{zeros}").replace("0.02", f"20{zeros}"))
     assert_is_the_example(motion)
-    assert motion.notes == ("The times are taken as milliseconds: frames are 10 apart.",)
+    assert motion.notes == (f"The times are taken as {unit}: frames are 10{zeros} apart.",)
 
 
 @pytest.mark.parametrize("unit", MILLIMETRES)
