@@ -114,7 +114,8 @@ def rescaled(motion: MotionCapture, mapping: SourceMapping, leg_mm: float) -> tu
     human = [name for name, legs in legs_mm.items() if HUMAN_LEG_MM[0] <= legs <= HUMAN_LEG_MM[1]]
     unit = next((name for name in (mapping.units, motion.units) if name in _UNITS), motion.units)
     if human and unit not in human:
-        unit = min(human, key=lambda name: abs(np.log(legs_mm[name] / ADULT_LEG_MM)))
+        longer = {name: np.log(legs_mm[name] / ADULT_LEG_MM) for name in human}
+        unit = min(human, key=lambda name: max(2.0 * longer[name], -longer[name]))  # children are many, giants few
     factor = _UNITS.get(unit, assumed) / assumed
     legs = leg_mm * factor
     why = (

@@ -103,6 +103,7 @@ def test_a_unit_that_nobody_stated_is_told_by_the_legs_and_said(unit: str, facto
     family = dataclasses.replace(mapping, units="in/0.45")
     assert mappings.rescaled(motion, family, 15.0)[0] == pytest.approx(25.4 / 0.45)
     assert mappings.rescaled(motion, family, 0.85)[0] == 1000.0  # exported again, in metres
+    assert mappings.rescaled(motion, mapping, 21.7)[0] == 25.4, "a child in inches, no giant in CMU's unit"
     stated = dataclasses.replace(motion, units_assumed=False)
     assert mappings.rescaled(stated, mapping, 850.0 / factor) == (1.0, "")
 
