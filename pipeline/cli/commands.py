@@ -125,7 +125,7 @@ def claims(arguments: Sequence[str]) -> int:
             write_claims(file, verdicts)
         return {"rows": claim_rows(verdicts), "file": "" if named else file_digest(file)}
 
-    content = tables.digests(folder, figures)
+    content = tables.digests(folder, presets())
     told = user_cache.remembered(("claims", one.data, bool(named), *figures, *content), judge)
     if not named and not (file.is_file() and file_digest(file) == told["file"]):
         told = judge()
