@@ -22,7 +22,6 @@ from hydra.errors import MissingConfigException, OverrideParseException
 from hydra.types import RunMode
 from omegaconf import OmegaConf
 from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException
-from yaml import YAMLError
 
 from pipeline.cli.overrides import quoted
 from pipeline.cli.presets import CONF, presets
@@ -73,11 +72,10 @@ def composed(overrides: Sequence[str]) -> Experiment:
     with hydra.initialize_config_dir(version_base="1.3", config_dir=str(CONF), job_name="pipeline"):
         try:
             chosen = hydra.compose("config", overrides=quoted(overrides))
-        except (ValueError, YAMLError) as error:
+        except ValueError as error:
             if isinstance(error, OmegaConfBaseException):
                 raise
-            # A file of conf/ is broken.
-            raise InvalidInput(" ".join(str(error).split()), where="conf") from None
+            raise InvalidInput(str(error), where="conf") from None  # of a file there that is broken
         return _typed(chosen)
 
 

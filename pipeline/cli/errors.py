@@ -18,6 +18,8 @@ def sentence(error: Exception) -> str:
         from pipeline.cli.composition import in_words  # loaded, or there would be no such error
 
         return str(in_words(error))
+    if type(error).__module__.startswith("yaml."):
+        return " ".join(str(error).split())
     if isinstance(error, OSError) and error.strerror and error.filename:
         return str(InvalidInput(error.strerror, where=os.fsdecode(error.filename)))
     return ""

@@ -142,7 +142,7 @@ def test_it_rests_on_the_files_of_options_and_not_on_those_of_papers(
     ("preset", "words"),
     [
         ("defaults:\n", "conf: .*broken', defaults must be a list"),
-        ("name: [a\n", r"conf: while parsing .*broken\.yaml"),
+        ("name: [a\n", r"while parsing .*broken\.yaml"),
         ("foo: 1\n", "Key 'foo' not in 'Experiment'"),
     ],
 )
