@@ -125,7 +125,7 @@ def claims(arguments: Sequence[str]) -> int:
             write_claims(file, verdicts)
         return {"rows": claim_rows(verdicts), "file": "" if named else file_digest(file)}
 
-    content = tables.digests(folder, figures)
+    content = tables.digests(folder, presets())
     told = user_cache.remembered(("claims", one.data, bool(named), *figures, *content), judge)
     if not named and not (file.is_file() and file_digest(file) == told["file"]):
         told = judge()
@@ -173,12 +173,14 @@ def view(arguments: Sequence[str]) -> int:
     """Open a figure's recording in the rerun viewer."""
     if not arguments or "=" in arguments[0]:
         raise InvalidInput("no figure is named", expected="view FIGURE", received=" ".join(arguments))
-    path = Path(arguments[0])
+    path, first = Path(arguments[0]), ""
     if path.suffix != ".rrd":
+        name = require_choice("the figure", arguments[0], presets())
         one, _ = figures_for(arguments[1:])
-        path = one.published_in / arguments[0] / "recording.rrd"
+        path = one.published_in / name / "recording.rrd"
+        first = f"`make {name} DATA={one.data} SCALE={one.scale}` first"
     if not path.is_file():
-        raise InvalidInput("no such recording yet", where=str(path), expected=f"`make {arguments[0]}` first")
+        raise InvalidInput("no such recording yet", where=str(path), expected=first)
     if sys.platform.startswith("linux") and not (
         os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     ):

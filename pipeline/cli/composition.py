@@ -70,7 +70,13 @@ def composed(overrides: Sequence[str]) -> Experiment:
     register()
     GlobalHydra.instance().clear()
     with hydra.initialize_config_dir(version_base="1.3", config_dir=str(CONF), job_name="pipeline"):
-        return _typed(hydra.compose("config", overrides=quoted(overrides)))
+        try:
+            chosen = hydra.compose("config", overrides=quoted(overrides))
+        except ValueError as error:
+            if isinstance(error, OmegaConfBaseException):
+                raise
+            raise InvalidInput(str(error), where="conf") from None  # of a file there that is broken
+        return _typed(chosen)
 
 
 def _typed(composed: Any) -> Experiment:
@@ -119,7 +125,8 @@ def in_words(error: Exception) -> Exception:
             known = "one of " + ", ".join(names) if names else "none: there are no options here"
             return InvalidInput("there is no such option", where=cause.full_key, expected=known)
         return InvalidInput(str(cause).splitlines()[0], where=cause.full_key)
-    first = str(error).splitlines()[0]
+    lines = str(error).splitlines()
+    first = " ".join(lines[: 2 if lines[0].endswith(":") else 1])
     several = "one value; several values are a multirun: -m in front" if first.startswith("Ambiguous") else ""
     return InvalidInput(first, expected=several)
 

@@ -18,9 +18,8 @@ def sentence(error: Exception) -> str:
         from pipeline.cli.composition import in_words  # loaded, or there would be no such error
 
         return str(in_words(error))
-    if mark := getattr(error, "problem_mark", None):  # of a YAML file
-        problem, where = " ".join(str(error.problem).split()), f"{mark.name}, line {mark.line + 1}"  # type: ignore[attr-defined]
-        return str(InvalidInput(f"this is not YAML: {problem}", where=where))
+    if type(error).__module__.startswith("yaml."):
+        return " ".join(str(error).split())
     if isinstance(error, OSError) and error.strerror and error.filename:
         return str(InvalidInput(error.strerror, where=os.fsdecode(error.filename)))
     return ""

@@ -18,6 +18,7 @@ from pipeline.cli.walkers import (
     keypoint_walk,
     options_of,
     recorded_walk,
+    require_used,
     target_file,
 )
 from pipeline.core import fourier, resampling
@@ -63,6 +64,9 @@ class Export:
     replace: bool = False
 
 
+_OF = dict.fromkeys(("walker", "view_angle_deg", "method", "motion"), "figure")
+_OF |= dict.fromkeys(("skeleton", "units", "subject"), "recording")
+
 USAGE = "export FOLDER_OF_A_FIGURE|RECORDING [walker=…] [view_angle_deg=30] [method=map] to=walk.c3d"
 
 MOST_FRAMES = 1_000_000
@@ -79,6 +83,7 @@ def export(arguments: Sequence[str]) -> Path:
         If an option is unknown or unusable, or there is no such motion.
     """
     named, options = options_of(arguments, Export, usage=USAGE)
+    require_used(arguments, named, _OF)
     suffixes = (".c3d", ".trc", ".bvh", ".csv", ".npz")
     target = target_file(options.to, suffixes, USAGE, named, replace=options.replace)
     source = Path(named)

@@ -18,6 +18,7 @@ from pipeline import papers
 from pipeline.cli.errors import sentence
 from pipeline.cli.own_result import own_result
 from pipeline.cli.pool import make_side_by_side
+from pipeline.cli.presets import presets
 from pipeline.cli.progress import Display
 from pipeline.cli.summary import Failure, Outcome, summarise
 from pipeline.clips.kinds import Clips
@@ -36,7 +37,7 @@ def judged(
 ) -> list[papers.Verdict]:
     """Return the verdicts on figures, remembered by the content of their tables."""
     found = user_cache.remembered(
-        ("verdicts", data_name, overridden, *figures, *tables.digests(folder, figures)),
+        ("verdicts", data_name, overridden, *figures, *tables.digests(folder, presets())),
         lambda: [
             [one.claim.name, one.agreement, one.why, one.evidence and asdict(one.evidence), one.beyond]
             for one in judge_folder(folder, data_name, figures, overridden=overridden)

@@ -13,6 +13,9 @@ _WORDS = {
 }  # fmt: skip
 """Options that are text as the user's shell passes it: paths, patterns, names."""
 
+_NAMES = {f"sweep.{of}{name}" for of in ("", "papers_") for name in ("lengths", "root")}
+"""Options with a choice that is called ``true``."""
+
 
 def quoted(overrides: Sequence[str]) -> list[str]:
     """Return overrides in Hydra's grammar: text with letters or signs of its own is quoted, a mapping is an option.
@@ -23,6 +26,8 @@ def quoted(overrides: Sequence[str]) -> list[str]:
     --------
     >>> quoted(["data.path=/daten/müller/x", "data.person=^(.{4})", "skeleton=auto", "seed=3"])
     ["data.path='/daten/müller/x'", "data.person='^(.{4})'", 'skeleton.mapping=auto', 'seed=3']
+    >>> quoted(["sweep.lengths=true,estimated", "sweep.root='true'"])
+    ["sweep.lengths='true',estimated", "sweep.root='true'"]
     """
     variants = "," if {"-m", "--multirun"} & set(overrides) else ""
     return [_quoted(item, rf"[A-Za-z0-9_./:{variants}-]*") for item in overrides]
@@ -34,6 +39,8 @@ def _quoted(item: str, plain: str) -> str:
         raise InvalidInput("this is not an override", expected="option=value", received=repr(item))
     if key == "skeleton" and equals:
         key = "skeleton.mapping"
+    if key in _NAMES:
+        value = re.sub(r"(?<!')\btrue\b", "'true'", value)
     if key not in _WORDS or re.fullmatch(rf"{plain}|(['\"]).*\1|\$\{{.*\}}", value, re.DOTALL):
         return f"{key}{equals}{value}"
     # A backslash only counts before a quote, and the last one stands before the closing quote.

@@ -19,6 +19,7 @@ from pipeline.cli.walkers import (
     keypoint_walk,
     options_of,
     recorded_walk,
+    require_used,
     target_file,
 )
 from pipeline.core import fourier
@@ -81,6 +82,20 @@ BOUNDS: dict[str, dict[str, Any]] = {
 }
 """Of numbers that the display itself does not check."""
 
+_OF = dict.fromkeys(("walker", "method", "from_view_deg"), "figure") | {
+    "skeleton": "recording",
+    "units": "recording",
+    "subject": "recording",
+    "harmonics": "recording or film",
+}
+_WITH = {
+    "shown": "lifetime_frames",
+    "noise": "noise_dots",
+    "field": "noise_dots",
+    "speed_mm_s": "translating",
+}
+"""Options that change nothing without another."""
+
 USAGE = (
     "pointlight RECORDING|FOLDER|synthetic [view_angle_deg=90] [inverted=true] [noise_dots=60] to=walker.svg"
 )
@@ -103,6 +118,10 @@ def make(arguments: Sequence[str]) -> tuple[Path, str]:
     for name, bounds in BOUNDS.items():
         if (value := getattr(options, name)) is not None:
             require_range(name, value, **bounds)
+    require_used(arguments, source, _OF)
+    for name, other in _WITH.items():
+        if any(item.startswith(f"{name}=") for item in arguments) and not getattr(options, other):
+            raise InvalidInput("would change nothing alone", where=name, expected=f"{other}=… beside it")
     if Path(options.to).suffix.lower() in (".mp4", ".mov", ".webm", ".avi"):
         raise InvalidInput(
             "no library for videos is among what this package needs",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -67,6 +67,24 @@ def options_of(arguments: Sequence[str], kind: type[Options], *, usage: str) -> 
             "one source is needed", expected=usage, received=" ".join(arguments)[:80] or "nothing"
         )
     return sources[0], options
+
+
+def require_used(arguments: Sequence[str], source: str, of: Mapping[str, str]) -> None:
+    """Refuse options that would change nothing.
+
+    Parameters
+    ----------
+    arguments : sequence of str
+    source : str
+    of : mapping of str to str
+        Which kinds of source have an option: figure, film (a folder of `reconstruct`), recording, synthetic.
+    """
+    path, kind = Path(source), source
+    if path.exists() or source != "synthetic":
+        kind = "film" if (path / SUMMARY).is_file() else "figure" if path.is_dir() else "recording"
+    for name in (item.partition("=")[0] for item in arguments):
+        if kind not in of.get(name, kind):
+            raise InvalidInput("would change nothing here", where=name, expected=of[name], received=kind)
 
 
 def target_file(to: str, suffixes: Sequence[str], usage: str, source: str, *, replace: bool) -> Path:

@@ -329,9 +329,11 @@ def folder_clips(
                 frame_rate_hz=frame_rate_hz,
                 units=units,
                 subject=subject,
-                mismatch=""
-                if plain == name
-                else "the file's name contains unprintable characters: rename it",
+                mismatch="the file's name contains unprintable characters: rename it"
+                if plain != name
+                else ""
+                if found
+                else "data.person finds nobody in the file's name",
             )
         )
     statics = static_trial.candidates({clip.path: clip.person for clip in clips if clip.path})

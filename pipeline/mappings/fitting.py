@@ -115,7 +115,8 @@ def rescaled(motion: MotionCapture, mapping: SourceMapping, leg_mm: float) -> tu
     unit = next((name for name in (mapping.units, motion.units) if name in _UNITS), motion.units)
     if human and unit not in human:
         longer = {name: np.log(legs_mm[name] / ADULT_LEG_MM) for name in human}
-        unit = min(human, key=lambda name: max(2.0 * longer[name], -longer[name]))  # children are many, giants few
+        # Children are many, giants few.
+        unit = min(human, key=lambda name: max(2.0 * longer[name], -longer[name]))
     factor = _UNITS.get(unit, assumed) / assumed
     legs = leg_mm * factor
     why = (

@@ -294,7 +294,7 @@ def _draw_reference(
         at_y = _fraction(axes, y, 1)
         far = _farther(data, 1, at_y, (0.14, 0.86))
         # Words above the line, or below it where there is no space above: the edge, or the next line.
-        above = at_y < 0.9 and not any(0 < other - at_y < 0.08 for other in heights)
+        above = at_y < 0.9 and not any(0 < other - at_y < 0.17 for other in heights)
         place = (0.985 if far else 0.015, at_y + (0.015 if above else -0.015))
         _write(axes, place, reference.label, far, not above)
 

@@ -116,7 +116,7 @@ class SourcePoints:
         what = f"the joint {joint!r} needs the point {lacked!r}, which the file does not have"
         names = self._motion.names
         received = "points " + ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
-        return InvalidInput(what, mapping.name, received=received)
+        return InvalidInput(what, mapping.name, "skeleton=auto, or a mapping of these points", received)
 
     def distance(self, joint: str, lowering: Lowering, mapping: SourceMapping) -> float:
         """Return the mean distance, mm, of the two points by which a joint is lowered."""

@@ -292,21 +292,24 @@ def judge_folder(
 ) -> list[papers.Verdict]:
     """Return the verdicts on all claims of these figures, from the tables below ``results/<data>/<scale>``.
 
+    Of other figures the tables that these claims read are read, too.
+
     Raises
     ------
     InvalidInput
         If a table differs from what was published, or a folder is of another figure or data set.
     """
-    scales = set()
-    for figure in figures:
+    scales, claims = set(), _claims(figures)
+    read = {*figures, *(name.partition("/")[0] for claim in claims for name in claim.tables)}
+    for figure in sorted(read):
         if (folder / figure).is_dir():
             made_as = read_manifest(folder / figure)
             scales.add(made_as.get("scale"))
             holds = f"{made_as.get('figure', figure)} of {made_as.get('data', data_name)}"
             if holds != (own := f"{figure} of {data_name}"):
                 raise InvalidInput("the folder holds another result", str(folder / figure), own, holds)
-    made = read_folder(folder, figures)
-    return judge(_claims(figures), made, data_name, smoke=SMOKE in scales, overridden=overridden)
+    made = read_folder(folder, sorted(read))
+    return judge(claims, made, data_name, smoke=SMOKE in scales, overridden=overridden)
 
 
 def read_folder(folder: Path, figures: Sequence[str]) -> dict[str, pd.DataFrame]:

@@ -136,7 +136,11 @@ def test_a_wrong_command_is_answered_in_one_sentence(
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
-    [([], "no figure is named"), (["zhang2007_fig5", "results=nowhere"], "no such recording yet")],
+    [
+        ([], "no figure is named"),
+        (["zhang2007_fig55"], "the figure must be one of"),
+        (["zhang2007_fig5", "results=nowhere"], "no such recording yet"),
+    ],
 )
 def test_what_cannot_be_viewed_is_said_in_one_sentence(
     say: Callable, arguments: list[str], words: str

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import os
+import re
 import shutil
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from hydra.errors import ConfigCompositionException
 
 from pipeline.cli import composition
 from pipeline.cli.compose import _classes, _rests_on, _schema, compose, on_this_machine
+from pipeline.cli.errors import sentence
 from pipeline.cli.figures import judged
 from pipeline.cli.presets import CONF, presets
 from pipeline.storage import tables, user_cache
@@ -134,6 +136,25 @@ def test_it_rests_on_the_files_of_options_and_not_on_those_of_papers(
     assert _rests_on() == before
     (copy / "model" / "of_mine.yaml").write_text("a: 1\n")
     assert _rests_on() != before
+
+
+@pytest.mark.parametrize(
+    ("preset", "words"),
+    [
+        ("defaults:\n", "conf: .*broken', defaults must be a list"),
+        ("name: [a\n", r"while parsing .*broken\.yaml"),
+        ("foo: 1\n", "Key 'foo' not in 'Experiment'"),
+    ],
+)
+def test_a_broken_preset_is_refused_in_a_sentence(
+    preset: str, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(CONF, tmp_path / "conf")
+    monkeypatch.setattr("pipeline.cli.composition.CONF", tmp_path / "conf")
+    (tmp_path / "conf" / "experiment" / "broken.yaml").write_text(f"# @package _global_\n{preset}")
+    with pytest.raises(Exception) as caught:
+        composition.composed(["experiment=broken"])
+    assert re.search(words, sentence(caught.value))
 
 
 @pytest.mark.parametrize(

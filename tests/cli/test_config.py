@@ -10,7 +10,6 @@ from typing import Any, get_type_hints
 
 import numpy as np
 import pytest
-import yaml
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hypothesis import given
 from hypothesis import strategies as st
@@ -238,14 +237,6 @@ def test_an_error_of_ours_keeps_its_traceback() -> None:
     assert sentence(KeyError("path_walker_mm2")) == ""
     assert sentence(TypeError("no option")) == ""
     assert sentence(PermissionError(13, "Permission denied", "folder")) == "folder: Permission denied"
-
-
-def test_a_broken_preset_is_said_with_its_line() -> None:
-    with pytest.raises(yaml.YAMLError) as broken:
-        yaml.safe_load("defaults:\n  - data: [\n")
-    words = sentence(broken.value)
-    assert "line 3: this is not YAML" in words
-    assert "\n" not in words
 
 
 # --- where a figure goes ----------------------------------------------------------------------------------

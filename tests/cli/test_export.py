@@ -181,6 +181,7 @@ def test_a_bvh_keeps_its_tree(walk: np.ndarray, tmp_path: Path) -> None:
         (["FIGURE", "to=a.c3d", "view_angle_deg=side"], "view_angle_deg must be a number"),
         (["FIGURE", "to=a.c3d", "cycles=1e9"], "cycles must be above 0 and at most 10000"),
         (["FIGURE", "to=a.c3d", "colour=red"], "there is no such option"),
+        (["FIGURE", "to=a.c3d", "units=m"], "units: would change nothing here .*recording, received figure"),
         ([".", "to=a.c3d"], "this is no folder of a figure"),
     ],
 )

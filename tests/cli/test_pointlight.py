@@ -148,6 +148,9 @@ def test_a_recording_is_exported_as_so_many_cycles(recording: Path, tmp_path: Pa
         (["synthetic", "noise_dots=1e7"], "noise_dots must be"),
         (["synthetic", "colour=red"], "there is no such option"),
         (["synthetic", "inverted=true", "to=a.ptd"], "PTD holds three dimensions"),
+        (["synthetic", "shown=8"], "shown: would change nothing alone .*lifetime_frames="),
+        (["synthetic", "harmonics=1"], "harmonics: would change nothing here .*recording or film.*synthetic"),
+        (["RECORDING", "walker=ben"], "walker: would change nothing here .*figure, received recording"),
         (["no/such/file.c3d"], "no/such/file.c3d|file.c3d"),
     ],
 )

@@ -180,6 +180,13 @@ def test_a_limit_of_people_keeps_all_clips_of_the_first(people: list[str], limit
     assert [int(c.name) for c in chosen] == [n for n, who in enumerate(people) if who in first]
 
 
+def test_a_file_in_whose_name_nobody_is_found_is_no_person_of_its_own(tmp_path: Path) -> None:
+    for name in ("anna_1.trc", "trial2.trc"):
+        (tmp_path / name).write_bytes(b"x")
+    clips = folder_clips(str(tmp_path), "*", "^([^_]+)_", skeleton=None, frame_rate_hz=0.0, units="")
+    assert [clip.mismatch for clip in clips] == ["", "data.person finds nobody in the file's name"]
+
+
 @pytest.mark.parametrize("name", [b"b\xff.trc", b"b\nc.trc"])
 def test_a_name_that_is_no_text_refuses_that_clip_only(tmp_path: Path, name: bytes) -> None:
     for each in (b"anna.trc", name):

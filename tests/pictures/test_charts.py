@@ -170,8 +170,9 @@ def test_charts_of_a_row_share_their_ordinate(tmp_path: Path, monkeypatch: pytes
     assert limits == [[low, high, low], [high, high, low]]
 
 
+@pytest.mark.parametrize("heights", [(2.5, 2.3), (6.0, 5.4)])
 def test_words_of_neighbouring_references_do_not_overlap(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    heights: tuple[float, float], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     boxes: list[Any] = []
 
@@ -180,7 +181,7 @@ def test_words_of_neighbouring_references_do_not_overlap(
         boxes.extend(text.get_window_extent() for text in figure.axes[0].texts)
 
     monkeypatch.setattr("pipeline.pictures.style.finish", keep)
-    references = [Reference(y=2.5, label="upper"), Reference(y=2.3, label="lower")]
+    references = [Reference(y=y, label=name) for y, name in zip(heights, ("upper", "lower"), strict=True)]
     of_table(tmp_path / "a", replace(ERROR, references=references))
     upper, lower = boxes
     assert lower.y1 <= upper.y0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from pipeline.studies.registry import MEASURES
 from pipeline.studies.replicated import Replicated, replicate
 from pipeline.validation import InvalidInput
 
+GOLDEN = Path(__file__).parents[1] / "golden"
 SPECTRUM = {
     "table": {
         "component": np.arange(1, 32),
@@ -88,6 +90,15 @@ def test_a_folder_is_judged_like_its_figures(tmp_path: Path) -> None:
         value_high bounds close_bounds one_sample_low one_sample_high paper_in_prediction beyond_baseline class baseline
         baseline_knows baseline_value baseline_low baseline_high gain gain_low gain_high why n_people written"""
     assert list(written) == expected.split()
+
+
+def test_a_claim_on_one_figure_reads_the_table_of_another(tmp_path: Path) -> None:
+    for name in ("zhang2007_fig3", "zhang2007_fig5"):
+        (tmp_path / name).mkdir()
+        shutil.copyfile(GOLDEN / f"{name}.csv", tmp_path / name / "table.csv")
+        write_manifest(tmp_path / name, {"scale": "smoke"})
+    found = by_name(judge_folder(tmp_path, "synthetic", ["zhang2007_fig5"]))
+    assert found["zhang2007_error_at_seventy"].agreement == "met"
 
 
 def test_small_figures_are_not_judged_wherever_they_stand(tmp_path: Path) -> None:

@@ -75,7 +75,9 @@ class NoiseTolerance(Figure):
             Chart, x="condition", x_label="error of the image", words=words, by="method", styles=METHODS
         )
         charts = [
-            by_condition(y="absolute_error_mm2", label="mean square error", log_y=True),
+            by_condition(
+                y="absolute_error_mm2", label="mean square error", log_y=True, ticks=(200, 500, 1000, 2000)
+            ),
             by_condition(y="covered_percent", label="covered by 95 % bars", references=[Reference(y=95.0)]),
         ]
         return Sheet(
