@@ -72,11 +72,7 @@ class InvalidInput(ValueError):
         self.received = received
 
     def __reduce__(self) -> tuple:
-        return (_rebuild, (self.what, self.where, self.expected, self.received))
-
-
-def _rebuild(what: str, where: str, expected: str, received: str) -> InvalidInput:
-    return InvalidInput(what, where, expected, received)
+        return (InvalidInput, (self.what, self.where, self.expected, self.received))
 
 
 def require_range(

@@ -14,7 +14,7 @@ from pipeline.skeleton.source_mapping import Lowering, SourceMapping
 from pipeline.skeleton.source_points import SourcePoints
 from pipeline.validation import InvalidInput
 
-PAIR = Skeleton(name="PAIR", joints=("hip", "knee"), parents=(-1, 0), mirror=(0, 1))
+PAIR = Skeleton(name="PAIR", joints=("hip", "left_knee"), parents=(-1, 0), mirror=(0, 1))
 
 
 def motion(names: tuple[str, ...], positions: object) -> MotionCapture:
@@ -29,7 +29,7 @@ def motion(names: tuple[str, ...], positions: object) -> MotionCapture:
 
 
 ONE_FRAME = motion(("A", "B"), [[[0.0, 0.0, 10.0], [2.0, 4.0, 30.0]]])
-RULES = SourceMapping(name="test", joints={"hip": {"A": 1.0}, "knee": {"A": 0.5, "B": 0.5}})
+RULES = SourceMapping(name="test", joints={"hip": {"A": 1.0}, "left_knee": {"A": 0.5, "B": 0.5}})
 
 
 def test_walker15_is_a_tree_whose_mirror_is_an_involution() -> None:
@@ -68,7 +68,7 @@ def test_the_named_axis_comes_to_z_without_mirroring(up: str, expected: list[flo
 def test_the_fallback_rule_is_lowered_and_the_first_rule_is_not() -> None:
     rules = SourceMapping(
         name="t",
-        joints={"hip": {"ORIGIN": 1.0}, "knee": {"A": 1.0}},
+        joints={"hip": {"ORIGIN": 1.0}, "left_knee": {"A": 1.0}},
         otherwise={"hip": {"A": 1.0}},
         lowered={"hip": Lowering(by=0.5, between=["A", "B"])},
     )
@@ -84,11 +84,11 @@ def test_a_joint_whose_lowering_lacks_a_point_is_missing() -> None:
     rules = SourceMapping(
         name="t",
         joints={"hip": {"A": 1.0}},
-        otherwise={"knee": {"B": 1.0}},
-        lowered={"knee": Lowering(by=0.5, between=["B", "C"])},
+        otherwise={"left_knee": {"B": 1.0}},
+        lowered={"left_knee": Lowering(by=0.5, between=["B", "C"])},
     )
-    assert SourcePoints(ONE_FRAME, {}).rule_of("knee", rules) is None
-    with pytest.raises(InvalidInput, match="'knee' needs the point 'C', which the file does not have"):
+    assert SourcePoints(ONE_FRAME, {}).rule_of("left_knee", rules) is None
+    with pytest.raises(InvalidInput, match="'left_knee' needs the point 'C', which the file does not have"):
         map_joints(ONE_FRAME, rules, PAIR)
 
 
@@ -112,17 +112,21 @@ def test_names_match_without_case_and_without_a_subject_prefix() -> None:
             RULES,
             r"2 points are called 'A'.*one person to a file",
         ),
-        (motion(("A",), np.zeros((1, 1, 3))), RULES, "'knee' needs the point 'B'"),
-        (ONE_FRAME, dataclasses.replace(RULES, joints={"hip": {"A": 1.0}}), "no rule for the joint 'knee'"),
+        (motion(("A",), np.zeros((1, 1, 3))), RULES, "'left_knee' needs the point 'B'"),
         (
             ONE_FRAME,
-            dataclasses.replace(RULES, joints={"hip": {"A": 0.9}, "knee": {"B": 1.0}}),
+            dataclasses.replace(RULES, joints={"hip": {"A": 1.0}}),
+            "no rule for the joint 'left_knee'",
+        ),
+        (
+            ONE_FRAME,
+            dataclasses.replace(RULES, joints={"hip": {"A": 0.9}, "left_knee": {"B": 1.0}}),
             r"do not sum to one .*received 0\.9",
         ),
         (
             ONE_FRAME,
             dataclasses.replace(RULES, joints={**RULES.joints, "tail": {"A": 1.0}}),
-            r"test.joints must be hip or knee \(got tail\)",
+            r"test.joints must be hip or left_knee \(got tail\)",
         ),
         (
             ONE_FRAME,
@@ -219,16 +223,14 @@ def test_the_first_rule_whose_points_were_seen_is_used() -> None:
     np.testing.assert_array_equal(map_joints(source, rules, single)[0][0, 0], [1, 2, 3])
 
 
-def test_joints_above_the_legs_may_be_missing_if_that_is_asked_for() -> None:
+def test_joints_above_the_legs_may_be_missing() -> None:
     rules = SourceMapping(name="t", joints={joint: {joint: 1.0} for joint in WALKER15.joints})
     names = tuple(joint for joint in WALKER15.joints if joint != "head")
     source = motion(names, np.ones((2, 14, 3)))
-    positions, valid = map_joints(source, rules, missing=True)
+    positions, valid = map_joints(source, rules)
     assert not valid[:, 0].any()
     assert valid[:, 1:].all()
     assert np.isnan(positions[:, 0]).all()
-    with pytest.raises(InvalidInput, match="'head' needs the point 'head'"):
-        map_joints(source, rules)
     legless = motion(names[:-1], np.ones((2, 13, 3)))
     with pytest.raises(InvalidInput, match="'right_ankle' needs the point"):
-        map_joints(legless, rules, missing=True)
+        map_joints(legless, rules)

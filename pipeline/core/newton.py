@@ -18,8 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-Derivatives = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray | None]]
-"""Slopes (n,) and curvatures (n,) of the functions with these indices (n,) at these points (n,)."""
+Slopes = Callable[[np.ndarray, np.ndarray], np.ndarray]
+"""Slopes (n,) of the functions with these indices (n,) at these points (n,)."""
 
 
 @dataclass(frozen=True)
@@ -31,67 +31,62 @@ class BracketedMinima:
     at : (A,)
         The last point at which each function was evaluated: within the tolerance of the minimum if converged.
     converged : (A,) bool
-    n_iterations : (A,) int
-        Evaluations of each function.
     """
 
     at: np.ndarray
     converged: np.ndarray
-    n_iterations: np.ndarray
 
 
 def minimise(
-    derivatives: Derivatives,
+    slopes_of: Slopes,
     start: np.ndarray,
     lower: np.ndarray,
     upper: np.ndarray,
     *,
     tolerance: float,
     most_iterations: int,
-    curvature: np.ndarray | None = None,
+    curvature: np.ndarray,
 ) -> BracketedMinima:
     """Minima of A functions, where their slopes vanish or at the end of a bracket towards which they fall.
 
     Parameters
     ----------
-    derivatives : callable
-        f' and f'' of the functions still worked on.  With f'' None the curvature is that of the last two slopes.
+    slopes_of : callable
+        f' of the functions still worked on; f'' is that of the last two slopes.
     start, lower, upper : (A,)
         First points and brackets.
     tolerance : float
         Length of a step at which a function has converged.
     most_iterations : int
-    curvature : (A,), optional
-        At the start, for `derivatives` that give none; without, the first step halves the bracket.
+    curvature : (A,)
+        f'' at the start; with 0 the first step halves the bracket.
 
     Examples
     --------
     >>> found = minimise(
-    ...     lambda rows, x: (4.0 * x**3 - 4.0 * x, 12.0 * x**2 - 4.0),  # of x^4 - 2 x^2
+    ...     lambda rows, x: 4.0 * x**3 - 4.0 * x,  # of x^4 - 2 x^2
     ...     np.array([0.1]), np.array([0.0]), np.array([3.0]), tolerance=1e-12, most_iterations=50,
+    ...     curvature=np.array([-4.0]),
     ... )
     >>> found.at.round(9).tolist(), found.converged.tolist()
     ([1.0], [True])
     """
     following, lower, upper = (np.array(values, dtype=float) for values in (start, lower, upper))
     at, slopes = following.copy(), np.zeros(len(following))
-    bends = np.zeros(len(at)) if curvature is None else np.array(curvature, dtype=float)
-    converged, iterations = np.zeros(len(at), dtype=bool), np.zeros(len(at), dtype=int)
+    bends, converged = np.array(curvature, dtype=float), np.zeros(len(at), dtype=bool)
     active, probe = np.arange(len(at)), np.sqrt(tolerance)
     lengths = np.full((2, len(at)), np.inf)  # of the last step and the one before
     for step in range(most_iterations):
         if not len(active):
             break
         here = following[active]
-        slope, bend = derivatives(active, here)
+        slope, bend = slopes_of(active, here), bends[active]
         local = np.ones(len(active), dtype=bool)
-        if bend is None:
-            bend = bends[active]
-            if step > 0:
-                travelled = here - at[active]
-                far = np.abs(travelled) > 10.0 * tolerance  # nearer, the difference of slopes is rounding
-                bend = np.where(far, (slope - slopes[active]) / np.where(far, travelled, 1.0), bend)
-                local = np.abs(travelled) <= probe
+        if step > 0:
+            travelled = here - at[active]
+            far = np.abs(travelled) > 10.0 * tolerance  # nearer, the difference of slopes is rounding
+            bend = np.where(far, (slope - slopes[active]) / np.where(far, travelled, 1.0), bend)
+            local = np.abs(travelled) <= probe
         at[active], slopes[active], bends[active] = here, slope, bend
         rising = slope > 0
         upper[active[rising]] = here[rising]
@@ -106,9 +101,8 @@ def minimise(
         shrinks = np.abs(newton - here) <= 0.5 * lengths[1, active]
         proposal = np.where(near | (bowl & inside & shrinks), newton, 0.5 * (lower[active] + upper[active]))
         lengths[:, active] = np.abs(proposal - here), lengths[0, active]
-        iterations[active] += 1
         done = np.abs(proposal - here) < tolerance
         converged[active] = done
         following[active] = proposal
         active = active[~done]
-    return BracketedMinima(at, converged, iterations)
+    return BracketedMinima(at, converged)

@@ -142,7 +142,7 @@ def joints_of(
     used = {source.index(point) for rule in rules if rule for point in rule[0]}
     motion = exchanged_back(replace(motion, notes=tuple(notes)), used)
     notes = list(motion.notes)
-    positions, valid = map_joints(motion, mapping, missing=True)
+    positions, valid = map_joints(motion, mapping)
     factor, sentence = mappings.rescaled(motion, mapping, walking.leg_length(positions))
     notes += [sentence] if sentence else []
     return replace(motion, notes=tuple(notes)), positions * factor, valid

@@ -176,7 +176,7 @@ def carry(
         lacking = ", ".join(fit.lacking[:4])
         raise InvalidInput("the static trial gives no legs and pelvis", name, received=f"no {lacking}")
     place = with_z_up(posture.positions_mm[0], up_axis(posture, fit.mapping))
-    mapped, _ = map_joints(posture, fit.mapping, missing=True)
+    mapped, _ = map_joints(posture, fit.mapping)
     joints = dict(zip(WALKER15.joints, mapped[0], strict=True))
     leg = walking.leg_length(mapped)  # in the unit of both files, whatever it is
     factor, _ = mappings.rescaled(posture, fit.mapping, leg)

@@ -111,7 +111,7 @@ def _in_one_place(one: MotionCapture, other: MotionCapture, mappings: Sequence[S
     places = [who.positions_mm[:, [who.names.index(name) for name in shared]] for who in both]
     nearest = ONE_PLACE_MM
     if not shared:  # keypoints and markers of one person, as OpenCap writes them
-        places = [map_joints(who, suggest(who, mappings).mapping, missing=True)[0] for who in both]
+        places = [map_joints(who, suggest(who, mappings).mapping)[0] for who in both]
         nearest = ONE_BODY_MM
     apart = np.linalg.norm(places[0] - places[1], axis=-1)
     apart = apart[np.isfinite(apart)]

@@ -25,9 +25,11 @@ LOWER_BODY = ("pelvis", "left_hip", "left_knee", "left_ankle", "right_hip", "rig
 
 
 def map_joints(
-    motion: MotionCapture, mapping: SourceMapping, skeleton: Skeleton = WALKER15, *, missing: bool = False
+    motion: MotionCapture, mapping: SourceMapping, skeleton: Skeleton = WALKER15
 ) -> tuple[np.ndarray, np.ndarray]:
     """Compute joint positions from source points, with z up.
+
+    Joints other than legs and pelvis may be missing: they are NaN and not valid throughout.
 
     Parameters
     ----------
@@ -35,8 +37,6 @@ def map_joints(
         Positions (T, P, 3) in mm in the file's axes.
     mapping : SourceMapping
     skeleton : Skeleton
-    missing : bool
-        Whether joints other than legs and pelvis may be missing: they are NaN and not valid throughout.
 
     Returns
     -------
@@ -47,10 +47,10 @@ def map_joints(
     Raises
     ------
     InvalidInput
-        If a joint that may not be missing has no rule or its rules name points that the file lacks, weights do
+        If a joint of legs or pelvis has no rule or its rules name points that the file lacks, weights do
         not sum to one, or a point stands twice in the file (two people).
     """
-    points, found, positions = _in_own_axes(motion, mapping, skeleton, missing=missing)
+    points, found, positions = _in_own_axes(motion, mapping, skeleton)
     positions = with_z_up(positions, _up_of(positions, mapping, skeleton))
     for j, joint in enumerate(skeleton.joints):
         if (rule := found[joint]) is not None and rule[1] is not None:
@@ -71,11 +71,11 @@ def up_axis(motion: MotionCapture, mapping: SourceMapping, skeleton: Skeleton = 
     InvalidInput
         As `map_joints`.
     """
-    return _up_of(_in_own_axes(motion, mapping, skeleton, missing=True)[2], mapping, skeleton)
+    return _up_of(_in_own_axes(motion, mapping, skeleton)[2], mapping, skeleton)
 
 
 def _in_own_axes(
-    motion: MotionCapture, mapping: SourceMapping, skeleton: Skeleton, *, missing: bool
+    motion: MotionCapture, mapping: SourceMapping, skeleton: Skeleton
 ) -> tuple[SourcePoints, dict[str, tuple[Rule, Lowering | None] | None], np.ndarray]:
     """The points by name, the rule of each joint, and joints (T, J, 3), mm, in the file's axes, none lowered."""
     require_choice(f"{mapping.name}.up", mapping.up, UpAxis)
@@ -84,7 +84,7 @@ def _in_own_axes(
     points = SourcePoints(motion, mapping.points)
     found = {joint: points.rule_of(joint, mapping) for joint in skeleton.joints}
     for joint, rule in found.items():
-        if rule is None and (joint in LOWER_BODY or not missing):
+        if rule is None and joint in LOWER_BODY:
             raise points.lacking(joint, mapping)
     positions = np.full((len(motion.positions_mm), len(skeleton.joints), 3), np.nan)
     for j, joint in enumerate(skeleton.joints):

@@ -10,6 +10,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from pipeline.core import walking
 from pipeline.skeleton import WALKER15
 
 _PELVIS, _STERNUM, _HEAD = (WALKER15.index(joint) for joint in ("pelvis", "sternum", "head"))
@@ -76,10 +77,7 @@ def perform(
         steps = walk[len(walk) - 1 - np.abs(len(walk) - 1 - frame)]
         pose = standing + generator.uniform(0.3, 0.5) * (steps - standing)
         yaw = 2.0 * np.pi * generator.uniform(0.2, 0.5) * t
-        c, s = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
-        x, y = pose[..., 0].copy(), pose[..., 1].copy()
-        pose[..., 0], pose[..., 1] = c * x - s * y, s * x + c * y
-        return np.asarray(pose)
+        return walking.turn_about_vertical(pose, yaw[:, None])
     if activity is Activity.run:
         turned = 2.0 * np.pi * generator.uniform(1.25, 1.5) * t + generator.uniform(0, 2 * np.pi)
         sides = [turned, turned + np.pi]

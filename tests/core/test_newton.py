@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -11,43 +13,42 @@ from pipeline.core.newton import minimise
 from tests.strategies import seeds
 
 
-@given(seeds, st.integers(1, 30), st.booleans())
-def test_the_zero_of_the_slope_is_found_with_a_curvature_and_without(
-    seed: int, count: int, secant: bool
-) -> None:
+@given(seeds, st.integers(1, 30))
+def test_the_zero_of_the_slope_is_found(seed: int, count: int) -> None:
     """cosh(a (x - c)): bowls of very different widths, so that steps of the secant leave the bracket."""
     generator = np.random.default_rng(seed)
     a, centre = 10.0 ** generator.uniform(-1, 1.5, count), generator.uniform(-1, 1, count)
     lower, upper = centre - generator.uniform(0.01, 3, count), centre + generator.uniform(0.01, 3, count)
     start = generator.uniform(lower, upper)
 
-    def derivatives(rows: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
-        t = a[rows] * (x - centre[rows])
-        return a[rows] * np.sinh(t), None if secant else a[rows] ** 2 * np.cosh(t)
+    def slopes(rows: np.ndarray, x: np.ndarray) -> np.ndarray:
+        return a[rows] * np.sinh(a[rows] * (x - centre[rows]))
 
-    found = minimise(derivatives, start, lower, upper, tolerance=1e-10, most_iterations=200)
+    options: dict[str, Any] = {"tolerance": 1e-10, "most_iterations": 200}
+    found = minimise(slopes, start, lower, upper, curvature=np.zeros(count), **options)
     assert found.converged.all()
     np.testing.assert_allclose(found.at, centre, rtol=0, atol=1e-8)
     alone = minimise(
-        lambda rows, x: derivatives(np.full(1, count - 1), x),
+        lambda rows, x: slopes(np.full(1, count - 1), x),
         start[-1:],
         lower[-1:],
         upper[-1:],
-        tolerance=1e-10,
-        most_iterations=200,
+        curvature=np.zeros(1),
+        **options,
     )
-    assert (alone.at[0], alone.n_iterations[0]) == (found.at[-1], found.n_iterations[-1])
+    assert alone.at[0] == found.at[-1]
 
 
 @pytest.mark.parametrize("slope", [-1.0, 1.0])
 def test_a_function_without_a_minimum_ends_at_the_end_towards_which_it_falls(slope: float) -> None:
     found = minimise(
-        lambda rows, x: (np.full(1, slope), np.zeros(1)),
+        lambda rows, x: np.full(1, slope),
         np.zeros(1),
         np.full(1, -2.0),
         np.full(1, 3.0),
         tolerance=1e-9,
         most_iterations=60,
+        curvature=np.zeros(1),
     )
     assert found.converged.all()
     assert found.at[0] == pytest.approx(3.0 if slope < 0 else -2.0, abs=1e-8)
@@ -56,13 +57,13 @@ def test_a_function_without_a_minimum_ends_at_the_end_towards_which_it_falls(slo
 def test_a_first_curvature_makes_the_first_step_newton_s() -> None:
     places: list[float] = []
 
-    def derivatives(rows: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, None]:
+    def slopes(rows: np.ndarray, x: np.ndarray) -> np.ndarray:
         places.append(float(x[0]))
-        return 2.0 * (x - 0.25), None
+        return 2.0 * (x - 0.25)
 
     bracket = np.full(1, -1.0), np.full(1, 1.0)
     found = minimise(
-        derivatives, np.full(1, 0.5), *bracket, tolerance=1e-12, most_iterations=9, curvature=np.full(1, 2.0)
+        slopes, np.full(1, 0.5), *bracket, tolerance=1e-12, most_iterations=9, curvature=np.full(1, 2.0)
     )
     assert places[:2] == [0.5, 0.25]
     assert found.at[0] == pytest.approx(0.25, abs=1e-12)
@@ -71,13 +72,14 @@ def test_a_first_curvature_makes_the_first_step_newton_s() -> None:
 def test_too_few_iterations_are_told_and_the_last_place_is_one_that_was_evaluated() -> None:
     seen: list[float] = []
 
-    def derivatives(rows: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def slopes(rows: np.ndarray, x: np.ndarray) -> np.ndarray:
         seen.append(float(x[0]))
-        return np.arctan(x - 1.0), 1.0 / (1.0 + (x - 1.0) ** 2)
+        return np.asarray(np.arctan(x - 1.0))
 
+    bracket = np.full(1, -10.0), np.full(1, 10.0)
     found = minimise(
-        derivatives, np.full(1, 9.0), np.full(1, -10.0), np.full(1, 10.0), tolerance=1e-12, most_iterations=2
+        slopes, np.full(1, 9.0), *bracket, tolerance=1e-12, most_iterations=2, curvature=np.zeros(1)
     )
     assert found.converged.tolist() == [False]
+    assert len(seen) == 2
     assert found.at[0] == seen[-1]
-    assert found.n_iterations.tolist() == [2]

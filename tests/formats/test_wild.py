@@ -47,7 +47,7 @@ def test_a_recording_as_people_have_it(name: str) -> None:
     fit = suggest(motion, shipped())
     assert (fit.mapping.name if fit.usable else "") == EXPECTED[name]
     if fit.usable:
-        positions, _ = map_joints(motion, fit.mapping, missing=True)
+        positions, _ = map_joints(motion, fit.mapping)
         factor, _ = rescaled(motion, fit.mapping, walking.leg_length(positions))
         low, high = walking.LEG_LENGTH_MM
         length = walking.leg_length(positions) * (factor)

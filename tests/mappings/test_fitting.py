@@ -191,7 +191,7 @@ def test_families_of_markers_by_their_own_names(points: list[str], family: str) 
 def test_without_a_shoulder_marker_shoulders_are_missing_and_no_others() -> None:
     motion = placed([point for point in PIG if point != "LSHO"])
     assert mappings.suggest(motion, mappings.shipped()).missing == ("left_shoulder", "right_shoulder")
-    joints = map_joints(motion, mappings.chosen("plugin_gait"), missing=True)[1]
+    joints = map_joints(motion, mappings.chosen("plugin_gait"))[1]
     assert joints.all(axis=0).sum() == 13
 
 

@@ -7,13 +7,14 @@ is looked for in windows.  If nobody walks at the frame rate that is told, other
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pipeline.core.keypoint_walk.objective import FOCAL_SD
 from pipeline.core.keypoint_walk.prior import Prior
 from pipeline.core.keypoint_walk.reconstruction import FeetTogether, Reconstruction, reconstruct_followed
+from pipeline.core.keypoint_walk.start import apart
 from pipeline.core.keypoint_walk.tracks import moving_parts, straight_stretches
 from pipeline.core.keypoint_walk.verdict import MOST_DISTANCE, SLOW_STRIDE_HZ, Judgement, Verdict, judge
 from pipeline.shortened import shortened
@@ -187,7 +188,7 @@ class Watched:
 
     stretches: tuple[Stretch, ...]
     frame_rate_hz: float
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = ()
 
     @property
     def walks(self) -> bool:
@@ -302,4 +303,4 @@ def _turn(one: Stretch, other: Stretch) -> float:
     assert one.found is not None
     assert other.found is not None
     turn = one.found.candidates[0].heading_rad - other.found.candidates[0].heading_rad
-    return abs(float((turn + np.pi) % (2.0 * np.pi) - np.pi))
+    return apart(turn)

@@ -58,13 +58,12 @@ def median_of_seen(values: np.ndarray, seen: np.ndarray) -> np.ndarray:
 
 def _robust_regression(columns: np.ndarray, values: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Coefficients of columns (T, n) by Cauchy weights, five rounds; the first column is constant."""
-    design_ = columns
     robust = weights
     line = np.zeros(columns.shape[1])
     for _ in range(6):
-        left = design_ * robust[:, None]
-        line = np.linalg.lstsq(left.T @ design_, left.T @ values, rcond=None)[0]
-        off = np.abs(values - design_ @ line)
+        left = columns * robust[:, None]
+        line = np.linalg.lstsq(left.T @ columns, left.T @ values, rcond=None)[0]
+        off = np.abs(values - columns @ line)
         scale = max(1.4826 * float(np.median(off[weights > 0])), 1e-9 * abs(line[0]), 1e-12)
         robust = weights / (1.0 + (off / (2.385 * scale)) ** 2)
     return np.asarray(line)

@@ -22,7 +22,7 @@ from pipeline.core.keypoint_walk.posterior import (
 )
 from pipeline.core.keypoint_walk.prior import Prior
 from pipeline.core.keypoint_walk.refinement import Fit, Refinement
-from pipeline.core.keypoint_walk.start import Starts, find_starts
+from pipeline.core.keypoint_walk.start import Starts, apart, find_starts
 from pipeline.core.keypoint_walk.training import HEIGHT_MM, SIZE
 from pipeline.core.keypoint_walk.view import level_axes
 from pipeline.shortened import shortened
@@ -145,13 +145,13 @@ class Reconstruction:
         """Share of the residual, 0 to 1, that is neither a shift nor a change of size of the whole body in a frame."""
         weights = (self.keypoints.weights > 0)[..., None].astype(float)
         count = np.maximum(weights.sum(axis=1, keepdims=True), 1.0)
+        whole = weights * self.fit.objective.residual(self.fit.x, self.keypoints)
         residual, body = (
             weights * (values - (weights * values).sum(axis=1, keepdims=True) / count)
-            for values in (self.fit.objective.residual(self.fit.x, self.keypoints), self.keypoints.pixels)
+            for values in (whole, self.keypoints.pixels)
         )
         larger = (residual * body).sum(axis=(1, 2)) / np.maximum((body**2).sum(axis=(1, 2)), 1e-9)
         left = residual - larger[:, None, None] * body
-        whole = weights * self.fit.objective.residual(self.fit.x, self.keypoints)
         return float(np.sqrt((left**2).sum() / max((whole**2).sum(), 1e-9)))
 
     @cached_property
@@ -425,10 +425,6 @@ def reconstruct_followed(
 
 def _same(one: Candidate, other: Candidate) -> bool:
     """Whether two candidates are the same walk, whichever way it was labelled."""
-
-    def apart(a: float) -> float:
-        return abs((a + np.pi) % (2.0 * np.pi) - np.pi)
-
     return bool(
         apart(one.heading_rad - other.heading_rad) < SAME[0]
         and apart(one.phase_rad - other.phase_rad) < SAME[1]

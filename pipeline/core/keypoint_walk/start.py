@@ -170,7 +170,8 @@ def _local_minima(cost: np.ndarray) -> np.ndarray:
     return np.argwhere(cost == around)
 
 
-def _apart(angle: float) -> float:
+def apart(angle: float) -> float:
+    """How far an angle is from none, 0 to pi, rad."""
     return abs((angle + np.pi) % (2.0 * np.pi) - np.pi)
 
 
@@ -252,8 +253,8 @@ def find_starts(
     chosen = [start for start in found if start.frequency_hz == likeliest][:1]
     for start in found:
         different = all(
-            _apart(start.heading_rad - other.heading_rad) >= NEAREST[0]
-            or _apart(start.phase_rad - other.phase_rad) >= NEAREST[1]
+            apart(start.heading_rad - other.heading_rad) >= NEAREST[0]
+            or apart(start.phase_rad - other.phase_rad) >= NEAREST[1]
             or abs(np.log(start.frequency_hz / other.frequency_hz)) >= NEAREST[2]
             for other in chosen
         )

@@ -100,25 +100,6 @@ class Observations:
         return np.array([line + [-1] * (longest - len(line)) for line in lines])
 
 
-@dataclass(frozen=True)
-class Linearisation:
-    """First order of the reprojection at given unknowns.
-
-    Attributes
-    ----------
-    residuals : (L, F, 2)
-        x_hat - x, px; zero where a joint was not seen.
-    by_position : (L, F, 2, 3)
-        Derivative of the reprojection by the joint's position, px per mm; zero where it was not seen.
-    movement : (L, F, C, 3)
-        Derivative of the limb by its theta, its phi and, where lengths are free, the logarithm of its length, mm.
-    """
-
-    residuals: np.ndarray
-    by_position: np.ndarray
-    movement: np.ndarray
-
-
 def observe(
     images: np.ndarray,
     camera: Pinhole,
@@ -230,19 +211,20 @@ def cost(given: Observations, unknowns: np.ndarray) -> float:
     return 0.5 * (squares + float((given.penalty * unknowns**2).sum()))
 
 
-def linearise(given: Observations, unknowns: np.ndarray) -> Linearisation:
-    """Residuals and their derivatives, as far as they belong to one frame and one limb.
+def linearise(given: Observations, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives of the reprojection, as far as they belong to one frame and one limb.
 
     Each step of `refine` has them from `kernels.frame_by_frame`, with second derivatives.
+
+    Returns
+    -------
+    by_position : (L, F, 2, 3)
+        By the joint's position, px per mm; zero where it was not seen.
+    movement : (L, F, 2, 3)
+        Of the limb by its theta and its phi, mm.
     """
-    limbs = relative(given, unknowns)
-    image, depth = _reprojection(given, forward(given, limbs))
+    image, depth = _reprojection(given, forward(given, relative(given, unknowns)))
     by_position = given.projection[:, :2] - image[..., None] * given.projection[:, 2:]
     by_position = np.where(given.seen[..., None, None], by_position / depth[..., None], 0.0)
-    off = np.where(given.seen[..., None], image - given.images, 0.0)
-    theta, phi = angles(given, unknowns)
     lengths = lengths_mm(given, unknowns)[:, None, None, None]
-    movement = lengths * tangents(theta, phi, given.charts[:, None])
-    if unknowns.shape[1] > 2 * given.basis.shape[1]:
-        movement = np.concatenate([movement, limbs[:, :, None]], axis=2)
-    return Linearisation(off, by_position, movement)
+    return by_position, lengths * tangents(*angles(given, unknowns), given.charts[:, None])

@@ -56,10 +56,8 @@ class Refinement:
         mm.
     chart : (L, 3, 3)
         Rotations from the world to the axes in which each limb's angles are measured.
-    residual_px : (F, J)
-        Distance of reprojection and image; NaN where there is none, as for the root.
-    reprojection_error_before_px, reprojection_error_px : float
-        Root mean square of those distances at the start, which already lies in the basis, and at the end.
+    reprojection_error_px : float
+        Root mean square distance of reprojection and image.
     cost : float
         Half the sum of squared distances and penalties, px².
     converged : bool
@@ -73,8 +71,6 @@ class Refinement:
     coefficients_phi: np.ndarray
     lengths: np.ndarray
     chart: np.ndarray
-    residual_px: np.ndarray
-    reprojection_error_before_px: float
     reprojection_error_px: float
     cost: float
     converged: bool
@@ -171,7 +167,7 @@ def refine(
     bound = np.full_like(unknowns, np.inf)
     bound[:, 2 * rows.shape[1] :] = np.log(length_factor)
     found = minimise(given, unknowns, bound, max_iterations=max_iterations, tolerance=tolerance)
-    return _refinement(given, np.asarray(root, dtype=float), _distances(given, unknowns), *found)
+    return _refinement(given, np.asarray(root, dtype=float), *found)
 
 
 def _begun(
@@ -205,16 +201,16 @@ def _begun(
 def _refinement(
     given: Observations,
     root: np.ndarray,
-    before: np.ndarray,
     unknowns: np.ndarray,
     lowest: float,
     converged: bool,
     iterations: int,
 ) -> Refinement:
-    """Return what the unknowns (L, 2 K or 2 K + 1) mean; `before` are the distances (L, F) of the start, px."""
-    after = _distances(given, unknowns)
+    """Return what the unknowns (L, 2 K or 2 K + 1) mean."""
     moved = reprojection.relative(given, unknowns)
-    joints = np.concatenate([root[None], reprojection.forward(given, moved)]).swapaxes(0, 1)
+    ends = reprojection.forward(given, moved)
+    distance = np.linalg.norm(reprojection.residuals(given, ends), axis=-1)
+    joints = np.concatenate([root[None], ends]).swapaxes(0, 1)
     most = given.basis.shape[1]
     return Refinement(
         positions=np.where(np.isfinite(root).all(axis=1)[:, None, None], joints, np.nan),
@@ -223,26 +219,17 @@ def _refinement(
         coefficients_phi=unknowns[:, most : 2 * most].copy(),
         lengths=reprojection.lengths_mm(given, unknowns).copy(),
         chart=given.charts,
-        residual_px=np.concatenate([np.full((1, len(root)), np.nan), after]).T.copy(),
-        reprojection_error_before_px=float(np.sqrt(np.nanmean(before**2))),
-        reprojection_error_px=float(np.sqrt(np.nanmean(after**2))),
+        reprojection_error_px=float(np.sqrt(np.nanmean(np.where(given.seen, distance, np.nan) ** 2))),
         cost=lowest,
         converged=converged,
         n_iterations=iterations,
     )
 
 
-def _distances(given: Observations, unknowns: np.ndarray) -> np.ndarray:
-    """Distances (L, F) of reprojection and image, px; NaN where a joint was not seen."""
-    positions = reprojection.forward(given, reprojection.relative(given, unknowns))
-    distance = np.linalg.norm(reprojection.residuals(given, positions), axis=-1)
-    return np.where(given.seen, distance, np.nan)
-
-
 def _softened(given: Observations, unknowns: np.ndarray, cutoff: float) -> Observations:
     """The same with the penalty of a soft basis, in each limb's mean square of pixels to the radian."""
-    first = reprojection.linearise(given, unknowns)
-    by_angle = first.by_position @ first.movement[:, :, :2].swapaxes(2, 3)
+    by_position, movement = reprojection.linearise(given, unknowns)
+    by_angle = by_position @ movement.swapaxes(2, 3)
     seen = given.seen.sum(axis=1)
     squares = 0.5 * (by_angle**2).sum(axis=(1, 2, 3)) / np.maximum(seen, 1)
     # A limb whose end is never seen has no pixels of its own.

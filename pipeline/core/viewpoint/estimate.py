@@ -15,6 +15,8 @@ appendix describes (`published`).
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from pipeline.core.linear_model import LinearModel, WhitenedModel, whiten
@@ -91,15 +93,12 @@ def estimate(
         found = from_one_start(white, across, up, start_rad)
     else:
         found = best_candidate(Gram(white), across, up, angle_range_rad, step, sigma2)
-    answer = (
-        in_half_open_circle(found.angle_rad),
-        found.z * white.scale,
-        found.cost,
-        found.runner_up_cost,
-        found.converged,
-        found.n_iterations,
+    found = replace(
+        found,
+        angle_rad=in_half_open_circle(found.angle_rad),
+        coefficients=found.coefficients * white.scale,
     )
-    return ViewEstimate(*(a[0] for a in answer)) if single else ViewEstimate(*answer)
+    return ViewEstimate(*(values[0] for values in vars(found).values())) if single else found
 
 
 def in_half_open_circle(angle_rad: np.ndarray) -> np.ndarray:

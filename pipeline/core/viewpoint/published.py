@@ -9,16 +9,18 @@ from pipeline.core.choice import first_lowest
 from pipeline.core.linear_model import WhitenedModel
 from pipeline.core.reconstruction import Gram
 from pipeline.core.viewpoint.search import (
-    ViewMinimum,
     candidates,
     cost_on_grid,
     local_minima,
     lowest_but,
     reduced_cost,
 )
+from pipeline.core.viewpoint.view_estimate import ViewEstimate
 
 
-def from_one_start(white: WhitenedModel, across: np.ndarray, up: np.ndarray, start_rad: float) -> ViewMinimum:
+def from_one_start(
+    white: WhitenedModel, across: np.ndarray, up: np.ndarray, start_rad: float
+) -> ViewEstimate:
     """Approach I: differences of 150 numbers, trust region, one start; analytic Jacobian [zhang2007 B.1-B.3].
 
     Parameters
@@ -54,13 +56,12 @@ def from_one_start(white: WhitenedModel, across: np.ndarray, up: np.ndarray, sta
         for x, y in zip(across, up, strict=True)
     ]
     solutions = np.stack([fit.x for fit in fits])
-    return ViewMinimum(
+    return ViewEstimate(
         angle_rad=solutions[:, 0],
-        z=solutions[:, 1:],
+        coefficients=solutions[:, 1:],
         cost=np.array([2.0 * fit.cost for fit in fits]),
         runner_up_cost=np.full(len(fits), np.inf),
         converged=np.array([fit.success for fit in fits]),
-        n_iterations=np.array([fit.nfev for fit in fits]),
     )
 
 
@@ -71,7 +72,7 @@ def best_candidate(
     angle_range_rad: tuple[float, float],
     step_rad: float,
     noise_variance: float,
-) -> ViewMinimum:
+) -> ViewEstimate:
     """Approach II: the best of the candidates, 181 whole degrees from 0 to pi in the paper.
 
     Parameters
@@ -90,11 +91,10 @@ def best_candidate(
     height, _ = local_minima(cost, grid, closed=closed)
     _, runner_up = lowest_but(height, best, closed=closed)
     here = reduced_cost(gram, across, up, grid[best], noise_variance)
-    return ViewMinimum(
+    return ViewEstimate(
         angle_rad=grid[best],
-        z=here.z,
+        coefficients=here.z,
         cost=here.cost,
         runner_up_cost=runner_up,
         converged=np.ones(len(best), dtype=bool),
-        n_iterations=np.zeros(len(best), dtype=int),
     )

@@ -19,6 +19,7 @@ import numpy as np
 from pipeline.core import newton
 from pipeline.core.choice import MARGIN, first_lowest
 from pipeline.core.reconstruction import Gram
+from pipeline.core.viewpoint.view_estimate import ViewEstimate
 
 TOLERANCE_RAD = 1e-10
 """Step of the view angle at which the search has converged."""
@@ -27,29 +28,6 @@ _MOST_STEPS = 60
 
 _POLYNOMIAL_STEPS = 5
 """Of Newton's method from a parabola's minimum: the fourth is rounding already."""
-
-
-@dataclass(frozen=True)
-class ViewMinimum:
-    """The lowest minimum of J for each of A observations.
-
-    Attributes
-    ----------
-    angle_rad : (A,)
-    z : (A, N)
-        Coefficients in whitened form.
-    cost, runner_up_cost : (A,)
-        J there and at the lowest other local minimum, mm²; the latter infinite where there is none.
-    converged : (A,) bool
-    n_iterations : (A,) int
-    """
-
-    angle_rad: np.ndarray
-    z: np.ndarray
-    cost: np.ndarray
-    runner_up_cost: np.ndarray
-    converged: np.ndarray
-    n_iterations: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -78,8 +56,8 @@ def global_minimum(
     angle_range_rad: tuple[float, float],
     step_rad: float,
     noise_variance: float | None,
-) -> ViewMinimum:
-    """The view angle of lowest cost for each of A observations, and the coefficients there.
+) -> ViewEstimate:
+    """The view angle of lowest cost for each of A observations, and the whitened coefficients there.
 
     Parameters
     ----------
@@ -105,7 +83,7 @@ def global_minimum(
     first, every = first_lowest(height), np.arange(len(cost))
     second, runner_up = lowest_but(height, first, closed=closed)
 
-    def refined(rows: np.ndarray, cells: np.ndarray) -> ViewMinimum:
+    def refined(rows: np.ndarray, cells: np.ndarray) -> ViewEstimate:
         step = grid[1] - grid[0]
         lower, upper = grid[cells] - step, grid[cells] + step
         if not closed:
@@ -114,13 +92,13 @@ def global_minimum(
         guess = np.clip(guess, lower, upper)
         z, minimum = np.empty((len(rows), len(gram.white.scale))), np.empty(len(rows))
 
-        def derivatives(active: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, None]:
+        def slopes_of(active: np.ndarray, angle: np.ndarray) -> np.ndarray:
             here = reduced_cost(gram, across[rows[active]], up[rows[active]], angle, noise_variance)
             z[active], minimum[active] = here.z, here.cost
-            return here.slope, None
+            return here.slope
 
         found = newton.minimise(
-            derivatives,
+            slopes_of,
             guess,
             lower,
             upper,
@@ -128,7 +106,7 @@ def global_minimum(
             most_iterations=_MOST_STEPS,
             curvature=curvature,
         )
-        return ViewMinimum(found.at, z, minimum, runner_up[rows], found.converged, found.n_iterations)
+        return ViewEstimate(found.at, z, minimum, runner_up[rows], found.converged)
 
     best = refined(every, first)
     # A parabola's lowest point is trusted to within what it lies below its cell: runner_up - height of the
@@ -137,14 +115,14 @@ def global_minimum(
     return prefer_lower(best, refined(contested, second[contested]), contested)
 
 
-def prefer_lower(best: ViewMinimum, other: ViewMinimum, rows: np.ndarray) -> ViewMinimum:
+def prefer_lower(best: ViewEstimate, other: ViewEstimate, rows: np.ndarray) -> ViewEstimate:
     """The minima of A observations, each replaced by its other one where that is lower by more than rounding.
 
     Parameters
     ----------
-    best : ViewMinimum
+    best : ViewEstimate
         Of A observations.
-    other : ViewMinimum
+    other : ViewEstimate
         Other minima of n of them, whose costs become those of the runners-up where they are not lower.
     rows : (n,) int
         Which observations these are.
@@ -153,10 +131,10 @@ def prefer_lower(best: ViewMinimum, other: ViewMinimum, rows: np.ndarray) -> Vie
     runner_up = best.runner_up_cost.copy()
     runner_up[rows] = np.where(lower, best.cost[rows], np.maximum(other.cost, best.cost[rows]))
     parts = {}
-    for name in ("angle_rad", "z", "cost", "converged", "n_iterations"):
+    for name in ("angle_rad", "coefficients", "cost", "converged"):
         parts[name] = getattr(best, name).copy()
         parts[name][rows[lower]] = getattr(other, name)[lower]
-    return ViewMinimum(runner_up_cost=runner_up, **parts)
+    return ViewEstimate(runner_up_cost=runner_up, **parts)
 
 
 def candidates(low: float, high: float, step: float) -> tuple[np.ndarray, bool]:

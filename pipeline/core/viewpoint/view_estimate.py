@@ -19,14 +19,13 @@ class ViewEstimate:
     angle_rad : (A,)
         In (-pi, pi].
     coefficients : (A, N)
-        k in mm.
+        k in mm; within a search whitened, z.
     cost : (A,)
         The minimum of [zhang2007 4.5], squared, or of [zhang2007 4.6] times 2 sigma²; mm².
     runner_up_cost : (A,)
         The lowest cost of any other local minimum, to the accuracy of the grid; infinite where there is none
         or, from one start, none was looked for.  Near `cost`, the view is ambiguous (a front seen for a back).
     converged : (A,) bool
-    n_iterations : (A,) int
     """
 
     angle_rad: np.ndarray
@@ -34,4 +33,3 @@ class ViewEstimate:
     cost: np.ndarray
     runner_up_cost: np.ndarray
     converged: np.ndarray
-    n_iterations: np.ndarray

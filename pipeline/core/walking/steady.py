@@ -78,6 +78,12 @@ def facing(positions: np.ndarray) -> np.ndarray:
     return forward / np.where(length > 0, length, 1.0)
 
 
+def _fore_aft(positions: np.ndarray) -> np.ndarray:
+    """Fore-aft distance of the left ankle from the right one, (T,) mm."""
+    apart = positions[:, _LEFT[2], :2] - positions[:, _RIGHT[2], :2]
+    return np.asarray((apart * facing(positions)).sum(axis=-1))
+
+
 def _stride(signal: np.ndarray, frame_rate_hz: float) -> int:
     """Frames of one stride, from the strongest frequency of the fore-aft distance of the ankles."""
     candidates = np.arange(SEARCH_HZ[0], SEARCH_HZ[1], 0.01)
@@ -154,8 +160,7 @@ def steady_stretch(
             received=f"{frames} frames of {len(whole)}",
         )
     block = positions[first:last]
-    fore_aft = block[:, _LEFT[2], :2] - block[:, _RIGHT[2], :2]
-    signal = (fore_aft * facing(block)).sum(axis=-1)
+    signal = _fore_aft(block)
     stride = _stride(signal, frame_rate_hz)
     velocity = _velocity(block[:, _PELVIS, :2], stride, frame_rate_hz)
     speed = np.linalg.norm(velocity, axis=-1)
@@ -231,12 +236,9 @@ def treadmill_equivalent(
     """
     require_choice("path", path, ("cubic", "moving_average"))
     pelvis = positions[:, _PELVIS, :2]
+    stride = _stride(_fore_aft(positions), frame_rate_hz)
     if path == "cubic":
         time = np.linspace(-1.0, 1.0, len(positions))
-        fore_aft = ((positions[:, _LEFT[2], :2] - positions[:, _RIGHT[2], :2]) * facing(positions)).sum(
-            axis=-1
-        )
-        stride = _stride(fore_aft, frame_rate_hz)
         if len(positions) < SHORT_STRIDES * stride:
             columns = design(frame_rate_hz / stride, np.arange(len(positions)) / frame_rate_hz, 2)
             weights = np.linalg.lstsq(np.column_stack([columns, time]), pelvis, rcond=None)[0][[0, -1]]
@@ -245,17 +247,15 @@ def treadmill_equivalent(
         smooth = polynomial.polyval(time, weights).T
         velocity = polynomial.polyval(time, polynomial.polyder(weights)).T
     else:
-        fore_aft = positions[:, _LEFT[2], :2] - positions[:, _RIGHT[2], :2]
-        stride = _stride((fore_aft * facing(positions)).sum(axis=-1), frame_rate_hz)
         window = min(stride | 1, len(pelvis) - (1 - len(pelvis) % 2))
         smooth = _running_mean(pelvis, window)
         velocity = _velocity(pelvis, stride, frame_rate_hz)
     if locomotion == "treadmill":
         velocity = np.broadcast_to(facing(positions).mean(axis=0), velocity.shape)
     turn = np.pi / 2 - np.arctan2(velocity[:, 1], velocity[:, 0])
-    c, s = np.cos(turn)[:, None], np.sin(turn)[:, None]
-    across, along = np.moveaxis(positions[..., :2] - smooth[:, None], -1, 0)
-    return np.stack([c * across - s * along, s * across + c * along, positions[..., 2]], axis=-1)
+    level = np.array(positions, dtype=float)
+    level[..., :2] -= smooth[:, None]
+    return turn_about_vertical(level, turn[:, None])
 
 
 def step_heading(coefficients: np.ndarray) -> float:

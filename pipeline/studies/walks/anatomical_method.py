@@ -104,5 +104,4 @@ class AnatomicalApproach:
             cost=one,
             runner_up_cost=likelier,
             converged=one > 0,
-            n_iterations=np.zeros(len(view_rad), dtype=int),
         )

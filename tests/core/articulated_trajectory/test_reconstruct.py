@@ -453,12 +453,12 @@ def test_hinges_leave_alone_what_the_images_have_decided() -> None:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_refinement_lowers_the_reprojection_error_and_keeps_lengths(seed: int) -> None:
+def test_refinement_fits_the_images_and_keeps_lengths(seed: int) -> None:
     one = scene(seed, noise_px=0.05)
     found = one.reconstructed(noise_px=0.05, basis=TrajectoryBasis(6))
     assert found.refined is not None
     assert found.refined.converged
-    assert found.refined.reprojection_error_px < found.refined.reprojection_error_before_px
+    assert found.refined.reprojection_error_px < 0.5
     assert np.abs(length_errors(WALKER14, found.positions, one.lengths)).max() < 1e-9
     assert one.errors_mm(found.chosen).mean() < 10.0
     assert one.errors_mm(found.positions).mean() < 10.0

@@ -113,7 +113,6 @@ def test_no_candidate_of_a_fine_grid_is_better(
     assert (found.cost <= cost.min(axis=1) * (1 + 1e-9)).all()
     assert (found.runner_up_cost >= found.cost * (1 - 1e-9)).all()
     assert found.converged.all()
-    assert np.median(found.n_iterations) <= 8  # halving the cell would take 28 steps
 
 
 @pytest.mark.parametrize("step_deg", [5.0, 10.0, 15.0])
