@@ -258,7 +258,7 @@ def _of_unknown_laboratory(
     turned = np.einsum("ij,kjb->kib", axes, anatomical.by_joint(walk.coefficients))
     whole = turned.ravel().copy()
     observed = whole[None, None, ~conditional.unknown]
-    found = anatomical.fit_lengths(conditional, observed, anatomical.tolerances(prior), with_covariance=False)
+    found = anatomical.fit_lengths(conditional, observed, anatomical.tolerances(prior))
     whole[conditional.unknown] = found.unknown[0, 0]
     return anatomical.by_block(np.einsum("ij,kib->kjb", axes, whole.reshape(turned.shape)))
 

@@ -18,7 +18,7 @@ import numpy as np
 from pipeline.core import fourier, linear_model, walking
 from pipeline.core.linear_model import LinearModel
 from pipeline.core.reconstruction import maximum_a_posteriori
-from pipeline.skeleton import WALKER15
+from pipeline.skeleton import PELVIS
 from pipeline.synthetic import walkers
 
 LEG_MM = 850.0
@@ -63,7 +63,7 @@ def complete(positions: np.ndarray, missing: np.ndarray, frame_rate_hz: float) -
     series = fourier.represent(seen, frame_rate_hz)
     if not missing.any():
         return Completed(positions, series)
-    centre = positions[:, WALKER15.index("pelvis")].mean(axis=0)
+    centre = positions[:, PELVIS].mean(axis=0)
     about_pelvis = series.coefficients.copy()
     about_pelvis[0] -= centre
     filled = conditional_mean(population(), about_pelvis, missing)

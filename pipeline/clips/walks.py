@@ -16,7 +16,7 @@ from pipeline.core import fourier, walking
 from pipeline.core.walking import BridgedClip
 from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
-from pipeline.skeleton import WALKER15
+from pipeline.skeleton import PELVIS, WALKER15
 from pipeline.skeleton.mapped_joints import LOWER_BODY
 from pipeline.synthetic import walkers
 from pipeline.validation import InvalidInput, told_apart
@@ -29,8 +29,6 @@ REPORT_COLUMNS = (
 
 LARGEST_SLOPE, STEP_MM = 0.1, 150.0
 """Rise of the pelvis over the way, and besides, beyond which people walk on a ramp or on stairs."""
-
-_PELVIS = WALKER15.index("pelvis")
 
 BAD_JOINT_SHARE = 0.4
 """Share of what two harmonics leave that a bad joint has, at least: of 105 recorded walks one has more, of little."""
@@ -114,7 +112,7 @@ def _steady_part(
         locomotion=stretch.locomotion,
         path=steady.path.value,
     )
-    rise = np.polyfit(np.arange(len(level)), level[:, _PELVIS, 2], 1)[0] * len(level)
+    rise = np.polyfit(np.arange(len(level)), level[:, PELVIS, 2], 1)[0] * len(level)
     if abs(rise) > LARGEST_SLOPE * stretch.speed_mm_s * len(level) / frame_rate_hz + STEP_MM:
         raise InvalidInput(
             "no steady walking: the way is not level",

@@ -88,24 +88,23 @@ def weighted_medians(values: np.ndarray, cluster: np.ndarray, weights: np.ndarra
     return np.where(count > 0, middles, np.nan).reshape(-1, *values.shape[1:])
 
 
-def percentile_interval(replicates: np.ndarray, *, level: float = LEVEL) -> tuple[np.ndarray, np.ndarray]:
+def percentile_interval(replicates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Lower and upper end (…) of the central interval of replicates (B, …).
 
     Raises
     ------
     InvalidInput
-        If the level is not between 0 and 1, or there are no replicates.
+        If there are no replicates.
 
     Examples
     --------
-    >>> low, high = percentile_interval(np.arange(101.0), level=0.9)
+    >>> low, high = percentile_interval(np.arange(101.0))
     >>> round(float(low), 6), round(float(high), 6)
-    (5.0, 95.0)
+    (2.5, 97.5)
     """
-    require_range("the level", level, above=0, below=1)
     if not len(replicates):
         raise InvalidInput("there are no replicates", expected="one or more", received="0")
-    low, high = np.percentile(replicates, [50.0 * (1.0 - level), 50.0 * (1.0 + level)], axis=0)
+    low, high = np.percentile(replicates, [50.0 * (1.0 - LEVEL), 50.0 * (1.0 + LEVEL)], axis=0)
     return low, high
 
 
@@ -114,7 +113,7 @@ FEWEST_CORRECTED = 10
 
 
 def cluster_interval(
-    value: float, replicates: np.ndarray, left_out: np.ndarray, clusters: int, *, level: float = LEVEL
+    value: float, replicates: np.ndarray, left_out: np.ndarray, clusters: int
 ) -> tuple[float, float]:
     """Return the interval of a statistic over clusters, which holds its level for few of them as well.
 
@@ -131,7 +130,6 @@ def cluster_interval(
     left_out : (C,) or (0,)
         Without each cluster, for the acceleration; none: not accelerated.
     clusters : int
-    level : float
 
     Notes
     -----
@@ -139,7 +137,7 @@ def cluster_interval(
     and 80 people is simulated by ``make bench ARGS=coverage_of_intervals``.
     """
     expansion = np.sqrt(clusters / (clusters - 1))
-    tail = special.stdtrit(clusters - 1, 0.5 * (1.0 + level)) * expansion
+    tail = special.stdtrit(clusters - 1, 0.5 * (1.0 + LEVEL)) * expansion
     if clusters < FEWEST_CORRECTED:
         reach = tail * replicates.std()
         return float(value - reach), float(value + reach)
@@ -155,8 +153,8 @@ def cluster_interval(
     return float(low), float(high)
 
 
-def mean_interval(draws: np.ndarray, *, more: float = 0.0, level: float = LEVEL) -> tuple[float, float]:
+def mean_interval(draws: np.ndarray, *, more: float = 0.0) -> tuple[float, float]:
     """Return Student's interval of the mean that draws (B,) come from; with ``more=1``, of one more draw like them."""
     width = np.sqrt(more + 1.0 / len(draws)) * draws.std(ddof=1)
-    reach = special.stdtrit(len(draws) - 1, 0.5 * (1.0 + level)) * width
+    reach = special.stdtrit(len(draws) - 1, 0.5 * (1.0 + LEVEL)) * width
     return float(draws.mean() - reach), float(draws.mean() + reach)

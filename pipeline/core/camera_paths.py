@@ -28,7 +28,6 @@ def around(
     azimuth_rad: float = 0.0,
     height_mm: float = 0.0,
     px_per_mm: float = PX_PER_MM,
-    principal_px: tuple[float, float] = (0.0, 0.0),
 ) -> Pinhole:
     """A camera that walks around the target at constant height, distance and speed: smooth.
 
@@ -47,8 +46,6 @@ def around(
         Above the target.
     px_per_mm : float
         Size of the image at that distance: focal length over distance.
-    principal_px : (x, y)
-        Where the target appears, px.
 
     Raises
     ------
@@ -56,14 +53,15 @@ def around(
         If there are no frames, a distance or size is not positive, or the target is none.
     """
     target = _target(frames, target)
-    _refuse_sizes(distance_mm, px_per_mm, azimuth_rad, sweep_rad, height_mm)
+    require_range("distance_mm", distance_mm, above=0.0)
+    require_range("px_per_mm", px_per_mm, above=0.0)
+    require_finite("angles and height", (azimuth_rad, sweep_rad, height_mm))
     angle = azimuth_rad + sweep_rad * (np.linspace(-0.5, 0.5, frames) if frames > 1 else np.zeros(1))
     offset = [-distance_mm * np.sin(angle), distance_mm * np.cos(angle), np.full(frames, float(height_mm))]
     return look_at(
         target.mean(axis=0) + np.stack(offset, axis=1),
         target,
         focal_px=px_per_mm * distance_mm,
-        principal_px=principal_px,
     )
 
 
@@ -112,9 +110,3 @@ def _target(frames: int, target: np.ndarray) -> np.ndarray:
     target = np.asarray(target, dtype=float)
     require_finite("target", require_shape("target", target, (frames, 3) if target.ndim > 1 else (3,)))
     return np.broadcast_to(target, (frames, 3))
-
-
-def _refuse_sizes(distance_mm: float, px_per_mm: float, *others: float) -> None:
-    require_range("distance_mm", distance_mm, above=0.0)
-    require_range("px_per_mm", px_per_mm, above=0.0)
-    require_finite("angles and height", others)

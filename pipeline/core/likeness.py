@@ -30,14 +30,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from pipeline.skeleton import WALKER15
+from pipeline.skeleton import LEFT_LEG, PELVIS, RIGHT_LEG, WALKER15
 
 _SEGMENTS = (("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle"))
 _LIMBS = np.array(
     [[WALKER15.index(f"{side}_{j}") for j in ends] for side in ("left", "right") for ends in _SEGMENTS]
 )
 _LEGS, _OTHER_SIDE = [2, 3, 6, 7], [4, 5, 6, 7, 0, 1, 2, 3]
-_PELVIS, _HIPS = WALKER15.index("pelvis"), [WALKER15.index(f"{side}_hip") for side in ("left", "right")]
+_HIPS = [LEFT_LEG[0], RIGHT_LEG[0]]
 _LEG_MM = 850.0
 _POSTURES_HZ, _MEAN_S = 30.0, 0.1  # the mean over a tenth of a second takes noise off
 _LEAST_LIMBS, _LEAST_POSTURES, _MOST_ASKED = 6, 5, 300
@@ -77,7 +77,7 @@ def likeness(positions: np.ndarray, valid: np.ndarray, frame_rate_hz: float) -> 
     across = seen[:, _HIPS[1], :2] - seen[:, _HIPS[0], :2]
     turn = np.arctan2(across[:, 1], across[:, 0])
     cos, sin = np.cos(turn)[:, None], np.sin(turn)[:, None]
-    x, y, z = np.moveaxis(seen - seen[:, [_PELVIS]], -1, 0)
+    x, y, z = np.moveaxis(seen - seen[:, [PELVIS]], -1, 0)
     postures = np.stack([cos * x + sin * y, cos * y - sin * x, z], axis=-1)
     postures *= _LEG_MM / (limbs[_LEGS].sum() / 2.0)
     width = min(max(1, round(_MEAN_S * frame_rate_hz)), len(postures))

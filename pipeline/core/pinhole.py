@@ -209,17 +209,14 @@ def look_at(
     target: np.ndarray,
     *,
     focal_px: float,
-    principal_px: tuple[float, float] = (0.0, 0.0),
 ) -> Pinhole:
-    """A camera that looks from a centre to a target with the world's vertical upright in the image.
+    """A camera that looks from a centre to a target, at pixel 0, 0, with the world's vertical upright in the image.
 
     Parameters
     ----------
     centre, target : (3,) or (F, 3)
         mm.
     focal_px : float
-    principal_px : (x, y)
-        Where the target appears, px.
 
     Raises
     ------
@@ -234,10 +231,9 @@ def look_at(
         raise InvalidInput("a camera looks along the vertical, or at itself", expected="a target to its side")
     ahead = ahead / distance[..., None]
     right = right / across[..., None]
-    intrinsics = np.array(
-        [[focal_px, 0.0, principal_px[0]], [0.0, focal_px, principal_px[1]], [0.0, 0.0, 1.0]]
+    return Pinhole(
+        np.diag([focal_px, focal_px, 1.0]), np.stack([right, np.cross(ahead, right), ahead], axis=-2), centre
     )
-    return Pinhole(intrinsics, np.stack([right, np.cross(ahead, right), ahead], axis=-2), centre)
 
 
 def _check_intrinsics(intrinsics: np.ndarray) -> None:

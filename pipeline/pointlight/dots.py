@@ -8,12 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.core import camera, fourier, walking
-from pipeline.skeleton import WALKER15
+from pipeline.skeleton import ANKLES, WALKER15
 from pipeline.synthetic import walkers
 from pipeline.validation import require_finite, require_range, require_shape
 
 MOST_FRAMES = 100_000
-_ANKLES = [WALKER15.index("left_ankle"), WALKER15.index("right_ankle")]
 _INSTANTS = 200
 
 
@@ -109,7 +108,7 @@ def walking_speed(coefficients: np.ndarray, stride_hz: float) -> float:
     stride_hz : float
     """
     times = np.arange(_INSTANTS) / (_INSTANTS * stride_hz)
-    ankles = fourier.synthesise(coefficients, stride_hz, times)[:, _ANKLES]
+    ankles = fourier.synthesise(coefficients, stride_hz, times)[:, ANKLES]
     step = float(np.abs(ankles[:, 0, 1] - ankles[:, 1, 1]).max())
     return 2.0 * step * stride_hz
 

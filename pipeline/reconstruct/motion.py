@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.core.anatomical.stance import ANKLES
 from pipeline.core.fourier import cycle_basis
 from pipeline.core.keypoint_walk import Reconstruction
 from pipeline.core.keypoint_walk.film import Stretch
@@ -20,7 +19,7 @@ from pipeline.formats.bvh import Names
 from pipeline.reconstruct.clip import Input, Walk
 from pipeline.reconstruct.cycle import scale_mm
 from pipeline.reconstruct.summary import observed, units, world_mm
-from pipeline.skeleton import WALKER15
+from pipeline.skeleton import ANKLES, PELVIS, WALKER15
 
 
 class Format(StrEnum):
@@ -52,7 +51,7 @@ def in_walkers_axes(found: Reconstruction) -> np.ndarray:
     included.
     """
     walked = world_mm(found) @ level_axes(float(found.fit.x[HEADING]))
-    walked[..., 2] -= walked[:, list(ANKLES), 2].min()
+    walked[..., 2] -= walked[:, ANKLES, 2].min()
     return np.asarray(walked)
 
 
@@ -69,7 +68,7 @@ def to_motion(
     assert stretch.found is not None
     positions = in_walkers_axes(stretch.found) * scale_mm(given)
     if in_place:
-        pelvis = positions[:, WALKER15.index("pelvis"), None, :2]
+        pelvis = positions[:, PELVIS, None, :2]
         positions[..., :2] -= pelvis - pelvis.mean(axis=0)
     return motion.Motion(WALKER15.joints, positions, walk.frame_rate_hz, WALKER15.parents, character=names)
 
@@ -87,7 +86,7 @@ def one_cycle(walk: Walk, stretch: Stretch, given: Input, names: Names, *, in_pl
     basis = cycle_basis(found.cycle.phases[0, 0] + 2.0 * np.pi * share, BLOCKS)
     basis[-1] = basis[0]
     positions = np.moveaxis(found.posterior.walker @ basis.T, -1, 0)
-    positions[..., 2] -= positions[:, list(ANKLES), 2].min()
+    positions[..., 2] -= positions[:, ANKLES, 2].min()
     if not in_place:
         stride = 2.0 * np.pi * float(found.fit.objective.prior.belt @ found.posterior.walker.ravel())
         positions[..., 1] += stride * share[:, None]

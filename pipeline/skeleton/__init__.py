@@ -10,6 +10,6 @@ file that points up.  Names of points match without case, separators and prefixe
 ``LANK``, ``anna:l_ank``, ``Ank.L`` and ``LeftAnk`` are the same point.
 """
 
-from pipeline.skeleton.joints import POSTURE12, WALKER15, LimbTree, Skeleton
+from pipeline.skeleton.joints import ANKLES, LEFT_LEG, PELVIS, POSTURE12, RIGHT_LEG, WALKER15, Skeleton
 
-__all__ = ["POSTURE12", "WALKER15", "LimbTree", "Skeleton"]
+__all__ = ["ANKLES", "LEFT_LEG", "PELVIS", "POSTURE12", "RIGHT_LEG", "WALKER15", "Skeleton"]

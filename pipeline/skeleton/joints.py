@@ -67,6 +67,13 @@ WALKER15 = Skeleton(
 )
 """The fifteen virtual markers of [zhang2007 figure 1], in the order of every array."""
 
+PELVIS = WALKER15.index("pelvis")
+LEFT_LEG, RIGHT_LEG = (
+    [WALKER15.index(f"{side}_{joint}") for joint in ("hip", "knee", "ankle")] for side in ("left", "right")
+)
+"""Hip, knee and ankle."""
+ANKLES = [LEFT_LEG[2], RIGHT_LEG[2]]
+
 
 @dataclass(frozen=True)
 class LimbTree:

@@ -11,13 +11,14 @@ from enum import StrEnum
 import numpy as np
 
 from pipeline.core import walking
-from pipeline.skeleton import WALKER15
+from pipeline.skeleton import LEFT_LEG, PELVIS, RIGHT_LEG, WALKER15
 
-_PELVIS, _STERNUM, _HEAD = (WALKER15.index(joint) for joint in ("pelvis", "sternum", "head"))
-_LEGS, _ARMS = (
-    [[WALKER15.index(f"{side}_{joint}") for joint in limb] for side in ("left", "right")]
-    for limb in (("hip", "knee", "ankle"), ("shoulder", "elbow", "wrist"))
-)
+_STERNUM, _HEAD = (WALKER15.index(joint) for joint in ("sternum", "head"))
+_LEGS = [LEFT_LEG, RIGHT_LEG]
+_ARMS = [
+    [WALKER15.index(f"{side}_{joint}") for joint in ("shoulder", "elbow", "wrist")]
+    for side in ("left", "right")
+]
 FLIGHT_MM = 60.0
 """How far a runner's pelvis rises and falls about its mean."""
 
@@ -38,9 +39,9 @@ def _below(length: float, angle_rad: np.ndarray) -> np.ndarray:
 
 def _pose(standing: np.ndarray, angles: dict[str, list[np.ndarray]], lean_rad: np.ndarray) -> np.ndarray:
     """Positions (T, 15, 3) about the pelvis of joint angles, each for left and right, rad."""
-    found = np.repeat((standing - standing[_PELVIS])[None], len(lean_rad), axis=0)
+    found = np.repeat((standing - standing[PELVIS])[None], len(lean_rad), axis=0)
     for joint in (_STERNUM, _HEAD, _ARMS[0][0], _ARMS[1][0]):
-        found[:, joint, 1:] = -_below(float(standing[joint, 2] - standing[_PELVIS, 2]), -lean_rad)[:, 1:]
+        found[:, joint, 1:] = -_below(float(standing[joint, 2] - standing[PELVIS, 2]), -lean_rad)[:, 1:]
     for limbs, upper, bend, sign in ((_LEGS, "hip", "knee", -1.0), (_ARMS, "shoulder", "elbow", 1.0)):
         for side, (root, middle, end) in enumerate(limbs):
             lengths = (np.linalg.norm(standing[b] - standing[a]) for a, b in ((root, middle), (middle, end)))

@@ -15,10 +15,8 @@ import numpy as np
 from pipeline.core.keypoint_walk.exchanged import LIMBS, exchange
 from pipeline.core.keypoint_walk.view import level_axes, pitched, project
 from pipeline.shortened import shortened
-from pipeline.skeleton import WALKER15
+from pipeline.skeleton import ANKLES, PELVIS, WALKER15
 from pipeline.validation import require_range, require_shape
-
-_PELVIS = WALKER15.index("pelvis")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -167,7 +165,7 @@ def simulate_keypoints(
     own = resample(positions_mm, frame_rate_hz, filming.frame_rate_hz)
     T = len(own)
     times = (np.arange(T) - (T - 1) / 2.0) / filming.frame_rate_hz
-    ground = float(np.percentile(own[:, [11, 14], 2], 2))
+    ground = float(np.percentile(own[:, ANKLES, 2], 2))
     stature = float(own[:, 0, 2].mean() - ground)
     A = level_axes(filming.heading_rad)
     drawn = own + generator.normal(0.0, error.bias_mm, size=(1, *own.shape[1:]))
@@ -198,7 +196,7 @@ def simulate_keypoints(
     return SimulatedKeypoints(
         pixels=pixels,
         exchanged=swapped,
-        positions_mm=(own - own[:, _PELVIS : _PELVIS + 1]) @ A.T,
+        positions_mm=(own - own[:, PELVIS : PELVIS + 1]) @ A.T,
         heading_rad=filming.heading_rad,
         focal_px=focal,
         frame_rate_hz=filming.frame_rate_hz,

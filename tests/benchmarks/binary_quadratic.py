@@ -273,9 +273,8 @@ def _row(label: str, problems: list[tuple[np.ndarray, Limb]], limit_s: float, sc
 
 def _first_is_best(problems: list[tuple[np.ndarray, Limb]], found: list[BinarySolution]) -> int:
     """How often the first signs were not improved by either search."""
-    firsts = [
-        sign_search.search(programme_of(basis, one.middle, one.half_chord))[1] for basis, one in problems
-    ]
+    programmes = [programme_of(basis, one.middle, one.half_chord) for basis, one in problems]
+    firsts = [programme.objective(sign_search.search(programme)) for programme in programmes]
     return sum(first <= best.objective * (1 + 10 * GAP) for first, best in zip(firsts, found, strict=True))
 
 

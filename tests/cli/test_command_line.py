@@ -299,7 +299,7 @@ def people() -> WalkingPopulation:
 def overground(people: WalkingPopulation, walker: int, heading: float = 0.7) -> np.ndarray:
     """A walker (T, 15, 3) in mm who leaves the belt and walks straight across the room."""
     motion = people.positions_mm[walker].copy()
-    motion[..., 1] += (people.speed_mm_s[walker] * np.arange(len(motion)) / RATE_HZ)[:, None]
+    motion[..., 1] += (people.people[walker].speed * np.arange(len(motion)) / RATE_HZ)[:, None]
     c, s = np.cos(heading), np.sin(heading)
     return motion @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
 

@@ -15,6 +15,12 @@ def still(frames: int, *, target: np.ndarray, **options: Any) -> Pinhole:
     return around(frames, target=target, sweep_rad=0.0, **options)
 
 
+def off_centre(camera: Pinhole) -> Pinhole:
+    """The same camera with its principal point at (320, 240) px."""
+    shift = np.array([[0.0, 0.0, 320.0], [0.0, 0.0, 240.0], [0.0, 0.0, 0.0]])
+    return Pinhole(camera.intrinsics + shift, camera.rotation, camera.centre)
+
+
 def parallel(
     frames: int, *, target: np.ndarray, azimuth_rad: float = 0.0, px_per_mm: float = PX_PER_MM
 ) -> np.ndarray:

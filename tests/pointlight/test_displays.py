@@ -61,7 +61,7 @@ def test_a_walker_who_translates_leaves_no_foot_behind(series: tuple[np.ndarray,
 
 def test_the_speed_is_that_of_the_belt() -> None:
     people = walkers.walking_population(generator(4), male=2, female=3, duration_s=4.0, frame_rate_hz=HZ)
-    for walk, belt in zip(people.positions_mm, people.speed_mm_s, strict=True):
+    for walk, belt in zip(people.positions_mm, (who.speed for who in people.people), strict=True):
         found = fourier.represent(walk, HZ)
         speed = pointlight.walking_speed(found.coefficients, found.frequency_hz)
         assert speed == pytest.approx(belt, rel=0.1)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from pipeline.core import linear_model, posture
 from pipeline.skeleton import POSTURE12, WALKER15
-from pipeline.synthetic.bending import BendingPerformances, bending_performances, time_warps
+from pipeline.synthetic.bending import BendingPerformances, bending_performances, correspondence, time_warps
 from pipeline.synthetic.bending.manner import draw_manner
 from pipeline.validation import InvalidInput
 from tests.strategies import seeds
@@ -56,8 +56,6 @@ def test_forty_performances_of_about_a_hundred_frames(bends: BendingPerformances
         assert phase[-1] == 1.0
         assert (np.diff(phase) > 0).all()
     np.testing.assert_array_equal(bends.subject, np.arange(40) % 5)
-    assert bends.stature_mm.shape == bends.leg_length_mm.shape == bends.male.shape == (5,)
-    assert bends.frame_rate_hz == 30.0
 
 
 def test_the_seed_decides_everything() -> None:
@@ -66,7 +64,7 @@ def test_the_seed_decides_everything() -> None:
     )
     for one, two in zip(first.positions_mm, again.positions_mm, strict=True):
         np.testing.assert_array_equal(one, two)
-    assert not np.isclose(first.stature_mm, other.stature_mm).any()
+    assert not np.isclose(first.positions_mm[0][0], other.positions_mm[0][0]).any()
 
 
 def test_the_first_performances_stay_when_more_are_asked_for(bends: BendingPerformances) -> None:
@@ -74,7 +72,6 @@ def test_the_first_performances_stay_when_more_are_asked_for(bends: BendingPerfo
     for n in range(7):
         np.testing.assert_array_equal(few.positions_mm[n], bends.positions_mm[n])
         np.testing.assert_array_equal(few.phase[n], bends.phase[n])
-    np.testing.assert_array_equal(few.stature_mm, bends.stature_mm)
 
 
 def test_only_one_number_is_drawn_from_the_given_generator() -> None:
@@ -112,15 +109,15 @@ def test_bodies_have_human_sizes_and_are_the_same_in_all_of_a_person_s_performan
     for subject in range(20):
         assert np.ptp(lengths[clean.subject == subject], axis=0).max() < 1e-6
     assert (np.ptp(lengths, axis=0) > 10.0).all()
-    assert (np.abs(clean.stature_mm - 1700) < 300).all()
+    assert all(abs(person.stature - 1700) < 300 for person in clean.people)
     ankle = [joint(p, "left_ankle")[0, 2] for p in clean.positions_mm[:20]]
     legs = lengths[:20, [4, 5, 6, 7]].sum(axis=1) / 2 + ankle
-    np.testing.assert_allclose(legs, clean.leg_length_mm, rtol=1e-9)
+    np.testing.assert_allclose(legs, [person.leg_length for person in clean.people], rtol=1e-9)
 
 
 def test_everybody_stands_bends_to_the_floor_and_stands_again(clean: BendingPerformances) -> None:
     for positions, phase, subject in zip(clean.positions_mm, clean.phase, clean.subject, strict=True):
-        stature = clean.stature_mm[subject]
+        stature = clean.people[subject].stature
         heads = joint(positions, "head")[:, 2]
         wrists = np.minimum(joint(positions, "left_wrist")[:, 2], joint(positions, "right_wrist")[:, 2])
         ends = (phase < 0.03) | (phase > 0.97)
@@ -169,7 +166,7 @@ def test_the_centre_of_mass_stays_over_the_feet(clean: BendingPerformances) -> N
         ) / 0.971
         across = joint(positions, "right_hip")[0] - joint(positions, "left_hip")[0]
         ahead = np.array([-across[1], across[0]]) / np.hypot(*across[:2])
-        reach = (mass - both["ankle"])[:, :2] @ ahead / clean.stature_mm[subject]
+        reach = (mass - both["ankle"])[:, :2] @ ahead / clean.people[subject].stature
         # From the heel to the ball of the foot.
         assert reach.min() > -0.04
         assert reach.max() < 0.12
@@ -212,9 +209,14 @@ def test_the_aspace_has_a_few_dimensions(subjects: int, expected: tuple[int, int
 
 def test_a_performance_corresponds_to_itself_and_back(bends: BendingPerformances) -> None:
     for n, m in ((0, 0), (3, 3)):
-        np.testing.assert_allclose(bends.true_warp(n, m), np.arange(len(bends.phase[n])), atol=1e-9)
+        np.testing.assert_allclose(
+            correspondence(bends.phase[n], bends.phase[m]), np.arange(len(bends.phase[n])), atol=1e-9
+        )
     for n, m in ((0, 1), (5, 17), (30, 2)):
-        there, back = bends.true_warp(n, m), bends.true_warp(m, n)
+        there, back = (
+            correspondence(bends.phase[n], bends.phase[m]),
+            correspondence(bends.phase[m], bends.phase[n]),
+        )
         assert there.shape == (len(bends.phase[n]),)
         assert there[0] == 0
         assert there[-1] == len(bends.phase[m]) - 1
@@ -231,7 +233,7 @@ def test_the_true_warp_brings_one_person_s_performances_together() -> None:
         at = np.stack([np.interp(frames, np.arange(len(told[m])), column) for column in told[m].T], axis=1)
         return float(np.sqrt(((at - told[0]) ** 2).sum(axis=1).mean()))
 
-    truth = [difference(alike.true_warp(0, m), m) for m in range(1, 8)]
+    truth = [difference(correspondence(alike.phase[0], alike.phase[m]), m) for m in range(1, 8)]
     linear = [difference(np.linspace(0, len(told[m]) - 1, len(told[0])), m) for m in range(1, 8)]
     assert np.mean(truth) < 0.6 * np.mean(linear)
 

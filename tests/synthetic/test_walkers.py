@@ -31,6 +31,11 @@ def clean() -> WalkingPopulation:
     return walking_population(np.random.default_rng(2007), male=12, female=18, marker_noise_mm=0.0)
 
 
+def each(population: WalkingPopulation, name: str) -> np.ndarray:
+    """A number of every person."""
+    return np.array([getattr(person, name) for person in population.people])
+
+
 def joint(population: WalkingPopulation, name: str) -> np.ndarray:
     return population.positions_mm[:, :, WALKER15.index(name)]
 
@@ -46,7 +51,7 @@ def harmonic_shares(population: WalkingPopulation, harmonics: int = 6) -> tuple[
     times = np.arange(frames) / population.frame_rate_hz
     drift = np.vander(np.linspace(-1, 1, frames), 4)
     frequencies, shares = [], []
-    for walk, guess in zip(population.positions_mm, population.stride_frequency_hz, strict=True):
+    for walk, guess in zip(population.positions_mm, each(population, "frequency"), strict=True):
         moving = walk.copy()
         path = walk[:, WALKER15.index("pelvis"), :2]
         moving[:, :, :2] -= (drift @ np.linalg.lstsq(drift, path)[0])[:, None]
@@ -73,20 +78,19 @@ def test_eighty_walkers_of_fifteen_joints_at_120_hz(walkers: WalkingPopulation) 
     assert walkers.frame_rate_hz == 120.0
     assert walkers.male.sum() == 32
     assert (~walkers.male).sum() == 48
-    for name in ("stature_mm", "age_years", "leg_length_mm", "speed_mm_s", "stride_frequency_hz"):
-        assert getattr(walkers, name).shape == (80,)
+    assert len(walkers.people) == 80
 
 
 def test_ages_and_statures_are_those_of_the_people_they_stand_for(walkers: WalkingPopulation) -> None:
-    assert walkers.age_years.min() >= 13
-    assert walkers.age_years.max() <= 59
-    assert walkers.age_years.mean() == pytest.approx(26, abs=3)
-    grown = walkers.age_years >= 18
+    assert each(walkers, "age_years").min() >= 13
+    assert each(walkers, "age_years").max() <= 59
+    assert each(walkers, "age_years").mean() == pytest.approx(26, abs=3)
+    grown = each(walkers, "age_years") >= 18
     for is_male, mean in ((True, 1755.8), (False, 1629.4)):
-        statures = walkers.stature_mm[grown & (walkers.male == is_male)]
+        statures = each(walkers, "stature")[grown & (walkers.male == is_male)]
         assert statures.mean() == pytest.approx(mean, abs=3.5 * 66 / np.sqrt(statures.size))
         assert 40 < statures.std() < 90
-    assert np.all(np.abs(walkers.leg_length_mm / walkers.stature_mm - 0.53) < 0.06)
+    assert np.all(np.abs(each(walkers, "leg_length") / each(walkers, "stature") - 0.53) < 0.06)
 
 
 def test_bones_keep_their_length(clean: WalkingPopulation, walkers: WalkingPopulation) -> None:
@@ -105,7 +109,7 @@ def test_right_is_to_the_right_and_the_head_is_up(walkers: WalkingPopulation) ->
     order = ["head", "sternum", "pelvis", "left_knee"]
     heights = np.array([joint(walkers, name)[..., 2].mean(axis=1) for name in order])
     assert np.all(np.diff(heights, axis=0) < 0)
-    assert np.allclose(heights[0] / walkers.stature_mm, 0.93, atol=0.06)
+    assert np.allclose(heights[0] / each(walkers, "stature"), 0.93, atol=0.06)
 
 
 def test_walkers_stay_on_the_belt(walkers: WalkingPopulation) -> None:
@@ -137,13 +141,13 @@ def test_a_flat_foot_rides_on_the_belt(clean: WalkingPopulation, side: str) -> N
     """
     ankle = joint(clean, f"{side}_ankle")
     velocity = np.diff(ankle[..., 1], axis=1) * clean.frame_rate_hz
-    height = anthropometry.SEGMENTS["ankle_height"] * clean.stature_mm[:, None]
-    backward = velocity < -0.5 * clean.speed_mm_s[:, None]
+    height = anthropometry.SEGMENTS["ankle_height"] * each(clean, "stature")[:, None]
+    backward = velocity < -0.5 * each(clean, "speed")[:, None]
     low = (np.abs(ankle[:, 1:, 2] - height) < 4.0) & backward
     # The foot is flat in the middle of such a stretch; at its ends it still or already rolls.
     flat = minimum_filter1d(low, 11, axis=1)
     assert np.all(flat.mean(axis=1) > 0.08)
-    for speed, frames, belt in zip(velocity, flat, clean.speed_mm_s, strict=True):
+    for speed, frames, belt in zip(velocity, flat, each(clean, "speed"), strict=True):
         slip = np.abs(speed[frames] / belt + 1)
         assert np.median(slip) < 0.02
         assert np.quantile(slip, 0.95) < 0.04
@@ -152,7 +156,7 @@ def test_a_flat_foot_rides_on_the_belt(clean: WalkingPopulation, side: str) -> N
 def test_no_ankle_sinks_into_the_floor(clean: WalkingPopulation) -> None:
     for side in ("left", "right"):
         lowest = joint(clean, f"{side}_ankle")[..., 2].min(axis=1)
-        assert np.all(lowest > anthropometry.SEGMENTS["ankle_height"] * clean.stature_mm - 15)
+        assert np.all(lowest > anthropometry.SEGMENTS["ankle_height"] * each(clean, "stature") - 15)
 
 
 @pytest.mark.parametrize("side", ["left", "right"])
@@ -191,8 +195,8 @@ def test_the_pelvis_sways_once_and_bobs_twice_a_stride(walkers: WalkingPopulatio
 def test_rhythm_follows_speed_and_size(walkers: WalkingPopulation) -> None:
     frequencies, _ = harmonic_shares(walkers)
     assert np.all((frequencies > 0.7) & (frequencies < 1.15))
-    assert np.abs(frequencies / walkers.stride_frequency_hz - 1).max() < 0.05
-    relative = walkers.speed_mm_s / walkers.stature_mm
+    assert np.abs(frequencies / each(walkers, "frequency") - 1).max() < 0.05
+    relative = each(walkers, "speed") / each(walkers, "stature")
     assert np.corrcoef(np.log(relative), np.log(frequencies))[0, 1] > 0.6
 
 
@@ -258,7 +262,7 @@ def test_few_walkers_are_the_first_of_many(walkers: WalkingPopulation) -> None:
     few = walking_population(np.random.default_rng(2007), male=5, female=7)
     assert few.male.tolist() == walkers.male[:12].tolist()
     assert np.array_equal(few.positions_mm, walkers.positions_mm[:12])
-    assert np.array_equal(few.stature_mm, walkers.stature_mm[:12])
+    assert np.array_equal(each(few, "stature"), each(walkers, "stature")[:12])
 
 
 def test_a_short_recording_is_the_beginning_of_a_long_one(walkers: WalkingPopulation) -> None:
@@ -271,7 +275,7 @@ def test_a_short_recording_is_the_beginning_of_a_long_one(walkers: WalkingPopula
 def test_any_mixture_of_men_and_women(male: int, female: int) -> None:
     some = walking_population(np.random.default_rng(1), male=male, female=female, duration_s=3.0)
     assert (some.male.sum(), (~some.male).sum()) == (male, female)
-    assert np.unique(some.stature_mm).size == male + female
+    assert np.unique(each(some, "stature")).size == male + female
 
 
 @pytest.mark.parametrize("frame_rate_hz", [25.0, 100.0, 240.0])

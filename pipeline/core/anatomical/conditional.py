@@ -261,7 +261,8 @@ def heights_seen(prior: Prior, *, noise: Noise, hidden: np.ndarray = NOTHING_HID
     InvalidInput
         If the noise is negative, or prior and noise leave the observed coefficients without variance.
     """
-    _require_noise(noise)
+    for name in ("variance", "share", "bias", "slow"):
+        require_range(f"the noise's {name}", getattr(noise, name), at_least=0)
     blocks = prior.mean.shape[-1]
     unknown_coefficients(hidden, blocks)  # requires the joints
     C, n = prior.by_axis, JOINTS * blocks
@@ -290,11 +291,6 @@ def _factorise(covariance: np.ndarray) -> None:
         raise InvalidInput(
             "the observed coefficients have no variance", expected="a noise variance or tau above 0"
         )
-
-
-def _require_noise(noise: Noise) -> None:
-    for name in ("variance", "share", "bias", "slow"):
-        require_range(f"the noise's {name}", getattr(noise, name), at_least=0)
 
 
 def expect_from_walks(

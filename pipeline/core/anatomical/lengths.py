@@ -103,14 +103,12 @@ class Posterior:
     cost : (A, M)
         J at the minimum.
     converged : (A, M) bool
-    n_iterations : (A, M) int
     """
 
     unknown: np.ndarray
     covariance: np.ndarray
     cost: np.ndarray
     converged: np.ndarray
-    n_iterations: np.ndarray
 
 
 class Lengths:
@@ -249,7 +247,7 @@ def fit_lengths(
 
     state, left = expected.copy(), np.arange(n)
     cost, gradient = slope(state, left)
-    converged, iterations = np.zeros(n, dtype=bool), np.zeros(n, dtype=int)
+    converged = np.zeros(n, dtype=bool)
     for iteration in range(MOST_STEPS):
         exact = iteration >= GAUSS_NEWTON_STEPS
         step, indefinite = np.empty((len(left), state.shape[1])), []
@@ -264,7 +262,6 @@ def fit_lengths(
             rows = left[indefinite]
             for row, matrix, which in zip(indefinite, lengths.matrix(state[rows], rows), rows, strict=True):
                 step[row] = -_solve(matrix + precision[of_view[which]], gradient[which])
-        iterations[left] += 1
         small = (np.abs(step).max(axis=1) < STEP_MM) & exact
         converged[left[small]] = True
         state[left[small]] += step[small]
@@ -291,7 +288,7 @@ def fit_lengths(
     def shaped(values: np.ndarray) -> np.ndarray:
         return values.reshape(views, walkers, *values.shape[1:])
 
-    return Posterior(shaped(state), covariance, shaped(cost), shaped(converged), shaped(iterations))
+    return Posterior(shaped(state), covariance, shaped(cost), shaped(converged))
 
 
 def _solve(matrix: np.ndarray, right: np.ndarray) -> Any:

@@ -14,11 +14,10 @@ import numpy as np
 
 from pipeline.core import fourier
 from pipeline.core.anatomical.prior import JOINTS, PHASES, Prior, by_joint, told
-from pipeline.skeleton import WALKER15
+from pipeline.skeleton import ANKLES
 
 STANCE_PHASES = 8
 """Phases of `PHASES` at which an ankle moves backwards fastest: 40 % of the cycle."""
-ANKLES = (WALKER15.index("left_ankle"), WALKER15.index("right_ankle"))
 _LEAST_VARIANCE = 25.0
 """(mm per rad)²."""
 

@@ -78,11 +78,6 @@ class RayHits:
         return np.asarray(self.status <= RayStatus.FORCED)
 
     @property
-    def free(self) -> np.ndarray:
-        """Frames (F,) bool where there is a choice."""
-        return np.asarray(self.status == RayStatus.TWO)
-
-    @property
     def far(self) -> np.ndarray:
         """The candidates (F, 3) with s = +1, mm."""
         return self.middle + self.half_chord

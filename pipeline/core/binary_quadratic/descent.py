@@ -51,13 +51,11 @@ def descend(
     return found, float(best)
 
 
-def search(programme: Programme) -> tuple[np.ndarray, float]:
-    """The best signs (F,) from all starts, and their J in mm².
+def search(programme: Programme) -> np.ndarray:
+    """The best signs (F,) from all starts.
 
     A later start counts only if it is better by `kernels.MARGIN`, so that rounding does not choose between equals.
     """
     differences = np.array(DIFFERENCES)
-    values, least = kernels.first_signs(
-        programme, programme.weight, differences, LONGEST, NEARLY, programme.size
-    )
-    return values, float(least)
+    found = kernels.first_signs(programme, programme.weight, differences, LONGEST, NEARLY, programme.size)
+    return np.asarray(found[0])

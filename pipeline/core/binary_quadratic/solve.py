@@ -126,8 +126,7 @@ def minimise(
     programme = programme_of(basis, middle, half_chord, relax_below=relax_below)
     require_range("gap", gap, at_least=0.0)
     require_range("time_limit_s", time_limit_s, at_least=0.0)
-    values, _ = first_signs(programme)
-    values = programme.with_relaxed(values)
+    values = programme.with_relaxed(first_signs(programme))
     best = np.array([programme.objective(values)])
     box, suffix = BoxSearch(programme), None
     sweeps = max(1, _WORK // programme.basis.size)
@@ -196,8 +195,7 @@ def compile_kernels() -> None:
     turns = np.linspace(0.0, 3.0, 5)
     chords = np.stack([np.cos(turns), np.sin(turns), turns], axis=1)
     programme = programme_of(np.full((5, 1), 0.3), chords[::-1], chords, relax_below=1.1)
-    values, _ = first_signs(programme)
-    values = programme.with_relaxed(values)
+    values = programme.with_relaxed(first_signs(programme))
     searches: tuple[Search, ...] = (BoxSearch(programme), SuffixSearch(programme, 1.0))
     for search in searches:
         search.run(np.array([programme.objective(values)]), values.copy(), 1e-6, 1e-9, 1000)

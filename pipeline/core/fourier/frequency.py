@@ -12,14 +12,11 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from pipeline.core.choice import first_lowest
-from pipeline.skeleton import WALKER15
+from pipeline.skeleton import LEFT_LEG, RIGHT_LEG
 from pipeline.validation import InvalidInput
 
 SEARCH_HZ = (0.4, 1.6)
 """Range of stride frequencies of human walking in which the fundamental is searched, Hz."""
-
-_LEFT_ANKLE = WALKER15.index("left_ankle")
-_RIGHT_ANKLE = WALKER15.index("right_ankle")
 
 
 def design(frequency_hz: float | np.ndarray, times_s: np.ndarray, harmonics: int) -> np.ndarray:
@@ -138,7 +135,7 @@ def fundamental_frequency(
     frames = len(positions)
     times = np.arange(frames) / frame_rate_hz
     if apart is None:
-        apart = (positions[:, _LEFT_ANKLE, 1] - positions[:, _RIGHT_ANKLE, 1])[:, None]
+        apart = (positions[:, LEFT_LEG[2], 1] - positions[:, RIGHT_LEG[2], 1])[:, None]
     duration = frames / frame_rate_hz
     lowest = max(SEARCH_HZ[0], 1.0 / duration)
     if lowest >= SEARCH_HZ[1]:

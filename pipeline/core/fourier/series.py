@@ -18,13 +18,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.core.fourier.frequency import design, fundamental_frequency, require_rate
+from pipeline.core.fourier.frequency import (
+    design,
+    fundamental_frequency,
+    require_rate,
+)
 from pipeline.shortened import shortened
-from pipeline.skeleton import WALKER15
+from pipeline.skeleton import LEFT_LEG, RIGHT_LEG, WALKER15
 from pipeline.validation import InvalidInput, require_range, require_shape
-
-_LEFT_ANKLE = WALKER15.index("left_ankle")
-_RIGHT_ANKLE = WALKER15.index("right_ankle")
 
 
 @shortened
@@ -116,7 +117,7 @@ def represent(
     total = float((centred**2).sum())
     # The first orthonormal column is the constant, so the rest adds up to variance about the time mean.
     gains = (projected[1:] ** 2).sum(axis=1).reshape(harmonics, 2).sum(axis=1)
-    difference = coefficients[:, _LEFT_ANKLE, 1] - coefficients[:, _RIGHT_ANKLE, 1]
+    difference = coefficients[:, LEFT_LEG[2], 1] - coefficients[:, RIGHT_LEG[2], 1]
     phase = float(np.arctan2(difference[2], difference[1]))
     return FourierRepresentation(
         coefficients=shift(coefficients, phase),

@@ -16,11 +16,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.core.anatomical.stance import ANKLES
 from pipeline.core.fourier import cycle_basis, cycle_slope, equal_phases
-from pipeline.core.keypoint_walk.posterior import PELVIS, angles_with_deviations
+from pipeline.core.keypoint_walk.posterior import angles_with_deviations
 from pipeline.core.keypoint_walk.training import BLOCKS, SIZE
 from pipeline.core.sagittal_angles import ANGLES, SIDES, sagittal_angles, sagittal_slopes
+from pipeline.skeleton import ANKLES, PELVIS
 
 EVENTS = ("contact", "toe_off")
 LATER = (0.032, 0.012)

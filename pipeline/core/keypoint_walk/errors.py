@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from pipeline.core.anatomical.stance import ANKLES, stance_rows
+from pipeline.core.anatomical.stance import stance_rows
 from pipeline.core.keypoint_walk.calibration import StandardErrors
 from pipeline.core.keypoint_walk.cycle import LATER, deviations, event_times, gait_cycle
 from pipeline.core.keypoint_walk.objective import HEADING, LOG_F, PHASE, TURN
@@ -14,12 +14,11 @@ from pipeline.core.keypoint_walk.reconstruction import Reconstruction
 from pipeline.core.keypoint_walk.training import TrainingWalk
 from pipeline.core.keypoint_walk.view import level_axes
 from pipeline.core.sagittal_angles import sagittal_angles
-from pipeline.skeleton import WALKER15
+from pipeline.skeleton import ANKLES, LEFT_LEG, PELVIS, RIGHT_LEG, WALKER15
 from pipeline.validation import InvalidInput
 
-_PELVIS = WALKER15.index("pelvis")
-_HIPS = [WALKER15.index("left_hip"), WALKER15.index("right_hip")]
-SCORED = [joint for joint in range(len(WALKER15.joints)) if joint != _PELVIS]
+_HIPS = [LEFT_LEG[0], RIGHT_LEG[0]]
+SCORED = [joint for joint in range(len(WALKER15.joints)) if joint != PELVIS]
 """Joints that can err: the pelvis is the origin."""
 _LEAST_SD_MM = 1e-9
 
@@ -73,7 +72,7 @@ def event_errors(found: Reconstruction, truth_mm: np.ndarray, heading_rad: float
     for sign, later, of_sides in zip((1.0, -1.0), LATER, expected, strict=True):
         off = []
         for ankle, (at, sd) in zip(ANKLES, of_sides, strict=True):
-            ahead = CubicSpline(times, sign * (own[:, ankle, 1] - own[:, _PELVIS, 1]))
+            ahead = CubicSpline(times, sign * (own[:, ankle, 1] - own[:, PELVIS, 1]))
             turning = ahead.derivative().roots(extrapolate=False)
             true = turning[ahead(turning) > 0.5 * np.max(ahead(times))] + later / frequency
             if len(at) and len(true):
@@ -112,7 +111,7 @@ def image_kept_mm(found: Reconstruction) -> np.ndarray:
     a, b = found.starts.path.distance
     metric = found.keypoints.pixels * (a + b * found.fit.objective.setting.times)[:, None, None]
     seen = found.keypoints.weights > 0
-    middle = [_PELVIS] if seen[:, _PELVIS].any() else _HIPS
+    middle = [PELVIS] if seen[:, PELVIS].any() else _HIPS
     frames = np.flatnonzero(seen[:, middle].all(axis=1))
     if not len(frames):
         raise InvalidInput("the pelvis is never seen")

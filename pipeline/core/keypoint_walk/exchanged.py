@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.skeleton import WALKER15
+from pipeline.skeleton import LEFT_LEG, RIGHT_LEG, WALKER15
 
 LIMBS = {
-    "legs": [(WALKER15.index(f"left_{j}"), WALKER15.index(f"right_{j}")) for j in ("hip", "knee", "ankle")],
+    "legs": list(zip(LEFT_LEG, RIGHT_LEG, strict=True)),
     "arms": [(WALKER15.index(f"left_{j}"), WALKER15.index(f"right_{j}")) for j in ("shoulder", "elbow", "wrist")],
 }  # fmt: skip
 """Pairs of left and right joints that a detector exchanges together."""

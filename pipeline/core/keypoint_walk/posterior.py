@@ -27,9 +27,8 @@ from pipeline.core.keypoint_walk.refinement import Fit
 from pipeline.core.keypoint_walk.training import BLOCKS, SIZE
 from pipeline.core.keypoint_walk.view import level_axes
 from pipeline.core.sagittal_angles import JOINTS_OF, sagittal_angles, sagittal_slopes
-from pipeline.skeleton import WALKER15
+from pipeline.skeleton import PELVIS
 
-PELVIS = WALKER15.index("pelvis")
 ANGLE_FLOOR_RAD = np.radians(2.0)
 """Standard deviation added to those of joint angles."""
 

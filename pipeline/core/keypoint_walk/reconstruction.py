@@ -26,10 +26,10 @@ from pipeline.core.keypoint_walk.start import Starts, apart, find_starts
 from pipeline.core.keypoint_walk.training import HEIGHT_MM, SIZE
 from pipeline.core.keypoint_walk.view import level_axes
 from pipeline.shortened import shortened
-from pipeline.skeleton import WALKER15
+from pipeline.skeleton import LEFT_LEG, RIGHT_LEG
 from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
 
-_LEGS = [WALKER15.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("knee", "ankle")]
+_LEGS = [*LEFT_LEG[1:], *RIGHT_LEG[1:]]
 
 SAME = (np.radians(4.0), np.radians(8.0), 0.015)
 """Candidates that differ by less in heading, phase and relative frequency are one."""

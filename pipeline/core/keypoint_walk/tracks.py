@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.skeleton import WALKER15
+from pipeline.skeleton import LEFT_LEG, RIGHT_LEG
 
 JUMP = (0.09, 2.2)
 """Share of the height, and of it per second, that half of a person's joints may move from one frame to the next; who
@@ -23,11 +23,7 @@ MOVING_SHARE = 0.45
 """Share of the motion of the legs, of its 80 % quantile, above which somebody moves."""
 MOSTLY = 0.85
 """Who moves in a larger share of the frames moves throughout: ends are not cut for nothing."""
-_LEGS = [
-    (WALKER15.index(f"{side}_{joint}"), WALKER15.index(f"{side}_hip"))
-    for side in ("left", "right")
-    for joint in ("knee", "ankle")
-]
+_LEGS = [(joint, leg[0]) for leg in (LEFT_LEG, RIGHT_LEG) for joint in leg[1:]]
 
 
 @dataclass(frozen=True)

@@ -3,10 +3,9 @@
 from pipeline.core.limb_chain.chain import (
     WALKER14,
     Chain,
-    chain_of,
     forward,
     relative_trajectories,
     true_lengths,
 )
 
-__all__ = ["WALKER14", "Chain", "chain_of", "forward", "relative_trajectories", "true_lengths"]
+__all__ = ["WALKER14", "Chain", "forward", "relative_trajectories", "true_lengths"]

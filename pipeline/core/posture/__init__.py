@@ -10,7 +10,6 @@ Symbols
 """
 
 from pipeline.core.posture.cosines import (
-    FLOOR_PERCENTILE,
     FRAMES,
     HEADINGS,
     PARAMETERS,
@@ -24,7 +23,6 @@ from pipeline.core.posture.cosines import (
 )
 
 __all__ = [
-    "FLOOR_PERCENTILE",
     "FRAMES",
     "HEADINGS",
     "PARAMETERS",

@@ -18,7 +18,7 @@ import numpy as np
 
 from pipeline.core.posture import frames, kernels
 from pipeline.core.posture.frames import ARMS, FOREARMS, HIP, LEGS, NECK, SHOULDER, THIGHS, TORSO
-from pipeline.skeleton import POSTURE12, WALKER15
+from pipeline.skeleton import ANKLES, PELVIS, POSTURE12, WALKER15
 from pipeline.validation import InvalidInput, require_choice, require_range, require_shape
 
 PARAMETERS = 1 + 3 * len(POSTURE12.limbs)
@@ -29,8 +29,7 @@ FLOOR_PERCENTILE = 5.0
 """Percentile of the lower ankle's height over a clip that is taken for the floor: robust to a few frames."""
 
 _STARTS, _ENDS = np.transpose(POSTURE12.ends)
-_PELVIS, _STERNUM = WALKER15.index("pelvis"), WALKER15.index("sternum")
-_ANKLES = (WALKER15.index("left_ankle"), WALKER15.index("right_ankle"))
+_STERNUM = WALKER15.index("sternum")
 _OVER = {**dict(zip(LEGS, THIGHS, strict=True)), **dict(zip(FOREARMS, ARMS, strict=True))}
 """The thigh of each leg, the arm of each forearm."""
 
@@ -38,7 +37,7 @@ _LIMB_ENDS = np.array(POSTURE12.ends)
 _LIMB_OVER = np.array([_OVER.get(limb, -1) for limb in range(len(POSTURE12.limbs))])
 _LIMB_REST = np.array([frames.REST.get(limb, np.zeros(3)) for limb in range(len(POSTURE12.limbs))])
 _TREES = {
-    frame: (_PELVIS, _STERNUM, _LIMB_ENDS, _LIMB_OVER, _LIMB_REST, frame == "parent", frames.LEAST_SINE)
+    frame: (PELVIS, _STERNUM, _LIMB_ENDS, _LIMB_OVER, _LIMB_REST, frame == "parent", frames.LEAST_SINE)
     for frame in FRAMES
 }
 """What `kernels` needs to know of the tree of limbs."""
@@ -130,7 +129,7 @@ def postures(
     shoulder = frames.shoulder(s, t)
 
     result = np.empty((len(positions), PARAMETERS))
-    result[:, 0] = (positions[:, _PELVIS, 2] - floor_mm) / LimbLengths(lengths.mean(axis=0)).leg_length_mm
+    result[:, 0] = (positions[:, PELVIS, 2] - floor_mm) / LimbLengths(lengths.mean(axis=0)).leg_length_mm
     cosines = result[:, 1:].reshape(-1, len(POSTURE12.limbs), 3)
     cosines[:, HIP] = _without_heading(h, heading)
     cosines[:, TORSO] = frames.components_in(stance, t)
@@ -155,7 +154,7 @@ def floor_level(positions: np.ndarray) -> float:
     -----
     The 5th percentile of the lower ankle's height: a foot that is placed, not the lowest noise.
     """
-    return float(np.percentile(positions[:, _ANKLES, 2].min(axis=1), FLOOR_PERCENTILE))
+    return float(np.percentile(positions[:, ANKLES, 2].min(axis=1), FLOOR_PERCENTILE))
 
 
 def limb_lengths(positions: np.ndarray) -> LimbLengths:
@@ -178,7 +177,7 @@ def limb_lengths(positions: np.ndarray) -> LimbLengths:
     hips, shoulders = (positions[:, POSTURE12.ends[limb]].mean(axis=1) for limb in (HIP, SHOULDER))
     return LimbLengths(
         lengths.mean(axis=0),
-        frames.components_in(hip, positions[:, _PELVIS] - hips).mean(axis=0),
+        frames.components_in(hip, positions[:, PELVIS] - hips).mean(axis=0),
         frames.components_in(frames.shoulder(s, t), shoulders - positions[:, _STERNUM]).mean(axis=0),
     )
 
@@ -284,14 +283,11 @@ def _without_heading(h: np.ndarray, heading: str) -> np.ndarray:
 
 def _limbs(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Unit directions (T, 12, 3) and lengths (T, 12) in mm."""
-    return _units(positions[:, _ENDS] - positions[:, _STARTS], "a limb has no length")
-
-
-def _units(limbs: np.ndarray, wrong: str) -> tuple[np.ndarray, np.ndarray]:
+    limbs = positions[:, _ENDS] - positions[:, _STARTS]
     lengths = np.linalg.norm(limbs, axis=-1)
     if not lengths.all():
         frame, limb = np.argwhere(lengths == 0.0)[0]
-        raise InvalidInput(wrong, where=f"frame {frame}, {POSTURE12.limbs[limb]}")
+        raise InvalidInput("a limb has no length", where=f"frame {frame}, {POSTURE12.limbs[limb]}")
     return limbs / lengths[..., None], lengths
 
 

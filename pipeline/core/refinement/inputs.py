@@ -92,14 +92,6 @@ def named_lengths(lengths: np.ndarray, called: Sequence[str]) -> np.ndarray:
     return lengths
 
 
-def check_options(positive: dict[str, float | None], max_iterations: int) -> None:
-    """Validate that numbers that must be positive are, and an iteration is allowed."""
-    for name, value in positive.items():
-        if value is not None:
-            require_range(name, value, above=0.0)
-    require_range("max_iterations", max_iterations, at_least=1, whole=True)
-
-
 def starting_path(
     directions: np.ndarray,
     rows: np.ndarray,

@@ -25,7 +25,6 @@ from pipeline.core.refinement import reprojection
 from pipeline.core.refinement.equations import minimise
 from pipeline.core.refinement.inputs import (
     basis_rows,
-    check_options,
     frames_and_limbs,
     named_lengths,
     starting_path,
@@ -154,7 +153,8 @@ def refine(
     tree = tree_in_order(parents, limbs + 1)
     called = [str(joint) for joint in range(limbs + 1)] if names is None else list(names)
     lengths = named_lengths(lengths, called)
-    check_options({"cutoff": cutoff, "tolerance": tolerance}, max_iterations)
+    require_range("tolerance", tolerance, above=0.0)
+    require_range("max_iterations", max_iterations, at_least=1, whole=True)
     require_range("length_factor", length_factor, above=1.0)
     rows = basis_rows(basis, frames)
     if paths is None:

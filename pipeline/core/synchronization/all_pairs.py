@@ -136,42 +136,29 @@ def synchronize_all(
     -----
     The disparities are M² P numbers of two bytes; beside them memory does not grow with M.
     """
-    rows, nodes = _prepared(sequences, max_disparity, smoothness, penalty, start, steps)
-    count, frames = rows.shape[:2]
-    dtype = np.int16 if frames <= np.iinfo(np.int16).max else np.int32
-    found = AllPairs(np.empty((count, count, frames), dtype=dtype), np.empty((count, count)))
-    for n, m, cost, S in _tiles(rows, nodes):
-        found.cost[n, m] = cost.T
-        found.disparity[n, m] = backtrack(nodes, S).reshape(frames, *cost.shape).T
-    return found
-
-
-def _prepared(
-    sequences: Sequence[np.ndarray] | np.ndarray,
-    max_disparity: int,
-    smoothness: float,
-    penalty: str,
-    start: str,
-    steps: Sequence[int],
-) -> tuple[np.ndarray, Trellis]:
-    """Checked sequences (M, P, b) relative to one of their postures, and the trellis for them."""
     rows = same_size(sequences)
     if len(rows) < 2:
         raise InvalidInput(
             "there is nothing to synchronize with", expected="two or more sequences", received=str(len(rows))
         )
+    count, frames, dimension = rows.shape
     nodes = allowed_disparities(
-        rows.shape[1],
+        frames,
         max_disparity=max_disparity,
         smoothness=smoothness,
         penalty=penalty,
         start=start,
         steps=steps,
     )
-    # A posture that there is, and not the mean itself: whole numbers stay whole, and their ties exact.
-    postures = rows.reshape(-1, rows.shape[2])
-    nearest = np.abs(postures - postures.mean(axis=0)).sum(axis=1).argmin()
-    return rows - postures[nearest], nodes
+    # Relative to a posture that there is, and not the mean itself: whole numbers stay whole, and their ties exact.
+    postures = rows.reshape(-1, dimension)
+    rows = rows - postures[np.abs(postures - postures.mean(axis=0)).sum(axis=1).argmin()]
+    dtype = np.int16 if frames <= np.iinfo(np.int16).max else np.int32
+    found = AllPairs(np.empty((count, count, frames), dtype=dtype), np.empty((count, count)))
+    for n, m, cost, S in _tiles(rows, nodes):
+        found.cost[n, m] = cost.T
+        found.disparity[n, m] = backtrack(nodes, S).reshape(frames, *cost.shape).T
+    return found
 
 
 def _tiles(rows: np.ndarray, nodes: Trellis) -> Iterator[tuple[slice, slice, np.ndarray, list[np.ndarray]]]:

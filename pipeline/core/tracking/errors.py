@@ -10,10 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline.core.choice import first_lowest
-from pipeline.skeleton import WALKER15
+from pipeline.skeleton import PELVIS
 from pipeline.validation import InvalidInput, require_shape
-
-_PELVIS = WALKER15.index("pelvis")
 
 
 def linear_phase(frames: int, samples: int) -> np.ndarray:
@@ -74,5 +72,5 @@ def joint_error(estimated: np.ndarray, true: np.ndarray) -> np.ndarray:
         In WALKER15 order, mm.
     """
     difference = np.asarray(estimated, dtype=float) - true
-    difference = np.delete(difference - difference[:, _PELVIS, None], _PELVIS, axis=1)
+    difference = np.delete(difference - difference[:, PELVIS, None], PELVIS, axis=1)
     return np.linalg.norm(difference, axis=-1).mean(axis=1)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.skeleton import WALKER15
+from pipeline.skeleton import ANKLES, PELVIS, WALKER15
 from pipeline.validation import InvalidInput, told_apart
 
 GRAVITY_MM_S2 = 9806.65
@@ -28,9 +28,7 @@ BOW_DEG = 25.0
 USUAL_W, STRIDE_POWER = (0.115, 0.25), 0.7
 """Of 120 recorded walks ``w`` has 0.118 to 0.209: at half or double the frame rate nearly all are outside."""
 
-_ANKLES = [WALKER15.index("left_ankle"), WALKER15.index("right_ankle")]
 _SHOULDERS = [WALKER15.index("left_shoulder"), WALKER15.index("right_shoulder")]
-_PELVIS = WALKER15.index("pelvis")
 
 
 def require_walk(level: np.ndarray, frame_rate_hz: float, *, leg_mm: float, speed_mm_s: float) -> None:
@@ -49,7 +47,7 @@ def require_walk(level: np.ndarray, frame_rate_hz: float, *, leg_mm: float, spee
     InvalidInput
         With the number that speaks against it.
     """
-    ankles = level[:, _ANKLES]
+    ankles = level[:, ANKLES]
     fore = ankles[..., 1] - ankles[..., 1].mean(axis=0)
     power = np.sqrt((fore**2).sum(axis=0).prod())
     together = float(fore.prod(axis=1).sum() / power) if power > 0 else 1.0
@@ -67,7 +65,7 @@ def require_walk(level: np.ndarray, frame_rate_hz: float, *, leg_mm: float, spee
             expected=f"each the lower one in {LEAST_STANCE:.0%} of the frames, going back at {SLOWEST_MM_S:g} mm/s",
             received=f"{share:.0%}, {belt:.0f} mm/s",
         )
-    trunk = level[:, _SHOULDERS].mean(axis=1) - level[:, _PELVIS]
+    trunk = level[:, _SHOULDERS].mean(axis=1) - level[:, PELVIS]
     low, high = np.percentile(np.degrees(np.arctan2(trunk[:, 1], trunk[:, 2])), [5, 95])
     if high - low > BOW_DEG:
         raise InvalidInput(
@@ -104,7 +102,7 @@ def unusual_cadence(
     frequency_hz : float
         Of strides.
     """
-    stride_mm = (speed_mm_s or _stance(level[:, _ANKLES], frame_rate_hz)[1]) / frequency_hz
+    stride_mm = (speed_mm_s or _stance(level[:, ANKLES], frame_rate_hz)[1]) / frequency_hz
     # The length of a stride does not depend on the frame rate.
     unit_hz = np.sqrt(GRAVITY_MM_S2 / leg_mm) * (stride_mm / leg_mm) ** STRIDE_POWER
     low, high = (120 * w * unit_hz for w in USUAL_W)

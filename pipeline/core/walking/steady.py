@@ -20,12 +20,8 @@ from numpy.polynomial import polynomial
 
 from pipeline.core.choice import first_lowest
 from pipeline.core.fourier import SEARCH_HZ, design, single_frequency_power
-from pipeline.skeleton import WALKER15
+from pipeline.skeleton import ANKLES, LEFT_LEG, PELVIS, RIGHT_LEG
 from pipeline.validation import InvalidInput, require_choice, told_apart
-
-_PELVIS = WALKER15.index("pelvis")
-_LEFT = [WALKER15.index(f"left_{joint}") for joint in ("hip", "knee", "ankle")]
-_RIGHT = [WALKER15.index(f"right_{joint}") for joint in ("hip", "knee", "ankle")]
 
 STANDING_MM = 60.0
 """Root mean square of the fore-aft distance of the ankles, below which nobody is walking."""
@@ -72,7 +68,7 @@ class Stretch:
 
 def facing(positions: np.ndarray) -> np.ndarray:
     """Horizontal unit direction that the hips face, (T, 2)."""
-    right = positions[:, _RIGHT[0], :2] - positions[:, _LEFT[0], :2]
+    right = positions[:, RIGHT_LEG[0], :2] - positions[:, LEFT_LEG[0], :2]
     forward = np.stack([-right[:, 1], right[:, 0]], axis=-1)  # z x right
     length = np.linalg.norm(forward, axis=-1, keepdims=True)
     return forward / np.where(length > 0, length, 1.0)
@@ -80,7 +76,7 @@ def facing(positions: np.ndarray) -> np.ndarray:
 
 def _fore_aft(positions: np.ndarray) -> np.ndarray:
     """Fore-aft distance of the left ankle from the right one, (T,) mm."""
-    apart = positions[:, _LEFT[2], :2] - positions[:, _RIGHT[2], :2]
+    apart = positions[:, LEFT_LEG[2], :2] - positions[:, RIGHT_LEG[2], :2]
     return np.asarray((apart * facing(positions)).sum(axis=-1))
 
 
@@ -162,7 +158,7 @@ def steady_stretch(
     block = positions[first:last]
     signal = _fore_aft(block)
     stride = _stride(signal, frame_rate_hz)
-    velocity = _velocity(block[:, _PELVIS, :2], stride, frame_rate_hz)
+    velocity = _velocity(block[:, PELVIS, :2], stride, frame_rate_hz)
     speed = np.linalg.norm(velocity, axis=-1)
     fast, peak = float(np.percentile(speed, 90)), float(speed.max())
     if locomotion == "auto":  # the peak tells a treadmill from somebody who stands most of the time
@@ -235,7 +231,7 @@ def treadmill_equivalent(
         clips is then 11 mm rms off the whole clip's representation, in place of 32 mm).
     """
     require_choice("path", path, ("cubic", "moving_average"))
-    pelvis = positions[:, _PELVIS, :2]
+    pelvis = positions[:, PELVIS, :2]
     stride = _stride(_fore_aft(positions), frame_rate_hz)
     if path == "cubic":
         time = np.linspace(-1.0, 1.0, len(positions))
@@ -271,7 +267,7 @@ def step_heading(coefficients: np.ndarray) -> float:
     The axis of the largest variance over a cycle of left minus right ankle, over all harmonics.  It averages over every
     step, while the tangent of a path of two or three strides also follows where somebody drifts.
     """
-    apart = coefficients[1:, _LEFT[2], :2] - coefficients[1:, _RIGHT[2], :2]
+    apart = coefficients[1:, LEFT_LEG[2], :2] - coefficients[1:, RIGHT_LEG[2], :2]
     xx, xy, yy = apart[:, 0] @ apart[:, 0], apart[:, 0] @ apart[:, 1], apart[:, 1] @ apart[:, 1]
     return float(-0.5 * np.arctan2(2.0 * xy, yy - xx))
 
@@ -286,7 +282,7 @@ def turn_about_vertical(positions: np.ndarray, angle_rad: float | np.ndarray) ->
 def set_origin(positions: np.ndarray, *, origin: str) -> np.ndarray:
     """Positions about the mean pelvis (``pelvis_mean``), or horizontally so and above the floor (``floor``)."""
     require_choice("origin", origin, ("pelvis_mean", "floor"))
-    centre = positions[:, _PELVIS].mean(axis=0)
+    centre = positions[:, PELVIS].mean(axis=0)
     if origin == "floor":
-        centre[2] = np.percentile(positions[:, [_LEFT[2], _RIGHT[2]], 2], 2)
+        centre[2] = np.percentile(positions[:, ANKLES, 2], 2)
     return positions - centre

@@ -7,12 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from pipeline.skeleton import WALKER15
+from pipeline.skeleton import ANKLES, LEFT_LEG, RIGHT_LEG, WALKER15
 from pipeline.validation import InvalidInput, told_apart
 
 _HEAD = WALKER15.index("head")
-_LEFT = [WALKER15.index(f"left_{joint}") for joint in ("hip", "knee", "ankle")]
-_RIGHT = [WALKER15.index(f"right_{joint}") for joint in ("hip", "knee", "ankle")]
 
 LEG_LENGTH_MM = (350.0, 1300.0)
 """Hip to knee to ankle of a child of three and of a very tall adult: outside of it the unit is wrong."""
@@ -26,7 +24,10 @@ _UNITS_MM = {"metres": 1000.0, "centimetres": 10.0, "inches": 25.4, "feet": 304.
 def leg_length(positions: np.ndarray) -> float:
     """Hip to knee to ankle in mm, mean over sides and the frames that show them; NaN where none does."""
     lengths = np.stack(
-        [np.linalg.norm(np.diff(positions[:, side], axis=1), axis=-1).sum(axis=1) for side in (_LEFT, _RIGHT)]
+        [
+            np.linalg.norm(np.diff(positions[:, side], axis=1), axis=-1).sum(axis=1)
+            for side in (LEFT_LEG, RIGHT_LEG)
+        ]
     )
     seen = np.isfinite(lengths)
     if not seen.any(axis=1).all():
@@ -42,7 +43,7 @@ def uneven_legs(positions: np.ndarray) -> list[str]:
     positions : (T, 15, 3)
         mm; NaN where a joint is not known.
     """
-    lengths = [np.linalg.norm(np.diff(positions[:, side], axis=1), axis=-1) for side in (_LEFT, _RIGHT)]
+    lengths = [np.linalg.norm(np.diff(positions[:, side], axis=1), axis=-1) for side in (LEFT_LEG, RIGHT_LEG)]
     told = []
     for n, segment in enumerate(("thigh", "shank")):
         seen = [of[np.isfinite(of)] for of in (side[:, n] for side in lengths)]
@@ -57,7 +58,7 @@ def uneven_legs(positions: np.ndarray) -> list[str]:
 
 def stature(positions: np.ndarray) -> float:
     """Height of the centre of the head above the lowest ankle, mm: a stand-in for stature; (T, 15, 3) in."""
-    ankles = positions[:, [_LEFT[2], _RIGHT[2]], 2]
+    ankles = positions[:, ANKLES, 2]
     return float(np.nanmean(positions[:, _HEAD, 2]) - np.nanpercentile(ankles, 2))
 
 

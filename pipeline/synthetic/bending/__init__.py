@@ -3,7 +3,7 @@
 `bending_performances` makes them; `correspondence` gives the true warp between two of them.
 """
 
-from pipeline.synthetic.bending.performances import SUBJECT_SHARE, BendingPerformances, bending_performances
+from pipeline.synthetic.bending.performances import BendingPerformances, bending_performances
 from pipeline.synthetic.bending.time_warps import correspondence
 
-__all__ = ["SUBJECT_SHARE", "BendingPerformances", "bending_performances", "correspondence"]
+__all__ = ["BendingPerformances", "bending_performances", "correspondence"]

@@ -15,7 +15,7 @@ import numpy as np
 from pipeline.synthetic.bending import time_warps
 from pipeline.synthetic.bending.kinematics import bend
 from pipeline.synthetic.bending.manner import DOWN, UP, draw_manner, draw_sway, varied
-from pipeline.synthetic.walkers.person import draw_person
+from pipeline.synthetic.walkers.person import Person, draw_person
 from pipeline.validation import require_range
 
 FRAMES_SD, LEAST_FRAMES = 0.15, 10
@@ -40,10 +40,7 @@ class BendingPerformances:
         True phase of the action at each frame, 0 to 1, increasing.
     subject : (M,) int
         Index of the performer.
-    frame_rate_hz : float
-    stature_mm, leg_length_mm : (S,) float64
-        Of each subject; legs from hip to floor, mean of the sides.
-    male : (S,) bool
+    people : tuple of S Person
     moving_phase : (float, float)
         Approximate phases between which the body moves; before and after it stands still and the phase cannot be
         observed.
@@ -52,15 +49,8 @@ class BendingPerformances:
     positions_mm: tuple[np.ndarray, ...]
     phase: tuple[np.ndarray, ...]
     subject: np.ndarray
-    frame_rate_hz: float
-    stature_mm: np.ndarray
-    leg_length_mm: np.ndarray
-    male: np.ndarray
+    people: tuple[Person, ...]
     moving_phase: tuple[float, float]
-
-    def true_warp(self, n: int, m: int) -> np.ndarray:
-        """Return the fractional frames (F_n,) of performance m with the phases of performance n [mozerov2006 8]."""
-        return time_warps.correspondence(self.phase[n], self.phase[m])
 
 
 def bending_performances(
@@ -144,10 +134,7 @@ def bending_performances(
         positions_mm=tuple(positions),
         phase=tuple(phases),
         subject=np.arange(performances) % subjects,
-        frame_rate_hz=float(frame_rate_hz),
-        stature_mm=np.array([p.stature for p in people]),
-        leg_length_mm=np.array([p.leg_length for p in people]),
-        male=np.array([p.male for p in people]),
+        people=tuple(people),
         moving_phase=(DOWN[0], UP[1]),
     )
 

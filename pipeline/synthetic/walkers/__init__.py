@@ -5,8 +5,6 @@ make one after the other.
 """
 
 from pipeline.synthetic.walkers.population import (
-    LEAST_CYCLES,
-    LEAST_FRAME_RATE_HZ,
     WalkingPopulation,
     members,
     walker,
@@ -14,8 +12,6 @@ from pipeline.synthetic.walkers.population import (
 )
 
 __all__ = [
-    "LEAST_CYCLES",
-    "LEAST_FRAME_RATE_HZ",
     "WalkingPopulation",
     "members",
     "walker",

@@ -50,23 +50,15 @@ class WalkingPopulation:
         WALKER15 order, world frame; the floor is z = 0 and the walkers stay near x = y = 0.
     frame_rate_hz : float
     male : (R,) bool
-    stature_mm, age_years : (R,) float64
-    leg_length_mm : (R,) float64
-        Hip to floor, mean of the two sides.
-    speed_mm_s : (R,) float64
-        Speed of the belt, which moves towards −y.
-    stride_frequency_hz : (R,) float64
-        Mean; that of a recording differs by the stride-to-stride variability.
+    people : tuple of R Person
+        Their speed is that of the belt, which moves towards −y; the frequency of a recording differs from theirs by the
+        stride-to-stride variability.
     """
 
     positions_mm: np.ndarray
     frame_rate_hz: float
     male: np.ndarray
-    stature_mm: np.ndarray
-    age_years: np.ndarray
-    leg_length_mm: np.ndarray
-    speed_mm_s: np.ndarray
-    stride_frequency_hz: np.ndarray
+    people: tuple[Person, ...]
 
 
 def walking_population(
@@ -117,11 +109,7 @@ def walking_population(
         positions_mm=np.stack(walks),
         frame_rate_hz=float(frame_rate_hz),
         male=np.array([p.male for p in people]),
-        stature_mm=np.array([p.stature for p in people]),
-        age_years=np.array([p.age_years for p in people]),
-        leg_length_mm=np.array([p.leg_length for p in people]),
-        speed_mm_s=np.array([p.speed for p in people]),
-        stride_frequency_hz=np.array([p.frequency for p in people]),
+        people=people,
     )
 
 

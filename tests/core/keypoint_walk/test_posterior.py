@@ -8,8 +8,9 @@ import numpy as np
 
 from pipeline.core.keypoint_walk import reconstruct
 from pipeline.core.keypoint_walk.objective import HEADING, TURN
-from pipeline.core.keypoint_walk.posterior import ANGLE_FLOOR_RAD, PELVIS, posterior
+from pipeline.core.keypoint_walk.posterior import ANGLE_FLOOR_RAD, posterior
 from pipeline.core.keypoint_walk.view import level_axes
+from pipeline.skeleton import PELVIS
 from tests.core.keypoint_walk.walkers import clip, prior
 
 

@@ -19,6 +19,7 @@ from pipeline.core.refinement.reprojection import Observations
 from pipeline.core.refinement.spherical import SphericalTrajectory
 from pipeline.core.trajectory_basis import cosine_basis
 from pipeline.validation import InvalidInput
+from tests.core.cameras import off_centre
 from tests.strategies import seeds
 
 TREE = (-1, 0, 1, 2, 1, 0)
@@ -94,7 +95,7 @@ def body(
     t = np.linspace(0, 1, frames)
     root = np.column_stack([600 * t - 300, 100 * np.sin(3 * t), 900 + 40 * np.sin(9 * t)])
     centre = np.column_stack([800 * t - 200, np.full(frames, -3000.0), 1200 + 300 * np.cos(4 * t)])
-    camera = look_at(centre, root, focal_px=1000.0, principal_px=(320.0, 240.0))
+    camera = off_centre(look_at(centre, root, focal_px=1000.0))
     images = camera.project(kinematics(parents, root, relative))
     images = images + noise_px * generator.standard_normal(images.shape)
     charts = np.stack([path.chart for path in paths])
