@@ -102,6 +102,11 @@ def by_block(walkers: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(np.moveaxis(walkers, -1, -3))
 
 
+def mirror_image(walkers: np.ndarray) -> np.ndarray:
+    """Mirror images of walkers (…, 15, S, B): left and right exchanged, shifted by half a cycle."""
+    return by_joint(fourier.mirrored(by_block(walkers)))
+
+
 def person_weights(people: np.ndarray) -> np.ndarray:
     """Weights (R,) of walks that give every person the same weight; they sum to one.
 

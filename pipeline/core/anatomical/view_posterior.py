@@ -17,9 +17,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from pipeline.core.anatomical.conditional import Noise, heights_seen
-from pipeline.core.anatomical.prior import JOINTS, Prior
+from pipeline.core.anatomical.prior import JOINTS, Prior, mirror_image
 from pipeline.core.choice import first_lowest
-from pipeline.skeleton import WALKER15
 from pipeline.validation import require_range, require_shape
 
 FINE = 8
@@ -48,31 +47,19 @@ def view_costs(prior: Prior, observed: np.ndarray, candidates: int, *, noise: No
     Notes
     -----
     The mirror image of an observation is as likely at -beta as the observation is at beta, so that half of the circle
-    is enough for both.
+    is enough for both.  It negates across, and not up.
     """
     blocks = prior.mean.shape[-1]
     observed = require_shape("the observations", np.asarray(observed, dtype=float), ("n", JOINTS, 2, blocks))
     half = circle(candidates)[candidates // 2 :]  # 0 up to pi, pi not included
     half = np.append(half, np.pi)
-    both = np.concatenate([observed, mirrored_image(observed)]).reshape(2 * len(observed), -1)
+    both = np.concatenate([observed, mirror_image(observed)]).reshape(2 * len(observed), -1)
     heights = heights_seen(prior, noise=noise)
     parts = np.array_split(half, 4)  # which fit into the cache
     costs = np.concatenate([heights.from_views(part).cost(both) for part in parts])
     costs = costs.reshape(len(half), 2, len(observed))
     forwards, backwards = costs[:, 0], costs[:, 1]  # at beta, and at -beta
     return np.concatenate([backwards[:0:-1], forwards[:-1]]).T
-
-
-def mirrored_image(observed: np.ndarray) -> np.ndarray:
-    """What the mirrored walker shows at the opposite view angle, of (…, 15, 2, 1 + 2H).
-
-    Left and right change sides, across is negated, and half a cycle turns the sign of the odd harmonics.
-    """
-    image = np.array(observed[..., list(WALKER15.mirror), :, :], dtype=float)
-    image[..., 0, :] *= -1.0
-    for h in range(1, image.shape[-1] // 2 + 1, 2):
-        image[..., 2 * h - 1 : 2 * h + 1] *= -1.0
-    return image
 
 
 @dataclass(frozen=True)

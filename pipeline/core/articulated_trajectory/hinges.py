@@ -153,7 +153,7 @@ def resolve_mirrors(hinge: Hinge, tree: LimbTree, choose: Callable[[LimbTree, st
 
 
 def _with_mirror(choice: LimbChoice) -> Sequence[LimbChoice]:
-    return [choice, choice.mirror()] if choice.undecided else [choice]
+    return [choice, choice.mirror] if choice.undecided else [choice]
 
 
 def _cost_ratio(choice: LimbChoice) -> float:

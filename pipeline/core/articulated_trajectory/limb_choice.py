@@ -84,12 +84,9 @@ class LimbChoice:
         sizes = np.linalg.norm(self.chosen, axis=1)
         return np.asarray(self.used & (sizes > 1e-9 * max(self.hits.radius, 1.0)))
 
+    @cached_property
     def mirror(self) -> LimbChoice:
         """The same limb with the mirror of these signs."""
-        return self._mirror
-
-    @cached_property
-    def _mirror(self) -> LimbChoice:
         return select_signs(self.hits, self.solution, self.used, self.basis, mirrored=not self.mirrored)
 
     @property

@@ -69,5 +69,5 @@ def _chosen_anew(
     tree = LimbTree(start.chain, start.root)
     for limb in start.chain.limbs:
         choice = choose(tree, limb)
-        tree = tree.placed(limb, choice.mirror() if limb in mirrored and choice.undecided else choice)
+        tree = tree.placed(limb, choice.mirror if limb in mirrored and choice.undecided else choice)
     return tree

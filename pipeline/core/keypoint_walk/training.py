@@ -137,11 +137,6 @@ def training_walk(positions: np.ndarray, frame_rate_hz: float, height_mm: float)
     )
 
 
-def mirror_image(walkers: np.ndarray) -> np.ndarray:
-    """Mirror images of walkers (…, 15, 3, B): left and right exchanged, shifted by half a cycle."""
-    return anatomical.by_joint(fourier.mirrored(anatomical.by_block(walkers)))
-
-
 def moments(walks: Sequence[TrainingWalk], people: np.ndarray) -> Moments:
     """Mean, covariance and variations of the walks of several people and their mirror images.
 
@@ -162,7 +157,7 @@ def moments(walks: Sequence[TrainingWalk], people: np.ndarray) -> Moments:
         raise InvalidInput("a model of walkers needs two people or more", received=str(count))
     weights = anatomical.person_weights(people)
     walkers = require_finite("walkers", np.stack([walk.walker for walk in walks]))
-    both = np.concatenate([walkers, mirror_image(walkers)]).reshape(2 * len(walks), -1)
+    both = np.concatenate([walkers, anatomical.mirror_image(walkers)]).reshape(2 * len(walks), -1)
     half = np.concatenate([weights, weights]) / 2.0
     effective = min(1.0 / float((weights**2).sum()), MOST_WALKERS)
     mean = half @ both

@@ -130,7 +130,7 @@ def _from_each_start(
     frames = len(choice.used)
     tossed = np.where(generator.random(int(choice.used.sum())) < 0.5, -1, 1)
     # The mirror of a solution is whatever signs it says.
-    by_coin = replace(choice, solution=replace(choice.solution, mirror_signs=tossed), mirrored=False).mirror()
+    by_coin = replace(choice, solution=replace(choice.solution, mirror_signs=tossed), mirrored=False).mirror
     mean = choice.hits.middle[choice.used].mean(axis=0)
     towards = mean if np.linalg.norm(mean) > 0 else choice.hits.half_chord[choice.used][0]
     images = np.full((frames, 2, 2), np.nan)

@@ -38,7 +38,7 @@ def limb_errors(
         "relative_error": round(
             float(np.linalg.norm(estimate - trial.child) / np.linalg.norm(trial.child)), 12
         ),
-        "error_up_to_mirror": min(error, distance(choice.mirror().relative, trial.relative) / trial.length),
+        "error_up_to_mirror": min(error, distance(choice.mirror.relative, trial.relative) / trial.length),
     }
 
 
@@ -79,7 +79,7 @@ def better_of_mirrors(truth: np.ndarray, skeleton: Reconstruction) -> np.ndarray
     for limb, (parent, child) in zip(WALKER14.limbs, WALKER14.ends, strict=True):
         choice = skeleton.choose(tree, limb)
         true = truth[:, child] - truth[:, parent]
-        tree = tree.placed(limb, min((choice, choice.mirror()), key=lambda c: distance(c.relative, true)))
+        tree = tree.placed(limb, min((choice, choice.mirror), key=lambda c: distance(c.relative, true)))
     return tree.positions
 
 

@@ -53,7 +53,7 @@ class Seen:
         tree = LimbTree(ARM, self.root)
         for limb in ARM.limbs:
             choice = self.choose(tree, limb)
-            tree = tree.placed(limb, choice.mirror() if limb in mirrored else choice)
+            tree = tree.placed(limb, choice.mirror if limb in mirrored else choice)
         return tree
 
     def refine(self, tree: LimbTree) -> Refinement:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pipeline.core.anatomical import stance_rows
+from pipeline.core.anatomical import mirror_image, stance_rows
 from pipeline.core.keypoint_walk import TrainingWalk, errors, reconstruct
 from pipeline.core.keypoint_walk.cycle import (
     LATER,
@@ -17,7 +17,6 @@ from pipeline.core.keypoint_walk.cycle import (
     gait_cycle,
 )
 from pipeline.core.keypoint_walk.objective import LOG_F, PHASE
-from pipeline.core.keypoint_walk.training import mirror_image
 from pipeline.core.sagittal_angles import ANGLES
 from pipeline.skeleton import WALKER15
 from tests.core.keypoint_walk.walkers import clip, prior, walks

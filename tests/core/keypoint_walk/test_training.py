@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pipeline.core.anatomical import BONES, PAIRS, bone_lengths, definitions, stance_rows
+from pipeline.core.anatomical import BONES, PAIRS, bone_lengths, definitions, mirror_image, stance_rows
 from pipeline.core.keypoint_walk import compact, expand, moments, prepare, reconstruct, train, training_walk
 from pipeline.core.keypoint_walk.errors import headings, level_angles
 from pipeline.core.keypoint_walk.prior import Detector
-from pipeline.core.keypoint_walk.training import HEIGHT_MM, mirror_image
+from pipeline.core.keypoint_walk.training import HEIGHT_MM
 from pipeline.core.sagittal_angles import ANGLES
 from pipeline.skeleton import WALKER15
 from pipeline.synthetic.keypoints import Filming, simulate_keypoints
