@@ -76,7 +76,7 @@ def fetch(
     for folder in mirrors:
         if not folder.is_dir():
             raise InvalidInput("the mirror is not a folder", str(folder))
-    return Transfer(rows, Path(raw), mirrors, opener, progress).report()
+    return Transfer(rows, raw, mirrors, opener, progress).report()
 
 
 def folders_of(mirror: Path | Sequence[Path] | None) -> list[Path]:
@@ -96,7 +96,7 @@ def resolve(row: Mapping[str, str], *, raw: Path, mirror: Path | Sequence[Path] 
     """
     _check_path(row["path"], "the table of sources")
     for folder in (raw, *folders_of(mirror)):
-        path = Path(folder) / row["path"]
+        path = folder / row["path"]
         if path.is_file() and path.stat().st_size == int(row["bytes"]):
             return path
     return None
@@ -111,12 +111,12 @@ def read_sources(sources: Path) -> list[dict[str, str]]:
         If the table cannot be read or lacks a column, or a path, size or digest is invalid or listed twice.
     """
     try:
-        with Path(sources).open(newline="", encoding="utf-8") as stream:
+        with sources.open(newline="", encoding="utf-8") as stream:
             reader = csv.DictReader(stream, strict=True)
             header, rows = reader.fieldnames or (), list(reader)
     except (OSError, csv.Error, UnicodeDecodeError) as error:
         raise InvalidInput(f"cannot read the table of sources: {error}") from error
-    where = Path(sources).name
+    where = sources.name
     if missing := [name for name in NEEDED_COLUMNS if name not in header]:
         raise InvalidInput(f"the table of sources has no column {missing[0]!r}", where)
     seen: set[str] = set()

@@ -14,10 +14,7 @@ from pipeline.papers.intervals import Estimate, Interval
 from pipeline.papers.loading import BASELINES, INTERVENTIONS, Equation, Paper, load
 from pipeline.papers.register import (
     PAPERS,
-    Tag,
     claim,
-    equation,
-    find_tags,
     locate,
     paper,
     quantity,
@@ -45,12 +42,9 @@ __all__ = [
     "Quantity",
     "Run",
     "Support",
-    "Tag",
     "Verdict",
     "claim",
     "count",
-    "equation",
-    "find_tags",
     "gain",
     "judge",
     "load",

@@ -47,8 +47,7 @@ def draw_heat_map(
         handles = _draw_matrix(axes, matrix, np.ma.masked_invalid(matrix.values))
         places = [grid[number, 1] for number in range(len(charts))]
         handles += add_charts(figure, beside, charts, tables, places)
-        header = look.legend_above_figure(figure, handles)
-        look.finish(figure, path_stem, caption, header=header)
+        look.finish(figure, path_stem, caption, handles)
 
 
 def _draw_matrix(axes: Axes, matrix: HeatMap, values: np.ma.MaskedArray) -> list[Line2D]:

@@ -98,7 +98,7 @@ def figure_entry(
     results: Published,
     terms: Mapping[str, str],
     to: Path,
-    width: int = PICTURE_WIDTH,
+    width: int,
 ) -> dict[str, Any]:
     """Return what the page shows of a figure; links are to the files that lie beside a page in `to`."""
     claims = [_claim_entry(row) for row in results.claims_of(figure=figure.name)]

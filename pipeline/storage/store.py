@@ -72,7 +72,7 @@ class Store:
     def __init__(
         self, results: Path, waiting: Callable[[], AbstractContextManager[None]] = nullcontext
     ) -> None:
-        self.results = Path(results)
+        self.results = results
         self._waiting = waiting
         self.cache = self.results / "cache"
         self._memory: dict[str, Artefact] = {}
@@ -260,7 +260,7 @@ class Plan(Store):
     """
 
     def __init__(self, results: Path, before: Mapping[str, tuple[str, str]]) -> None:
-        self.cache, self.before = Path(results) / "cache", before
+        self.cache, self.before = results / "cache", before
         self.steps: list[dict[str, Any]] = []
         self._libraries = versions(_KEYED_LIBRARIES)
 

@@ -58,9 +58,9 @@ class Detections:
     points: np.ndarray
     confidence: np.ndarray
     n_frames: int
-    frame_rate_hz: float = 0.0
-    image_size: tuple[int, int] = (0, 0)
-    notes: tuple[str, ...] = ()
+    frame_rate_hz: float
+    image_size: tuple[int, int]
+    notes: tuple[str, ...]
 
 
 def detections(

@@ -239,7 +239,7 @@ def _markers(
         named = named[::3]
     at = [column for column, name in enumerate(axes) if _AXIS.fullmatch(name)]
     count = len(at) // 3 or len(named)
-    width = max(len(_trimmed(cells)) for cells in rows.cells)
+    width = max(map(_width, rows.cells))
     in_a_row = [column for column, _ in named] == list(range(2, 2 + 3 * len(named), 3))
     if in_a_row and len(named) < count and width <= 2 + 3 * len(named):
         count, at = len(named), at[: 3 * len(named)]  # more axes than names, but no numbers under them
@@ -253,7 +253,7 @@ def _markers(
         if in_a_row and len(named) == count and width == 2 + 3 * declared:
             filled = at  # numbers of markers that are declared, but neither have names nor axes
         if len(filled) != 3 * count:
-            long = next(k for k, cells in enumerate(rows.cells) if len(_trimmed(cells)) > at[-1] + 1)
+            long = next(k for k, cells in enumerate(rows.cells) if _width(cells) > at[-1] + 1)
             raise damaged(
                 "the line has another number of cells than the header asks for",
                 rows.place(long),
@@ -279,7 +279,6 @@ def _markers(
     return names, at
 
 
-def _trimmed(cells: list[str]) -> list[str]:
-    """The cells up to the last that is not blank."""
-    last = max((k for k, cell in enumerate(cells) if cell), default=-1)
-    return cells[: last + 1]
+def _width(cells: list[str]) -> int:
+    """Number of cells up to the last that is not blank."""
+    return max((k for k, cell in enumerate(cells, start=1) if cell), default=0)
