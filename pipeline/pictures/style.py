@@ -60,7 +60,7 @@ POINT_SIZE = 3.2
 BAND_OPACITY, INTERVAL_OPACITY = 0.12, 0.25
 """Of bands of the spread, and of intervals."""
 
-BONE_WIDTHS = {"broad": 3.6, "strong": 1.3, "usual": 1.2, "light": 0.8, "faint": 0.7, "ground": 0.4}
+BONE_WIDTHS = {"broad": 3.6, "strong": 1.3, "usual": 1.2, "light": 0.8, "ground": 0.4}
 """Of bones of stick figures and of the line that they stand on, points."""
 
 OUTLINE_WIDTH, PATH_OVER_MATRIX_WIDTH = 0.9, 1.6

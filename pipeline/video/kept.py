@@ -15,11 +15,6 @@ from pipeline.validation import InvalidInput, missing_package
 TABLE, ABOUT = "keypoints.csv", "keypoints.json"
 
 
-def _digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
 def keypoints_table(
     video: Path,
     folder: Path,
@@ -49,7 +44,8 @@ def keypoints_table(
     """
     if not video.is_file():
         raise InvalidInput("there is no such video", "input.path", received=str(video))
-    digest = _digest(video)
+    with video.open("rb") as film:
+        digest = hashlib.file_digest(film, "sha256").hexdigest()
     table, about = folder / TABLE, folder / ABOUT
     if _about(earlier).get("sha256") == digest and (earlier / TABLE).is_file():
         shutil.copyfile(earlier / TABLE, table)
