@@ -54,6 +54,11 @@ class Artefact:
     seconds: float
     why: str
 
+    @property
+    def name(self) -> str:
+        """Stage and key: the name of the folder."""
+        return f"{self.stage}-{self.key}"
+
 
 def content_digest(manifest: Mapping[str, Any]) -> str:
     """Return the digest of the arrays and notes of an artefact, from its manifest."""

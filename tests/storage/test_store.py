@@ -549,7 +549,7 @@ def test_a_killed_process_leaves_what_the_next_run_can_use(tmp_path: Path) -> No
                 store.artefact("s", {"i": i}, [], lambda i=i: ({"x": np.arange(9.0) * i}, {}))  # type: ignore[misc]
                 for i in range(2)
             ]
-            assert [f"{a.stage}-{a.key}" in finished for a in again] == [not a.computed for a in again]
+            assert [a.name in finished for a in again] == [not a.computed for a in again]
             np.testing.assert_array_equal(again[1].arrays["x"], np.arange(9.0))
             with pytest.raises(RuntimeError, match="stop"), publish(results / "other"):
                 raise RuntimeError("stop")  # publishing anything beside it clears up
