@@ -18,6 +18,7 @@ from pipeline.storage import tables
 from pipeline.storage.publishing import publish
 from pipeline.storage.sealed_folders import require_replaceable
 from pipeline.validation import InvalidInput, missing_package, require_name
+from pipeline.video import kept
 
 PAGE = "walk.html"
 
@@ -82,7 +83,7 @@ def run(
         summary = summarise(walk, options.input)
         with publish(folder, having="verdict") as publication:
             if video.is_video(options.input):
-                video.keep(keypoints, publication.folder)
+                kept.copy(Path(keypoints.path).parent, publication.folder)
             _fill(publication.folder, walk, summary, options)
             publication.manifest({"command": "reconstruct", "verdict": str(summary["verdict"])})
     return walk, summary, folder

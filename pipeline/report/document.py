@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipeline import papers
-from pipeline.palette import COLOURS, ROLES
 from pipeline.report import entries, ledger_picture, players, templates, verdicts
-from pipeline.report.published import Published, packed_json, read_published
+from pipeline.report.published import Published, read_published
+from pipeline.report.templates import packed_json
 from pipeline.skeleton import WALKER15
 from pipeline.storage.publishing import new_file
 from pipeline.validation import InvalidInput
@@ -137,9 +137,7 @@ def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str
         whom=_whom(results),
         commits=sorted({figure.commit for figure in results.figures.values()}),
         legend=verdicts.legend(results),
-        policy=templates.policy(style, script),
-        style=style,
-        script=script,
+        **templates.in_every_page(style, script),
         walkers=len(walkers["names"]) if walkers else 0,
         views=[int(walkers["views_deg"][0]), int(walkers["views_deg"][-1])] if walkers else [],
         clips=bool(clips),
@@ -150,9 +148,7 @@ def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str
         tutorial=[f"{TUTORIAL}/{path.name}" for path in sorted((to / TUTORIAL).glob("*.svg"))],
         sources=[{"name": name, "terms": words} for name, words in terms.items()],
         packages=_packages(results),
-        roles=packed_json({**{name: name for name in COLOURS}, **ROLES}),
-        bones=packed_json([list(bone) for bone in WALKER15.bones]),
-        joints=packed_json(list(WALKER15.joints)),
+        joints=packed_json(WALKER15.joints),
         walkers_packed=packed_json(walkers),
         clips_packed=packed_json(clips),
         tables={

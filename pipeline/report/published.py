@@ -6,7 +6,6 @@ or of an archive.  Columns that are not known here are shown as they are.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -181,15 +180,3 @@ def numbered_rows(path: Path) -> list[dict[str, Any]]:
 
 def _cell(value: Any) -> Any:
     return None if isinstance(value, float) and not np.isfinite(value) else value
-
-
-def packed_json(value: Any) -> str:
-    """Return JSON that may stand inside a ``<script>`` element: no ``<`` in it.
-
-    Examples
-    --------
-    >>> packed_json({"a": "</script>"})
-    '{"a":"\\\\u003c/script>"}'
-    """
-    text = json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
-    return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
