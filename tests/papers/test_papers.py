@@ -31,6 +31,7 @@ from pipeline.papers import (
     Verdict,
 )
 from pipeline.papers import loading as papers_loading
+from pipeline.papers.explanations import of_run
 from pipeline.studies import evaluation, rows
 from pipeline.studies.ledger import TIMING, judge, numbers_of
 from pipeline.studies.registry import MEASURES
@@ -83,6 +84,11 @@ def find_tags(source: str) -> Iterator[Tag]:
 def tag_of(equation: papers.Equation) -> str:
     """The tag of an equation in the source, e.g. ``[zhang2007 3.15]``."""
     return f"[{equation.paper} {equation.number}]"
+
+
+def quotes_of(explanation: papers.Explanation) -> list[str]:
+    """Names of claims and quantities that an explanation quotes from published tables; not those of its run."""
+    return [n for n in papers.placeholders(explanation.text) if n != "value" and of_run(n) is None]
 
 
 def by_name(items: list) -> list[object]:
@@ -294,7 +300,7 @@ EXPLAINED = [pytest.param(c, d, id=f"{c.name}-{d}") for c in JUDGED for d in c.w
 @pytest.mark.parametrize(("claim", "data_name"), EXPLAINED)
 def test_an_explanation_quotes_numbers_of_the_claims_own_figure(claim: Claim, data_name: str) -> None:
     """So that a figure judged alone can say them; `value` is the claim's own."""
-    for name in claim.why[data_name].quoted:
+    for name in quotes_of(claim.why[data_name]):
         quoted = papers.quantity(name).measure
         assert quoted is not None
         assert {table.split("/")[0] for table in quoted.tables} == {claim.figure}, name
