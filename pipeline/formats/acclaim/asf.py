@@ -71,12 +71,12 @@ class AsfSkeleton:
         return [(name, freedom) for name, freedoms in of_points for freedom in freedoms]
 
 
-def read_skeleton(path: str | Path, *, units: str | None = None) -> AsfSkeleton:
+def read_skeleton(path: Path, *, units: str | None = None) -> AsfSkeleton:
     """Read the bones of an ASF file.
 
     Parameters
     ----------
-    path : str or Path
+    path : Path
     units : str, optional
         Unit of length to use in place of the file's own, e.g. ``"cm"`` or ``"in/0.45"``.
 
@@ -86,7 +86,6 @@ def read_skeleton(path: str | Path, *, units: str | None = None) -> AsfSkeleton:
         If the file is missing, incomplete or contradicts itself, has a bone that changes its length or its
         place, or presets an orientation of the root (programs read it differently).
     """
-    path = Path(path)
     where = path.name
     sections = read_sections(path)
     if units is None:

@@ -135,7 +135,7 @@ def _points(table: Rows, columns: Columns) -> tuple[tuple[str, ...], np.ndarray]
 
 
 def write(
-    path: str | Path,
+    path: Path,
     names: Sequence[str],
     positions_mm: np.ndarray,
     frame_rate_hz: float,
@@ -146,7 +146,7 @@ def write(
 
     Parameters
     ----------
-    path : str or Path
+    path : Path
     names : sequence of str
         P point names, all different.
     positions_mm : (T, P, 3) array
@@ -160,7 +160,7 @@ def write(
     InvalidInput
         If the shapes do not fit each other, or a name, the rate or a coordinate cannot be written.
     """
-    positions = positions_to_write(names, positions_mm, frame_rate_hz, Path(path).name, distinct=True)
+    positions = positions_to_write(names, positions_mm, frame_rate_hz, path.name, distinct=True)
     times = np.arange(len(positions)) / float(frame_rate_hz)
     cells = [["" if x != x else x for x in row] for row in positions.reshape(len(positions), -1).tolist()]
     if wide:
@@ -173,5 +173,5 @@ def write(
             for frame, (time, row) in enumerate(zip(times.tolist(), cells, strict=True))
             for k, name in enumerate(names)
         ]
-    with Path(path).open("w", encoding="utf-8", newline="") as file:
+    with path.open("w", encoding="utf-8", newline="") as file:
         csv.writer(file, lineterminator="\n").writerows([header, *rows])
