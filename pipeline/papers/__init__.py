@@ -3,9 +3,7 @@
 from pipeline.papers.claims import LEAST_PEOPLE, Agreement, Baseline, Beyond, Claim, Kind, Measure, Quantity
 from pipeline.papers.entries import read_mapping
 from pipeline.papers.explanations import (
-    ANY_DATA,
     Explanation,
-    Run,
     Support,
     placeholders,
     read_runs,
@@ -22,7 +20,6 @@ from pipeline.papers.register import (
 from pipeline.papers.verdicts import Evidence, Verdict, count, gain, judge
 
 __all__ = [
-    "ANY_DATA",
     "BASELINES",
     "INTERVENTIONS",
     "LEAST_PEOPLE",
@@ -40,7 +37,6 @@ __all__ = [
     "Measure",
     "Paper",
     "Quantity",
-    "Run",
     "Support",
     "Verdict",
     "claim",
