@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import MISSING, Field, fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -55,14 +55,12 @@ def _schema(option: type[Any]) -> Any:
     schema = OmegaConf.structured(option)
     for field in fields(option):
         if sizes := field.metadata.get("scale"):
-            OmegaConf.update(schema, field.name, _from_scale(field, sizes))
+            assert field.default is MISSING, f"{field.name}: the scale sets it"
+            values = {
+                name: f"${{scale.{size}}}" if isinstance(size, str) else size for name, size in sizes.items()
+            }
+            OmegaConf.update(schema, field.name, values.get("value", values))
     return schema
-
-
-def _from_scale(field: Field, sizes: dict[str, Any]) -> Any:
-    assert field.default is MISSING, f"{field.name}: the scale sets it"
-    values = {name: f"${{scale.{size}}}" if isinstance(size, str) else size for name, size in sizes.items()}
-    return values.get("value", values)
 
 
 def composed(overrides: Sequence[str]) -> Experiment:

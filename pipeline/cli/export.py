@@ -111,17 +111,16 @@ def recording(source: Path, options: Export) -> Motion:
     wanted = float(require_range("frame_rate_hz", asked, above=0, at_most=rate))
     count = int((len(read.positions_mm) - 1) * wanted / rate + 1e-9) + 1
     at = np.arange(count) * (rate / wanted)
-    fewer, rate = wanted < rate, wanted
     if not options.skeleton:
-        points = resampling.interpolate(read.positions_mm, at) if fewer else read.positions_mm
-        return Motion(read.names, points, rate, None, own_axes=True)
+        points = resampling.interpolate(read.positions_mm, at) if wanted < rate else read.positions_mm
+        return Motion(read.names, points, wanted, None, own_axes=True)
     _, positions, valid = joints_of(read, mappings.chosen(options.skeleton), options.subject)
     there = np.flatnonzero(valid.any(axis=0))
     place = {int(joint): k for k, joint in enumerate(there)}
     parents = tuple(place.get(WALKER15.parents[joint], -1) for joint in there)
     names = tuple(WALKER15.joints[joint] for joint in there)
-    joints = resampling.interpolate(positions, at) if fewer else positions
-    return Motion(names, joints[:, there], rate, parents)
+    joints = resampling.interpolate(positions, at) if wanted < rate else positions
+    return Motion(names, joints[:, there], wanted, parents)
 
 
 def reconstruction(folder: Path, options: Export) -> Motion:
@@ -140,10 +139,8 @@ def reconstruction(folder: Path, options: Export) -> Motion:
 
 def synthesised(walks: Sequence[tuple[str, Walk]], options: Export) -> Motion:
     """Return walkers, each with the ending of its joints' names, for as many cycles and at the rate asked for."""
-    asked = (options.cycles, options.frame_rate_hz)
-    cycles, rate = (
-        usual if one is None else one for one, usual in zip(asked, (_CYCLES, _RATE_HZ), strict=True)
-    )
+    cycles = _CYCLES if options.cycles is None else options.cycles
+    rate = _RATE_HZ if options.frame_rate_hz is None else options.frame_rate_hz
     require_range("cycles", cycles, above=0, at_most=10000)
     require_range("frame_rate_hz", rate, above=0, at_most=1e5)
     frames = round(cycles / walks[0][1].stride_hz * rate)

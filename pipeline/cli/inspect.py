@@ -145,7 +145,7 @@ def _statics(files: Sequence[Path]) -> dict[Path, tuple[Path, ...]]:
 
 def _person(path: Path) -> str:
     """Whom the name of a file names, as runs have it unless told otherwise."""
-    match = re.search(FolderData(name="folder").person, path.stem)
+    match = re.search(FolderData.person, path.stem)
     return match[1] if match else path.name
 
 
@@ -180,8 +180,7 @@ def summary(folder: Path, found: Sequence[Findings]) -> list[str]:
     if len(who) > 12:
         lines[0] += ", …"
     if len(who) < len(walks) or len(who) < 3:
-        pattern = FolderData(name="folder").person
-        lines.append(f"(a person is what data.person='{pattern}' finds in the name of a file)")
+        lines.append(f"(a person is what data.person='{FolderData.person}' finds in the name of a file)")
     if len(who) >= 3:
         lines.append(
             "next: python -m pipeline experiment=zhang2007_fig5 data=folder"

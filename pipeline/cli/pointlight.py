@@ -139,16 +139,17 @@ def make(arguments: Sequence[str]) -> tuple[Path, str]:
 def _in_view(target: Path, walk: Walk, options: Display) -> str:
     """Write the dots as they are seen; return a sentence on what they show."""
     hundredths = max(2, round(100 / options.frame_rate_hz))  # of a second, in which a GIF counts
-    if target.suffix.lower() == ".gif":
+    suffix = target.suffix.lower()
+    if suffix == ".gif":
         options = replace(options, frame_rate_hz=100 / hundredths)
     lights = display(walk, options)
     height, dot = options.height_px, options.dot_px
     words = _words(walk, lights, options)
-    if target.suffix.lower() == ".svg":
+    if suffix == ".svg":
         target.write_text(
             pointlight.as_svg(lights, height_px=height, dot_px=dot, title=words), encoding="utf-8"
         )
-    elif target.suffix.lower() == ".csv":
+    elif suffix == ".csv":
         target.write_text(pointlight.as_csv(lights), encoding="utf-8")
     else:
         from pipeline.pictures.point_lights import draw_gif

@@ -76,7 +76,12 @@ def make_side_by_side(
         """Begin the next figure in a slot, or give its core to the others."""
         if queue:
             figure = queue.popleft()
-            workers[slot] = _started(jobs[figure], figure, make, spare, owed)
+            ours, its = _CONTEXT.Pipe()
+            given = (its, *jobs[figure], make, spare, owed, os.getpid())
+            process = _CONTEXT.Process(target=_work, args=given)
+            process.start()
+            its.close()
+            workers[slot] = _Worker(process, ours, figure)
             display.began(slot, figure)
         elif not owed:
             spare.release()
@@ -133,14 +138,6 @@ def _told_to_end() -> Iterator[Connection]:
             signal.signal(number, handler)
     if told.poll():  # when all was done
         raise KeyboardInterrupt
-
-
-def _started(job: tuple[Experiment, Path], figure: int, make: Make, spare: Any, owed: int) -> _Worker:
-    ours, its = _CONTEXT.Pipe()
-    process = _CONTEXT.Process(target=_work, args=(its, *job, make, spare, owed, os.getpid()))
-    process.start()
-    its.close()
-    return _Worker(process, ours, figure)
 
 
 def _work(

@@ -157,7 +157,7 @@ def _measured(
     data_name = below.parent.name
     for switch in every:
         names = interventions.names_quoted(data_name, name, switch.name)
-        folder = _folder(below, switch)
+        folder = below / _word(switch.name)
         for experiment, figure in _lacking(switch, options, below):
             make_figure(experiment, figure, store=Store(Path(experiment.results)))
         smoke = any(read_manifest(folder / figure)["scale"] == SMOKE for figure in switch.figures)
@@ -211,15 +211,11 @@ def _quoted(every: Sequence[Switch], data_name: str, group: str) -> Iterator[Swi
             yield replace(switch, figures=kept)
 
 
-def _folder(below: Path, switch: Switch) -> Path:
-    return below / _word(switch.name)
-
-
 def _lacking(switch: Switch, options: Sequence[str], below: Path) -> Iterator[tuple[Experiment, Path]]:
     """Yield the experiments of a switch whose figures are not current, each with its folder."""
     for figure in switch.figures:
         experiment = compose([f"experiment={figure}", *options, *switch.common, *switch.overrides, *QUIET])
-        folder = _folder(below, switch) / figure
+        folder = below / _word(switch.name) / figure
         if status(recipe(experiment), folder).state != CURRENT:
             yield experiment, folder
 

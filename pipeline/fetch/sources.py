@@ -40,7 +40,7 @@ def fetch(
     sources: Path,
     raw: Path,
     *,
-    mirror: Path | Sequence[Path] | None = None,
+    mirror: Sequence[Path] = (),
     only: Sequence[str] | None = None,
     opener: Callable[..., Any] = open_http,
     progress: Callable[[Progress], None] = lambda _: None,
@@ -56,7 +56,7 @@ def fetch(
         The table of addresses, with at least the columns `NEEDED_COLUMNS`.
     raw : Path
         Folder of the files; no other folder is written to.
-    mirror : Path or sequence of Path, optional
+    mirror : sequence of Path
         Folders with the same paths, which are tried first.
     only : sequence of str, optional
         Names of sources, paths or patterns such as ``cmu/16/*``; all files if not given.
@@ -72,19 +72,13 @@ def fetch(
         folder, `only` names nothing, or `raw` cannot be written.
     """
     rows = _selected(read_sources(sources), only)
-    mirrors = folders_of(mirror)
-    for folder in mirrors:
+    for folder in mirror:
         if not folder.is_dir():
             raise InvalidInput("the mirror is not a folder", str(folder))
-    return Transfer(rows, Path(raw), mirrors, opener, progress).report()
+    return Transfer(rows, raw, mirror, opener, progress).report()
 
 
-def folders_of(mirror: Path | Sequence[Path] | None) -> list[Path]:
-    """Return the folders of a mirror: none, one or several."""
-    return [] if mirror is None else [mirror] if isinstance(mirror, Path) else list(mirror)
-
-
-def resolve(row: Mapping[str, str], *, raw: Path, mirror: Path | Sequence[Path] | None = None) -> Path | None:
+def resolve(row: Mapping[str, str], *, raw: Path, mirror: Sequence[Path] = ()) -> Path | None:
     """Return the path of a recording in `raw`, else in the mirror, else None.
 
     A file whose size differs from the table is ignored.
@@ -95,8 +89,8 @@ def resolve(row: Mapping[str, str], *, raw: Path, mirror: Path | Sequence[Path] 
         If the row's path leaves the folder.
     """
     _check_path(row["path"], "the table of sources")
-    for folder in (raw, *folders_of(mirror)):
-        path = Path(folder) / row["path"]
+    for folder in (raw, *mirror):
+        path = folder / row["path"]
         if path.is_file() and path.stat().st_size == int(row["bytes"]):
             return path
     return None
@@ -111,12 +105,12 @@ def read_sources(sources: Path) -> list[dict[str, str]]:
         If the table cannot be read or lacks a column, or a path, size or digest is invalid or listed twice.
     """
     try:
-        with Path(sources).open(newline="", encoding="utf-8") as stream:
+        with sources.open(newline="", encoding="utf-8") as stream:
             reader = csv.DictReader(stream, strict=True)
             header, rows = reader.fieldnames or (), list(reader)
     except (OSError, csv.Error, UnicodeDecodeError) as error:
         raise InvalidInput(f"cannot read the table of sources: {error}") from error
-    where = Path(sources).name
+    where = sources.name
     if missing := [name for name in NEEDED_COLUMNS if name not in header]:
         raise InvalidInput(f"the table of sources has no column {missing[0]!r}", where)
     seen: set[str] = set()

@@ -39,15 +39,12 @@ class Progress:
     ----------
     path : str
         Current file, as in the table.
-    outcome : str
-        ``receiving``, ``present``, ``fetched``, ``failed`` or ``without address``.
     files_done, files_total : int
     bytes_done, bytes_total : int
         Over all files; failed ones count as done.
     """
 
     path: str
-    outcome: str
     files_done: int
     files_total: int
     bytes_done: int
@@ -108,12 +105,12 @@ class Transfer:
                 files.get(outcome, report.without_address).append(row["path"])
             self.files_done += 1
             self.bytes_done += int(row["bytes"])
-            self._tell(row, outcome, 0)
+            self._tell(row, 0)
         return report
 
-    def _tell(self, row: Mapping[str, str], outcome: str, received: int) -> None:
+    def _tell(self, row: Mapping[str, str], received: int) -> None:
         done = self.bytes_done + received
-        self.progress(Progress(row["path"], outcome, self.files_done, len(self.rows), done, self.bytes_total))
+        self.progress(Progress(row["path"], self.files_done, len(self.rows), done, self.bytes_total))
 
     def _get(self, row: Mapping[str, str]) -> tuple[str, str]:
         """Transfer one file; return the outcome and why it failed."""
@@ -220,7 +217,7 @@ class Transfer:
                 with _disk(part):
                     if stream.write(chunk) != len(chunk):
                         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-                self._tell(row, "receiving", start)
+                self._tell(row, start)
         if start > size:
             _forget(part)
             return f"longer than {size} bytes"

@@ -24,12 +24,12 @@ _read: ContextVar[list[int] | None] = ContextVar("sizes of the files read of the
 Content = TypeVar("Content")
 
 
-def read_one(path: str | Path, reader: Callable[..., Content], **options: object) -> Content:
+def read_one(path: Path, reader: Callable[..., Content], **options: object) -> Content:
     """Return what a reader makes of one file or folder: motion, keypoints or a model.
 
     Parameters
     ----------
-    path : str or Path
+    path : Path
     reader : callable
     options : object
         Passed on to the reader.
@@ -39,7 +39,6 @@ def read_one(path: str | Path, reader: Callable[..., Content], **options: object
     InvalidInput
         If the file is refused, or the reader fails by any error, want of memory included.
     """
-    path = Path(path)
     before = _read.set([])
     try:
         return reader(path, **options)

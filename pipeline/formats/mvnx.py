@@ -96,20 +96,15 @@ class _Subject:
         return cls(element.get("label") or unlabelled, rate, names, np.reshape(rows, (len(rows), -1, 3)))
 
 
-class _Builder(ElementTree.TreeBuilder):
-    """Builds elements of XML without a document type, whose entities could make the file grow without end."""
-
-    def __init__(self, where: str) -> None:
-        super().__init__()
-        self._where = where
-
-    def doctype(self, *_: object) -> None:
-        raise damaged("this is not an MVNX file", self._where, "XML without a document type")
-
-
 def _root(data: bytes, where: str) -> ElementTree.Element:
+    class Builder(ElementTree.TreeBuilder):
+        """Builds elements of XML without a document type, whose entities could make the file grow without end."""
+
+        def doctype(self, *_: object) -> None:
+            raise damaged("this is not an MVNX file", where, "XML without a document type")
+
     try:
-        root = ElementTree.fromstring(data, ElementTree.XMLParser(target=_Builder(where)))
+        root = ElementTree.fromstring(data, ElementTree.XMLParser(target=Builder()))
     except ElementTree.ParseError as error:
         place = f"{where}, line {error.position[0]}"
         raise damaged("the file is damaged or cut short", place, "whole XML") from None

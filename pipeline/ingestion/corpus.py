@@ -122,12 +122,11 @@ def joints_of(
     """
     if not motion.valid.any():
         raise InvalidInput("no sample of any point was measured")
-    motion = mappings.of_one_person(
-        motion, mappings.shipped().values() if mapping is None else [mapping], subject
-    )
+    known = list(mappings.shipped().values()) if mapping is None else [mapping]
+    motion = mappings.of_one_person(motion, known, subject)
     notes = list(motion.notes)
     if mapping is None:
-        fit = mappings.suggest(motion, mappings.shipped())
+        fit = mappings.suggest(motion, known)
         if not fit.usable:
             lacking = ", ".join(fit.lacking[:4]) or "points of legs and pelvis"
             raise InvalidInput(

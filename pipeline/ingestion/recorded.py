@@ -19,9 +19,7 @@ from pipeline.processes import map_processes
 from pipeline.validation import InvalidInput
 
 
-def recorded_walks(
-    clips: Sequence[Clip], steady: Steady, workers: int, missing: Missing = Missing.estimate
-) -> Walks:
+def recorded_walks(clips: Sequence[Clip], steady: Steady, workers: int, missing: Missing) -> Walks:
     """Return the steady walks in recordings; with `Missing.drop`, joints that one of them lacks are left out."""
     prepared = read_and_prepare(
         clips, walks.REPORT_COLUMNS, lambda raw: walks.steady_walk(raw, steady), workers
@@ -31,7 +29,7 @@ def recorded_walks(
 
 
 def recorded_performances(
-    clips: Sequence[Clip], steady: Steady, workers: int, *, cycles: bool = False
+    clips: Sequence[Clip], steady: Steady, workers: int, *, cycles: bool
 ) -> Performances:
     """Return recorded performances: whole recordings, or the middle cycle of each walk."""
 

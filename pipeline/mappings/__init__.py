@@ -5,7 +5,7 @@ belongs to, and `written` writes down a mapping for one that belongs to none.  `
 recording apart.
 """
 
-from pipeline.mappings.fitting import Fit, fitted, rescaled, suggest
+from pipeline.mappings.fitting import Fit, rescaled, suggest
 from pipeline.mappings.people import of_one_person, people
 from pipeline.mappings.table import AUTO, chosen, load, shipped, written
 
@@ -13,7 +13,6 @@ __all__ = [
     "AUTO",
     "Fit",
     "chosen",
-    "fitted",
     "load",
     "of_one_person",
     "people",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -80,14 +80,12 @@ def fitted(motion: MotionCapture, mapping: SourceMapping) -> Fit:
     return Fit(mapping, tuple(missing), tuple(dict.fromkeys(lacking)), first, len(used), recognised)
 
 
-def suggest(motion: MotionCapture, mappings: Mapping[str, SourceMapping] | Iterable[SourceMapping]) -> Fit:
+def suggest(motion: MotionCapture, mappings: Iterable[SourceMapping]) -> Fit:
     """Return the best fit of several mappings: legs and pelvis first, then the number of joints, of points, of rules.
 
     Ties go to the mapping that comes first.
     """
-    each = mappings.values() if isinstance(mappings, Mapping) else mappings
-    fits = [fitted(motion, mapping) for mapping in each]
-    return max(fits, key=lambda fit: fit.rank)
+    return max((fitted(motion, mapping) for mapping in mappings), key=lambda fit: fit.rank)
 
 
 def rescaled(motion: MotionCapture, mapping: SourceMapping, leg_mm: float) -> tuple[float, str]:

@@ -3,9 +3,7 @@
 from pipeline.papers.claims import LEAST_PEOPLE, Agreement, Baseline, Beyond, Claim, Kind, Measure, Quantity
 from pipeline.papers.entries import read_mapping
 from pipeline.papers.explanations import (
-    ANY_DATA,
     Explanation,
-    Run,
     Support,
     placeholders,
     read_runs,
@@ -14,10 +12,7 @@ from pipeline.papers.intervals import Estimate, Interval
 from pipeline.papers.loading import BASELINES, INTERVENTIONS, Equation, Paper, load
 from pipeline.papers.register import (
     PAPERS,
-    Tag,
     claim,
-    equation,
-    find_tags,
     locate,
     paper,
     quantity,
@@ -25,7 +20,6 @@ from pipeline.papers.register import (
 from pipeline.papers.verdicts import Evidence, Verdict, count, gain, judge
 
 __all__ = [
-    "ANY_DATA",
     "BASELINES",
     "INTERVENTIONS",
     "LEAST_PEOPLE",
@@ -43,14 +37,10 @@ __all__ = [
     "Measure",
     "Paper",
     "Quantity",
-    "Run",
     "Support",
-    "Tag",
     "Verdict",
     "claim",
     "count",
-    "equation",
-    "find_tags",
     "gain",
     "judge",
     "load",

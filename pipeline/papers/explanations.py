@@ -85,11 +85,6 @@ class Explanation:
     run: Run | None = None
     beside: tuple[str, ...] = ()
 
-    @property
-    def quoted(self) -> tuple[str, ...]:
-        """Names of claims and quantities that the text quotes from published tables; not those of the run."""
-        return tuple(n for n in placeholders(self.text) if n != "value" and of_run(n) is None)
-
     def told(self, name: str, value: float, number: Callable[[str], float] | None) -> str:
         """Return the explanation of a claim, its numbers filled in, with what supports it.
 

@@ -58,11 +58,6 @@ class Equation:
     test: str
     note: str = ""
 
-    @property
-    def tag(self) -> str:
-        """The tag in the source, e.g. ``[zhang2007 3.15]``."""
-        return f"[{self.paper} {self.number}]"
-
 
 @dataclass(frozen=True)
 class Page:

@@ -134,7 +134,8 @@ def judge(
         why = f"table {table} holds no finite value for: {claim.how}"
         return Verdict(claim, Agreement.UNTESTABLE, why)
     if claim.kind is Kind.CONDITION:
-        agreement, because, beyond = _condition(claim, found), "", Beyond.NOT_APPLICABLE
+        met = found.value.value in claim.agrees
+        agreement, because, beyond = Agreement.MET if met else Agreement.NOT_MET, "", Beyond.NOT_APPLICABLE
         told = f"{found.value.value:.4g} {claim.unit}".rstrip()
     elif smoke:
         return Verdict(claim, Agreement.NOT_JUDGED, "a small run decides nothing", found)
@@ -156,11 +157,6 @@ def judge(
     else:
         text = explanation.told(claim.name, found.value.value, number)
     return Verdict(claim, agreement, f"{told}: {'; '.join(filter(None, [because, text]))}", found, beyond)
-
-
-def _condition(claim: Claim, found: Evidence) -> Agreement:
-    assert claim.agrees is not None
-    return Agreement.MET if found.value.value in claim.agrees else Agreement.NOT_MET
 
 
 def _untestable(claim: Claim, found: Evidence, data_name: str) -> str:

@@ -49,8 +49,7 @@ def draw_charts(path_stem: Path, sheet: Sheet, tables: Mapping[str, Any], *, cap
         width, height = sheet.panel_size or look.PANEL_SIZE
         figure = look.new_figure(width * columns + look.FRAME, height * rows + look.FRAME)
         handles = add_charts(figure, sheet, charts, tables)
-        header = look.legend_above_figure(figure, handles) if handles else 0.0
-        look.finish(figure, path_stem, caption or sheet.caption, header=header)
+        look.finish(figure, path_stem, caption or sheet.caption, handles)
 
 
 def add_charts(
@@ -74,12 +73,8 @@ def add_charts(
         letter = f"({chr(ord('a') + number)})" if sheet.letters and len(charts) > 1 else ""
         x_label, y_label = (chart.axes[1], chart.x_label) if chart.words else chart.axes
         axes.set(title=f"{letter} {chart.title}".strip(), xlabel=x_label, ylabel=y_label)
-        if shared is not None:
-            axes.tick_params(labelleft=False)
-            axes.set_ylabel("")
-        if (
-            chart.words and number % columns and charts[number - 1].words == chart.words
-        ):  # said once, at the left
+        named = chart.words and number % columns and charts[number - 1].words == chart.words
+        if shared is not None or named:  # said once, at the left
             axes.tick_params(labelleft=False)
             axes.set_ylabel("")
         drawn.append((axes, chart, lines))
@@ -266,9 +261,8 @@ def _draw_reference(
     if reference.slope is not None or reference.below:
         line = next((line for line in lines if line.key == reference.below), lines[0])
         share = 1.0 - float(reference.percent) / 100.0
-        points = (
-            (line.x, share * line.y) if reference.below else _through_origin(axes, reference.slope or 0.0)
-        )
+        ends = np.array(axes.get_xlim())
+        points = (line.x, share * line.y) if reference.below else (ends, (reference.slope or 0.0) * ends)
         axes.plot(*points, zorder=1.5, scalex=False, scaley=False, **of)
     elif x is not None and y is not None:
         axes.plot([x], [y], marker="D", markerfacecolor="white", markeredgecolor=of["color"], linestyle="none",
@@ -305,11 +299,6 @@ def _look_of(reference: Reference) -> dict[str, Any]:
     dashes = look.PUBLISHED_DASHES if published else look.REFERENCE_DASHES
     colour = hex_colour("published" if published else "reference")
     return {"colour": colour, "line": dashes, "width": look.REFERENCE_WIDTH}
-
-
-def _through_origin(axes: Axes, slope: float) -> tuple[np.ndarray, np.ndarray]:
-    ends = np.array(axes.get_xlim())
-    return ends, slope * ends
 
 
 def _write(axes: Axes, place: tuple[float, float], words: str, right: bool, top: bool) -> None:

@@ -44,15 +44,15 @@ def draw_heat_map(
         figure = look.new_figure(look.PAGE_WIDTH + look.FRAME, _HEIGHT + look.LEGEND_LINE)
         grid = figure.add_gridspec(len(charts), 2, width_ratios=[1.15, 1.0])
         axes = figure.add_subplot(grid[:, 0])
-        handles = _draw_matrix(axes, matrix, np.ma.masked_invalid(matrix.values))
+        handles = _draw_matrix(axes, matrix)
         places = [grid[number, 1] for number in range(len(charts))]
         handles += add_charts(figure, beside, charts, tables, places)
-        header = look.legend_above_figure(figure, handles)
-        look.finish(figure, path_stem, caption, header=header)
+        look.finish(figure, path_stem, caption, handles)
 
 
-def _draw_matrix(axes: Axes, matrix: HeatMap, values: np.ma.MaskedArray) -> list[Line2D]:
+def _draw_matrix(axes: Axes, matrix: HeatMap) -> list[Line2D]:
     """Draw the matrix, its outline and its path; return the entries of the legend."""
+    values = np.ma.masked_invalid(matrix.values)
     edges = (matrix.x[0] - 0.5, matrix.x[-1] + 0.5, matrix.y[0] - 0.5, matrix.y[-1] + 0.5)
     image = axes.imshow(
         values,

@@ -68,8 +68,7 @@ def draw_motion(
         places = [errors[0, number] for number in range(len(charts))]
         entries = add_charts(figure, below, charts, tables, places)
         truth_entry = look.legend_handle("truth", hex_colour(_TRUTH["colour"]), width=_TRUTH["width"])
-        header = look.legend_above_figure(figure, [truth_entry, *entries])
-        look.finish(figure, path_stem, caption, header=header)
+        look.finish(figure, path_stem, caption, [truth_entry, *entries])
 
 
 def _draw_strip(axes: Axes, body: np.ndarray, truth: np.ndarray | None, bones: Bones, colour: str) -> None:

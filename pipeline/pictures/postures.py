@@ -88,8 +88,7 @@ def draw_postures(
         ]
         if any(row.estimated is not None and row.estimated.any() for row in every):
             handles.append(look.ring_handle("joint that nobody measured", RING_SIZE))
-        header = look.legend_above_figure(figure, handles)
-        look.finish(figure, path_stem, caption, header=header)
+        look.finish(figure, path_stem, caption, handles)
 
 
 def _centred(row: PostureRow) -> np.ndarray:

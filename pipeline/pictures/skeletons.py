@@ -82,5 +82,4 @@ def draw_skeletons(
             (f"{legend[0]}, to compare", ("silver", look.BONE_WIDTHS["broad"])),
         ]
         handles = [look.legend_handle(name, hex_colour(of), width=thick) for name, (of, thick) in kinds]
-        header = look.legend_above_figure(figure, handles)
-        look.finish(figure, path_stem, caption, header=header)
+        look.finish(figure, path_stem, caption, handles)

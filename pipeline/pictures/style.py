@@ -60,7 +60,7 @@ POINT_SIZE = 3.2
 BAND_OPACITY, INTERVAL_OPACITY = 0.12, 0.25
 """Of bands of the spread, and of intervals."""
 
-BONE_WIDTHS = {"broad": 3.6, "strong": 1.3, "usual": 1.2, "light": 0.8, "faint": 0.7, "ground": 0.4}
+BONE_WIDTHS = {"broad": 3.6, "strong": 1.3, "usual": 1.2, "light": 0.8, "ground": 0.4}
 """Of bones of stick figures and of the line that they stand on, points."""
 
 OUTLINE_WIDTH, PATH_OVER_MATRIX_WIDTH = 0.9, 1.6
@@ -141,8 +141,8 @@ def ring_handle(label: str, size: float) -> Line2D:
     )  # fmt: skip
 
 
-def legend_above_figure(figure: Figure, handles: Sequence[Line2D]) -> float:
-    """Put one legend at the upper right of a figure; return the inches that it takes, for `finish`."""
+def _legend_above(figure: Figure, handles: Sequence[Line2D]) -> float:
+    """Put one legend at the upper right of a figure; return the inches that it takes."""
     entries = [
         _width(str(h.get_label()), NOTE_SIZE) + NOTE_SIZE * (2.4 + 0.8 + 1.2) for h in handles
     ]  # points
@@ -154,8 +154,10 @@ def legend_above_figure(figure: Figure, handles: Sequence[Line2D]) -> float:
     return LEGEND_LINE + (lines - 1) * 1.5 * NOTE_SIZE / 72
 
 
-def finish(figure: Figure, path_stem: Path, caption: str, *, header: float = 0.0) -> None:
-    """Write ``.svg`` and ``.png``, the same bytes for the same input.
+def finish(
+    figure: Figure, path_stem: Path, caption: str, handles: Sequence[Line2D], *, room: bool = False
+) -> None:
+    """Put the legend above a figure and write ``.svg`` and ``.png``, the same bytes for the same input.
 
     Parameters
     ----------
@@ -164,8 +166,10 @@ def finish(figure: Figure, path_stem: Path, caption: str, *, header: float = 0.0
         Without a suffix.
     caption : str
         Kept in both files as their description; what is read stands as text beside the picture.
-    header : float
-        Inches to keep free at the top.
+    handles : sequence of Line2D
+        Entries of the legend; none without any.
+    room : bool
+        Whether the figure becomes higher by the legend, for which it has no room of its own.
 
     Raises
     ------
@@ -176,9 +180,9 @@ def finish(figure: Figure, path_stem: Path, caption: str, *, header: float = 0.0
         raise InvalidInput("the folder of the figure does not exist", where=str(path_stem.parent))
     engine = figure.get_layout_engine()
     assert isinstance(engine, ConstrainedLayoutEngine)
-    figure.set_figheight(
-        max(figure.get_figheight(), 2.5 * header)
-    )  # a legend of many lines leaves room for axes
+    header = _legend_above(figure, handles) if handles else 0.0
+    # A legend of many lines leaves room for axes.
+    figure.set_figheight(max(figure.get_figheight() + header * room, 2.5 * header))
     engine.set(rect=(0, 0, 1, 1 - header / figure.get_figheight()))
     # The solver of the layout leaves the last bits of a place to chance, and the vector file would show them.
     engine.execute(figure)

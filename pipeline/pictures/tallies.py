@@ -72,6 +72,4 @@ def draw_tallies(
         axes.tick_params(left=False, right=False, top=False, bottom=False, labelbottom=False)
         axes.spines[:].set_visible(False)
         handles = [look.legend_handle(kind, hex_colour(colours[kind]), width=_SWATCH) for kind in shown]
-        header = look.legend_above_figure(figure, handles)
-        figure.set_figheight(figure.get_figheight() + header)
-        look.finish(figure, path_stem, caption, header=header)
+        look.finish(figure, path_stem, caption, handles, room=True)

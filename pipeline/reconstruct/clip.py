@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 
@@ -105,7 +105,7 @@ class Walk:
     calibrations: dict[str, Calibration]
     bars_for: str
     stretches: tuple[Stretch, ...]
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = ()
 
     @property
     def calibration(self) -> Calibration:
@@ -166,13 +166,18 @@ def _reconstruct_clip(given: Input, model: Path) -> Walk:
     tracks = find_tracks(source.frame, source.identity, np.where(used[:, None, None], pixels, np.nan), rate)
     prior, calibrations = _prior(model, layout.name)
 
-    track, shown = _walking_track(
-        tracks,
-        given.person,
-        rate,
-        lambda track: watch(_film(track, pixels, confidence, rate, focal, prior, given)),
-        notes,
-    )
+    def watched(track: Track) -> Watched:
+        """What one person's keypoints throughout the video show."""
+        first, last = int(track.frame[0]), int(track.frame[-1])
+        whole, sure = np.full((last - first + 1, 15, 2), np.nan), np.zeros((last - first + 1, 15))
+        whole[track.frame - first], sure[track.frame - first] = pixels[track.rows], confidence[track.rows]
+        film = Film(
+            whole, sure, rate, focal, prior, first,
+            both_labellings=given.labels == Labels.both, focal_sd=0.0 if given.focal_px else FOCAL_SD,
+        )  # fmt: skip
+        return watch(film)
+
+    track, shown = _walking_track(tracks, given.person, rate, watched, notes)
     notes += shown.notes
     walk = Walk(
         source=source,
@@ -281,25 +286,6 @@ def _doubts(walk: Walk) -> Iterator[str]:
             else "it is assumed"
         )
         yield f"The focal length is not known, {walk.focal_px:.0f} px is usual: {how}."
-
-
-def _film(
-    track: Track,
-    pixels: np.ndarray,
-    confidence: np.ndarray,
-    rate: float,
-    focal: float,
-    prior: Prior,
-    given: Input,
-) -> Film:
-    """One person's keypoints throughout the video."""
-    first, last = int(track.frame[0]), int(track.frame[-1])
-    whole, sure = np.full((last - first + 1, 15, 2), np.nan), np.zeros((last - first + 1, 15))
-    whole[track.frame - first], sure[track.frame - first] = pixels[track.rows], confidence[track.rows]
-    return Film(
-        whole, sure, rate, focal, prior, first,
-        both_labellings=given.labels == Labels.both, focal_sd=0.0 if given.focal_px else FOCAL_SD,
-    )  # fmt: skip
 
 
 def choose(tracks: list[Track], person: str) -> Track:

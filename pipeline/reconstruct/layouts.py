@@ -67,7 +67,7 @@ def load(path: Path) -> Layout:
     joints: dict[str, tuple[str, ...]] = {joint: (joint,) for joint in WALKER15.joints if joint in points}
     joints["head"] = tuple(require_choice(f"{path.name}, head", point, points) for point in content["head"])
     for derived in ("sternum", "pelvis"):  # middles of others, unless simulated
-        if f"{derived}" not in content["floor_mm"]:
+        if derived not in content["floor_mm"]:
             joints.pop(derived, None)
     offset, floor = np.zeros((len(WALKER15.joints), 3)), np.full(len(WALKER15.joints), 10.0)
     seen = np.zeros(len(WALKER15.joints), dtype=bool)

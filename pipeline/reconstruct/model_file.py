@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import io
 import json
 from dataclasses import dataclass
@@ -21,7 +20,7 @@ from pipeline.formats.arrays import load_npz
 from pipeline.formats.budget import read_one
 from pipeline.formats.contract import read_bytes
 from pipeline.storage.publishing import publish
-from pipeline.storage.sealed_folders import remove_stale
+from pipeline.storage.sealed_folders import digest, remove_stale
 from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
 
 SHIPPED = Path(__file__).resolve().parent / "walkers"
@@ -94,7 +93,7 @@ def save(trained: TrainedModel, folder: Path) -> None:
         publication.manifest(
             {
                 "version": VERSION,
-                "sha256": hashlib.sha256(data).hexdigest(),
+                "sha256": digest(data),
                 ENTRY: trained.compact.walkers,
                 **trained.about,
             }
@@ -122,7 +121,7 @@ def _load(folder: Path) -> TrainedModel:
     if not isinstance(manifest, dict) or manifest.get("version") != VERSION:
         raise InvalidInput("the model is of another version", where=str(folder), expected=str(VERSION))
     data = read_bytes(folder / "model.npz")
-    if hashlib.sha256(data).hexdigest() != manifest.get("sha256"):
+    if digest(data) != manifest.get("sha256"):
         raise InvalidInput("the model is not what its manifest says", where=str(folder / "model.npz"))
     stored, _ = load_npz(data, "model.npz")
     arrays = {name: np.asarray(array, dtype=float) for name, array in stored.items()}

@@ -15,8 +15,6 @@ from pipeline.core.keypoint_walk import (
     CompactMoments,
     Detector,
     Moments,
-    Reconstruction,
-    TrainingWalk,
     compact,
     errors,
     expand,
@@ -28,7 +26,7 @@ from pipeline.core.keypoint_walk import (
 from pipeline.core.keypoint_walk.calibration import ANYBODY, AS_OURS, LEVELS, StandardErrors, learn
 from pipeline.reconstruct.model_file import TrainedModel
 from pipeline.seeding import derive_generator
-from pipeline.synthetic.keypoints import DetectorError, Filming, SimulatedKeypoints
+from pipeline.synthetic.keypoints import DetectorError, Filming
 from pipeline.validation import require_range
 
 HEADINGS_DEG = (0, 30, -30, 60, -60, 90, -90, 180)
@@ -53,40 +51,10 @@ class Training:
     seed: int = 2007
 
 
-@dataclass(frozen=True)
-class LeftOutClip:
-    """A simulated clip of somebody whom the model does not know, reconstructed.
-
-    Attributes
-    ----------
-    person : str
-    walk : int
-    overground : bool
-    trained : TrainingWalk
-        The whole walk that was filmed, without error.
-    simulated : SimulatedKeypoints
-    found : Reconstruction
-    """
-
-    person: str
-    walk: int
-    overground: bool
-    trained: TrainingWalk
-    simulated: SimulatedKeypoints
-    found: Reconstruction
-
-    @property
-    def errors(self) -> StandardErrors:
-        """Errors over standard deviations."""
-        sim = self.simulated
-        of_truth = self.found, sim.positions_mm, sim.heading_rad
-        return errors.standard_errors(*of_truth, self.trained, errors.event_errors(*of_truth))
-
-
-def left_out_clips(
+def left_out_errors(
     walks: Walks, groups: np.ndarray, options: Training, error: DetectorError
-) -> Iterator[LeftOutClip]:
-    """Reconstruct simulated clips of each person by a model that was trained without his or her group.
+) -> Iterator[tuple[str, StandardErrors]]:
+    """Yield each person's errors over standard deviations in simulated clips, by a model without his or her group.
 
     Parameters
     ----------
@@ -117,7 +85,9 @@ def left_out_clips(
                 found = reconstruct(
                     sim.pixels, seen, sim.frame_rate_hz, sim.focal_px, prior, both_labellings=False
                 )
-                yield LeftOutClip(person, k, overground, trained[k], sim, found)
+                of_truth = found, sim.positions_mm, sim.heading_rad
+                events = errors.event_errors(*of_truth)
+                yield person, errors.standard_errors(*of_truth, trained[k], events)
 
 
 def _compacted(found: Moments, options: Training) -> CompactMoments:
@@ -146,10 +116,10 @@ def train(walks: Walks, options: Training, tell: Callable[[str], None] = lambda 
     for whom, groups in left_out.items():
         found: list[StandardErrors] = []
         people: set[str] = set()
-        for clip in left_out_clips(walks, groups, options, DetectorError()):
-            found.append(clip.errors)
-            if clip.person not in people:
-                people.add(clip.person)
+        for person, of_clip in left_out_errors(walks, groups, options, DetectorError()):
+            found.append(of_clip)
+            if person not in people:
+                people.add(person)
                 tell(
                     f"error bars, {whom.replace('_', ' ')}: {len(people)} of {whole.walkers} people left out"
                 )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -49,12 +48,6 @@ def with_keypoints(
         before = earlier or Path(name)
         table = kept.keypoints_table(Path(given.path), Path(name), MEDIAPIPE, before, tell, progress)
         yield replace(given, path=str(table), layout=given.layout or "mediapipe33")
-
-
-def keep(given: Input, folder: Path) -> None:
-    """Copy the keypoints of a video to the files of its walk."""
-    for name in (kept.TABLE, kept.ABOUT):
-        shutil.copyfile(Path(given.path).parent / name, folder / name)
 
 
 def overlay(walk: Walk, video: Path, path: Path) -> None:

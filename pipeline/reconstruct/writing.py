@@ -18,6 +18,7 @@ from pipeline.storage import tables
 from pipeline.storage.publishing import publish
 from pipeline.storage.sealed_folders import require_replaceable
 from pipeline.validation import InvalidInput, missing_package, require_name
+from pipeline.video import kept
 
 PAGE = "walk.html"
 
@@ -80,7 +81,11 @@ def run(
     with video.with_keypoints(options.input, folder, tell, progress) as keypoints:
         walk = reconstruct_clip(keypoints, model)
         summary = summarise(walk, options.input)
-        write(walk, summary, options, folder, keypoints)
+        with publish(folder, having="verdict") as publication:
+            if video.is_video(options.input):
+                kept.copy(Path(keypoints.path).parent, publication.folder)
+            _fill(publication.folder, walk, summary, options)
+            publication.manifest({"command": "reconstruct", "verdict": str(summary["verdict"])})
     return walk, summary, folder
 
 
@@ -89,17 +94,6 @@ def _default_folder(path: str) -> Path:
     name = resolved.name if resolved.is_dir() else resolved.stem
     # Many are called alike: the folder above tells them apart.
     return Path("results") / "reconstructed" / require_name("output.path", f"{resolved.parent.name}_{name}")
-
-
-def write(
-    walk: Walk, summary: dict[str, Any], options: Reconstruct, folder: Path, keypoints: Input | None = None
-) -> None:
-    """Publish the files of a walk in a folder of their own; of a video with the keypoints that were found in it."""
-    with publish(folder, having="verdict") as publication:
-        if keypoints is not None and video.is_video(options.input):
-            video.keep(keypoints, publication.folder)
-        _fill(publication.folder, walk, summary, options)
-        publication.manifest({"command": "reconstruct", "verdict": str(summary["verdict"])})
 
 
 def _fill(folder: Path, walk: Walk, summary: dict[str, Any], options: Reconstruct) -> None:

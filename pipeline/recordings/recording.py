@@ -71,7 +71,7 @@ class Recording:
         charts: Sequence[Chart] = (),
         tables: Mapping[str, Any] | None = None,
     ) -> None:
-        self.path, self.name, self.timeline = Path(path), name, timeline
+        self.path, self.name, self.timeline = path, name, timeline
         self._partial = self.path.with_name(f".{self.path.stem}.{os.getpid()}.part.rrd")
         self._about, self._edition = about, edition
         self._extents: dict[str, Extent | None] = {}  # every entity, with the box around what it draws

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipeline import papers
-from pipeline.palette import COLOURS, ROLES
 from pipeline.report import entries, ledger_picture, players, templates, verdicts
-from pipeline.report.published import Published, packed_json, read_published
+from pipeline.report.published import Published, read_published
+from pipeline.report.templates import packed_json
 from pipeline.skeleton import WALKER15
 from pipeline.storage.publishing import new_file
 from pipeline.validation import InvalidInput
@@ -128,38 +128,34 @@ def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str
         entries.paper_entry(papers.PAPERS[key], results, figures) for key in papers.PAPERS if key in of_papers
     ]
     ledger = ledger_picture.ledger_picture(results)
-    played_tables = {name: entries.played_tables(figure) for name, figure in results.figures.items()}
     for paper in shown:  # a player, or curves of the figure that stands for it
         played = {"zhang2004": walkers, "zhang2007": walkers, "park2011": clips}.get(paper["key"])
         paper["shows_curves"] = bool(not played and paper["touch"] and paper["touch"]["charts"])
-    packed_tables = {name: packed_json(of) for name, of in played_tables.items() if of}
-    walkers_packed, clips_packed = packed_json(walkers), packed_json(clips)
-    ledger_packed = packed_json(ledger)
     text = environment.get_template("index.html.j2").render(
         results=results,
         papers=shown,
         whom=_whom(results),
         commits=sorted({figure.commit for figure in results.figures.values()}),
         legend=verdicts.legend(results),
-        policy=templates.policy(style, script),
-        style=style,
-        script=script,
+        **templates.in_every_page(style, script),
         walkers=len(walkers["names"]) if walkers else 0,
         views=[int(walkers["views_deg"][0]), int(walkers["views_deg"][-1])] if walkers else [],
         clips=bool(clips),
         reasons=list(dict.fromkeys(reasons)),
         options=entries.options_of(results),
         **entries.published_numbers(results),
-        ledger=ledger_packed if ledger else "",
+        ledger=packed_json(ledger) if ledger else "",
         tutorial=[f"{TUTORIAL}/{path.name}" for path in sorted((to / TUTORIAL).glob("*.svg"))],
         sources=[{"name": name, "terms": words} for name, words in terms.items()],
         packages=_packages(results),
-        roles=packed_json({**{name: name for name in COLOURS}, **ROLES}),
-        bones=packed_json([list(bone) for bone in WALKER15.bones]),
-        joints=packed_json(list(WALKER15.joints)),
-        walkers_packed=walkers_packed,
-        clips_packed=clips_packed,
-        tables=packed_tables,
+        joints=packed_json(WALKER15.joints),
+        walkers_packed=packed_json(walkers),
+        clips_packed=packed_json(clips),
+        tables={
+            name: packed_json(played)
+            for name, figure in results.figures.items()
+            if (played := entries.played_tables(figure))
+        },
     )
     shown = [entry["picture"] for entry in figures.values() if entry["picture"]]
     return text, sum(len(picture.get("uri") or picture["packed"]) for picture in shown)

@@ -32,6 +32,7 @@ def paper_entry(
     """Return what the page shows of a paper: sentences with our numbers, a picture, verdicts, and its figures."""
     wanted = (*paper.figures, *paper.beyond)
     claims = [row for row in results.claims_of(paper=paper.key) if not row.get("same_as")]
+    answered = [row["agreement"] for row in claims if _judged(row)]
     return {
         "key": paper.key,
         "title": paper.title,
@@ -48,9 +49,9 @@ def paper_entry(
         "tally": [t for kind, t in counts_by_kind(claims) if kind != "conditions"],
         "holds": _told(claims, Agreement.AGREES),
         "fails": _told(claims, Agreement.DIFFERS),
-        "judged": sum(_judged(row) for row in claims),
-        "agree": sum(_judged(row) and row["agreement"] == Agreement.AGREES for row in claims),
-        "differ": sum(_judged(row) and row["agreement"] == Agreement.DIFFERS for row in claims),
+        "judged": len(answered),
+        "agree": answered.count(Agreement.AGREES),
+        "differ": answered.count(Agreement.DIFFERS),
         "figures": [entries[name] for name in wanted if name in entries],
         "missing": [(name, results.missing[name]) for name in wanted if name in results.missing],
     }
@@ -98,7 +99,7 @@ def figure_entry(
     results: Published,
     terms: Mapping[str, str],
     to: Path,
-    width: int = PICTURE_WIDTH,
+    width: int,
 ) -> dict[str, Any]:
     """Return what the page shows of a figure; links are to the files that lie beside a page in `to`."""
     claims = [_claim_entry(row) for row in results.claims_of(figure=figure.name)]

@@ -44,10 +44,10 @@ _ANSWERS = {
     _WITHOUT: "blue",
     _ALIKE: "sky",
     _UNKNOWN: "purple",
-    str(Agreement.CLOSE): "amber",
-    str(Agreement.UNDECIDED): "silver",
-    str(Agreement.DIFFERS): "orange",
-    str(Agreement.UNTESTABLE): "grey",
+    Agreement.CLOSE: "amber",
+    Agreement.UNDECIDED: "silver",
+    Agreement.DIFFERS: "orange",
+    Agreement.UNTESTABLE: "grey",
 }
 """Bars in their order: what agrees first, and within it what needs the method."""
 _DARK = "<style>@media (prefers-color-scheme: dark) {:root {filter: invert(.93) hue-rotate(180deg)}}</style>"

@@ -104,7 +104,7 @@ def walkers(figure: PublishedFigure | None) -> tuple[dict[str, Any], str]:
     _, person = np.unique(arrays["person"], return_inverse=True)
     return {
         "shown": nearest_to_medians(errors_of_walkers(people, arrays["walker"], 0.0)),
-        "names": [str(name) for name in arrays["walker"]],
+        "names": arrays["walker"].tolist(),
         "person": person.tolist(),
         "estimated": arrays["unmeasured"].astype(int).tolist()
         if np.any(arrays.get("unmeasured", False))
@@ -173,12 +173,11 @@ def clips(figure: PublishedFigure | None) -> tuple[dict[str, Any], str]:
     if absent := [name for name in CLIP_ARRAYS if AS_CHOSEN + name not in figure.arrays]:
         return {}, f"park2011_fig4 was made before its cameras were published ({absent[0]}): make it again"
     arrays = {name: figure.arrays[AS_CHOSEN + name] for name in CLIP_ARRAYS}
-    cameras = [str(name) for name in arrays["cameras"]]
-    names = [str(figure.arrays["clip_name"][stretch]) for stretch in arrays["stretch"]]
+    names = figure.arrays["clip_name"][arrays["stretch"]].tolist()
     action = _actions(figure)
     chosen = list({action.get(name, name): n for n, name in reversed(list(enumerate(names)))}.values())
     return {
-        "cameras": cameras,
+        "cameras": arrays["cameras"].tolist(),
         "limbs": list(WALKER14.limbs),
         "ends": WALKER14.ends.tolist(),
         "clips": [

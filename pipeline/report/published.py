@@ -6,7 +6,6 @@ or of an archive.  Columns that are not known here are shown as they are.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -31,14 +30,11 @@ class PublishedFigure:
         Of figure and folder.
     folder : Path
     manifest : dict
-    headers : dict of str to list of str
-        Names of the columns of its tables by their file names, ``table.csv`` first.
     """
 
     name: str
     folder: Path
     manifest: dict[str, Any]
-    headers: dict[str, list[str]]
     _read: dict[str, dict[str, np.ndarray]] = field(default_factory=dict, repr=False)
 
     @property
@@ -77,7 +73,7 @@ class PublishedFigure:
     def table(self, name: str) -> dict[str, np.ndarray] | None:
         """Return the columns of a table by its name without suffix; None if there is none."""
         path = self.folder / f"{name}.csv"
-        if name not in self._read and path.name in self.headers:
+        if name not in self._read and path.name in self.manifest["files"]:
             self._read[name] = tables.read(path)
         return self._read.get(name)
 
@@ -165,7 +161,7 @@ def read_published(folder: Path, figures: Sequence[str]) -> Published:
         elif complaints := complaints_about(folder / name, hashes=False):
             missing[name] = f"unfinished or damaged: {complaints[0]}"
         else:
-            made[name] = _figure(folder / name)
+            made[name] = PublishedFigure(name, folder / name, read_manifest(folder / name))
     if not made:
         raise InvalidInput("nothing is published", where=str(folder), expected="one figure or more")
     claims = folder / "claims.csv"
@@ -175,38 +171,12 @@ def read_published(folder: Path, figures: Sequence[str]) -> Published:
     return Published(folder, folder.parent.name, folder.name, made, missing, kept)
 
 
-def _figure(folder: Path) -> PublishedFigure:
-    manifest = read_manifest(folder)
-    names = sorted(
-        (name for name in manifest["files"] if name.endswith(".csv") and name != "claims.csv"),
-        key=lambda name: (name != "table.csv", name),
-    )
-    headers = {}
-    for name in names:
-        with (folder / name).open(encoding="utf-8") as table:
-            headers[name] = table.readline().rstrip("\n").split(",")
-    return PublishedFigure(folder.name, folder, manifest, headers)
-
-
 def numbered_rows(path: Path) -> list[dict[str, Any]]:
     """Return the rows of a table, numbers as numbers; None where a cell is empty."""
     columns = tables.read(path)
-    names = list(columns)
-    listed = [columns[name].tolist() for name in names]
-    return [dict(zip(names, map(_cell, row), strict=True)) for row in zip(*listed, strict=True)]
+    rows = zip(*(map(_cell, column.tolist()) for column in columns.values()), strict=True)
+    return [dict(zip(columns, row, strict=True)) for row in rows]
 
 
 def _cell(value: Any) -> Any:
     return None if isinstance(value, float) and not np.isfinite(value) else value
-
-
-def packed_json(value: Any) -> str:
-    """Return JSON that may stand inside a ``<script>`` element: no ``<`` in it.
-
-    Examples
-    --------
-    >>> packed_json({"a": "</script>"})
-    '{"a":"\\\\u003c/script>"}'
-    """
-    text = json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
-    return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")

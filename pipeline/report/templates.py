@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import json
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import jinja2
 
-from pipeline.palette import COLOURS, ON_DARK
+from pipeline.palette import COLOURS, ON_DARK, ROLES
+from pipeline.skeleton import WALKER15
 
 _FOLDER = Path(__file__).resolve().parent / "page"
 
@@ -52,6 +55,17 @@ def scripts(names: Sequence[str]) -> str:
     return "\n".join((_FOLDER / name).read_text(encoding="utf-8") for name in names)
 
 
+def in_every_page(style: str, script: str) -> dict[str, Any]:
+    """Return what the templates of all pages are given: style and script, their policy, the palette, the bones."""
+    return {
+        "policy": policy(style, script),
+        "style": style,
+        "script": script,
+        "roles": packed_json({**{name: name for name in COLOURS}, **ROLES}),
+        "bones": packed_json(WALKER15.bones),
+    }
+
+
 def policy(style: str, script: str) -> str:
     """Return the policy of a page that loads nothing: its own style and script by their digests, pictures inside it."""
 
@@ -62,3 +76,15 @@ def policy(style: str, script: str) -> str:
         f"default-src 'none'; script-src 'sha256-{digest(script)}'; style-src 'sha256-{digest(style)}';"
         " img-src data: blob:; base-uri 'none'; form-action 'none'"
     )
+
+
+def packed_json(value: Any) -> str:
+    """Return JSON that may stand inside a ``<script>`` element: no ``<`` in it.
+
+    Examples
+    --------
+    >>> packed_json({"a": "</script>"})
+    '{"a":"\\\\u003c/script>"}'
+    """
+    text = json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+    return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")

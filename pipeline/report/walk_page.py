@@ -9,11 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.palette import COLOURS, ROLES
 from pipeline.report import templates
 from pipeline.report.players import encoded, quantised
-from pipeline.report.published import packed_json
-from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
 
 MOST_BYTES = 1_000_000
@@ -100,12 +97,8 @@ def write_walk_page(path: Path, page: WalkPage) -> None:
     style, script = templates.style("walk.css"), templates.scripts(_SCRIPTS)
     text = templates.environment().get_template("walk.html.j2").render(
         page=page,
-        policy=templates.policy(style, script),
-        style=style,
-        script=script,
-        roles=packed_json({**{name: name for name in COLOURS}, **ROLES}),
-        bones=packed_json([list(bone) for bone in WALKER15.bones]),
-        packed=packed_json(_packed(page)),
+        **templates.in_every_page(style, script),
+        packed=templates.packed_json(_packed(page)),
     )  # fmt: skip
     content = text.encode()
     if len(content) > MOST_BYTES:

@@ -6,7 +6,7 @@ Text, and the order of rows and columns, have to be the same.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -133,9 +133,7 @@ def _compared(kept: Path, made: Path, name: str, most: float) -> Agreement:
     before, now = _there(kept, name), _there(made, name)
     differences = tables.relative_differences(before, now, absolute=NOT_ZERO)
     largest = max(differences.values(), default=0.0)
-    complaints: Sequence[str] = ()
-    if largest > most:
-        complaints = tables.compare(before, now, relative=most, absolute=NOT_ZERO)
+    complaints = tables.compare(before, now, relative=most, absolute=NOT_ZERO) if largest > most else ()
     return Agreement(kept.name, name, largest, most, tuple(complaints))
 
 

@@ -190,7 +190,6 @@ def verify(archive: Path) -> list[str]:
     InvalidInput
         If the folder is no archive, or its list of checksums cannot be understood.
     """
-    archive = Path(archive)
     if not (archive / CHECKSUMS).is_file():
         raise InvalidInput("this is no archive", where=str(archive), expected=f"a folder with {CHECKSUMS}")
     sums = _read_sums(archive)

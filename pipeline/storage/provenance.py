@@ -11,9 +11,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from pipeline.resources import PACKAGE
 from pipeline.storage.sealed_folders import file_digest
 
-PACKAGE = Path(__file__).resolve().parent.parent
 PROJECT = PACKAGE.parent
 LOCK = PROJECT / "requirements.lock"
 

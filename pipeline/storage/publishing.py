@@ -36,20 +36,17 @@ class Publication:
     ----------
     folder : Path
         Write the files here.
+    facts : mapping or None
+        Content of the manifest.
     """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self._facts: Mapping[str, Any] | None = None
+        self.facts: Mapping[str, Any] | None = None
 
     def manifest(self, facts: Mapping[str, Any]) -> None:
         """Set the content of the manifest; the size and digest of every file are added at the end."""
-        self._facts = facts
-
-    def _seal(self) -> None:
-        if self._facts is None:
-            raise RuntimeError("the publication has no manifest: call manifest(facts) before it ends")
-        write_manifest(self.folder, self._facts)
+        self.facts = facts
 
 
 @contextmanager
@@ -81,7 +78,9 @@ def publish(folder: Path, *, having: str = "") -> Iterator[Publication]:
     with writing(folder, only=CANNOT_WRITE), temporary_folder(folder.parent) as temporary:
         publication = Publication(temporary)
         yield publication
-        publication._seal()
+        if publication.facts is None:
+            raise RuntimeError("the publication has no manifest: call manifest(facts) before it ends")
+        write_manifest(temporary, publication.facts)
         swap_in(temporary, folder)
 
 

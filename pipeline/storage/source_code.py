@@ -8,16 +8,15 @@ from __future__ import annotations
 
 import ast
 import functools
-import hashlib
 import json
 import sys
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 
+from pipeline.resources import PACKAGE
 from pipeline.storage import user_cache
-
-PACKAGE = Path(__file__).resolve().parent.parent
+from pipeline.storage.sealed_folders import digest
 
 _CODE, _MOST = f"code-{sys.version_info[0]}.{sys.version_info[1]}.json", 4000
 """File of the user's cache, whose syntax trees are those of one Python, and the most modules in it."""
@@ -45,10 +44,10 @@ def sources_digest(modules: Iterable[str]) -> str:
         waiting += _module(name)[1] - reached
     if len(_known()) > before:
         latest = list(_known().items())[-_MOST:]
-        content = {of: (digest, sorted(names)) for of, (digest, names) in latest}
+        content = {of: (seal, sorted(names)) for of, (seal, names) in latest}
         user_cache.write(_CODE, json.dumps(content).encode())
     lines = (f"{name}\0{_module(name)[0]}\n" for name in sorted(reached))
-    return hashlib.sha256("".join(lines).encode()).hexdigest()
+    return digest("".join(lines).encode())
 
 
 def _path(name: str) -> Path | None:
@@ -69,10 +68,10 @@ def _module(name: str) -> tuple[str, frozenset[str]]:
     """
     path = _path(name)
     assert path is not None
-    digest, imports = _code(path.read_bytes())
+    seal, imports = _code(path.read_bytes())
     # From a package, a name is a module of it, or one that its __init__ has.
     imported = {full if _path(full) else module for full, module in imports}
-    return digest, frozenset(found for found in imported if found != name and _path(found))
+    return seal, frozenset(found for found in imported if found != name and _path(found))
 
 
 @functools.cache
@@ -81,15 +80,15 @@ def _known() -> dict[str, Code]:
     with suppress(ValueError, TypeError, AttributeError):
         found = json.loads(user_cache.read(_CODE) or b"{}")
         return {
-            of: (digest, frozenset((full, module) for full, module in names))
-            for of, (digest, names) in found.items()
+            of: (seal, frozenset((full, module) for full, module in names))
+            for of, (seal, names) in found.items()
         }
     return {}
 
 
 def _code(content: bytes) -> Code:
     """Return a module's code, known or parsed."""
-    of, known = hashlib.sha256(content).hexdigest(), _known()
+    of, known = digest(content), _known()
     if of not in known:
         known[of] = _parsed(content)
     return known[of]
@@ -115,7 +114,7 @@ def _parsed(content: bytes) -> Code:
             imports |= {(alias.name, alias.name) for alias in node.names}
         else:
             _drop_docstrings(node)
-    return hashlib.sha256(ast.dump(tree).encode()).hexdigest(), frozenset(imports)
+    return digest(ast.dump(tree).encode()), frozenset(imports)
 
 
 def _drop_docstrings(node: ast.AST) -> None:

@@ -51,6 +51,8 @@ from pipeline.storage.sealed_folders import (
 from pipeline.validation import InvalidInput
 
 _KEYED_LIBRARIES = ("numpy", "scipy")
+_UNREADABLE = (OSError, ValueError, KeyError, TypeError, AttributeError)
+"""What a manifest that is missing or damaged may raise."""
 _LOCK = ".lock-"
 """Beginning of the name of a lock file, beside the artefacts."""
 
@@ -72,7 +74,7 @@ class Store:
     def __init__(
         self, results: Path, waiting: Callable[[], AbstractContextManager[None]] = nullcontext
     ) -> None:
-        self.results = Path(results)
+        self.results = results
         self._waiting = waiting
         self.cache = self.results / "cache"
         self._memory: dict[str, Artefact] = {}
@@ -199,7 +201,7 @@ class Store:
             try:
                 told = differences(json.loads(path.read_bytes()), made_from)
                 candidate = (len(told), -path.stat().st_mtime, told)
-            except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            except _UNREADABLE:
                 continue  # damaged, which is reported when it is read
             nearest = min(nearest, candidate) if nearest else candidate
         if nearest is None:
@@ -260,7 +262,7 @@ class Plan(Store):
     """
 
     def __init__(self, results: Path, before: Mapping[str, tuple[str, str]]) -> None:
-        self.cache, self.before = Path(results) / "cache", before
+        self.cache, self.before = results / "cache", before
         self.steps: list[dict[str, Any]] = []
         self._libraries = versions(_KEYED_LIBRARIES)
 
@@ -286,13 +288,13 @@ class Plan(Store):
             try:
                 earlier = json.loads((self.cache / f"{stage}-{before}" / MANIFEST).read_bytes())
                 why = "; ".join(differences(earlier, made_from)[:3])
-            except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            except _UNREADABLE:
                 why = "changed; what it was made from is no longer in the cache"
             content = ""
         try:
             kept = json.loads((self.cache / f"{stage}-{key}" / MANIFEST).read_bytes())
             return Artefact(stage, key, content_digest(kept), {}, {}, False, 0.0, why)
-        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        except _UNREADABLE:
             return Artefact(stage, key, content, {}, {}, True, 0.0, why)
 
     def follow(self, steps: Sequence[Mapping[str, Any]]) -> list[Artefact]:

@@ -55,7 +55,6 @@ def write(
         If there is no column, lengths differ, a column is not of one plain type, a column of `sort_by` is missing,
         or the file cannot be written.
     """
-    path = Path(path)
     if not len(list(columns)):
         raise InvalidInput("the table has no columns", where=path.name)
     arrays = {name: _column(name, columns[name], path.name) for name in columns}
@@ -128,7 +127,7 @@ def read(path: Path, *, sha256: str | None = None) -> dict[str, np.ndarray]:
         If the file is missing, empty, not UTF-8, a row is not as long as the header, or the bytes that were read
         do not have the sha256 given.
     """
-    return {name: _typed(cells) for name, cells in _cells(Path(path), sha256).items()}
+    return {name: _typed(cells) for name, cells in _cells(path, sha256).items()}
 
 
 def read_published(folder: Path) -> dict[str, dict[str, np.ndarray]]:
@@ -165,7 +164,7 @@ def read_rows(path: Path) -> list[dict[str, str]]:
     InvalidInput
         As `read`.
     """
-    columns = _cells(Path(path))
+    columns = _cells(path)
     return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 

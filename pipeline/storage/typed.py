@@ -121,7 +121,7 @@ def _whole(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str) -
                 for field in dataclasses.fields(origin)
             }
         )
-    if origin in (dict, Mapping, Mapping.__mro__[0]) and path:
+    if origin in (dict, Mapping) and path:
         below = {name[len(prefix) :] for name in arrays if name.startswith(prefix)}
         inner = typing.get_args(kind)[1] if typing.get_args(kind) else Any
         if dataclasses.is_dataclass(typing.get_origin(inner) or inner):

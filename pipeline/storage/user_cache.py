@@ -19,6 +19,7 @@ from typing import Any
 from pipeline.resources import CONF, PACKAGE
 from pipeline.storage.provenance import PACKAGES, versions
 from pipeline.storage.publishing import new_file
+from pipeline.storage.sealed_folders import digest
 from pipeline.validation import InvalidInput
 
 KEPT = 12
@@ -61,7 +62,7 @@ def remembered(
     of : callable, optional
         Returns a digest, 32 hexadecimal digits, of the part of the sources that it follows from; by default of all.
     """
-    name, before = hashlib.sha256(repr(what).encode()).hexdigest()[:32] + ".json", (of or edition)()
+    name, before = digest(repr(what).encode())[:32] + ".json", (of or edition)()
     if (kept := read(name, of=before)) is not None:
         return json.loads(kept)
     if (made := make()) is not None and (of or _digest)() == before:  # else somebody has edited meanwhile
@@ -73,7 +74,7 @@ def read(name: str, *, of: str = "") -> bytes | None:
     """Return what is kept under a name, of an edition or of all; None if nothing is, or something else by now."""
     with suppress(OSError, RuntimeError):
         seal, _, content = (place() / of / name).read_bytes().partition(b"\n")
-        return content if seal == _seal(content) else None
+        return content if seal == digest(content).encode() else None
     return None
 
 
@@ -88,11 +89,7 @@ def write(name: str, content: bytes, *, of: str = "") -> None:
                 _remove(old)
         folder.mkdir(parents=True, exist_ok=True)
         with new_file(folder / name, replace=True) as path:
-            path.write_bytes(_seal(content) + b"\n" + content)
-
-
-def _seal(content: bytes) -> bytes:
-    return hashlib.sha256(content).hexdigest().encode()
+            path.write_bytes(digest(content).encode() + b"\n" + content)
 
 
 def _remove(old: Path) -> None:

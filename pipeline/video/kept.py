@@ -15,11 +15,6 @@ from pipeline.validation import InvalidInput, missing_package
 TABLE, ABOUT = "keypoints.csv", "keypoints.json"
 
 
-def _digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
 def keypoints_table(
     video: Path,
     folder: Path,
@@ -49,11 +44,11 @@ def keypoints_table(
     """
     if not video.is_file():
         raise InvalidInput("there is no such video", "input.path", received=str(video))
-    digest = _digest(video)
+    with video.open("rb") as film:
+        digest = hashlib.file_digest(film, "sha256").hexdigest()
     table, about = folder / TABLE, folder / ABOUT
     if _about(earlier).get("sha256") == digest and (earlier / TABLE).is_file():
-        shutil.copyfile(earlier / TABLE, table)
-        shutil.copyfile(earlier / ABOUT, about)
+        copy(earlier, folder)
         return table
     from pipeline.video.film import frames_of, keypoints_of
     from pipeline.video.networks import PACKAGE, networks
@@ -81,6 +76,12 @@ def keypoints_table(
     }  # fmt: skip
     about.write_text(json.dumps(said, indent=1) + "\n", encoding="utf-8")
     return table
+
+
+def copy(earlier: Path, folder: Path) -> None:
+    """Copy a table, and what it was made of, to another folder."""
+    for name in (TABLE, ABOUT):
+        shutil.copyfile(earlier / name, folder / name)
 
 
 def _about(folder: Path) -> dict[str, object]:

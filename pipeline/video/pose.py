@@ -97,12 +97,12 @@ class Pose:
                 network.allocate_tensors()
         self._anchors = anchors()
 
-    def _run(self, network: Any, picture: np.ndarray, outputs: int) -> list[np.ndarray]:
+    def _run(self, network: Any, picture: np.ndarray) -> list[np.ndarray]:
         network.set_tensor(network.get_input_details()[0]["index"], picture[None])
         network.invoke()
         return [
             np.asarray(network.get_tensor(out["index"])[0], dtype=float)
-            for out in network.get_output_details()[:outputs]
+            for out in network.get_output_details()[:2]
         ]
 
     def detect(self, picture: np.ndarray) -> list[np.ndarray]:
@@ -110,7 +110,7 @@ class Pose:
         height, width = picture.shape[:2]
         whole = np.array([width / 2.0, height / 2.0, float(max(width, height)), 0.0])
         square = self._cv2.warpAffine(picture, _to_square(whole, DETECTOR_PX), (DETECTOR_PX, DETECTOR_PX))
-        raw, score = self._run(self._detector, square.astype(np.float32) / 127.5 - 1.0, 2)
+        raw, score = self._run(self._detector, square.astype(np.float32) / 127.5 - 1.0)
         sure = 1.0 / (1.0 + np.exp(-np.clip(score[:, 0], -50.0, 50.0)))
         found: list[tuple[np.ndarray, np.ndarray]] = []
         for number in np.argsort(-sure, kind="stable"):
@@ -139,7 +139,7 @@ class Pose:
         """
         there = _to_square(region, LANDMARK_PX)
         square = self._cv2.warpAffine(picture, there, (LANDMARK_PX, LANDMARK_PX))
-        flat, score = self._run(self._landmarks, square.astype(np.float32) / 255.0, 2)
+        flat, score = self._run(self._landmarks, square.astype(np.float32) / 255.0)
         rows = flat.reshape(-1, 5)
         back = self._cv2.invertAffineTransform(there)
         place = rows[:, :2] @ back[:, :2].T + back[:, 2]

@@ -100,7 +100,7 @@ def test_no_recording_of_the_public_ones_is_taken_for_another_persons(source: st
     actions = {
         row["action"].partition(":")[0] for row in fetch.read_sources(table) if row["source"] == source
     } - {"skeleton"}
-    listing = Listing(table, tmp_path, Path(MIRROR), mappings.shipped(), [["cmu12", "cmu37"]])
+    listing = Listing(table, tmp_path, [Path(MIRROR)], mappings.shipped(), [["cmu12", "cmu37"]])
     clips = [clip for action in sorted(actions) for clip in listed_clips(listing, [source], action)[0]]
     kinds = []
     for clip in clips:

@@ -44,7 +44,7 @@ def test_a_recording_as_people_have_it(name: str) -> None:
         pytest.skip("needs WILD_RECORDINGS")
     motion = formats.read(path)
     check_contract(motion)
-    fit = suggest(motion, shipped())
+    fit = suggest(motion, shipped().values())
     assert (fit.mapping.name if fit.usable else "") == EXPECTED[name]
     if fit.usable:
         positions, _ = map_joints(motion, fit.mapping)

@@ -37,7 +37,7 @@ def listing(tmp_path: Path) -> Listing:
     """The table of `FILES`, none of which is there yet."""
     contents = {name: (FIXTURES / fixture).read_bytes() for name, fixture in FILES.items()}
     table = write_table(tmp_path / "sources.csv", contents)
-    return Listing(table, tmp_path / "raw", tmp_path / "mirror", {"walker15": OWN_JOINTS})
+    return Listing(table, tmp_path / "raw", [tmp_path / "mirror"], {"walker15": OWN_JOINTS})
 
 
 def lay_out(folder: Path) -> None:
@@ -80,7 +80,7 @@ def test_recordings_are_hashed_once_and_the_absent_ones_are_told_apart(
 
     monkeypatch.setattr(Path, "read_bytes", noted)
     for _ in range(3):
-        here, gone = listed_clips(Listing(table, raw, None, {"walker15": OWN_JOINTS}), ["here"], "walk")
+        here, gone = listed_clips(Listing(table, raw, [], {"walker15": OWN_JOINTS}), ["here"], "walk")
         assert [clip.name for clip in here] == ["first.trc", "second.trc"]
         assert [clip.name for clip in gone] == ["gone_b.trc", "gone_a.trc"]
         assert {clip.mismatch for clip in here} == {""}
@@ -128,7 +128,7 @@ def test_a_skeleton_that_is_not_listed_is_refused(tmp_path: Path, place: str) ->
     for file, fixture in ((name, "amc_by_hand.amc"), (place, "asf_by_hand.asf")):
         (tmp_path / "raw" / file).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(FIXTURES / fixture, tmp_path / "raw" / file)
-    listing = Listing(table, tmp_path / "raw", None, {"walker15": OWN_JOINTS})
+    listing = Listing(table, tmp_path / "raw", [], {"walker15": OWN_JOINTS})
     with pytest.raises(InvalidInput, match=rf"^{place}: .*expected a file that the table lists"):
         read_clip(present(listing)[name])
 

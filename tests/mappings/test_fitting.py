@@ -74,7 +74,7 @@ ANATOMY = dict(zip(PARTS, ("troch", "condylus", "malleolus", "acromion", "epicon
     ],
 )
 def test_the_family_is_recognised(motion: MotionCapture, family: str) -> None:
-    fit = mappings.suggest(motion, mappings.shipped())
+    fit = mappings.suggest(motion, mappings.shipped().values())
     assert (fit.mapping.name, fit.usable, fit.missing) == (family, True, ())
     positions, valid = map_joints(motion, fit.mapping)
     assert valid.all()
@@ -83,7 +83,7 @@ def test_the_family_is_recognised(motion: MotionCapture, family: str) -> None:
 
 def test_without_legs_nothing_fits() -> None:
     fit = mappings.suggest(
-        body({"head": "Head", "sternum": "Neck", "left_knee": "LKnee"}), mappings.shipped()
+        body({"head": "Head", "sternum": "Neck", "left_knee": "LKnee"}), mappings.shipped().values()
     )
     assert not fit.usable
     assert "left_ankle" in fit.missing
@@ -110,7 +110,7 @@ def test_a_unit_that_nobody_stated_is_told_by_the_legs_and_said(unit: str, facto
 
 def test_a_proposal_is_read_again_and_finds_the_joints(tmp_path: Path) -> None:
     motion = named("{side} {word}", ANATOMY)
-    assert not mappings.suggest(motion, mappings.shipped()).usable
+    assert not mappings.suggest(motion, mappings.shipped().values()).usable
     path = tmp_path / "my_lab.yaml"
     path.write_text(mappings.written(propose(motion, "my_lab"), motion), encoding="utf-8")
     mapping = mappings.load(path)
@@ -155,7 +155,7 @@ SPRINTER = ["C7", "MAN", "SACR"] + [
 def test_markers_by_the_names_of_cmu_stand_upright_in_any_axes(up: int) -> None:
     motion = placed(CMU)
     motion = dataclasses.replace(motion, positions_mm=np.roll(motion.positions_mm, up - 2, axis=-1))
-    fit = mappings.suggest(motion, mappings.shipped())
+    fit = mappings.suggest(motion, mappings.shipped().values())
     positions, _ = map_joints(motion, fit.mapping)
     assert fit.mapping.name == "cmu_41_markers"
     assert (positions[:, WALKER15.index("left_hip"), 2] > positions[:, WALKER15.index("left_ankle"), 2]).all()
@@ -165,12 +165,12 @@ def test_epicondyles_of_a_laboratory() -> None:
     points = [
         side + point for side in "LR" for point in ("ASIS", "PSIS", "LatEpi", "MedEpi", "LatMal", "MedMal")
     ]
-    fit = mappings.suggest(placed(points), mappings.shipped())
+    fit = mappings.suggest(placed(points), mappings.shipped().values())
     assert (fit.mapping.name, fit.usable) == ("helen_hayes", True)
 
 
 def test_markers_of_a_sprinter() -> None:
-    fit = mappings.suggest(placed(SPRINTER), mappings.shipped())
+    fit = mappings.suggest(placed(SPRINTER), mappings.shipped().values())
     assert (fit.mapping.name, fit.missing) == ("rajagopal", ("head",))
 
 
@@ -179,7 +179,7 @@ def test_markers_of_a_sprinter() -> None:
 )
 def test_families_of_markers_by_their_own_names(points: list[str], family: str) -> None:
     motion = placed(points)
-    fit = mappings.suggest(motion, mappings.shipped())
+    fit = mappings.suggest(motion, mappings.shipped().values())
     assert (fit.mapping.name, fit.usable, fit.missing) == (family, True, ())
     assert mappings.chosen(family) is fit.mapping
     if family == "cgm2":
@@ -190,7 +190,10 @@ def test_families_of_markers_by_their_own_names(points: list[str], family: str) 
 
 def test_without_a_shoulder_marker_shoulders_are_missing_and_no_others() -> None:
     motion = placed([point for point in PIG if point != "LSHO"])
-    assert mappings.suggest(motion, mappings.shipped()).missing == ("left_shoulder", "right_shoulder")
+    assert mappings.suggest(motion, mappings.shipped().values()).missing == (
+        "left_shoulder",
+        "right_shoulder",
+    )
     joints = map_joints(motion, mappings.chosen("plugin_gait"))[1]
     assert joints.all(axis=0).sum() == 13
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 import functools
 import re
 import string
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -29,6 +31,7 @@ from pipeline.papers import (
     Verdict,
 )
 from pipeline.papers import loading as papers_loading
+from pipeline.papers.explanations import of_run
 from pipeline.studies import evaluation, rows
 from pipeline.studies.ledger import TIMING, judge, numbers_of
 from pipeline.studies.registry import MEASURES
@@ -49,6 +52,43 @@ NOT_USED = ["[park2011 14]", "[park2011 15]", "[park2011 16]", "[park2011 17]", 
 """Equations that no result passes through."""
 
 NUMBERS = {key: [equation.number for equation in paper.equations] for key, paper in papers.PAPERS.items()}
+
+
+_TAG = re.compile(rf"\[({'|'.join(papers.PAPERS)}) (?!(?:figure|section|table|appendix)\b)([^\]]+)\]")
+
+
+class Tag(NamedTuple):
+    """An equation tag in a source text, on a line (from 1)."""
+
+    paper: str
+    number: str
+    line: int
+
+
+def find_tags(source: str) -> Iterator[Tag]:
+    """Yield the equation tags of a source text, line by line; figures and sections are not equations.
+
+    Several equations may share a tag, ``[zhang2007 4.1, 4.2]``, or be a range of the printed order,
+    ``[zhang2007 A.1-A.5]``.  A number that the paper does not have is yielded as well.
+    """
+    for line, text in enumerate(source.splitlines(), start=1):
+        for match in _TAG.finditer(text):
+            printed = NUMBERS[match[1]]
+            for part in match[2].split(","):
+                ends = [end.strip() for end in re.split("[-–]", part)]
+                if len(ends) == 2 and set(ends) <= set(printed):
+                    ends = printed[printed.index(ends[0]) : printed.index(ends[1]) + 1]
+                yield from (Tag(match[1], number, line) for number in ends)
+
+
+def tag_of(equation: papers.Equation) -> str:
+    """The tag of an equation in the source, e.g. ``[zhang2007 3.15]``."""
+    return f"[{equation.paper} {equation.number}]"
+
+
+def quotes_of(explanation: papers.Explanation) -> list[str]:
+    """Names of claims and quantities that an explanation quotes from published tables; not those of its run."""
+    return [n for n in papers.placeholders(explanation.text) if n != "value" and of_run(n) is None]
 
 
 def by_name(items: list) -> list[object]:
@@ -81,8 +121,10 @@ def test_every_equation_is_told_in_one_line_and_located(equation: papers.Equatio
     files = {printed}
     if equation.used:
         files.add(papers.locate(equation.used)[0])
-    tags = {f"[{t.paper} {t.number}]" for file in files for t in papers.find_tags(file.read_text("utf-8"))}
-    assert equation.tag in tags, f"neither {equation.printed} nor {equation.used} carries {equation.tag}"
+    tags = {f"[{t.paper} {t.number}]" for file in files for t in find_tags(file.read_text("utf-8"))}
+    assert tag_of(equation) in tags, (
+        f"neither {equation.printed} nor {equation.used} carries {tag_of(equation)}"
+    )
 
 
 @pytest.fixture(scope="module")
@@ -98,12 +140,12 @@ def test_results_pass_through_the_function_that_is_said_to_be_used(
     equation: papers.Equation, reached: tuple[CallGraph, set[str]]
 ) -> None:
     graph, names = reached
-    if equation.tag in NOT_USED:
+    if tag_of(equation) in NOT_USED:
         assert not equation.used
-        assert graph.resolve(equation.printed) not in names, f"{equation.tag}: {equation.printed} is used"
+        assert graph.resolve(equation.printed) not in names, f"{tag_of(equation)}: {equation.printed} is used"
     else:
         assert graph.resolve(equation.used) in names, (
-            f"{equation.tag}: no stage and no study reaches {equation.used!r}, which conf/paper says is used"
+            f"{tag_of(equation)}: no stage and no study reaches {equation.used!r}, which conf/paper says is used"
         )
 
 
@@ -143,7 +185,7 @@ def test_every_tag_in_the_source_is_a_numbered_equation() -> None:
     unknown = [
         f"{path.relative_to(ROOT)}:{tag.line} [{tag.paper} {tag.number}]"
         for path in sorted((ROOT / "pipeline").rglob("*.py"))
-        for tag in papers.find_tags(path.read_text(encoding="utf-8"))
+        for tag in find_tags(path.read_text(encoding="utf-8"))
         if tag.number not in NUMBERS[tag.paper]
     ]
     assert unknown == []
@@ -151,7 +193,7 @@ def test_every_tag_in_the_source_is_a_numbered_equation() -> None:
 
 def test_tags_are_read_singly_in_lists_and_in_ranges() -> None:
     source = "[zhang2004 9]\n[zhang2007 4.1, 4.2] [zhang2007 A.1–A.3]\n[zhang2007 figure 5] [zhang2007 9.9]"
-    found = [(tag.paper, tag.number, tag.line) for tag in papers.find_tags(source)]
+    found = [(tag.paper, tag.number, tag.line) for tag in find_tags(source)]
     assert found == [
         ("zhang2004", "9", 1),
         ("zhang2007", "4.1", 2),
@@ -164,17 +206,14 @@ def test_tags_are_read_singly_in_lists_and_in_ranges() -> None:
 
 
 def test_looking_up_what_is_not_there_is_refused_by_name() -> None:
-    with pytest.raises(InvalidInput, match=r"the equation of zhang2007 must be one of 3\.1, .*got 3\.99"):
-        papers.equation("zhang2007", "3.99")
     with pytest.raises(InvalidInput, match="zhang1999"):
-        papers.equation("zhang1999", "1")
+        papers.paper("zhang1999")
     with pytest.raises(InvalidInput, match="no claim 'zhang2007_nothing'"):
         papers.claim("zhang2007_nothing")
     with pytest.raises(InvalidInput, match="no claim and no quantity 'zhang2007_nothing'"):
         papers.quantity("zhang2007_nothing")
     with pytest.raises(InvalidInput, match=r"there is no pipeline\.papers\.nothing"):
         papers.locate("pipeline.papers.nothing")
-    assert papers.equation("park2011", "12").tag == "[park2011 12]"
 
 
 # --- claims -----------------------------------------------------------------------------------------------
@@ -261,7 +300,7 @@ EXPLAINED = [pytest.param(c, d, id=f"{c.name}-{d}") for c in JUDGED for d in c.w
 @pytest.mark.parametrize(("claim", "data_name"), EXPLAINED)
 def test_an_explanation_quotes_numbers_of_the_claims_own_figure(claim: Claim, data_name: str) -> None:
     """So that a figure judged alone can say them; `value` is the claim's own."""
-    for name in claim.why[data_name].quoted:
+    for name in quotes_of(claim.why[data_name]):
         quoted = papers.quantity(name).measure
         assert quoted is not None
         assert {table.split("/")[0] for table in quoted.tables} == {claim.figure}, name

@@ -23,7 +23,6 @@ from pipeline.formats.budget import require_points
 from pipeline.formats.contract import damaged, motion_capture
 from pipeline.formats.text import read_numbers
 from pipeline.skeleton.recorded import MotionCapture
-from pipeline.validation import require_range
 
 FRAME_RATE_HZ = 120.0
 """Frame rate of the public recordings in this format, which does not state it."""
@@ -55,8 +54,6 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
         If either file is missing, cut short or contradicts itself or the other.
     """
     path = Path(path)
-    rate = FRAME_RATE_HZ if frame_rate_hz is None else frame_rate_hz
-    require_range(f"{path.name}, option frame_rate_hz", rate, above=0, unit="Hz")
     text, notes = text_without_comments(path)
     skeleton = read_skeleton(skeleton_of(path), units=units)
     first = _FRAME_NUMBER.search(text)
@@ -71,7 +68,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     return motion_capture(
         skeleton.names,
         forward_kinematics(skeleton, values * scales),
-        rate,
+        FRAME_RATE_HZ if frame_rate_hz is None else frame_rate_hz,
         skeleton.units,
         notes,
         of_angles=True,

@@ -71,12 +71,12 @@ class AsfSkeleton:
         return [(name, freedom) for name, freedoms in of_points for freedom in freedoms]
 
 
-def read_skeleton(path: str | Path, *, units: str | None = None) -> AsfSkeleton:
+def read_skeleton(path: Path, *, units: str | None = None) -> AsfSkeleton:
     """Read the bones of an ASF file.
 
     Parameters
     ----------
-    path : str or Path
+    path : Path
     units : str, optional
         Unit of length to use in place of the file's own, e.g. ``"cm"`` or ``"in/0.45"``.
 
@@ -86,14 +86,14 @@ def read_skeleton(path: str | Path, *, units: str | None = None) -> AsfSkeleton:
         If the file is missing, incomplete or contradicts itself, has a bone that changes its length or its
         place, or presets an orientation of the root (programs read it differently).
     """
-    path = Path(path)
     where = path.name
     sections = read_sections(path)
-    declared = sections.units.get("length")
-    if units is None and declared is None:
-        raise damaged("the unit of length is unknown", where, "`length` under :units, or the option units")
     if units is None:
-        units = "in/" + " ".join(declared or [])
+        if "length" not in sections.units:
+            raise damaged(
+                "the unit of length is unknown", where, "`length` under :units, or the option units"
+            )
+        units = "in/" + " ".join(sections.units["length"])
     millimetres = millimetres_in(units, where)
     angle = " ".join(sections.units.get("angle", [])).lower()
     if angle not in ("deg", "rad"):
@@ -189,7 +189,6 @@ def _tree(
     place = f"{where}, :hierarchy"
     index = {name.lower(): p for p, name in enumerate(names)}
     parents = [-1] * len(names)
-    children: dict[int, list[int]] = {}
     for words in hierarchy:
         unknown = [word for word in words if word.lower() not in index]
         if unknown:
@@ -199,10 +198,9 @@ def _tree(
             if child == 0 or parents[child] >= 0:
                 raise damaged("a bone has two parents, or the root has one", place, received=names[child])
             parents[child] = parent
-        children.setdefault(parent, []).extend(below)
     order = [0]
     for p in order:  # grows while it is walked: breadth first
-        order.extend(children.get(p, []))
+        order += [k for k, parent in enumerate(parents) if parent == p]
     if len(order) != len(names):
         raise damaged(
             "a bone has no path to the root",

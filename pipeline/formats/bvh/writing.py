@@ -27,7 +27,7 @@ from pipeline.validation import require_shape
 
 
 def write(
-    path: str | Path,
+    path: Path,
     names: Sequence[str],
     positions_mm: np.ndarray,
     frame_rate_hz: float,
@@ -42,7 +42,7 @@ def write(
 
     Parameters
     ----------
-    path : str or Path
+    path : Path
     names : sequence of str
         P names; blanks in them become underlines.
     positions_mm : (T, P, 3) array
@@ -58,7 +58,7 @@ def write(
     InvalidInput
         If the shapes do not fit each other, a sample is missing, or a name or a coordinate cannot be written.
     """
-    where = Path(path).name
+    where = path.name
     names = [re.sub(r"\s+", "_", name) for name in names]
     positions = positions_to_write(names, positions_mm, frame_rate_hz, where, distinct=True) / 10.0
     if np.isnan(positions).any():
@@ -110,7 +110,7 @@ def write(
             columns.append(np.einsum("tji,tj->ti", of_parent, vectors[:, k]))
         columns.append(_angles_deg(np.swapaxes(of_parent, 1, 2) @ turns[k]))
     lines += [" ".join(map(repr, row)) for row in np.concatenate(columns, axis=1).tolist()]
-    Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
 
 
 def _at_rest(vectors: np.ndarray) -> np.ndarray:

@@ -17,12 +17,12 @@ _LABELS = 255
 _COUNTER = 65535
 
 
-def write(path: str | Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate_hz: float) -> None:
+def write(path: Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate_hz: float) -> None:
     """Write positions as C3D in millimetres, single precision; a missing sample has the residual -1.
 
     Parameters
     ----------
-    path : str or Path
+    path : Path
     names : sequence of str
         P point names.
     positions_mm : (T, P, 3) array
@@ -34,7 +34,7 @@ def write(path: str | Path, names: Sequence[str], positions_mm: np.ndarray, fram
     InvalidInput
         If the shapes do not fit each other, a name has more than 127 bytes, or a coordinate cannot be written.
     """
-    where = Path(path).name
+    where = path.name
     positions = positions_to_write(names, positions_mm, frame_rate_hz, where, distinct=False)
     frames, points = positions.shape[:2]
     labels = [name.encode() for name in names]
@@ -89,7 +89,7 @@ def write(path: str | Path, names: Sequence[str], positions_mm: np.ndarray, fram
     )
     data = samples.tobytes()
     padded = data.ljust(-(-len(data) // BLOCK) * BLOCK, b"\0")
-    Path(path).write_bytes(header.ljust(BLOCK, b"\0") + section + padded)
+    path.write_bytes(header.ljust(BLOCK, b"\0") + section + padded)
 
 
 def _integers(name: str, values: Sequence[int]) -> tuple[str, bytes]:

@@ -58,9 +58,9 @@ class Detections:
     points: np.ndarray
     confidence: np.ndarray
     n_frames: int
-    frame_rate_hz: float = 0.0
-    image_size: tuple[int, int] = (0, 0)
-    notes: tuple[str, ...] = ()
+    frame_rate_hz: float
+    image_size: tuple[int, int]
+    notes: tuple[str, ...]
 
 
 def detections(
@@ -119,8 +119,8 @@ def detections(
     if frames > MOST_FRAMES:
         raise damaged("the numbers of frames jump", where, f"{MOST_FRAMES} frames or fewer", frames)
     require_points(len(rows), counts[0], where)
-    order = sorted(range(len(rows)), key=lambda k: rows[k][0])
-    values = np.stack([np.asarray(rows[k][2], dtype=float) for k in order])
+    rows = sorted(rows, key=lambda row: row[0])
+    values = np.stack([np.asarray(row, dtype=float) for _, _, row in rows])
     points, confidence = values[..., :2].copy(), values[..., 2].copy()
     with np.errstate(invalid="ignore"):
         missing = ~np.isfinite(points).all(axis=-1) | (np.abs(points) > LARGEST_PX).any(axis=-1)
@@ -141,8 +141,8 @@ def detections(
     return Detections(
         format=format,
         names=tuple(map(harmless, names)),
-        frame=np.array([rows[k][0] for k in order], dtype=int),
-        identity=np.array([harmless(rows[k][1][:80]) for k in order], dtype=str),
+        frame=np.array([frame for frame, _, _ in rows], dtype=int),
+        identity=np.array([harmless(who[:80]) for _, who, _ in rows], dtype=str),
         points=points,
         confidence=confidence,
         n_frames=frames,

@@ -56,7 +56,7 @@ def at_equal_intervals(
         unit, size = ("microseconds", 1e6) if 1.5e3 < steps.min() < 2e5 else ("milliseconds", 1e3)
         notes.append(f"The times are taken as {unit}: frames are {np.median(steps):g} apart.")
         times_s, steps = times_s / size, steps / size
-    mean = float(steps.mean())
+    mean, duration = float(steps.mean()), float(times_s[-1] - times_s[0])
     # Times that are uniform as they are printed are exact.
     rounding = _rounding(times_s) if np.abs(steps / mean - 1).max() > 1e-6 else 0.0
     rate = 1.0 / float(np.median(steps)) if declared_hz is None else declared_hz
@@ -67,17 +67,14 @@ def at_equal_intervals(
     frames = np.maximum(np.round(steps * rate), 1)
     off = np.abs(steps * rate - frames)
     span = frames.sum()
-    if (
-        declared_hz is not None
-        and abs(span / ((times_s[-1] - times_s[0]) * rate) - 1) > 0.01 + rounding * rate / span
-    ):
+    if declared_hz is not None and abs(span / (duration * rate) - 1) > 0.01 + rounding * rate / span:
         raise damaged(
             "the times contradict the frame rate of the header or the option",
             place(1),
             f"{rate:g} Hz",
-            f"{span / (times_s[-1] - times_s[0]):.4g} Hz",
+            f"{span / duration:.4g} Hz",
         )
-    doubt = rounding / float(times_s[-1] - times_s[0])
+    doubt = rounding / duration
     if declared_hz is None and off.max() > 1e-6 and doubt > 0.01:
         raise damaged(
             "the times are printed too coarsely to tell the frame rate within 1 %",
@@ -86,10 +83,12 @@ def at_equal_intervals(
             f"{rate:.4g} Hz give or take {100 * doubt:.2g} %",
         )
     if off.max() <= 0.02 + 1.1 * rounding * rate:
-        return _with_gaps(frames, positions, place, notes), _whole(rate, times_s, span, rounding, declared_hz)
+        if declared_hz is None:
+            rate = _whole(duration, span, rounding)
+        return _with_gaps(frames, positions, place, notes), rate
     if declared_hz is None:
-        rate = _whole(1.0 / mean, times_s, len(steps), rounding, None)
-    count = int((times_s[-1] - times_s[0]) * rate + 1e-6) + 1
+        rate = _whole(duration, len(steps), rounding)
+    count = int(duration * rate + 1e-6) + 1
     require_points(count, positions.shape[1], place(int(steps.argmax()) + 1), "the times jump")
     grid = times_s[0] + np.arange(count) / rate
     notes.append(
@@ -107,12 +106,10 @@ def _rounding(times_s: np.ndarray) -> float:
     return 0.0
 
 
-def _whole(rate: float, times_s: np.ndarray, span: float, rounding: float, declared: float | None) -> float:
+def _whole(duration_s: float, span: float, rounding: float) -> float:
     """Return a rate from times: the whole number of hertz, or of its tenths, within the doubt that rounding leaves."""
-    if declared is not None:
-        return declared
-    exact = span / float(times_s[-1] - times_s[0])
-    doubt = max(rounding / float(times_s[-1] - times_s[0]), 1e-9) * exact
+    exact = span / duration_s
+    doubt = max(rounding / duration_s, 1e-9) * exact
     for candidate in (float(round(exact)), round(exact, 1)):
         if abs(candidate - exact) <= doubt:
             return candidate

@@ -112,23 +112,23 @@ class _Lines:
     def _numbers(self, first: int, columns: list[int], last: int) -> np.ndarray:
         """The numbers (T, C) from a line on, up to an empty one; a last line that is cut is left out."""
         stop = next((k for k in range(first, len(self.cells)) if not any(self.cells[k])), len(self.cells))
-        rows = list(range(first, stop))
-        cut = rows and stop == len(self.cells) and not self.ended
-        if cut and len(rows) > 1 and len(self.cells[rows[-1]]) < len(self.cells[rows[-2]]):
-            self.notes.append(f"The last line ({rows.pop() + 1}) was cut and is not read.")
+        rows = self.cells[first:stop]
+        cut = stop == len(self.cells) and not self.ended
+        if cut and len(rows) > 1 and len(rows[-1]) < len(rows[-2]):
+            rows.pop()
+            self.notes.append(f"The last line ({stop}) was cut and is not read.")
         if not rows:
             raise damaged("the table has no frames", self.where, "lines of numbers below the titles")
         require_memory(64 * len(rows) * len(columns), self.where, "the table has more titles than numbers")
         # Missing points at the end of a line are often left out with their separators.
-        if long := [row for row in rows if any(self.cells[row][last + 1 :])]:
+        if long := [k for k, row in enumerate(rows) if any(row[last + 1 :])]:
             raise damaged(
                 "the line has another number of cells than the titles ask for",
-                self.place(long[0]),
+                self.place(first + long[0]),
                 last + 1,
-                len(self.cells[long[0]]),
+                len(rows[long[0]]),
             )
-        cells = [self.cells[row] for row in rows]
-        return Rows(self.where, cells, [row + 1 for row in rows], self.notes).numbers(columns)
+        return Rows(self.where, rows, range(first + 1, stop + 1), self.notes).numbers(columns)
 
 
 def _nexus(lines: _Lines, units: str | None) -> MotionCapture:
@@ -178,13 +178,11 @@ def _qualisys(lines: _Lines, frame_rate_hz: float | None, units: str | None) -> 
     if kind != "3D":
         raise damaged("the table holds no markers", lines.where, "an export of 3D data", kind)
     names = [name for name in settings.get("MARKER_NAMES", []) if name]
-    first = next((k for k, row in enumerate(lines.cells, 1) if row and row[0].upper() == "MARKER_NAMES"), 0)
-    first = first or len(lines.cells)
-    while first < len(lines.cells) and not (
-        lines.cells[first] and np.isfinite(number(lines.cells[first][0] or "x"))
-    ):
+    end = len(lines.cells)
+    first = next((k for k, row in enumerate(lines.cells, 1) if row and row[0].upper() == "MARKER_NAMES"), end)
+    while first < end and not (lines.cells[first] and np.isfinite(number(lines.cells[first][0] or "x"))):
         first += 1
-    if first == len(lines.cells) or not names:
+    if first == end or not names:
         raise damaged("the table has no frames", lines.where, "lines of numbers after MARKER_NAMES")
     titles = [title.lower() for title in lines.cells[first - 1]]
     width = max(k for k, cell in enumerate(lines.cells[first], 1) if cell)

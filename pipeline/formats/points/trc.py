@@ -142,12 +142,12 @@ def read_table(path: Path) -> Table:
     return Table(settings, rate, names, numbers[:, 1], positions, rows.place, notes)
 
 
-def write(path: str | Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate_hz: float) -> None:
+def write(path: Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate_hz: float) -> None:
     """Write marker positions as TRC in millimetres, every digit kept, missing samples blank.
 
     Parameters
     ----------
-    path : str or Path
+    path : Path
     names : sequence of str
         P marker names.
     positions_mm : (T, P, 3) array
@@ -159,9 +159,9 @@ def write(path: str | Path, names: Sequence[str], positions_mm: np.ndarray, fram
     InvalidInput
         If the shapes do not fit each other, or a name, a rate or a coordinate cannot be written.
     """
-    positions = positions_to_write(names, positions_mm, frame_rate_hz, Path(path).name, distinct=False)
+    positions = positions_to_write(names, positions_mm, frame_rate_hz, path.name, distinct=False)
     if quoted := [name for name in names if name != name.strip('"')]:
-        raise damaged("the table cannot hold the point name", Path(path).name, received=quoted[0])
+        raise damaged("the table cannot hold the point name", path.name, received=quoted[0])
     rate = repr(float(frame_rate_hz))
     frames, markers = positions.shape[:2]
     axes = (f"{axis}{k}" for k in range(1, markers + 1) for axis in "XYZ")
@@ -177,7 +177,7 @@ def write(path: str | Path, names: Sequence[str], positions_mm: np.ndarray, fram
         "OrigNumFrames": str(frames),
     }
     header = [
-        ("PathFileType", "4", "(X/Y/Z)", Path(path).name),
+        ("PathFileType", "4", "(X/Y/Z)", path.name),
         tuple(settings),
         tuple(settings.values()),
         ("Frame#", "Time", *itertools.chain.from_iterable((name, "", "") for name in names)),
@@ -188,7 +188,7 @@ def write(path: str | Path, names: Sequence[str], positions_mm: np.ndarray, fram
         for k, row in enumerate(positions.reshape(frames, -1).tolist())
     )
     text = "".join("\t".join(cells) + "\n" for cells in itertools.chain(header, rows))
-    Path(path).write_text(text, encoding="utf-8", newline="\n")
+    path.write_text(text, encoding="utf-8", newline="\n")
 
 
 def _cells(line: str, separator: str | None) -> list[str]:
@@ -239,7 +239,7 @@ def _markers(
         named = named[::3]
     at = [column for column, name in enumerate(axes) if _AXIS.fullmatch(name)]
     count = len(at) // 3 or len(named)
-    width = max(len(_trimmed(cells)) for cells in rows.cells)
+    width = max(map(_width, rows.cells))
     in_a_row = [column for column, _ in named] == list(range(2, 2 + 3 * len(named), 3))
     if in_a_row and len(named) < count and width <= 2 + 3 * len(named):
         count, at = len(named), at[: 3 * len(named)]  # more axes than names, but no numbers under them
@@ -253,7 +253,7 @@ def _markers(
         if in_a_row and len(named) == count and width == 2 + 3 * declared:
             filled = at  # numbers of markers that are declared, but neither have names nor axes
         if len(filled) != 3 * count:
-            long = next(k for k, cells in enumerate(rows.cells) if len(_trimmed(cells)) > at[-1] + 1)
+            long = next(k for k, cells in enumerate(rows.cells) if _width(cells) > at[-1] + 1)
             raise damaged(
                 "the line has another number of cells than the header asks for",
                 rows.place(long),
@@ -279,7 +279,6 @@ def _markers(
     return names, at
 
 
-def _trimmed(cells: list[str]) -> list[str]:
-    """The cells up to the last that is not blank."""
-    last = max((k for k, cell in enumerate(cells) if cell), default=-1)
-    return cells[: last + 1]
+def _width(cells: list[str]) -> int:
+    """Number of cells up to the last that is not blank."""
+    return max((k for k, cell in enumerate(cells, start=1) if cell), default=0)

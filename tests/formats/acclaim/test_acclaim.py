@@ -15,6 +15,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from pipeline import formats
 from pipeline.formats import acclaim
 from pipeline.formats.acclaim import asf
 from pipeline.skeleton import WALKER15
@@ -273,8 +274,8 @@ def test_foreign_files_are_refused(pair: tuple[Path, Path], content: bytes) -> N
 
 def test_unusable_rates_are_refused() -> None:
     for rate in (0, -1, math.nan, math.inf):
-        with pytest.raises(InvalidInput, match="frame_rate_hz must be above 0 Hz"):
-            acclaim.read(AMC, frame_rate_hz=rate)
+        with pytest.raises(InvalidInput, match="the frame rate must be above 0 Hz"):
+            formats.read(AMC, frame_rate_hz=rate)
 
 
 # ----------------------------------------------------------------------- independent forward kinematics

@@ -186,8 +186,8 @@ def test_frames_alone_need_the_rate(tmp_path: Path) -> None:
     assert_is_the_example(read(tmp_path, text, frame_rate_hz=100.0))
     with pytest.raises(InvalidInput, match="the frame rate is unknown"):
         read(tmp_path, text)
-    with pytest.raises(InvalidInput, match="frame_rate_hz must be above 0 Hz"):
-        read(tmp_path, text, frame_rate_hz=0.0)
+    with pytest.raises(InvalidInput, match="the frame rate must be above 0 Hz"):
+        formats.read(tmp_path / "made.csv", frame_rate_hz=0.0)
 
 
 def test_times_alone_order_the_frames_of_a_long_table(tmp_path: Path) -> None:

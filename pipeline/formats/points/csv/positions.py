@@ -10,7 +10,6 @@ Both may have a column ``person`` or ``subject``: of several people, names begin
 from __future__ import annotations
 
 import csv
-import io
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -24,7 +23,6 @@ from pipeline.formats.points.even_times import at_equal_intervals
 from pipeline.formats.points.sections import exported
 from pipeline.formats.text import millimetres_in
 from pipeline.skeleton.recorded import MotionCapture
-from pipeline.validation import require_range
 
 
 def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
@@ -53,8 +51,6 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     if (motion := exported(Path(path), frame_rate_hz, units)) is not None:
         return motion
     table = read_table(Path(path))
-    if frame_rate_hz is not None:
-        require_range(f"{table.where}, option frame_rate_hz", frame_rate_hz, above=0, unit="Hz")
     columns = read_header(table, rate_is_given=frame_rate_hz is not None)
     unit = unit_of_length(table, columns, "mm" if units is None else units)
     millimetres = millimetres_in(unit, table.where)
@@ -139,7 +135,7 @@ def _points(table: Rows, columns: Columns) -> tuple[tuple[str, ...], np.ndarray]
 
 
 def write(
-    path: str | Path,
+    path: Path,
     names: Sequence[str],
     positions_mm: np.ndarray,
     frame_rate_hz: float,
@@ -150,7 +146,7 @@ def write(
 
     Parameters
     ----------
-    path : str or Path
+    path : Path
     names : sequence of str
         P point names, all different.
     positions_mm : (T, P, 3) array
@@ -164,7 +160,7 @@ def write(
     InvalidInput
         If the shapes do not fit each other, or a name, the rate or a coordinate cannot be written.
     """
-    positions = positions_to_write(names, positions_mm, frame_rate_hz, Path(path).name, distinct=True)
+    positions = positions_to_write(names, positions_mm, frame_rate_hz, path.name, distinct=True)
     times = np.arange(len(positions)) / float(frame_rate_hz)
     cells = [["" if x != x else x for x in row] for row in positions.reshape(len(positions), -1).tolist()]
     if wide:
@@ -177,6 +173,5 @@ def write(
             for frame, (time, row) in enumerate(zip(times.tolist(), cells, strict=True))
             for k, name in enumerate(names)
         ]
-    text = io.StringIO(newline="")
-    csv.writer(text, lineterminator="\n").writerows([header, *rows])
-    Path(path).write_text(text.getvalue(), encoding="utf-8", newline="\n")
+    with path.open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows([header, *rows])

@@ -7,7 +7,7 @@ import io
 import itertools
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -175,11 +175,11 @@ def _holds_numbers(cells: list[str]) -> bool:
 class Columns:
     """What each column of a table holds."""
 
-    roles: dict[str, int] = field(default_factory=dict)
+    roles: dict[str, int]
     """Columns that are no coordinates: ``time``, ``frame``, ``point``, ``unit``, ``person``."""
-    axes: dict[str, dict[str, int]] = field(default_factory=dict)
+    axes: dict[str, dict[str, int]]
     """Columns x, y, z of each point; of the point ``""`` in a long table."""
-    units: set[str] = field(default_factory=set)
+    units: set[str]
 
 
 def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
@@ -197,7 +197,7 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
         If the header names no points or neither times nor frames, a point lacks an axis, or two columns hold
         the same thing.
     """
-    columns, place = Columns(), f"{table.where}, line 1"
+    columns, place = Columns({}, {}, set()), f"{table.where}, line 1"
     twice, beginning = "two columns hold the same thing", ", ".join(table.header[:8])
     for column, title in enumerate(table.header):
         if role := role_of(title)[0]:
