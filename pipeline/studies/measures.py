@@ -107,11 +107,9 @@ def variation_percent(table: Table, column: str) -> Number:
     found = values(rows.frame, column)
     if not whole(found) or found.size < 2:
         return rows.no_number
-    count = rows.weights @ np.bincount(rows.cluster, minlength=rows.weights.shape[1])
-    middle = found.mean()  # against cancellation
-    away = rows.mean(found - middle)
-    spread = np.sqrt(np.maximum(rows.mean((found - middle) ** 2) - away**2, 0.0) * count / (count - 1.0))
-    return rows.number(np.asarray(ratio_percent(spread, middle + away)))
+    middle = found.mean()
+    level = middle + rows.mean(found - middle)
+    return rows.number(np.asarray(ratio_percent(rows.deviation(found), level)))
 
 
 def distinct(table: Table, columns: list[str]) -> Count:
@@ -144,8 +142,8 @@ def percent_below(table: Table, column: str, by: str, of: str, than: str) -> Num
     read = list(
         dict.fromkeys([column, by, "method", *own])
     )  # of millions of rows no further column is copied
-    frame, cluster = rows.frame[read][chosen], rows.cluster[chosen]
-    found = values(frame, column)
+    rows = Rows(rows.frame[read], rows.cluster, rows.weights, rows.plain).where(chosen)
+    frame, found = rows.frame, values(rows.frame, column)
     group, labels = frame[by].factorize(use_na_sentinel=False)
     one = (frame["method"] == of).to_numpy()
     there = [np.bincount(group[mine], minlength=len(labels)) > 0 for mine in (one, ~one)]
@@ -153,8 +151,7 @@ def percent_below(table: Table, column: str, by: str, of: str, than: str) -> Num
         return rows.no_number
     means = []
     for mine in (one, ~one):
-        part = Rows(frame[mine], cluster[mine], rows.weights, rows.plain)
-        mean_of_part, times = part.group_means(found[mine], group[mine], len(labels))
+        mean_of_part, times = rows.where(mine).group_means(found[mine], group[mine], len(labels))
         means.append(mean_of_part)
     with np.errstate(invalid="ignore"):
         below = np.where(times > 0, means[0] < means[1], 0.0)

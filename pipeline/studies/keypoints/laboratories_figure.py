@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
 import pandas as pd
 
@@ -13,22 +12,16 @@ from pipeline.palette import Style
 from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.keypoints.headings import KeypointLaboratories
 from pipeline.studies.keypoints.measured import ERRORS, VERDICTS
-from pipeline.studies.keypoints.model import KeypointWalkersModel
-from pipeline.studies.keypoints.shown import METHODS, Inputs, record_shown
+from pipeline.studies.keypoints.shown import METHODS, Inputs, KeypointFigure
 from pipeline.studies.keypoints.tables import errors_by, views_by
-from pipeline.studies.study import Figure
-
-if TYPE_CHECKING:
-    from pipeline.recordings import Recorder
 
 EVERYBODY = "everybody"
 
 
 @dataclass(kw_only=True)
-class KeypointLaboratoriesFigure(Figure):
+class KeypointLaboratoriesFigure(KeypointFigure):
     """Error and coverage by laboratory."""
 
-    model = KeypointWalkersModel
     sweep = KeypointLaboratories
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
@@ -78,7 +71,3 @@ class KeypointLaboratoriesFigure(Figure):
             caption=f"{len(tables['table_clips'])} simulated clips, as in keypoints_headings, of people whose"
             " laboratory is left out of the model and of the bars; of one laboratory, the person. Bands: 95 %.",
         )
-
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
-        """Log the clip of median error: image and reprojection, truth, reconstruction and average walker."""
-        record_shown(inputs, begin)

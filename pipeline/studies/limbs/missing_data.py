@@ -25,8 +25,7 @@ from pipeline.studies.limbs import nulls
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.scores import better_of_mirrors, distance
-from pipeline.studies.limbs.swept_errors import ErrorSweep
-from pipeline.studies.limbs.trials import ROOT, LimbInputs, wrong_trajectory
+from pipeline.studies.limbs.trials import ROOT, LimbInputs, LimbSweep, wrong_trajectory
 from pipeline.validation import Distinct, Increasing, NonNegative, bounded
 
 MOST_MISSING = 0.9
@@ -141,7 +140,7 @@ class Scene:
 
 
 @dataclass(kw_only=True)
-class MissingDataSweep(ErrorSweep):
+class MissingDataSweep(LimbSweep):
     """Error of a whole skeleton against the share of missing points."""
 
     cameras: Distinct[Camera] = field(default_factory=lambda: [Camera.still])

@@ -107,6 +107,9 @@ class MotionsSweep(CameraSweep):
         """Return the reconstructions; all cameras look at a clip from the same side and see the same noise."""
         stretches, basis = inputs.dataset, inputs.model_options.limb_basis()
         chosen = _liveliest(stretches, self.clips)
+        as_in_the_paper = replace(  # no more is known [park2011 section 5.2]
+            self, lengths=self.papers_lengths, root=self.papers_root, use_hinges=self.papers_hinges
+        )
 
         def one(item: tuple[int, Camera]) -> tuple[list[dict[str, Any]], dict[str, Any]]:
             number, kind = item
@@ -119,7 +122,7 @@ class MotionsSweep(CameraSweep):
             lengths = stretches.lengths_mm[number]
             ours, papers = (
                 _Reconstruction(options, basis, truth, lengths, camera, images, kind)
-                for options in (self, self.as_in_the_paper())
+                for options in (self, as_in_the_paper)
             )
             signs = derive_generator(inputs.seed, f"sweep:motions:signs:{place}")
             keys = {"clip": stretches.clip[number], "action": stretches.action[number], "camera": str(kind)}
@@ -152,15 +155,6 @@ class MotionsSweep(CameraSweep):
                 name: pd.concat([each[name] for ways in found for each in ways], ignore_index=True)
                 for name in ("clips", "joints", "limbs")
             },
-        )
-
-    def as_in_the_paper(self) -> MotionsSweep:
-        """Return these options with no more known than in the paper [park2011 section 5.2]."""
-        return replace(
-            self,
-            lengths=self.papers_lengths,
-            root=self.papers_root,
-            use_hinges=self.papers_hinges,
         )
 
 

@@ -65,7 +65,7 @@ class AnatomicalApproach:
         """Missing dimension (A, M, 1 + 2H, 15) of M walkers."""
         parts = []
         for part in np.array_split(view_rad, max(len(view_rad) // VIEWS_AT_A_TIME, 1)):
-            found = fold.reconstruct(self._setting, walkers, part, hidden=hidden)
+            (found,) = fold.reconstruct([self._setting], walkers, part, hidden=hidden)
             whole = np.zeros((*found.estimated.shape[:2], len(found.unknown)))
             whole[..., found.unknown] = found.estimated
             parts.append(whole.reshape(*whole.shape[:2], anatomical.JOINTS, 3, -1)[..., 2, :])

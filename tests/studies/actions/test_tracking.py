@@ -59,7 +59,7 @@ def measure(
     options: HeldOutTracking, postures: Postures, *, workers: int = 1, seed: int = 1
 ) -> TrackingErrors:
     """What the sweep measures; it learns its own models, so that none is given."""
-    inputs = SweepInputs(None, postures, None, None, ActionSpaceModel(), workers, seed)
+    inputs = SweepInputs(None, postures, None, ActionSpaceModel(), workers, seed)
     return options.measure(inputs)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pipeline.core.anatomical import Noise, Shrinkage
-from pipeline.studies.eigenwalkers.samples import FourierDataset, FourierSamples
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Grid, SweepInputs
 from pipeline.studies.walks.anatomical_model import AnatomicalModel
 from pipeline.studies.walks.people_intervals import PeopleResampled
@@ -141,9 +141,9 @@ def test_settings_reconstruct_alike_alone_and_in_company() -> None:
     view = np.radians([0.0, 40.0])
     everybody = people()
     walkers_seen = np.stack([everybody.walker(0), everybody.walker(3)])
-    together = everybody.fold(0).with_each(settings, walkers_seen, view, with_covariance=True)
+    together = everybody.fold(0).reconstruct(settings, walkers_seen, view, with_covariance=True)
     for setting, found in zip(settings, together, strict=True):
-        alone = everybody.fold(0).reconstruct(setting, walkers_seen, view, with_covariance=True)
+        (alone,) = everybody.fold(0).reconstruct([setting], walkers_seen, view, with_covariance=True)
         np.testing.assert_allclose(found.estimated, alone.estimated, atol=1e-6)
         np.testing.assert_allclose(found.covariance, alone.covariance, atol=1e-5)
 
@@ -243,7 +243,7 @@ def test_views_must_lie_alike_on_both_sides() -> None:
 def test_the_ladder_needs_every_harmonic_of_its_rows() -> None:
     data = samples()
     model = AnatomicalModel()
-    inputs = SweepInputs(None, data, model.learn(data, workers=1), FourierDataset(), model, 1, 0)
+    inputs = SweepInputs(None, data, model.learn(data, workers=1), model, 1, 0)
     with pytest.raises(InvalidInput, match=r"dataset\.harmonics must be at least 6 \(got 2\)"):
         Structure(seen_from_deg=Grid(start=-90, stop=90, step=90), partners=4).measure(inputs)
 

@@ -75,7 +75,14 @@ class ViewErrors(Figure):
             "table": over_walkers(people, ["method", "view_angle_deg"], columns),
             "table_people": tidy(people, by=["walker", "method", "view_angle_deg"]),
             "table_walkers": tidy(walkers, by=["walker", "method"]),
-            "table_summary": _summary(walkers, ["method"]),
+            "table_summary": over_walkers(
+                walkers,
+                ["method"],
+                {
+                    f"{name}_mm2": ("absolute_error_mm2", how)
+                    for name, how in {"mean": "mean", "median": "median", "worst": "max"}.items()
+                },
+            ),
             "table_coefficients": tidy(sweep.coefficients, by=["walker", "method"]),
             "table_joints": over_walkers(
                 sweep.joints.dropna(),
@@ -186,14 +193,12 @@ class ViewErrors(Figure):
 SIDES_AT_RANDOM = "_sides_at_random"
 
 
-def over_walkers(
-    rows: pd.DataFrame, by: list[str], columns: Mapping[str, tuple[str, Any]], count: str = ""
-) -> pd.DataFrame:
+def over_walkers(rows: pd.DataFrame, by: list[str], columns: Mapping[str, tuple[str, Any]]) -> pd.DataFrame:
     """What is asked for of the rows of all walkers, means with their intervals over people."""
     banded = [
         name for name, (of, how) in columns.items() if how == "mean" and not of.endswith(SIDES_AT_RANDOM)
     ]
-    return aggregate(rows, by, columns, banded, cluster="person", count=count)
+    return aggregate(rows, by, columns, banded, cluster="person", count="")
 
 
 def _sides_at_random(rows: pd.DataFrame, views: np.ndarray, seed: int) -> pd.DataFrame:
@@ -214,10 +219,3 @@ def _sides_at_random(rows: pd.DataFrame, views: np.ndarray, seed: int) -> pd.Dat
             for name in ("absolute_error_mm2", "missing_variance_mm2")
         }
     )
-
-
-def _summary(walkers: pd.DataFrame, by: list[str], count: str = "") -> pd.DataFrame:
-    """Mean with interval, median and worst walker."""
-    how = {"mean": "mean", "median": "median", "worst": "max"}
-    columns = {f"{name}_mm2": ("absolute_error_mm2", function) for name, function in how.items()}
-    return over_walkers(walkers, by, columns, count)

@@ -179,7 +179,7 @@ def _of_known_people(
 def _with_bars(people: People, fold: Fold, setting: Setting, person: int) -> tuple[float, np.ndarray]:
     """Mean square error, mm², and |error| over standard deviation (A, K, 15) of the missing dimension at instants."""
     blocks = 1 + 2 * setting.harmonics
-    estimate = fold.reconstruct(setting, people.walker(person)[None], VIEWS, with_covariance=True)
+    (estimate,) = fold.reconstruct([setting], people.walker(person)[None], VIEWS, with_covariance=True)
     off = (estimate.true - estimate.estimated)[:, 0].reshape(len(VIEWS), -1, blocks)
     square = off**2 @ errors.parseval_weights(blocks) + people.beyond(person, VIEWS, setting.harmonics)
     beyond = people.missing(person, VIEWS)[..., blocks:]

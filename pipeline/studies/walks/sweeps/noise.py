@@ -130,7 +130,9 @@ def _measured(
     """Error, share covered and half width (S, 3, A) of one setting, with S errors (A, S, 15, 3, B) of what is seen."""
     size = 1 + 2 * setting.harmonics
     walkers = np.repeat(people.walker(person)[None], off.shape[1], axis=0)
-    found = fold.reconstruct(setting, walkers, view, observation_error=off[..., :size], with_covariance=True)
+    (found,) = fold.reconstruct(
+        [setting], walkers, view, observation_error=off[..., :size], with_covariance=True
+    )
     wrong = (found.true - found.estimated).reshape(*off.shape[:3], size)
     beyond = people.beyond(person, view, setting.harmonics)
     square = (wrong**2 @ errors.parseval_weights(size)).mean(axis=-1) + beyond.mean(axis=-1)[:, None]

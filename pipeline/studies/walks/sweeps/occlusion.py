@@ -98,8 +98,8 @@ class Occlusion(Sweep):
             for hidden in masks:
                 square, bars = [], []
                 for method, setting in zip(METHODS, settings, strict=True):
-                    estimate = fold.reconstruct(
-                        setting, walker[None], view, hidden=hidden, with_covariance=method in WITH_BARS
+                    (estimate,) = fold.reconstruct(
+                        [setting], walker[None], view, hidden=hidden, with_covariance=method in WITH_BARS
                     )
                     off = np.zeros((len(view), anatomical.JOINTS, 3, 1 + 2 * setting.harmonics))
                     flat = off.reshape(len(view), -1)

@@ -94,8 +94,6 @@ class Structure(Sweep):
         harmonics = replace(mirror, harmonics=whole.harmonics)
         tuned = {"map_tuned": published, "mirror": mirror, "harmonics": harmonics}
         candidates = {
-            "average_walker": [published],
-            "map_70": [published],
             **{
                 name: [setting.with_noise(value) for value in NOISE_VARIANCES_MM2]
                 for name, setting in tuned.items()
@@ -103,14 +101,13 @@ class Structure(Sweep):
             "shrinkage": [whole.linear.with_noise(value) for value in SHRUNKEN_NOISE_VARIANCES_MM2],
             "anatomical": [replace(whole, within=factor) for factor in LENGTH_FACTORS],
         }
-        tried = list(dict.fromkeys(setting for of in candidates.values() if len(of) > 1 for setting in of))
+        tried = list(dict.fromkeys(setting for of in candidates.values() for setting in of))
         score = people.tried(tried, self.partners, workers)
         found = {}
         for name, of in candidates.items():
-            best = np.zeros(people.count, dtype=int)
-            if len(of) > 1:
-                best = first_lowest(score[:, [tried.index(setting) for setting in of]], axis=1)
+            best = first_lowest(score[:, [tried.index(setting) for setting in of]], axis=1)
             found[name] = [of[number] for number in best]
+        found["average_walker"] = found["map_70"] = [published] * people.count
         found["as_specified"] = [whole] * people.count
         found["all_chosen"] = people.chosen_in_turn(
             found["anatomical"], self._alternatives(whole), max(self.partners // 2, 2), workers
