@@ -17,12 +17,14 @@ from pipeline.processes import map_processes
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.held_out import LeaveOut, learn_without, left_out, performances_of
 from pipeline.studies.actions.model import Action
-from pipeline.studies.actions.tracking_conditions import Condition, conditions
+from pipeline.studies.actions.tracking_conditions import Condition
 from pipeline.studies.actions.tracking_trial import METHODS, Tracked, Trial
 from pipeline.studies.occlusion import require_occlusion
 from pipeline.studies.study import Sweep, SweepInputs, scaled
 from pipeline.validation import CountOrAll, Distinct, Finite, InvalidInput, NonNegative, bounded
 
+USUAL_PARTICLES = 500
+"""Where particles are not what varies, if they are among those tried."""
 _STREAM = 20060  # keeps these draws apart from those of other stages with the same seed
 
 
@@ -94,8 +96,14 @@ class HeldOutTracking(Sweep):
 
     @property
     def conditions(self) -> list[tuple[str, Condition]]:
-        """What is varied, and the condition, for every point of the sweep."""
-        return conditions(self.particles, self.noise_mm, self.occluded, self.baseline_noise_mm)
+        """What is varied, and the condition, for every point of the sweep: one quantity at a time."""
+        ordered, noise_mm = sorted(self.particles), self.baseline_noise_mm
+        usual = USUAL_PARTICLES if USUAL_PARTICLES in ordered else ordered[len(ordered) // 2]
+        return [
+            *(("particles", Condition(n, noise_mm, 0.0)) for n in ordered),
+            *(("noise", Condition(usual, v, 0.0)) for v in sorted(self.noise_mm)),
+            *(("occlusion", Condition(usual, noise_mm, v)) for v in sorted(self.occluded)),
+        ]
 
     @property
     def demonstrated(self) -> Condition:

@@ -19,8 +19,9 @@ import pandas as pd
 
 from pipeline.clips.kinds import Walks
 from pipeline.core.anatomical import Prior
-from pipeline.core.articulated_trajectory import Options, TrajectoryBasis
+from pipeline.core.articulated_trajectory import Options, TrajectoryBasis, prepared
 from pipeline.core.choice import evenly
+from pipeline.core.limb_chain import WALKER14, true_lengths
 from pipeline.core.resampling import interpolate
 from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
@@ -31,7 +32,6 @@ from pipeline.studies.face_off.methods import (
     PELVIS,
     SeenWalk,
     by_anatomy,
-    by_articulation,
     by_eigenwalkers,
     by_image_and_average,
     mean_walker,
@@ -267,7 +267,7 @@ class _Walk:
         hidden[:, PELVIS] = False  # its trajectory is given
         images[hidden] = np.nan
         off = float(np.radians(condition.heading_error_deg))
-        return SeenWalk(images, camera, root, options.frame_rate_hz, angle, off)
+        return SeenWalk(images, camera, root, options.frame_rate_hz, self.harmonics, angle, off)
 
     def motions(self, walk: SeenWalk, kind: Camera, condition: Condition) -> np.ndarray:
         """Return what each method makes of it (M, F, 15, 3), mm; NaN where it cannot be used."""
@@ -282,11 +282,11 @@ class _Walk:
         )
         made[METHODS.index("mean_walker")] = average
         if kind is Camera.still:
-            noise, harmonics = options.noise_variance_mm2, self.harmonics
+            noise = options.noise_variance_mm2
             made[: len(KEEP_THE_IMAGE)] = [
-                *by_eigenwalkers(self.model, walk, [None, noise], harmonics=harmonics),
-                by_anatomy(self.prior, self.model, walk, noise, harmonics=harmonics),
-                by_image_and_average(walk, average, harmonics=harmonics),
+                *by_eigenwalkers(self.model, walk, [None, noise]),
+                by_anatomy(self.prior, self.model, walk, noise),
+                by_image_and_average(walk, average),
             ]
         same = replace(condition, heading_error_deg=0.0), kind  # they know of no heading
         if same not in self._articulated:
@@ -295,7 +295,10 @@ class _Walk:
         return made
 
     def _by_articulation(self, walk: SeenWalk, condition: Condition) -> list[np.ndarray]:
-        """Return what articulated trajectories make of it, each (F, 15, 3), mm."""
+        """Return what articulated trajectories make of it, each (F, 15, 3), mm [park2011 5, 6].
+
+        They are told the noise of the image, as of a detector that has been tried, and the lengths of the limbs.
+        """
         ways = [
             Options(
                 self.basis,
@@ -307,7 +310,9 @@ class _Walk:
             )
             for use_hinges, try_mirrors in ARTICULATED.values()
         ]
-        return by_articulation(walk, self.truth, ways)
+        lengths = true_lengths(WALKER14, self.truth)
+        skeleton = prepared(walk.images, walk.camera, walk.root, lengths, ways[0])
+        return [skeleton.under(each).whole().positions for each in ways]
 
     def scores(self, wanted: list[Condition], shown: Condition) -> _Scores:
         """Return the errors under all conditions before all cameras."""

@@ -58,19 +58,13 @@ def reconstruct_clip(simulated: SimulatedKeypoints, prior: Prior, condition: Con
     """Reconstruct a simulated clip of which nothing is known but focal length and frame rate."""
     pixels = exchange_all(simulated.pixels) if condition.wrong_labels else simulated.pixels.copy()
     pixels[:, [WALKER15.index(joint) for joint in condition.hidden]] = np.nan
-    fit = condition.fit
     return reconstruct(
         pixels,
         np.ones(pixels.shape[:2]),
         simulated.frame_rate_hz,
         simulated.focal_px * condition.focal_told,
         prior,
-        both_labellings=fit.both_labellings,
-        overground=None if fit.path_tied else False,
-        relabel=fit.relabel,
-        most_starts=fit.most_starts,
-        nu=fit.nu,
-        focal_sd=fit.focal_sd,
+        **vars(condition.fit),
     )
 
 

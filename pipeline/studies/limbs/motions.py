@@ -31,6 +31,7 @@ from pipeline.core.articulated_trajectory import (
     solved,
 )
 from pipeline.core.articulation import ray_sphere
+from pipeline.core.choice import evenly
 from pipeline.core.limb_chain import WALKER14, relative_trajectories
 from pipeline.core.limb_chain.lengths import anthropometric_lengths
 from pipeline.core.pinhole import Pinhole
@@ -166,10 +167,7 @@ def _liveliest(stretches: LimbStretches, wanted: int) -> np.ndarray:
     for name in dict.fromkeys(stretches.clip.tolist()):
         of_this = np.flatnonzero(stretches.clip == name)
         chosen.append(int(of_this[np.argmax(speed[of_this])]))
-    if 0 < wanted < len(chosen):
-        picks = np.unique(np.rint(np.linspace(0, len(chosen) - 1, wanted)).astype(int))
-        chosen = [chosen[k] for k in picks]
-    return np.array(chosen)
+    return np.array(chosen)[evenly(wanted, len(chosen))]
 
 
 def _objective(choice: LimbChoice) -> float:

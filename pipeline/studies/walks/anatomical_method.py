@@ -15,12 +15,10 @@ from pipeline.core.viewpoint.view_estimate import ViewEstimate
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.walks.anatomical_model import AnatomicalModel
 from pipeline.studies.walks.seen_walker import Reconstruction
-from pipeline.studies.walks.sweeps.held_out import Fold, People, mirrored_grid
+from pipeline.studies.walks.sweeps.held_out import CANDIDATES, Fold, People, mirrored_grid
 from pipeline.studies.walks.sweeps.setting import anatomical_setting
 from pipeline.validation import InvalidInput
 
-CANDIDATES = 72
-"""Angles over the circle at which the likelihood of a view is evaluated."""
 VIEWS_AT_A_TIME = 12
 """So many fit into the caches of a processor."""
 MOST_LIKELIER = 100.0

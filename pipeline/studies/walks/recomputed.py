@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
+from pipeline.core.choice import evenly
 from pipeline.studies.eigenwalkers.model import EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import tidy
@@ -37,8 +38,8 @@ def recomputed(
         Eigenwalkers of each fold.
     """
     angles = np.unique(rows["view_angle_deg"])
-    views = angles[_evenly(len(angles), VIEWS)]
-    walkers = _evenly(len(data.clip), MOST_WALKERS)
+    views = angles[evenly(VIEWS, len(angles))]
+    walkers = evenly(MOST_WALKERS, len(data.clip))
     methods = [m for m in PUBLISHED if m in options.methods and not model.mirror]
     learnt = {int(r): _learnt(data, model, int(r), kept) for r in (walkers if methods else ())}
     compared = []
@@ -62,11 +63,6 @@ def recomputed(
             )
     columns = ["method", "view_angle_deg", "absolute_error_mm2", "recomputed_mm2", "relative_difference"]
     return tidy(pd.DataFrame(compared, columns=columns), by=["method", "view_angle_deg"])
-
-
-def _evenly(count: int, most: int) -> np.ndarray:
-    """Return up to so many indices, evenly from the first to the last."""
-    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
 
 
 def _learnt(

@@ -17,7 +17,6 @@ from pipeline.studies.walks.sweeps.noise import ObservedNoise
 from pipeline.studies.walks.sweeps.occlusion import Occlusion, covered_by_bars
 from pipeline.studies.walks.sweeps.setting import PLAIN, Setting, anatomical_setting, approach_two
 from pipeline.studies.walks.sweeps.structure import Structure, errors_of
-from pipeline.studies.walks.sweeps.view_posterior import ViewAngleBars
 from pipeline.validation import InvalidInput
 from tests.strategies import walkers
 
@@ -220,17 +219,14 @@ def test_bars_that_are_right_cover_and_bars_that_are_not_are_put_right() -> None
     ("sweep", "changes", "where"),
     [
         (Structure, {"partners": 1}, "sweep.partners"),
-        (Occlusion, {"hidden": ["moustache"]}, "sweep.hidden"),
-        (Occlusion, {"hidden": []}, "sweep.hidden"),
+        (Occlusion, {"partners": 1}, "sweep.partners"),
         (ObservedNoise, {"partners": 0}, "sweep.partners"),
-        (ViewAngleBars, {"candidates": 73}, "sweep.candidates"),
     ],
 )
 def test_options_out_of_range_are_refused(sweep: type, changes: dict, where: str) -> None:
     grid = Grid(start=-90, stop=90, step=30)
-    given = {"partners": 4} if sweep is not ViewAngleBars else {}
     with pytest.raises(InvalidInput) as refused:
-        sweep(seen_from_deg=grid, **(given | changes)).validate()
+        sweep(seen_from_deg=grid, **changes).validate()
     assert where in str(refused.value)
 
 

@@ -11,6 +11,7 @@ import pandas as pd
 
 from pipeline.charts import Chart, Lines, Sheet
 from pipeline.core import camera, errors, fourier
+from pipeline.core.choice import evenly
 from pipeline.palette import colour_name
 from pipeline.scenes import Columns, Image2D, Notes, PostureRow, Space3D, Tabs
 from pipeline.skeleton import WALKER15
@@ -170,8 +171,7 @@ class Postures(Figure):
         seconds = 1.0 / float(np.median(data.frequency_hz))
         times = np.arange(0.0, seconds, 1.0 / _PLAYED_HZ)
         index = {"time": times}
-        spread = np.linspace(0, len(inputs.samples) - 1, min(self.recorded, len(inputs.samples)))
-        recorded = sorted({self.walker, *np.rint(spread).astype(int).tolist()})
+        recorded = sorted({self.walker, *evenly(self.recorded, len(inputs.samples)).tolist()})
         with begin(
             f"\n{len(recorded)} of {len(inputs.samples)} walkers are played at one common pace and can be switched on"
             " in the streams tree: "

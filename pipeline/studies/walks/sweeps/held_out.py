@@ -23,6 +23,8 @@ from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
 from pipeline.studies.walks.sweeps.setting import Setting, approach_two
 from pipeline.validation import InvalidInput, Several
 
+CANDIDATES = 72
+"""Angles over the circle at which the likelihood of a view is evaluated."""
 PHASES = 8
 """Instants of the cycle at which bars are looked at."""
 
