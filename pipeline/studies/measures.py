@@ -17,6 +17,7 @@ Measures that only one study uses are in its own `measures` module.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NewType
 
 import numpy as np
@@ -43,11 +44,17 @@ Count = NewType("Count", float)
 # --- one column -------------------------------------------------------------------------------------------
 
 
-def mean(table: Table, column: str, where: Expression = ALL) -> Number:
-    """Mean of a column."""
+def _statistic(
+    table: Table, column: str, where: Expression, of: Callable[[Rows, np.ndarray], np.ndarray]
+) -> Number:
     rows = rows_of(table, where)
     found = values(rows.frame, column)
-    return rows.number(rows.mean(found)) if whole(found) else rows.no_number
+    return rows.number(of(rows, found)) if whole(found) else rows.no_number
+
+
+def mean(table: Table, column: str, where: Expression = ALL) -> Number:
+    """Mean of a column."""
+    return _statistic(table, column, where, Rows.mean)
 
 
 def mean_percent(table: Table, column: str, where: Expression = ALL) -> Number:
@@ -57,23 +64,17 @@ def mean_percent(table: Table, column: str, where: Expression = ALL) -> Number:
 
 def median(table: Table, column: str, where: Expression = ALL) -> Number:
     """Median of a column."""
-    rows = rows_of(table, where)
-    found = values(rows.frame, column)
-    return rows.number(rows.median(found)) if whole(found) else rows.no_number
+    return _statistic(table, column, where, Rows.median)
 
 
 def largest(table: Table, column: str, where: Expression = ALL) -> Number:
     """Largest entry of a column."""
-    rows = rows_of(table, where)
-    found = values(rows.frame, column)
-    return rows.number(rows.largest(found)) if whole(found) else rows.no_number
+    return _statistic(table, column, where, Rows.largest)
 
 
 def smallest(table: Table, column: str, where: Expression = ALL) -> Number:
     """Smallest entry of a column."""
-    rows = rows_of(table, where)
-    found = values(rows.frame, column)
-    return rows.number(-rows.largest(-found)) if whole(found) else rows.no_number
+    return _statistic(table, column, where, lambda rows, found: -rows.largest(-found))
 
 
 def only(table: Table, column: str, where: Expression = ALL) -> float:

@@ -28,16 +28,16 @@ class Timings:
     what : (3,) text
         ``pair``, ``onto_pattern``, ``all_pairs``.
     performances : (3,) int
-    seconds : (3,)
     samples, dimensions : int
         P and b.
+    seconds : (3,)
     """
 
     what: np.ndarray
     performances: np.ndarray
-    seconds: np.ndarray
     samples: int
     dimensions: int
+    seconds: np.ndarray
 
 
 @dataclass(kw_only=True)

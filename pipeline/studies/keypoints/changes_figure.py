@@ -56,15 +56,8 @@ class KeypointChangesFigure(KeypointFigure):
         columns = ["person", *by, *ERRORS]
         usual = people.loc[people["condition"] == 0, ERRORS].to_numpy()
         # Every condition has the same clips in the same order.
-        more = people.assign(
-            **dict(
-                zip(
-                    ERRORS,
-                    (people[ERRORS] - np.tile(usual, (len(people) // len(usual), 1))).T.to_numpy(),
-                    strict=True,
-                )
-            )
-        )
+        more = people.copy()
+        more[ERRORS] -= np.tile(usual, (len(people) // len(usual), 1))
         return _of_kinds(cast(ChangedErrors, inputs.sweep).kinds) | {
             "table_changes": tidy(errors_by(more, by), by=["condition", "method"]),
             "table": tidy(errors_by(people, by), by=["condition", "method"]),

@@ -8,7 +8,6 @@ from typing import Annotated
 import numpy as np
 
 from pipeline.clips.kinds import VARIED, VariedClips
-from pipeline.core.choice import evenly
 from pipeline.core.limb_chain import WALKER14, relative_trajectories
 from pipeline.core.resampling import frames_at_rate, interpolate
 from pipeline.studies.study import Dataset
@@ -72,7 +71,7 @@ class LimbDataset(Dataset):
                 short.append(str(clips.clip[number]))
                 continue
             count = min(self.stretches, 1 + spare // (self.frames // 2))
-            for start in evenly(count, spare + 1):
+            for start in np.unique(np.linspace(0, spare, count).round().astype(int)):
                 stretches.append(positions[start : start + self.frames])
                 clip_of.append(number)
                 starts.append(start / self.frame_rate_hz)

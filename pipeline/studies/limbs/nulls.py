@@ -47,7 +47,7 @@ def random_signs(
 
 def mean_pose(root: np.ndarray, truth: np.ndarray) -> np.ndarray:
     """Return the mean pose of true positions (F, 15, 3), mm, carried along by a root (F, 3)."""
-    about = truth - truth[:, [WALKER14.joints.index(WALKER14.root)]]
+    about = truth - truth[:, [ROOT]]
     return np.asarray(root[:, None] + about.mean(axis=0))
 
 

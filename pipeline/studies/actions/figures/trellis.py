@@ -95,16 +95,15 @@ class OptimalPath(Figure):
         charts = []
         for letter, (alignment, word) in zip("bc", COMPARED.items(), strict=True):
             pattern, other = self._dimension(inputs, alignment)
-            styles = {"pattern": Style("median sequence", "original")}
-            of_other = {"performance": Style(facts["performance"], "blue")}
+            columns = {"sample": path["sample"].to_numpy(), "pattern": pattern, "performance": other}
             charts.append(
                 Chart(
-                    table={"sample": path["sample"].to_numpy(), "pattern": pattern, "performance": other},
+                    table=columns,
                     x="sample",
                     y="pattern",
-                    styles=styles,
-                    also=[Lines(table={"sample": path["sample"].to_numpy(), "performance": other}, y="performance",
-                                styles=of_other)],
+                    styles={"pattern": Style("median sequence", "original")},
+                    also=[Lines(table=columns, y="performance",
+                                styles={"performance": Style(facts["performance"], "blue")})],
                     title=f"({letter}) {word}: {STYLES[alignment].label}",
                     name=f"dimension_{DIMENSION}/{alignment}",
                     label=f"dimension {DIMENSION}",

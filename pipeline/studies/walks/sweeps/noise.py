@@ -90,16 +90,12 @@ class ObservedNoise(Sweep):
                 )
                 for of_frame, bias, slow in CONDITIONS.values()
             ]
-            of_method: dict[str, list[Setting]] = {
-                "map_tuned": [tuned[person]] * len(told),
-                "linear_told": [replace(setting, within=np.inf, pairs=np.inf) for setting in told],
-                "anatomical_told": told,
-                "anatomical_untold": [whole] * len(told),
-            }
+            untold = [whole] * len(told)
+            settings = ([tuned[person]] * len(told), [setting.linear for setting in told], told, untold)
             found = np.empty((len(METHODS), len(told), 3, len(view)))
             alike: dict[Setting, dict[tuple[int, Setting], list[int]]] = {}  # by what has its linear part
-            for m, method in enumerate(METHODS):
-                for s, setting in enumerate(of_method[method]):
+            for m, of_method in enumerate(settings):  # in the order of the methods
+                for s, setting in enumerate(of_method):
                     alike.setdefault(setting.linear, {}).setdefault((m, setting), []).append(s)
             for (m, setting), some in (item for of in alike.values() for item in of.items()):
                 found[m, some] = _measured(fold, people, person, setting, view, off[:, some])
