@@ -137,6 +137,6 @@ def columns_of(table: pd.DataFrame) -> dict[str, np.ndarray]:
     return {str(name): table[name].to_numpy() for name in table}
 
 
-def sd(values: Any, axis: int = 0) -> Any:
-    """Return the standard deviation of an array or Series along an axis, divisor n - 1 (0 for a single value)."""
-    return values.std(axis=axis, ddof=1) if values.shape[axis] > 1 else 0.0 * values.mean(axis=axis)
+def sd(values: Any) -> Any:
+    """Return the standard deviation of an array (n,) or Series, divisor n - 1 (0 for a single value)."""
+    return values.std(ddof=1) if len(values) > 1 else 0.0 * values.mean()

@@ -120,7 +120,7 @@ def columns_of(expression: str) -> list[str]:
     try:
         nodes = list(ast.walk(ast.parse(expression, mode="eval")))
     except SyntaxError as error:
-        raise InvalidInput(f"{expression!r} is no expression", received=str(error)) from error
+        raise InvalidInput(f"{expression!r} is no expression", received=error) from error
     functions = [node.func for node in nodes if isinstance(node, ast.Call)]
     if not all(isinstance(node, _ALLOWED) for node in nodes) or any(
         not (isinstance(function, ast.Name) and function.id == "abs") for function in functions

@@ -140,7 +140,7 @@ def left_out(people: np.ndarray, performance: int, leave_out: LeaveOut) -> np.nd
             "too few performances are left to learn from",
             where=f"leave one {leave_out} out, performance {performance}",
             expected="2 or more",
-            received=str((~out).sum()),
+            received=(~out).sum(),
         )
     return np.asarray(out)
 

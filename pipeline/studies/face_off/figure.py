@@ -96,7 +96,7 @@ class FaceOffFigure(Figure):
 
         dots = [
             Chart(
-                **disturbed(camera, "none"), x="method", words=words, log_y=True, label="error",
+                **disturbed(camera, "none"), x="method", words=words, log_y=True,
                 title=f"{camera} camera",
                 limits=(0.9 * float(ends.min(axis=None)), 1.1 * float(ends.max(axis=None))), ticks=(20, 50, 100, 200),
                 name=f"error_{camera}_mm", also=[Lines(**disturbed(camera, varied)) for varied in list(DISTURBED)[1:]],
@@ -105,7 +105,7 @@ class FaceOffFigure(Figure):
         ]  # fmt: skip
         against_view = [
             Chart(
-                **error, x="view_angle_deg", x_label="view angle", by="method", styles=METHODS, label="error",
+                **error, x="view_angle_deg", by="method", styles=METHODS,
                 where={"camera": str(camera), "varied": "none"}, title=f"{camera} camera", zero=True, picture=False,
                 name=f"error_{camera}_by_view_mm", ticks=30,
             )

@@ -86,7 +86,7 @@ class AnatomicalModel(Model):
             raise InvalidInput(
                 "settings chosen without a person need at least four people",
                 expected="4 or more",
-                received=str(count),
+                received=count,
             )
         return self.population(dataset)
 

@@ -69,11 +69,11 @@ def alignments_compared(action: Action, options: ActionSpaceModel) -> pd.DataFra
             rms = np.sqrt((each**2).mean())
             row |= {
                 "rms_from_keyframe": rms,
-                "rms_from_keyframe_sd": sd(each, 0),
+                "rms_from_keyframe_sd": sd(each),
                 "rms_of_mean_from_keyframe": of_means,
                 "rms_from_keyframe_to_deviation": rms / deviation,
                 "warp_from_keyframe_frames": frames.mean(),
-                "warp_from_keyframe_sd_frames": sd(frames, 0),
+                "warp_from_keyframe_sd_frames": sd(frames),
             }
         rows.append(row)
     return pd.DataFrame(rows)

@@ -185,7 +185,7 @@ class OptimalPath(Figure):
                 "there is no such performance to synchronize",
                 where="figure.performance",
                 expected=f"0 to {count - 1} but for {median}, the median sequence, or -1",
-                received=str(self.performance),
+                received=self.performance,
             )
         return median, chosen
 

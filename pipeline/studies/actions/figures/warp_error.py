@@ -172,6 +172,6 @@ def _summary(inputs: Inputs, everywhere: np.ndarray, moving: np.ndarray) -> dict
         others = np.delete(errors, inputs.model.median)
         low, high = interval_over_people(person, others)
         summary[f"{name}_frames"] = float(others.mean())
-        summary[f"{name}_sd_frames"] = float(sd(others, 0))
+        summary[f"{name}_sd_frames"] = float(sd(others))
         summary |= {f"{name}_frames_low": float(low), f"{name}_frames_high": float(high)}
     return summary

@@ -102,7 +102,7 @@ class MotionsFigure(Figure):
         options, sweep = _options(inputs), self._of(inputs)
         table, steps = tables["table_clips"], tables["table_steps"]
         cameras = {str(name): Style(f"{name} camera", Camera(name).colour) for name in sweep.cameras}
-        error: dict[str, Any] = {"y": "error_mm", "label": "error", "zero": True, "references": [PUBLISHED]}
+        error: dict[str, Any] = {"y": "error_mm", "zero": True, "references": [PUBLISHED]}
         mean = steps.groupby(["camera", "step"], as_index=False)["error_mm"].mean().assign(clip="all")
         charts = [
             Chart(

@@ -99,7 +99,6 @@ class Spectrum(Figure):
             x_label="number of components",
             y="variance_left_percent",
             label="variance that is left",
-            unit="%",
             log_y=True,
             x_limits=(0.0, max(32.0, float(len(table)))),
             styles=Style("", "black"),

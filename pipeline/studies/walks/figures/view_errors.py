@@ -131,7 +131,6 @@ class ViewErrors(Figure):
         variance = view(
             y="missing_variance_mm2",
             band="missing_variance_sd_mm2",
-            label="missing variance",
             where={"method": first},  # the same for every method
             styles={"truth": Style("", "green")},
         )
