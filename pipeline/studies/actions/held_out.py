@@ -142,7 +142,7 @@ def left_out(people: np.ndarray, performance: int, leave_out: LeaveOut) -> np.nd
             expected="2 or more",
             received=(~out).sum(),
         )
-    return np.asarray(out)
+    return out
 
 
 def learn_without(options: ActionSpaceModel, performances: Sequence[Performance], out: np.ndarray) -> HeldOut:

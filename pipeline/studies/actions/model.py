@@ -105,8 +105,8 @@ class Action:
             warp = self.keyframe_warp
             return np.stack([np.interp(linear[self.median], warp[self.median], frames) for frames in warp])
         if alignment == "synchronized":
-            return np.asarray(last * synchronization.rate_to_rate(self.disparity) / (samples - 1))
-        return np.asarray(linear)
+            return last * synchronization.rate_to_rate(self.disparity) / (samples - 1)
+        return linear
 
     @property
     def farthest(self) -> int:

@@ -186,7 +186,7 @@ def beyond(
     shape = (count, model.mean.shape[1])
     far = bound + generator.uniform(*BEYOND, shape)
     side = np.where(generator.random(shape) < 0.5, -1.0, 1.0)
-    return np.asarray(model.mean[at] + side * far * model.standard_deviation[at])
+    return model.mean[at] + side * far * model.standard_deviation[at]
 
 
 def nearest(joints: np.ndarray, recorded: np.ndarray, workers: int) -> np.ndarray:

@@ -135,4 +135,4 @@ class Trial:
 
 
 def _about_pelvis(joints: np.ndarray) -> np.ndarray:
-    return np.asarray(joints - joints[:, [8]])
+    return joints - joints[:, [8]]

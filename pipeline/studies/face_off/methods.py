@@ -72,7 +72,7 @@ class SeenWalk:
         offsets = (self.images - self.camera.project(self.root)[:, None]) * (depth / focal_px)[:, None, None]
         seen = parallel.project(self.root, self.view_angle_rad)[:, None] + offsets * [1.0, -1.0]
         seen[:, PELVIS] = parallel.project(self.root, self.view_angle_rad)
-        return np.asarray(seen)
+        return seen
 
     @cached_property
     def series(self) -> tuple[np.ndarray, np.ndarray, float]:
@@ -200,7 +200,7 @@ def by_anatomy(prior: Prior, model: LinearModel, walk: SeenWalk, noise_variance:
     found = anatomical.fit_lengths(given, seen.reshape(1, 1, -1), limits).unknown.reshape(seen.shape[0], -1)
     missing = fourier.shift(found.T[..., None], -phase)
     away = fourier.synthesise(missing, frequency_hz, walk.times_s)[..., 0]
-    return np.asarray(parallel.combine(filled, away, walk.view_angle_rad))
+    return parallel.combine(filled, away, walk.view_angle_rad)
 
 
 def _perspective(prior: Prior, view_rad: np.ndarray, distance: float) -> dict[str, float]:
@@ -225,7 +225,7 @@ def by_image_and_average(walk: SeenWalk, average: np.ndarray) -> np.ndarray:
         Turned by the error of the heading, as of `mean_walker`, mm.
     """
     missing = parallel.missing_dimension(average, walk.view_angle_rad)
-    return np.asarray(parallel.combine(walk.series[0], missing, walk.view_angle_rad))
+    return parallel.combine(walk.series[0], missing, walk.view_angle_rad)
 
 
 def mean_walker(
@@ -250,4 +250,4 @@ def mean_walker(
     average = unflatten(model.mean)
     motion = fourier.synthesise(fourier.shift(average, -phase_rad), frequency_hz, times_s)
     cos, sin = np.cos(heading_error_rad), np.sin(heading_error_rad)
-    return np.asarray(motion @ np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]))
+    return motion @ np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])

@@ -88,4 +88,4 @@ class CameraSweep(Sweep):
 
     def upright_mm(self, image: np.ndarray) -> np.ndarray:
         """Return an image (…, 2), px, to the right and up in mm at the camera's distance."""
-        return np.asarray(image * (self.distance_mm / self.focal_px) * [1.0, -1.0])
+        return image * (self.distance_mm / self.focal_px) * [1.0, -1.0]

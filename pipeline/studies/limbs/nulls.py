@@ -48,7 +48,7 @@ def random_signs(
 def mean_pose(root: np.ndarray, truth: np.ndarray) -> np.ndarray:
     """Return the mean pose of true positions (F, 15, 3), mm, carried along by a root (F, 3)."""
     about = truth - truth[:, [ROOT]]
-    return np.asarray(root[:, None] + about.mean(axis=0))
+    return root[:, None] + about.mean(axis=0)
 
 
 def limb_errors(trial: LimbTrial, *, moved: np.ndarray | float = 0.0, scale: float = 1.0) -> dict[str, float]:

@@ -71,7 +71,7 @@ class LimbTrial:
     @property
     def relative(self) -> np.ndarray:
         """True relative trajectory (F, 3), mm."""
-        return np.asarray(self.child - self.parent)
+        return self.child - self.parent
 
     def part(self, start: int, frames: int) -> LimbTrial:
         """Return the same limb in some of its frames."""
@@ -180,7 +180,7 @@ def wrong_trajectory(
         error = generator.standard_normal((frames, 3))
     else:
         error = cosine_basis(frames, components) @ generator.standard_normal((components, 3))
-    return np.asarray(size_mm / np.linalg.norm(error, axis=1).mean() * error)
+    return size_mm / np.linalg.norm(error, axis=1).mean() * error
 
 
 def stacked(rows: Sequence[Mapping[str, Any]], shape: Sequence[int]) -> dict[str, np.ndarray]:
@@ -198,5 +198,5 @@ def stacked(rows: Sequence[Mapping[str, Any]], shape: Sequence[int]) -> dict[str
     >>> stacked([{"error": 1.0}, {"error": 2.0}], (2, 1))["error"].tolist()
     [[1.0], [2.0]]
     """
-    columns = {name: np.stack([np.asarray(row[name]) for row in rows]) for name in rows[0]}
+    columns = {name: np.stack([row[name] for row in rows]) for name in rows[0]}
     return {name: values.reshape(*shape, *values.shape[1:]) for name, values in columns.items()}

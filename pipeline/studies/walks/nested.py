@@ -63,7 +63,7 @@ def nested_choice(
                 of_measured = linear_model.of_measured(model, measured)
                 paths[key] = reconstruction.NoisePath(of_measured, views, noise_variances)
             found = paths[key].error(linear_model.without_joints(samples[r], measured)).mean(axis=0)
-            return np.asarray(found * (len(measured) / measured.sum()))
+            return found * (len(measured) / measured.sum())
 
         of_g, of_h = (sum(map(error, np.flatnonzero(groups == group))) for group in (g, h))
         return g, h, np.asarray(of_g), np.asarray(of_h)
@@ -73,4 +73,4 @@ def nested_choice(
     for g, h, of_g, of_h in map_processes(tried, folds, workers):
         votes[g] += of_h
         votes[h] += of_g
-    return np.asarray(votes.argmin(axis=1)[groups])
+    return votes.argmin(axis=1)[groups]

@@ -75,4 +75,4 @@ def skeleton(
     dataset = inputs.dataset
     postures = inputs.model.space.postures(coordinates)
     joints = posture.joints(postures, dataset.body(performance), frame=dataset.frame)
-    return np.asarray(joints + np.array([0.0, aside_mm, ANKLE_HEIGHT_MM]))
+    return joints + np.array([0.0, aside_mm, ANKLE_HEIGHT_MM])

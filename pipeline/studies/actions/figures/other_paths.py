@@ -32,7 +32,7 @@ def single_corner_changes(nodes: Trellis, path: np.ndarray) -> np.ndarray:
     changed[np.arange(2 * count), np.tile(np.arange(count), 2)] += np.repeat([-1, 1], count)
     within = ((changed >= nodes.low) & (changed <= nodes.high)).all(axis=1)
     allowed = np.isin(-np.diff(changed, axis=1), nodes.steps).all(axis=1)
-    return np.asarray(changed[within & allowed])
+    return changed[within & allowed]
 
 
 def random_paths(nodes: Trellis, count: int, generator: np.random.Generator) -> np.ndarray:

@@ -155,4 +155,4 @@ def _legs_apart(coefficients: np.ndarray) -> np.ndarray:
     """Phase (R,) between the fundamentals of left and right ankle along the walk, in periods, 0 to 0.5."""
     ankles = [WALKER15.index(f"{side}_ankle") for side in ("left", "right")]
     left, right = (coefficients[:, 2, ankle, 1] + 1j * coefficients[:, 1, ankle, 1] for ankle in ankles)
-    return np.asarray(np.abs(np.angle(left * right.conj())) / (2.0 * np.pi))
+    return np.abs(np.angle(left * right.conj())) / (2.0 * np.pi)

@@ -80,7 +80,7 @@ class People:
 
     def walker(self, person: int) -> np.ndarray:
         """The tested walk (1 + 2H, 15, 3) of a person."""
-        return np.asarray(self.data.coefficients[self.model.tested[person]])
+        return self.data.coefficients[self.model.tested[person]]
 
     def missing(self, person: int, view_rad: np.ndarray) -> np.ndarray:
         """Coefficients (A, 15, 1 + 2H) of a person's missing dimension, mm."""
@@ -139,7 +139,7 @@ class People:
         """Power (A, 15) in the missing dimension of what a number of harmonics does not hold, mm²."""
         power = errors.along_missing(self.data.residual_covariance[self.model.tested[person]], view_rad)
         more = self.missing(person, view_rad)[..., 1 + 2 * harmonics :]
-        return np.asarray(power + 0.5 * (more**2).sum(axis=-1))
+        return power + 0.5 * (more**2).sum(axis=-1)
 
     # --- settings chosen without a person -------------------------------------------------------------------
 
@@ -193,7 +193,7 @@ class People:
             total[i] += found[:, 0]  # j, tried by a model that has not seen i
             total[j] += found[:, 1]
             times[[i, j]] += 1
-        return np.asarray(total / times[:, None])
+        return total / times[:, None]
 
     def chosen(self, candidates: Sequence[Setting], partners: int, workers: int) -> list[Setting]:
         """For each person the candidate that is best for the others."""
