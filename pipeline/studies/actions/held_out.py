@@ -175,7 +175,7 @@ def learn_without(options: ActionSpaceModel, performances: Sequence[Performance]
     return HeldOut(
         action=action,
         dynamics=dynamics,
-        own_step=float(np.sqrt((steps**2 / size**2).mean())),
+        own_step=np.sqrt((steps**2 / size**2).mean()),
         misfit_mm=np.sqrt((misfit**2).mean(axis=(0, 2))),
         frame=frame,
     )

@@ -166,7 +166,7 @@ class ActionSpaceModel(Model):
         keyed = action_model.by_key_frames(learnt.raw, samples=self.samples, count=self.key_frames)
         aligned = {"linear": learnt.linear, "keyframe": keyed.sequences, "synchronized": learnt.synchronized}
         performances, people = len(dataset.person), dataset.person
-        most = int(np.unique(people, return_counts=True)[1].max())
+        most = np.unique(people, return_counts=True)[1].max()
 
         def acceptance(groups: np.ndarray | None) -> dict[str, np.ndarray]:
             return {

@@ -83,7 +83,7 @@ class PostureSampling(Sweep):
 
     def measure(self, inputs: SweepInputs[None, Postures, Action]) -> SampledPostures:
         """Return postures drawn at each frame, as joints, and what is said of them."""
-        action, bound = inputs.model, float(inputs.model_options.bound)
+        action, bound = inputs.model, inputs.model_options.bound
         performances, learnt = action.synchronized, action.model
         unsynchronized = action_model.learn(action.linear)
         body = inputs.dataset.mean_body()

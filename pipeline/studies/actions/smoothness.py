@@ -71,7 +71,7 @@ class Smoothness(Sweep):
             for start, penalty, smoothness in product(starts, penalties, mu):
                 options = inputs.model_options.path_options | {"start": start, "penalty": penalty}
                 found = synchronization.synchronize(
-                    linear[median], linear[m], smoothness=float(smoothness), **options
+                    linear[median], linear[m], smoothness=smoothness, **options
                 )
                 off = np.abs(synchronization.rate_to_rate(found.disparity) * frames_per_sample[m] - true[m])
                 errors.append((off.mean(), off[moving].mean()))

@@ -81,4 +81,4 @@ def _median_seconds(job: Callable[[], None], repeats: int) -> float:
         started = time.perf_counter()
         job()
         seconds.append(time.perf_counter() - started)
-    return float(np.median(seconds))
+    return np.median(seconds)

@@ -147,7 +147,7 @@ class HeldOutTracking(Sweep):
             trial = Trial(
                 held_out,
                 performances[m],
-                float(np.radians(self.view_angle_deg)),
+                np.radians(self.view_angle_deg),
                 seed=(inputs.seed, _STREAM, m),
                 way=(list(LeaveOut).index(way),),
                 occlusion_frames=self.occlusion_frames,
@@ -165,9 +165,9 @@ class HeldOutTracking(Sweep):
             joint_error(of.joints[0], performances[m].joints_mm).mean()
             for m, of in zip(chosen, found, strict=False)
         ]
-        middle = int(np.argsort(errors, kind="stable")[len(errors) // 2])
+        middle = np.argsort(errors, kind="stable")[len(errors) // 2]
         picked, true = found[middle], performances[chosen[middle]].joints_mm
-        rate_hz = float(inputs.dataset.frame_rate_hz[chosen[middle]])
+        rate_hz = inputs.dataset.frame_rate_hz[chosen[middle]]
         return TrackingErrors(
             rows=wanted.merge(rows, on=list(asdict(shown))),  # a condition may be met on several ways
             leave_out=np.array(ways, dtype=str),

@@ -196,9 +196,7 @@ class FaceOffSweep(CameraSweep):
             )
             for walk in found
         ]
-        middle = int(
-            np.argsort([off[:, CHILDREN].mean() for off in of_shown], kind="stable")[len(found) // 2]
-        )
+        middle = np.argsort([off[:, CHILDREN].mean() for off in of_shown], kind="stable")[len(found) // 2]
         picked = found[middle]
         return MethodErrors(
             rows=joints.groupby(of, as_index=False)[errors].mean(),
@@ -237,14 +235,14 @@ class _Walk:
     def __init__(self, options: FaceOffSweep, inputs: WalkInputs, r: int, prior: Prior) -> None:
         data, clips = inputs.dataset, inputs.clips
         walk = int(data.walk[r])
-        rate_hz = float(clips.frame_rate_hz[walk])
+        rate_hz = clips.frame_rate_hz[walk]
         motion = data.scale[r] * (clips.motion(walk) - data.origin_mm[r])
         at_s = _middle(len(motion), rate_hz, options, str(data.clip[r]))
         self.options, self.model, self.prior = options, inputs.model.fold(r), prior
         self.truth = interpolate(motion, at_s * rate_hz)
         self.harmonics = data.coefficients.shape[1] // 2
-        self.frequency_hz = float(data.frequency_hz[r])
-        self.phase = float(data.phase_rad[r]) + 2 * np.pi * self.frequency_hz * float(at_s[0])
+        self.frequency_hz = data.frequency_hz[r]
+        self.phase = data.phase_rad[r] + 2 * np.pi * self.frequency_hz * at_s[0]
         self.basis = TrajectoryBasis(min(options.components, len(self.truth)), options.softness or None)
         self._articulated: dict[tuple[Condition, Camera], list[np.ndarray]] = {}
         self.walker = {"person": data.person[r], "walker": data.clip[r], "frames": len(self.truth)}
@@ -257,7 +255,7 @@ class _Walk:
     def seen(self, condition: Condition, kind: Camera) -> SeenWalk:
         """Return the walk as a camera shows it."""
         options, root = self.options, self.truth[:, PELVIS]
-        angle = float(np.radians(condition.view_angle_deg))
+        angle = np.radians(condition.view_angle_deg)
         camera = options.camera(kind, root, self._generator("camera"), azimuth_rad=angle + np.pi)
         images = camera.project(self.truth)
         images += condition.noise_px * self._generator("noise").standard_normal(images.shape)
@@ -266,7 +264,7 @@ class _Walk:
         hidden = occlusion(frames, joints, condition.occluded, options.occlusion_frames, hides)
         hidden[:, PELVIS] = False  # its trajectory is given
         images[hidden] = np.nan
-        off = float(np.radians(condition.heading_error_deg))
+        off = np.radians(condition.heading_error_deg)
         return SeenWalk(images, camera, root, options.frame_rate_hz, self.harmonics, angle, off)
 
     def motions(self, walk: SeenWalk, kind: Camera, condition: Condition) -> np.ndarray:

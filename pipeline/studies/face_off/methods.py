@@ -193,7 +193,7 @@ def by_anatomy(prior: Prior, model: LinearModel, walk: SeenWalk, noise_variance:
         model, coefficients, view[0], noise_variance=noise_variance, frequency_hz=frequency_hz
     ).phase_rad
     seen = anatomical.by_joint(fourier.shift(coefficients, phase))
-    distance = float(walk.camera.in_camera(walk.root)[:, 2].mean())
+    distance = walk.camera.in_camera(walk.root)[:, 2].mean()
     noise = replace(anatomical.Noise(), **_perspective(prior, view, distance))
     given = anatomical.condition(prior, view, noise=noise)
     limits = anatomical.tolerances(prior, bias=noise.bias, slow=noise.slow)
@@ -209,8 +209,8 @@ def _perspective(prior: Prior, view_rad: np.ndarray, distance: float) -> dict[st
     offsets = anatomical.at_instants(walker - walker[PELVIS], anatomical.PHASES)
     off = offsets[:, :2] * offsets[:, 2:] / distance
     return {
-        "bias": float(np.sqrt((off.mean(axis=-1) ** 2).mean())),
-        "slow": float(np.sqrt(off.var(axis=-1).mean())),
+        "bias": np.sqrt((off.mean(axis=-1) ** 2).mean()),
+        "slow": np.sqrt(off.var(axis=-1).mean()),
     }
 
 

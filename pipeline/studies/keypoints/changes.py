@@ -77,7 +77,7 @@ class KeypointChanges(FilmedClips):
     def _seen(self, number: int, case: Case, prior: Prior, inputs: Inputs) -> dict[str, object]:
         kind, dataset = FILM_KINDS[number], inputs.dataset
         generator, walk = inputs.generator(f"{kind.name} {case.take}"), dataset.training_walk(case.walk)
-        heading = float(np.radians(case.heading_deg))
+        heading = np.radians(case.heading_deg)
         filmed = film_as(kind, generator, inputs.clips, case.walk, walk, heading, case.overground)
         people, walked = [filmed], [walk]
         if kind.crossed:
@@ -115,6 +115,6 @@ class KeypointChanges(FilmedClips):
         for take in range(takes):
             person = take * len(people) // takes if takes < len(people) else take % len(people)
             mine = np.flatnonzero(dataset.person == people[person])
-            walk = int(mine[take // len(people) % len(mine)])
+            walk = mine[take // len(people) % len(mine)]
             found.append(Case(first + take, take, person, walk, *side(take), condition))
         return found

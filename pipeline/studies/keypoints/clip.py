@@ -89,10 +89,10 @@ def compare(
     for m, estimate in enumerate(estimates):
         squares = np.degrees(errors.level_angles(estimate, headings) - true_angles) ** 2
         angle[m] = [np.sqrt(squares[:, kind == KIND_OF].mean()) for kind in range(angle.shape[1])]
-    off = float(np.degrees(found.fit.x[HEADING] - simulated.heading_rad))
+    off = np.degrees(found.fit.x[HEADING] - simulated.heading_rad)
     return ClipErrors(
         view_error_deg=(off + 180.0) % 360.0 - 180.0,
-        cadence_error_percent=100.0 * (float(np.exp(found.fit.x[LOG_F])) / walk.frequency_hz - 1.0),
+        cadence_error_percent=100.0 * (np.exp(found.fit.x[LOG_F]) / walk.frequency_hz - 1.0),
         distance_mm=np.array([errors.mean_distance_mm(estimate, truth) for estimate in estimates]),
         angle_deg=angle,
         event_ms=np.array([1000.0 * np.median(np.abs(z[:, 0])) if len(z) else np.nan for z in events]),

@@ -79,7 +79,7 @@ class KeypointWalkers:
             with_harmonics(model_of(expand(small)), knowledge.harmonics),
             Detector(floor_mm=np.full(JOINTS, knowledge.floor_mm)),
             bone_factor=BONE_FACTOR if knowledge.bones else NO_BONES,
-            unfamiliar=float(self.unfamiliar[left_out]),
+            unfamiliar=self.unfamiliar[left_out],
         )
 
 

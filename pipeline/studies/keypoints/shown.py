@@ -47,7 +47,7 @@ class KeypointFigure(Figure):
             "keypoint_walk": (sweep.shown_estimate_mm, "map"),
             "average_walker": (sweep.shown_average_mm, "null"),
         }
-        ground = float(sweep.shown_true_mm[..., 1].max())
+        ground = sweep.shown_true_mm[..., 1].max()
         flip = np.array([1.0, -1.0])
         with begin(words) as rec:
             rec.image_points(

@@ -77,7 +77,7 @@ class CameraSweep(Sweep):
         camera = camera_paths.around(
             len(root),
             target=middle,
-            sweep_rad=0.0 if kind is Camera.still else way * float(np.radians(self.around_deg)),
+            sweep_rad=0.0 if kind is Camera.still else way * np.radians(self.around_deg),
             distance_mm=self.distance_mm,
             azimuth_rad=side,
             px_per_mm=self.focal_px / self.distance_mm,

@@ -50,8 +50,8 @@ def _dividing(eta: np.ndarray, right: np.ndarray, times: np.ndarray) -> float:
     if not between.size:
         return np.nan
     best = between[wrong[between] == wrong[between].min()]
-    k = int(best[len(best) // 2])
-    return float(np.sqrt(eta[k - 1] * eta[k])) if np.isfinite(eta[k]) else float(eta[k - 1])
+    k = best[len(best) // 2]
+    return np.sqrt(eta[k - 1] * eta[k]) if np.isfinite(eta[k]) else eta[k - 1]
 
 
 def rank_correlation_of(table: Table, column: str, by: str, where: Expression = ALL) -> Number:

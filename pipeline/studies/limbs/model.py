@@ -61,7 +61,7 @@ class TrajectoryBasisModel(Model):
         rms = np.sqrt(np.maximum(beyond, 0.0) / np.maximum(size, 1e-12))
         kind = "hard" if self.cutoff is None else f"soft, k0 = {self.cutoff:g}"
         require_range("model.components", self.components, at_most=frames)
-        left = float(np.median(rms[:, self.components - 1]))
+        left = np.median(rms[:, self.components - 1])
         return BasisFit(
             f"{self.components} cosines ({kind}) that leave {100 * left:.1f} % of a limb's length",
         )

@@ -39,7 +39,7 @@ def random_signs(
     positions = np.full((len(root), len(WALKER14.joints), 3), np.nan)
     positions[:, ROOT] = root
     for length, (parent, child) in zip(lengths, WALKER14.ends, strict=True):
-        hits = ray_sphere(camera.matrix, images[:, child], positions[:, parent], float(length)).resolved()
+        hits = ray_sphere(camera.matrix, images[:, child], positions[:, parent], length).resolved()
         signs = generator.choice([-1.0, 1.0], len(root))
         positions[:, child] = positions[:, parent] + hits.chosen(signs)
     return positions

@@ -93,7 +93,7 @@ class _Ways:
             "radius_scale": scale,
             "adjust": way,
             **errors,
-            "adjusted_share": float(hits.adjusted.mean()),  # of frames whose ray misses the sphere
+            "adjusted_share": hits.adjusted.mean(),  # of frames whose ray misses the sphere
             "radius_ratio": radius_mm / trial.length,  # after adjustment, or refinement
             **certificate(self.choices[hits.radius]),
             **nulls.limb_errors(trial, scale=scale),
@@ -132,4 +132,4 @@ class _Ways:
             "relative_error": round(float(off), 12),
             "error_up_to_mirror": min(error, limb_errors(trial, choice)["error_up_to_mirror"]),
         }
-        return errors, float(found.lengths[0]), relative
+        return errors, found.lengths[0], relative

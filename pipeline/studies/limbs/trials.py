@@ -95,9 +95,9 @@ class LimbSweep(CameraSweep):
     def trial(self, stretches: LimbStretches, number: int, camera: Camera, seed: int) -> LimbTrial:
         """Return a trial by its number: stretch, limb and side are the same for every camera."""
         generator = derive_generator(seed, f"sweep:limb:{number}")
-        stretch = int(generator.integers(len(stretches.positions)))
+        stretch = generator.integers(len(stretches.positions))
         limb = int(generator.integers(len(WALKER14.limbs)))
-        side = float(generator.uniform(-np.pi, np.pi))
+        side = generator.uniform(-np.pi, np.pi)
         body = stretches.positions[stretch]
         noise = generator.standard_normal((len(body), 2))
         parent, child = WALKER14.ends[limb]
@@ -113,7 +113,7 @@ class LimbSweep(CameraSweep):
             noise=noise,
             parent=body[:, parent],
             child=body[:, child],
-            length=float(stretches.lengths_mm[stretch, limb]),
+            length=stretches.lengths_mm[stretch, limb],
         )
 
     def every_trial(self, inputs: LimbInputs) -> list[LimbTrial]:

@@ -37,7 +37,7 @@ class AnatomicalApproach:
     def fold(self, walk: int) -> Fold:
         """What is learnt without the person of a walk."""
         people = self._people.model.people
-        return self._people.fold(int(np.flatnonzero(people == self._data.person[walk])[0]))
+        return self._people.fold(np.flatnonzero(people == self._data.person[walk])[0])
 
     def prior(self, walk: int) -> Prior:
         """What is learnt without the person of a walk."""

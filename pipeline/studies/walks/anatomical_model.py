@@ -74,7 +74,7 @@ class AnatomicalModel(Model):
     def learn(self, dataset: FourierSamples, *, workers: int) -> AnatomicalWalkers:
         """Return the prior of the whole population."""
         if dataset.unmeasured.any():
-            walk = int(np.flatnonzero(dataset.unmeasured.any(axis=1))[0])
+            walk = np.flatnonzero(dataset.unmeasured.any(axis=1))[0]
             joints = [WALKER15.joints[j] for j in np.flatnonzero(dataset.unmeasured[walk])]
             raise InvalidInput(
                 "error bars and bones need walks of which every joint was measured",

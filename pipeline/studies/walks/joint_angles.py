@@ -126,7 +126,7 @@ class JointAngles(Sweep):
             .mean()[data.clip[chosen]]
             .to_numpy()
         )
-        shown = int(chosen[np.argsort(off, kind="stable")[len(off) // 2]])
+        shown = chosen[np.argsort(off, kind="stable")[len(off) // 2]]
         joints = np.concatenate([true(shown)[None], motions(shown, np.zeros(1))[:, 0]])
         return JointAngleErrors(
             rows=rows,

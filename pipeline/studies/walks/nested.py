@@ -47,7 +47,7 @@ def nested_choice(
     """
     samples, how = options.training(data)
     groups = np.unique(data.person, return_inverse=True)[1] % GROUPS  # dealt in turn
-    count = int(groups.max()) + 1
+    count = groups.max() + 1
     if count < LEAST_PEOPLE:
         return np.empty(0, dtype=int)
     views = view_angles_rad[evenly(VIEWS, len(view_angles_rad))]

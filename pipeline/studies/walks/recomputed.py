@@ -41,14 +41,14 @@ def recomputed(
     views = angles[evenly(VIEWS, len(angles))]
     walkers = evenly(MOST_WALKERS, len(data.clip))
     methods = [m for m in PUBLISHED if m in options.methods and not model.mirror]
-    learnt = {int(r): _learnt(data, model, int(r), kept) for r in (walkers if methods else ())}
+    learnt = {r: _learnt(data, model, r, kept) for r in (walkers if methods else ())}
     compared = []
     for method in methods:
         noise = options.noise_variance_mm2 if method is Method.map else None
         for view in views:
             of_sweep = rows[(rows["method"] == str(method)) & (rows["view_angle_deg"] == view)]
             theirs = of_sweep.set_index("walker")["absolute_error_mm2"].loc[data.clip[walkers]].to_numpy()
-            residual, angle = options.truth is Truth.motion, float(np.radians(view))
+            residual, angle = options.truth is Truth.motion, np.radians(view)
             anew = np.array(
                 [_error(data, r, fold, angle, noise, residual=residual) for r, fold in learnt.items()]
             )
@@ -110,4 +110,4 @@ def _error(
     errors = np.array([1.0] + [0.5] * (blocks - 1)) @ np.square(off.reshape(blocks, -1))
     if residual:
         errors = errors + (depth @ data.residual_covariance[r][seen] @ depth.T).ravel()
-    return float(errors.mean())
+    return errors.mean()

@@ -159,7 +159,7 @@ class UnknownView(Sweep):
             off = statistics.angle_difference_deg(frame.pop("angle_deg"), frame["view_angle_deg"])
             frame["error_deg"] = off
             frame["failed"] = (np.abs(off) > self.failure_deg).astype(int)
-        unconverged = int((~rows["converged"]).sum())
+        unconverged = (~rows["converged"]).sum()
         return ViewAngles(
             rows=rows,
             published=published,

@@ -272,7 +272,7 @@ def _cosines(postures: np.ndarray) -> np.ndarray:
 def _angle_change_max(cosines: np.ndarray) -> float:
     """Largest change from frame to frame of a limb's azimuth, as a share of half a turn: from 0 to 2 as of cosines."""
     azimuth = np.arctan2(cosines[..., 1], cosines[..., 0])
-    return float(np.abs(np.diff(azimuth, axis=0)).max() / np.pi)
+    return np.abs(np.diff(azimuth, axis=0)).max() / np.pi
 
 
 def _posture(inputs: Inputs) -> pd.DataFrame:

@@ -61,7 +61,7 @@ def mean_variance_left(performances: Sequence[np.ndarray]) -> float:
     frames = np.arange(lengths[-2])
     lasting = len(lengths) - np.searchsorted(lengths, frames, side="right")
     each = [variance_left(np.stack([x[p : p + 1] for x in performances if len(x) > p])) for p in frames]
-    return float(np.average(np.concatenate(each), weights=lasting))
+    return np.average(np.concatenate(each), weights=lasting)
 
 
 def skeleton(

@@ -36,7 +36,7 @@ def sequence_differences(
     theirs = synchronization.warp(theirs, np.broadcast_to(common, theirs.shape[:2]))
     each = ((ours - theirs) ** 2).mean(axis=(1, 2))
     means = ((ours.mean(axis=0) - theirs.mean(axis=0)) ** 2).mean()
-    return np.sqrt(each), float(np.sqrt(means))
+    return np.sqrt(each), np.sqrt(means)
 
 
 def correspondence_differences(action: Action, alignment: str) -> np.ndarray:

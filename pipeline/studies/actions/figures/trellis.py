@@ -153,7 +153,7 @@ class OptimalPath(Figure):
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log the image with the path; over samples, the disparity, its distance so far, and both sequences."""
         values, disparities = _image(tables["table"])
-        path, facts, top = tables["table_path"], tables["table_pair"].iloc[0], int(disparities[-1])
+        path, facts, top = tables["table_path"], tables["table_pair"].iloc[0], disparities[-1]
         samples, disparity = path["sample"].to_numpy(), path["disparity"].to_numpy()
         outline = _outline(inputs)
         corners = np.concatenate([outline, outline[:1]])
@@ -212,7 +212,7 @@ def _outline(inputs: Inputs) -> np.ndarray:
 
 def _image(table: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
     """E (disparities, P) out of the table, NaN outside of the trellis, and the disparities from -D to D."""
-    band = int(table["disparity"].abs().max())
+    band = table["disparity"].abs().max()
     disparities = np.arange(-band, band + 1)
     image = table.pivot(index="disparity", columns="sample", values="cost").reindex(disparities)
     return image.to_numpy(), disparities

@@ -201,4 +201,4 @@ def _rates(inputs: Inputs, null: WithoutMistiming) -> pd.DataFrame:
 def _longest_run(true: np.ndarray) -> int:
     """The most samples in a row at which something holds."""
     changes = np.flatnonzero(np.diff(np.concatenate([[0], true.astype(int), [0]])))
-    return int((changes[1::2] - changes[::2]).max()) if len(changes) else 0
+    return (changes[1::2] - changes[::2]).max() if len(changes) else 0

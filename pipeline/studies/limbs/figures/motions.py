@@ -202,7 +202,7 @@ class MotionsFigure(Figure):
             first = words[numbers[0]]
             columns = []
             for camera, azimuth in zip(cameras, sweep.azimuth_rad[numbers[0]], strict=True):
-                angle = float(azimuth) + np.pi / 3
+                angle = azimuth + np.pi / 3
                 paths = ("world/truth", f"world/reconstructed/{camera}", "world/trajectories/truth",
                          f"world/trajectories/{camera}")  # fmt: skip
                 space = Space3D(

@@ -80,5 +80,5 @@ def increasing(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def confidences(margins: np.ndarray) -> np.ndarray:
     """Return green, amber or red for each mirror margin, of any shape."""
-    flat = [confidence_of_mirror_margin(float(margin)) for margin in np.ravel(margins)]
+    flat = [confidence_of_mirror_margin(margin) for margin in np.ravel(margins)]
     return np.array(flat).reshape(np.shape(margins))

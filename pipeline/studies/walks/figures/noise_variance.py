@@ -83,8 +83,8 @@ class NoiseVariance(Figure):
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """Mean error against σ², the optimum and the published one marked; what σ² adds; the error of single views."""
         table, views = tables["table"], inputs.sweep.view_angle_deg
-        best = int(table["absolute_error_mm2"].to_numpy().argmin())
-        here = float(table["sigma2_mm2"][best])
+        best = table["absolute_error_mm2"].to_numpy().argmin()
+        here = table["sigma2_mm2"][best]
         inside = 0 < best < len(table) - 1
         sigma2 = partial(
             Chart,
@@ -92,7 +92,7 @@ class NoiseVariance(Figure):
             x_label="noise variance σ²",
             y="absolute_error_mm2",
             named=True,
-            x_limits=(0.0, float(table["sigma2_mm2"].max())),
+            x_limits=(0.0, table["sigma2_mm2"].max()),
         )
         mean = sigma2(
             label="mean square error",

@@ -58,7 +58,7 @@ class NoiseTolerance(Figure):
                     **people.reduction_percent(mine, than, "below_map_percent"),
                     **people.mean(of["covered_percent"].to_numpy(), "covered_percent"),
                     "half_width_mm": of["half_width_mm"].mean(),
-                    "walkers_better": int((mine < than).sum()),
+                    "walkers_better": (mine < than).sum(),
                 }
             )
         columns = ["person", "walker", "condition", "method", "absolute_error_mm2", "covered_percent"]

@@ -61,7 +61,7 @@ class HiddenJointErrors(Figure):
                     **people.mean(of["hidden_error_mm"], "hidden_error_mm"),
                     **people.reduction_percent(mine, than, "below_map_percent"),
                     **people.mean(of["seen_error_mm2"], "seen_error_mm2"),
-                    "walkers_better": int((mine < than).sum()),
+                    "walkers_better": (mine < than).sum(),
                 }
             )
         kinds = [*which, "bars"]

@@ -117,7 +117,7 @@ class Postures(Figure):
         """RMS error of every walker from the middle view, on the page."""
         tried = [m for m in TRIED if m in inputs.sweep.methods]
         views = inputs.sweep.demonstration_view_deg
-        middle = float(views[len(views) // 2])
+        middle = views[len(views) // 2]
         found: list[dict[str, Any]] = [
             {"table": "table_demonstrations", "y": f"rms_error_{m}_mm", "styles": {m: TRIED[m]},
              "where": {"view_angle_deg": middle}}
@@ -168,7 +168,7 @@ class Postures(Figure):
         methods = inputs.sweep.methods.tolist()
         chosen = entity_name(inputs.samples[self.walker])
         middle = 1 if len(views) > 1 else 0
-        seconds = 1.0 / float(np.median(data.frequency_hz))
+        seconds = 1.0 / np.median(data.frequency_hz)
         times = np.arange(0.0, seconds, 1.0 / _PLAYED_HZ)
         index = {"time": times}
         recorded = sorted({self.walker, *evenly(self.recorded, len(inputs.samples)).tolist()})

@@ -109,7 +109,7 @@ class Spectrum(Figure):
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log the average walker and the first eigenwalkers, walking, beside the spectrum."""
         table, model = tables["table"], inputs.model
-        frequency = float(inputs.dataset.frequency_hz.mean())
+        frequency = inputs.dataset.frequency_hz.mean()
         times = np.arange(0, 1.0 / frequency, 1.0 / 60.0)
         with begin() as rec:
             index = {"time": times}

@@ -67,7 +67,7 @@ class StructureLadder(Figure):
                     **people.reduction_percent(mine, tuned, "below_map_percent"),
                     **people.reduction_percent(mine, best, "below_whole_percent"),
                     **people.reduction_percent(mine, specified, "below_specified_percent"),
-                    "walkers_better": int((mine < tuned).sum()),
+                    "walkers_better": (mine < tuned).sum(),
                 }
             )
             walkers += [

@@ -121,7 +121,7 @@ class ViewErrors(Figure):
         # The average walker is the same in both papers, and so are axes that are measured by it.
         average = tables["table"].query("method == 'average_walker'")["absolute_error_mm2"].max()
         absolute = error(
-            limits=(0.0, 500.0 * float(np.ceil(1.5 * average / 500.0))),
+            limits=(0.0, 500.0 * np.ceil(1.5 * average / 500.0)),
             y="absolute_error_mm2",
             band="absolute_error_sd_mm2",
             label="mean square error",
@@ -147,7 +147,7 @@ class ViewErrors(Figure):
         views, angles = np.rint(sweep.view_angle_deg).astype(int), np.radians(sweep.view_angle_deg)
         of_first = sweep.rows[sweep.rows["method"] == sweep.methods[0]]
         error = of_first.groupby("walker", sort=False)["absolute_error_mm2"].mean()
-        walker = int(error.argsort().iloc[len(error) // 2])  # the median one
+        walker = error.argsort().iloc[len(error) // 2]  # the median one
         fold = model.fold(walker)
         truth = data.coefficients[walker]
         index = {"view_angle_deg": views}

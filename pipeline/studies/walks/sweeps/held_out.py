@@ -65,7 +65,7 @@ class People:
     def __init__(self, data: FourierSamples, model: AnatomicalWalkers) -> None:
         self.data, self.model = data, model
         self.count = len(model.people)
-        self._person = np.array([int(np.flatnonzero(model.people == who)[0]) for who in data.person])
+        self._person = np.array([np.flatnonzero(model.people == who)[0] for who in data.person])
         self._walks: dict[tuple[int, bool], anatomical.Walks] = {}
 
     @property

@@ -172,7 +172,7 @@ def _of_known_people(
             "learnt_from": LABORATORY,
             "method": f"anybody_{count}",
             "absolute_error_mm2": error,
-            "covered_95": float((z <= NORMAL_95).mean()),
+            "covered_95": (z <= NORMAL_95).mean(),
         }
 
 
@@ -185,7 +185,7 @@ def _with_bars(people: People, fold: Fold, setting: Setting, person: int) -> tup
     beyond = people.missing(person, VIEWS)[..., blocks:]
     error = anatomical.at_instants(np.concatenate([off, beyond], axis=-1), PHASES)
     sd = anatomical.deviation_at_instants(estimate.covariance[:, 0], blocks, PHASES)
-    return float(square.mean()), np.moveaxis(np.abs(error) / sd, 1, -1)
+    return square.mean(), np.moveaxis(np.abs(error) / sd, 1, -1)
 
 
 def _curve(
@@ -236,8 +236,8 @@ def _drawn_from(sources: np.ndarray, person: int, order: np.ndarray) -> dict[str
 
 def _spanned(people: People, kept: np.ndarray, person: int) -> float:
     """Share of what two harmonics of a person differ from the mean of others by that lies in the span of these."""
-    walkers = linear_model.flatten(np.stack([people.walker(int(n))[:5] for n in (*kept, person)]))
+    walkers = linear_model.flatten(np.stack([people.walker(n)[:5] for n in (*kept, person)]))
     centred = walkers[:-1] - walkers[:-1].mean(axis=0)
     own = walkers[-1] - walkers[:-1].mean(axis=0)
     directions = np.linalg.svd(centred, full_matrices=False)[2][: len(kept) - 1]
-    return float(((directions @ own) ** 2).sum() / (own**2).sum())
+    return ((directions @ own) ** 2).sum() / (own**2).sum()

@@ -84,8 +84,8 @@ class ObservedNoise(Sweep):
                     whole,
                     noise=replace(
                         whole.noise,
-                        bias=float(np.hypot(bias, of_frame * share[0])),
-                        slow=float(np.hypot(slow, of_frame * share[-1] * np.sqrt(people.harmonics))),
+                        bias=np.hypot(bias, of_frame * share[0]),
+                        slow=np.hypot(slow, of_frame * share[-1] * np.sqrt(people.harmonics)),
                     ),
                 )
                 for of_frame, bias, slow in CONDITIONS.values()
