@@ -44,7 +44,7 @@ class KeypointHeadingsFigure(KeypointFigure):
         options = cast(KeypointHeadings, inputs.experiment.sweep)
         heading = partial(
             Chart, x="heading_deg", x_label="heading, 0 towards the camera", zero=True,
-            ticks=sorted(set(tables["table"]["heading_deg"].tolist())),
+            ticks=sorted(set(tables["table"]["heading_deg"])),
         )  # fmt: skip
         of_view = Lines(
             table="table_views",

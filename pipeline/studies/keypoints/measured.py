@@ -220,8 +220,8 @@ class FilmedClips(Sweep):
 def calibrations_by_person(person: np.ndarray, measured: list[ClipErrors]) -> dict[str, Calibration]:
     """Multipliers of bars for each person, or laboratory, learnt on all clips of the others."""
     found = {}
-    for who in dict.fromkeys(person.tolist()):
-        others = [m for name, m in zip(person.tolist(), measured, strict=True) if name != who]
+    for who in dict.fromkeys(person):
+        others = [m for name, m in zip(person, measured, strict=True) if name != who]
         found[who] = learn([m.over_sd for m in others])
     return found
 
@@ -244,7 +244,7 @@ def covered_cycle(measured: ClipErrors, calibration: Calibration) -> dict[str, f
     half = NORMAL[-1] * calibration.angles[KIND_OF, -1], NORMAL[-1] * calibration.cycle[:, -1]
     cycle = np.concatenate([z <= wide for z, wide in zip(measured.over_sd.cycle, half[1], strict=True)])
     return {
-        **{f"{event}_error_ms": off for event, off in zip(EVENTS, measured.event_ms.tolist(), strict=True)},
+        **{f"{event}_error_ms": off for event, off in zip(EVENTS, measured.event_ms, strict=True)},
         "covered_angles_percent": 100.0 * (np.abs(measured.over_sd.angles) <= half[0]).mean(),
         "covered_cycle_percent": 100.0 * cycle.mean(),
     }

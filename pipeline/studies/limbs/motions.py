@@ -164,7 +164,7 @@ def _liveliest(stretches: LimbStretches, wanted: int) -> np.ndarray:
     moves = np.diff(stretches.positions - stretches.positions[:, :, [ROOT]], axis=1)
     speed = np.square(moves).sum(axis=(1, 2, 3))
     chosen = []
-    for name in dict.fromkeys(stretches.clip.tolist()):
+    for name in dict.fromkeys(stretches.clip):
         of_this = np.flatnonzero(stretches.clip == name)
         chosen.append(of_this[np.argmax(speed[of_this])])
     return np.array(chosen)[evenly(wanted, len(chosen))]

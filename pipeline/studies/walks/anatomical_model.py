@@ -96,7 +96,7 @@ class AnatomicalModel(Model):
             raise InvalidInput(
                 "the anatomical prior has no frequency", where="dataset.frequency", expected="false"
             )
-        people = np.array(list(dict.fromkeys(dataset.person.tolist())))
+        people = np.array(list(dict.fromkeys(dataset.person)))
         left = 1.0 - dataset.variance_fractions[:, :2].sum(axis=1)
         walks = [np.flatnonzero(dataset.person == person) for person in people]
         tested = np.array([of[np.argmin(left[of])] for of in walks])

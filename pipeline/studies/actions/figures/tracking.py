@@ -84,7 +84,7 @@ class TrackingError(Figure):
                         x=column,
                         x_label=label,
                         log_x=varied == "particles",
-                        ticks=sorted(set(rows[column].tolist())),
+                        ticks=sorted(set(rows[column])),
                         y="error_mm",
                         by="method",
                         styles=METHODS,

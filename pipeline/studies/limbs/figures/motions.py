@@ -106,7 +106,7 @@ class MotionsFigure(Figure):
         mean = steps.groupby(["camera", "step"], as_index=False)["error_mm"].mean().assign(clip="all")
         charts = [
             Chart(
-                **error, table="table_clips", x="clip", words={name: name for name in dict.fromkeys(table["clip"])},
+                **error, table="table_clips", x="clip", words={name: name for name in table["clip"]},
                 by="camera", styles=cameras, picture=False,
             ),
             *(

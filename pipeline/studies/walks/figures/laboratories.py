@@ -67,7 +67,7 @@ class LearningCurves(Figure):
             Chart, x="people", y="absolute_error_mm2", by="method", styles=CURVES, zero=True,
             x_label="people learnt from", label="mean square error",
         )  # fmt: skip
-        words = {str(name): str(name) for name in dict.fromkeys(tables["table_sources"]["tested"])}
+        words = {name: name for name in tables["table_sources"]["tested"]}
         bars = partial(
             Chart, table="table_sources", x="tested", by="method", styles=BARS, words=words,
             where={"learnt_from": LABORATORY},

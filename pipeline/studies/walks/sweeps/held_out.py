@@ -223,7 +223,7 @@ class People:
                     for p, of in enumerate(mine)
                 ]
             )
-            columns = np.flatnonzero(asked.any(axis=0)).tolist()
+            columns = np.flatnonzero(asked.any(axis=0))
             new, wanted = [list(known)[column] for column in columns], asked[:, columns]
             score = self.tried(new, partners, workers, wanted=wanted)
             for setting, by, values in zip(new, wanted.T, score.T, strict=True):

@@ -75,8 +75,8 @@ def simulated_laboratories(
 
     Offsets of joints are alike left and right.
     """
-    people = list(dict.fromkeys(data.person.tolist()))
-    of = np.array([people.index(who) % 2 for who in data.person.tolist()])
+    people = list(dict.fromkeys(data.person))
+    of = np.array([people.index(who) % 2 for who in data.person])
     moved = rng.normal(0.0, offset_mm / 2.0, (15, 3))
     moved = (moved + moved[list(WALKER15.mirror)] * [-1.0, 1.0, 1.0]) / np.sqrt(2.0)
     moved[WALKER15.index("pelvis")] = 0.0
@@ -116,7 +116,7 @@ class Laboratories(Sweep):
             for learnt_from, left in left_out(model.sources, person):
                 fold = people.fold(*np.flatnonzero(left).tolist())
                 plain = {method: of[method] for method in METHODS[:2]}
-                error = errors_of(people, fold, plain, person, VIEWS).mean(axis=(1, 2)).tolist()
+                error = errors_of(people, fold, plain, person, VIEWS).mean(axis=(1, 2))
                 bars = [_with_bars(people, fold, of[method], person) for method in METHODS[2:]]
                 rows += [
                     {**key, "learnt_from": learnt_from, "method": method, "absolute_error_mm2": value}
@@ -147,7 +147,7 @@ def left_out(sources: np.ndarray, person: int) -> Iterator[tuple[str, np.ndarray
     """What is learnt from for one person, and who is left out (P,) bool; too few to learn from are left aside."""
     mine = sources[person]
     yield PERSON, np.arange(len(sources)) == person
-    others = [name for name in dict.fromkeys(sources.tolist()) if name != mine]
+    others = [name for name in dict.fromkeys(sources) if name != mine]
     alone = [(str(name), sources != name) for name in others if len(others) > 1]
     for learnt_from, left in [(LABORATORY, sources == mine), *alone]:
         if (~left).sum() >= LEAST_PEOPLE:
@@ -200,7 +200,7 @@ def _curve(
             fold = people.fold(*np.setdiff1d(np.arange(people.count), kept).tolist())
             unused = "anybody" if kind == "person" else "anatomical"
             methods = {m: s for m, s in settings.items() if m != unused}
-            found = errors_of(people, fold, methods, person, VIEWS).mean(axis=(1, 2)).tolist()
+            found = errors_of(people, fold, methods, person, VIEWS).mean(axis=(1, 2))
             key = {
                 "person": str(people.model.people[person]),
                 "left_out": kind,
@@ -221,9 +221,9 @@ def _drawn_from(sources: np.ndarray, person: int, order: np.ndarray) -> dict[str
     Without the person, or the laboratory; and of one other laboratory alone, the largest, where there are several.
     """
     names, counts = np.unique(sources, return_counts=True)
-    size = dict(zip(names.tolist(), counts.tolist(), strict=True))
+    size = dict(zip(names, counts, strict=True))
     largest = sorted(size, key=lambda name: (-size[name], name))
-    mine = str(sources[person])
+    mine = sources[person]
     one = next(name for name in largest if name != mine)
     kinds = {
         "person": (order != person, len(sources) - 1),
