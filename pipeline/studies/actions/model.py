@@ -14,7 +14,7 @@ from pipeline.core import action_model, posture, synchronization
 from pipeline.core.action_model import ActionModel, LearntAction
 from pipeline.core.aspace import ASpace
 from pipeline.studies.actions.dataset import PostureDataset, Postures
-from pipeline.studies.study import Model
+from pipeline.studies.study import Model, SweepInputs
 from pipeline.validation import Count, InvalidInput, Positive, Several, bounded, require_range
 
 ALIGNMENTS = ("raw", "linear", "keyframe", "synchronized")
@@ -112,6 +112,9 @@ class Action:
     def farthest(self) -> int:
         """The performance of largest disparity from the median sequence, the first on ties."""
         return int(np.abs(self.disparity).max(axis=1).argmax())
+
+
+ActionInputs = SweepInputs[None, Postures, Action]
 
 
 @dataclass(kw_only=True)

@@ -17,10 +17,9 @@ from pipeline.core import action_model, bootstrap, posture
 from pipeline.core.action_model import ActionModel
 from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
-from pipeline.studies.actions.dataset import Postures
-from pipeline.studies.actions.model import Action
+from pipeline.studies.actions.model import ActionInputs
 from pipeline.studies.replicated import DRAW
-from pipeline.studies.study import Sweep, SweepInputs
+from pipeline.studies.study import Sweep
 from pipeline.validation import Count, Distinct, require_range
 
 KINDS = ("accepted", "outside", "training", "unsynchronized")
@@ -81,7 +80,7 @@ class PostureSampling(Sweep):
         super().validate()
         require_range("sweep.samples", self.samples, at_most=self.measured)
 
-    def measure(self, inputs: SweepInputs[None, Postures, Action]) -> SampledPostures:
+    def measure(self, inputs: ActionInputs) -> SampledPostures:
         """Return postures drawn at each frame, as joints, and what is said of them."""
         action, bound = inputs.model, inputs.model_options.bound
         performances, learnt = action.synchronized, action.model

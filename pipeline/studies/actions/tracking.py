@@ -14,13 +14,12 @@ import pandas as pd
 from pipeline.core.choice import evenly
 from pipeline.core.tracking import joint_error
 from pipeline.processes import map_processes
-from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.held_out import LeaveOut, learn_without, left_out, performances_of
-from pipeline.studies.actions.model import Action
+from pipeline.studies.actions.model import ActionInputs
 from pipeline.studies.actions.tracking_conditions import Condition
 from pipeline.studies.actions.tracking_trial import METHODS, Tracked, Trial
 from pipeline.studies.occlusion import require_occlusion
-from pipeline.studies.study import Sweep, SweepInputs, scaled
+from pipeline.studies.study import Sweep, scaled
 from pipeline.validation import CountOrAll, Distinct, Finite, InvalidInput, NonNegative, bounded
 
 USUAL_PARTICLES = 500
@@ -124,7 +123,7 @@ class HeldOutTracking(Sweep):
             )
         return [LeaveOut.performance], ["tracking: one person alone, so no person is left out"]
 
-    def measure(self, inputs: SweepInputs[None, Postures, Action]) -> TrackingErrors:
+    def measure(self, inputs: ActionInputs) -> TrackingErrors:
         """Return the errors; of the model only the options are used: everything is learnt again.
 
         Raises

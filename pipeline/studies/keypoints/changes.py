@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from pipeline.clips.kinds import Walks
 from pipeline.core.keypoint_walk import Prior
 from pipeline.core.keypoint_walk.verdict import Verdict
 from pipeline.processes import map_processes
@@ -15,8 +14,7 @@ from pipeline.studies.keypoints.conditions import CONDITIONS, Changes, Condition
 from pipeline.studies.keypoints.dataset import FilmedWalkers
 from pipeline.studies.keypoints.kinds import FILM_KINDS, crossing, film_as, see
 from pipeline.studies.keypoints.measured import Case, FilmedClips, FilmedErrors, Inputs, side
-from pipeline.studies.keypoints.model import KeypointWalkers
-from pipeline.studies.study import SweepInputs, scaled
+from pipeline.studies.study import scaled
 from pipeline.validation import CountOrAll, Several
 
 
@@ -51,7 +49,7 @@ class KeypointChanges(FilmedClips):
             kept += [condition for condition in every if condition.kind == kind][-self.levels :]
         return kept
 
-    def measure(self, inputs: SweepInputs[Walks, FilmedWalkers, KeypointWalkers]) -> ChangedErrors:
+    def measure(self, inputs: Inputs) -> ChangedErrors:
         """Return the errors of all clips, and what was made of each kind of film."""
         of_kinds = self._kinds(inputs) if self.changes is Changes.degradations else pd.DataFrame()
         return ChangedErrors(**vars(super().measure(inputs)), kinds=of_kinds)

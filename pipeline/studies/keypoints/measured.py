@@ -121,7 +121,7 @@ class FilmedClips(Sweep):
     def cases(self, dataset: FilmedWalkers) -> list[Case]:
         """Return the clips."""
 
-    def measure(self, inputs: SweepInputs[Walks, FilmedWalkers, KeypointWalkers]) -> FilmedErrors:
+    def measure(self, inputs: Inputs) -> FilmedErrors:
         """Return the errors of all clips."""
         dataset = inputs.dataset
         cases = self.cases(dataset)

@@ -9,7 +9,7 @@ import numpy as np
 from pipeline.core.anatomical import Noise, Prior, Shrinkage, fit, person_weights
 from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.samples import FourierDataset, FourierSamples
-from pipeline.studies.study import Model
+from pipeline.studies.study import Model, SweepInputs
 from pipeline.validation import InvalidInput, Positive, Share, require_range
 
 
@@ -32,6 +32,9 @@ class AnatomicalWalkers:
     tested: np.ndarray
     words: str
     remarks: list[str]
+
+
+AnatomicalInputs = SweepInputs[object, FourierSamples, AnatomicalWalkers]
 
 
 @dataclass(kw_only=True)

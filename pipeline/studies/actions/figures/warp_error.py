@@ -173,5 +173,5 @@ def _summary(inputs: Inputs, everywhere: np.ndarray, moving: np.ndarray) -> dict
         low, high = interval_over_people(person, others)
         summary[f"{name}_frames"] = others.mean()
         summary[f"{name}_sd_frames"] = sd(others)
-        summary |= {f"{name}_frames_low": low, f"{name}_frames_high": high}
+        summary |= {f"{name}_frames_low": float(low), f"{name}_frames_high": float(high)}
     return summary

@@ -11,20 +11,16 @@ import pandas as pd
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Matrix, Notes, Rows
-from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
-from pipeline.studies.eigenwalkers.samples import FourierSamples
+from pipeline.studies.eigenwalkers.model import EigenwalkersModel
 from pipeline.studies.experiment import Experiment
-from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
+from pipeline.studies.figure_inputs import sd, tidy
 from pipeline.studies.study import Figure, Recorder
-from pipeline.studies.walks.figures.view_errors import over_walkers
-from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
+from pipeline.studies.walks.figures.view_errors import Inputs, over_walkers
+from pipeline.studies.walks.known_view import KnownView
 from pipeline.studies.walks.methods import Method, Null
 from pipeline.validation import InvalidInput
 
 PUBLISHED = Reference(x="zhang2007_optimal_variance", label="published 70")
-
-
-Inputs = FigureInputs[FourierSamples, Eigenwalkers, KnownViewErrors]
 
 
 @dataclass(kw_only=True)

@@ -10,9 +10,8 @@ from scipy.special import ndtri
 
 from pipeline.core import anatomical, linear_model
 from pipeline.processes import map_processes
-from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.study import Sweep, SweepInputs, scaled
-from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
+from pipeline.studies.study import Sweep, scaled
+from pipeline.studies.walks.anatomical_model import AnatomicalInputs
 from pipeline.studies.walks.sweeps.held_out import (
     BARS,
     NOISE_VARIANCES_MM2,
@@ -66,7 +65,7 @@ class Coverage(Sweep):
     seen_from_deg: MirroredViews = scaled(start=-90, stop=90, step="structure_step_deg")  # true views
     partners: Choosers = scaled(value="partners")  # people who choose sigma² of MAP for each person
 
-    def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> Bars:
+    def measure(self, inputs: AnatomicalInputs) -> Bars:
         """Return errors and standard deviations of every method."""
         view_deg = self.seen_from_deg.values("sweep.seen_from_deg")
         view = np.radians(view_deg)
@@ -132,7 +131,7 @@ class Coverage(Sweep):
         self,
         people: People,
         person: int,
-        inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers],
+        inputs: AnatomicalInputs,
     ) -> dict[str, np.ndarray]:
         """The missing dimension (1 + 2H, 15) of one person from one view, and samples (N, 1 + 2H, 15) of it."""
         setting = anatomical_setting(inputs.model_options, people.harmonics)

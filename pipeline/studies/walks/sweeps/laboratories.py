@@ -16,8 +16,8 @@ from pipeline.core.anatomical import Differences
 from pipeline.processes import map_processes
 from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.study import Sweep, SweepInputs, scaled
-from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
+from pipeline.studies.study import Sweep, scaled
+from pipeline.studies.walks.anatomical_model import AnatomicalInputs
 from pipeline.studies.walks.sweeps.held_out import (
     CHOOSING_VIEWS_DEG,
     NOISE_VARIANCES_MM2,
@@ -96,7 +96,7 @@ class Laboratories(Sweep):
 
     partners: Choosers = scaled(value="partners")  # people who choose sigma² of MAP for each person
 
-    def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> LaboratoryErrors:
+    def measure(self, inputs: AnatomicalInputs) -> LaboratoryErrors:
         """Return errors and bars of everybody; people of a single source get two simulated laboratories."""
         data, model = inputs.dataset, inputs.model
         if len(np.unique(data.source)) == 1:

@@ -9,9 +9,8 @@ import pandas as pd
 
 from pipeline.core import anatomical, errors
 from pipeline.processes import map_processes
-from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
-from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
+from pipeline.studies.study import Sweep, Swept, scaled
+from pipeline.studies.walks.anatomical_model import AnatomicalInputs
 from pipeline.studies.walks.sweeps.held_out import (
     NOISE_VARIANCES_MM2,
     NORMAL_95,
@@ -56,7 +55,7 @@ class ObservedNoise(Sweep):
     seen_from_deg: Swept = scaled(start=0, stop=90, step="few_views_step_deg")  # true views
     partners: Choosers = scaled(value="partners")  # people who choose sigma² of MAP for each person
 
-    def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> NoiseErrors:
+    def measure(self, inputs: AnatomicalInputs) -> NoiseErrors:
         """Return errors and coverage of every method under each condition."""
         view_deg = self.seen_from_deg.values("sweep.seen_from_deg")
         view = np.radians(view_deg)

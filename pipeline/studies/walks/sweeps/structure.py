@@ -16,9 +16,8 @@ import pandas as pd
 from pipeline.core import anatomical, errors
 from pipeline.core.choice import first_lowest
 from pipeline.processes import map_processes
-from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.study import Sweep, SweepInputs, scaled
-from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
+from pipeline.studies.study import Sweep, scaled
+from pipeline.studies.walks.anatomical_model import AnatomicalInputs
 from pipeline.studies.walks.stacked import stacked
 from pipeline.studies.walks.sweeps.held_out import NOISE_VARIANCES_MM2, Choosers, Fold, MirroredViews, People
 from pipeline.studies.walks.sweeps.ladder import METHODS, MOST_HARMONICS, of_part
@@ -52,7 +51,7 @@ class Structure(Sweep):
     seen_from_deg: MirroredViews = scaled(start=-90, stop=90, step="structure_step_deg")  # true views
     partners: Choosers = scaled(value="partners")  # people who choose the settings of each person
 
-    def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> StructureErrors:
+    def measure(self, inputs: AnatomicalInputs) -> StructureErrors:
         """Return the errors of every method."""
         view_deg = self.seen_from_deg.values("sweep.seen_from_deg")
         view = np.radians(view_deg)

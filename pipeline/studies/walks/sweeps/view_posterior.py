@@ -10,9 +10,8 @@ from scipy.special import ndtri
 
 from pipeline.core import anatomical, statistics
 from pipeline.processes import map_processes
-from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
-from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
+from pipeline.studies.study import Sweep, Swept, scaled
+from pipeline.studies.walks.anatomical_model import AnatomicalInputs, AnatomicalModel
 from pipeline.studies.walks.sweeps.held_out import BARS, CANDIDATES, People
 from pipeline.studies.walks.sweeps.setting import PLAIN, anatomical_setting, approach_two
 from pipeline.validation import InvalidInput, Positive
@@ -53,7 +52,7 @@ class ViewAngleBars(Sweep):
     seen_from_deg: Swept = scaled(start=-90, stop=90, step="structure_step_deg")  # true views
     noise_variance_mm2: Positive = 70.0  # of the plain covariance
 
-    def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> ViewPosteriors:
+    def measure(self, inputs: AnatomicalInputs) -> ViewPosteriors:
         """Return the view angles and their posteriors."""
         view_deg = self.seen_from_deg.values("sweep.seen_from_deg")
         view = np.radians(view_deg)
