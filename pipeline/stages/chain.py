@@ -53,8 +53,7 @@ def _after(before: Sequence[Stored[Any]], stage: str, experiment: Experiment, st
         if options.draws_random_numbers:
             made_from = {"sweep": options, "seed": experiment.seed}
         clips, dataset, model = (kept.value for kept in before)
-        others = (experiment.dataset, experiment.model, experiment.workers, experiment.seed)
-        given = SweepInputs(clips, dataset, model, *others)
+        given = SweepInputs(clips, dataset, model, experiment.model, experiment.workers, experiment.seed)
         method, compute = options.measure, partial(options.measure, given)
     else:
         method = options.build if stage == "dataset" else options.learn

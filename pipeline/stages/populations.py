@@ -71,7 +71,7 @@ def swept(experiment: Experiment, number: int, store: Store) -> Stored[Any]:
         samples = experiment.dataset.build(kept.value, workers=1)
         learnt = model.learn(samples, workers=1)
         seed = ingest.seed_of(experiment, number)
-        return sweep.measure(SweepInputs(None, samples, learnt, experiment.dataset, model, 1, seed))
+        return sweep.measure(SweepInputs(None, samples, learnt, model, 1, seed))
 
     return stored(
         store,

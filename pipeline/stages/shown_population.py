@@ -50,7 +50,7 @@ def _inputs(experiment: Experiment, population: int, store: Store) -> FigureInpu
     if sweep.of_populations() == sweep and not isinstance(sweep, NoSweep):  # of which all are measured
         measured = populations.swept(experiment, population - 1, store).value
     else:
-        measured = sweep.measure(SweepInputs(clips, samples, learnt, options, model, workers, seed))
+        measured = sweep.measure(SweepInputs(clips, samples, learnt, model, workers, seed))
     return FigureInputs(experiment, clips, samples, learnt, measured, population)
 
 

@@ -65,7 +65,7 @@ def check(measure: Measure, registry: Registry, where: str) -> None:
                     f"wrong argument {name!r} of {part.name}",
                     where=where,
                     expected=getattr(types[name], "__name__", str(types[name])),
-                    received=str(value),
+                    received=value,
                 )
             if types[name] is Expression and value:
                 columns_of(value)

@@ -124,14 +124,12 @@ def tidy(columns: pd.DataFrame | list[Any] | Mapping[str, Any], *, by: Sequence[
         columns = {name: values.ravel() for name, values in zip(columns, cells, strict=True)}
     frame = pd.DataFrame(columns)
     # Millions of rows that are sorted are not copied to be sorted.
-    if not by or (frame.index.equals(pd.RangeIndex(len(frame))) and _sorted(frame, list(by))):
+    if not by or (
+        frame.index.equals(pd.RangeIndex(len(frame)))
+        and pd.MultiIndex.from_frame(frame[list(by)]).is_monotonic_increasing
+    ):
         return frame
     return frame.sort_values(list(by), kind="stable", na_position="last", ignore_index=True)
-
-
-def _sorted(frame: pd.DataFrame, by: list[str]) -> bool:
-    """Return whether the rows are sorted by some columns."""
-    return pd.MultiIndex.from_frame(frame[by]).is_monotonic_increasing
 
 
 def columns_of(table: pd.DataFrame) -> dict[str, np.ndarray]:
@@ -139,6 +137,6 @@ def columns_of(table: pd.DataFrame) -> dict[str, np.ndarray]:
     return {str(name): table[name].to_numpy() for name in table}
 
 
-def sd(values: Any, axis: int = 0) -> Any:
-    """Return the standard deviation of an array or Series along an axis, divisor n - 1 (0 for a single value)."""
-    return values.std(axis=axis, ddof=1) if values.shape[axis] > 1 else 0.0 * values.mean(axis=axis)
+def sd(values: Any) -> Any:
+    """Return the standard deviation of an array (n,) or Series, divisor n - 1 (0 for a single value)."""
+    return values.std(ddof=1) if len(values) > 1 else 0.0 * values.mean()

@@ -86,18 +86,24 @@ def require_clean(folder: Path) -> None:
 
 def keep_numbers(path: Path, numbers: Sequence[Numbers], data_name: str, group: str) -> None:
     """Replace the numbers of these switches in the table that explanations quote."""
-    sides = [f"{side}{end}" for side in ("without", "with") for end in ("", "_low", "_high")]
-    columns = ["data", "group", "switch", "overrides", "scale", "name", *sides]
     rows = [
-        (
-            *(data_name, group, run.switch, " ".join(run.overrides), run.scale, name),
-            *(part for side in (value, run.with_it[name]) for part in (side.value, side.low, side.high)),
-        )
+        {
+            "data": data_name,
+            "group": group,
+            "switch": run.switch,
+            "overrides": " ".join(run.overrides),
+            "scale": run.scale,
+            "name": name,
+            **{
+                f"{side}{end}": part
+                for side, found in (("without", value), ("with", run.with_it[name]))
+                for end, part in (("", found.value), ("_low", found.low), ("_high", found.high))
+            },
+        }
         for run in numbers
         for name, value in run.without.items()
     ]
-    named = [dict(zip(columns, row, strict=True)) for row in rows]
-    _replace(path, named, numbers, data_name, group, sort_by=["name"])
+    _replace(path, rows, numbers, data_name, group, sort_by=["name"])
 
 
 def keep_table(

@@ -17,6 +17,7 @@ Measures that only one study uses are in its own `measures` module.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NewType
 
 import numpy as np
@@ -43,11 +44,17 @@ Count = NewType("Count", float)
 # --- one column -------------------------------------------------------------------------------------------
 
 
-def mean(table: Table, column: str, where: Expression = ALL) -> Number:
-    """Mean of a column."""
+def _statistic(
+    table: Table, column: str, where: Expression, of: Callable[[Rows, np.ndarray], np.ndarray]
+) -> Number:
     rows = rows_of(table, where)
     found = values(rows.frame, column)
-    return rows.number(rows.mean(found)) if whole(found) else rows.no_number
+    return rows.number(of(rows, found)) if whole(found) else rows.no_number
+
+
+def mean(table: Table, column: str, where: Expression = ALL) -> Number:
+    """Mean of a column."""
+    return _statistic(table, column, where, Rows.mean)
 
 
 def mean_percent(table: Table, column: str, where: Expression = ALL) -> Number:
@@ -57,23 +64,17 @@ def mean_percent(table: Table, column: str, where: Expression = ALL) -> Number:
 
 def median(table: Table, column: str, where: Expression = ALL) -> Number:
     """Median of a column."""
-    rows = rows_of(table, where)
-    found = values(rows.frame, column)
-    return rows.number(rows.median(found)) if whole(found) else rows.no_number
+    return _statistic(table, column, where, Rows.median)
 
 
 def largest(table: Table, column: str, where: Expression = ALL) -> Number:
     """Largest entry of a column."""
-    rows = rows_of(table, where)
-    found = values(rows.frame, column)
-    return rows.number(rows.largest(found)) if whole(found) else rows.no_number
+    return _statistic(table, column, where, Rows.largest)
 
 
 def smallest(table: Table, column: str, where: Expression = ALL) -> Number:
     """Smallest entry of a column."""
-    rows = rows_of(table, where)
-    found = values(rows.frame, column)
-    return rows.number(-rows.largest(-found)) if whole(found) else rows.no_number
+    return _statistic(table, column, where, lambda rows, found: -rows.largest(-found))
 
 
 def only(table: Table, column: str, where: Expression = ALL) -> float:
@@ -107,11 +108,9 @@ def variation_percent(table: Table, column: str) -> Number:
     found = values(rows.frame, column)
     if not whole(found) or found.size < 2:
         return rows.no_number
-    count = rows.weights @ np.bincount(rows.cluster, minlength=rows.weights.shape[1])
-    middle = found.mean()  # against cancellation
-    away = rows.mean(found - middle)
-    spread = np.sqrt(np.maximum(rows.mean((found - middle) ** 2) - away**2, 0.0) * count / (count - 1.0))
-    return rows.number(np.asarray(ratio_percent(spread, middle + away)))
+    middle = found.mean()
+    level = middle + rows.mean(found - middle)
+    return rows.number(np.asarray(ratio_percent(rows.deviation(found), level)))
 
 
 def distinct(table: Table, columns: list[str]) -> Count:
@@ -144,8 +143,8 @@ def percent_below(table: Table, column: str, by: str, of: str, than: str) -> Num
     read = list(
         dict.fromkeys([column, by, "method", *own])
     )  # of millions of rows no further column is copied
-    frame, cluster = rows.frame[read][chosen], rows.cluster[chosen]
-    found = values(frame, column)
+    rows = Rows(rows.frame[read], rows.cluster, rows.weights, rows.plain).where(chosen)
+    frame, found = rows.frame, values(rows.frame, column)
     group, labels = frame[by].factorize(use_na_sentinel=False)
     one = (frame["method"] == of).to_numpy()
     there = [np.bincount(group[mine], minlength=len(labels)) > 0 for mine in (one, ~one)]
@@ -153,8 +152,7 @@ def percent_below(table: Table, column: str, by: str, of: str, than: str) -> Num
         return rows.no_number
     means = []
     for mine in (one, ~one):
-        part = Rows(frame[mine], cluster[mine], rows.weights, rows.plain)
-        mean_of_part, times = part.group_means(found[mine], group[mine], len(labels))
+        mean_of_part, times = rows.where(mine).group_means(found[mine], group[mine], len(labels))
         means.append(mean_of_part)
     with np.errstate(invalid="ignore"):
         below = np.where(times > 0, means[0] < means[1], 0.0)

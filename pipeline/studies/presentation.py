@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
 ANKLE_HEIGHT_MM = 80.0
@@ -10,7 +12,7 @@ ANKLE_HEIGHT_MM = 80.0
 
 def entity_name(name: str) -> str:
     """Return the name of a clip as the path of a recording's entity can hold it."""
-    return "".join(ch if ch.isalnum() else "_" for ch in name)
+    return re.sub(r"\W", "_", name)
 
 
 def interval_words(count: int, *, of: str = "mean", over: str = "people", bands: str = "Bands") -> str:

@@ -120,7 +120,7 @@ def columns_of(expression: str) -> list[str]:
     try:
         nodes = list(ast.walk(ast.parse(expression, mode="eval")))
     except SyntaxError as error:
-        raise InvalidInput(f"{expression!r} is no expression", received=str(error)) from error
+        raise InvalidInput(f"{expression!r} is no expression", received=error) from error
     functions = [node.func for node in nodes if isinstance(node, ast.Call)]
     if not all(isinstance(node, _ALLOWED) for node in nodes) or any(
         not (isinstance(function, ast.Name) and function.id == "abs") for function in functions
@@ -176,6 +176,10 @@ class Rows:
         """NaN for every replicate."""
         return self.number(np.full(len(self.weights), np.nan))
 
+    def where(self, kept: np.ndarray) -> Rows:
+        """Return some of the rows (n,) bool."""
+        return Rows(self.frame[kept], self.cluster[kept], self.weights, self.plain)
+
     def mean(self, found: np.ndarray) -> np.ndarray:
         """Mean (B, …) of values (n, …)."""
         return bootstrap.weighted_means(found, self.cluster, self.weights)
@@ -183,6 +187,14 @@ class Rows:
     def median(self, found: np.ndarray) -> np.ndarray:
         """Median (B,) of values (n,)."""
         return bootstrap.weighted_medians(found, self.cluster, self.weights)
+
+    def deviation(self, found: np.ndarray) -> np.ndarray:
+        """Standard deviation (B,) of values (n,), divisor n - 1; NaN for a single value."""
+        count = self.weights @ np.bincount(self.cluster, minlength=self.weights.shape[1])
+        away = found - found.mean()  # against cancellation
+        square = np.maximum(self.mean(away**2) - self.mean(away) ** 2, 0.0)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.sqrt(square * count / np.where(count > 1, count - 1.0, np.nan))
 
     def largest(self, found: np.ndarray) -> np.ndarray:
         """Largest (B,) of values (n,)."""

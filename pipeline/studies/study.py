@@ -146,8 +146,8 @@ class SweepInputs(Generic[ClipsT, DatasetT, ModelT]):
     ----------
     clips, dataset, model : dataclass
         Results of the earlier stages.
-    dataset_options, model_options : Dataset, Model
-        Their options, for sweeps that learn again from fewer samples.
+    model_options : Model
+        Its options, for sweeps that learn again from fewer samples.
     workers : int
         Threads.
     seed : int
@@ -156,7 +156,6 @@ class SweepInputs(Generic[ClipsT, DatasetT, ModelT]):
     clips: ClipsT
     dataset: DatasetT
     model: ModelT
-    dataset_options: Any
     model_options: Any
     workers: int
     seed: int

@@ -99,7 +99,7 @@ def test_estimated_and_dropped_joints_have_no_errors(folder: Path, missing: Miss
         sigma2_mm2=Grid(start=1, stop=2, step=1),
         methods=[Method.map],
     )
-    inputs = SweepInputs(clips, samples, model, FourierDataset(), EigenwalkersModel(), 1, 1)
+    inputs = SweepInputs(clips, samples, model, EigenwalkersModel(), 1, 1)
     found = sweep.measure(inputs)
     joints = found.joints[found.joints["method"] == "map"].set_index("joint")["absolute_error_mm2"]
     assert joints["head"].isna().tolist() == (

@@ -210,13 +210,13 @@ def test_an_option_says_what_it_returns_and_what_it_is_made_of(group: str, optio
 
 
 def test_without_a_sweep_nothing_is_measured() -> None:
-    inputs = SweepInputs(None, None, None, None, None, workers=1, seed=1)
+    inputs = SweepInputs(None, None, None, None, workers=1, seed=1)
     assert NoSweep().measure(inputs) == Nothing()
     assert type(preset("zhang2007_fig2").sweep) is NoSweep
 
 
 def test_a_sweep_draws_the_same_numbers_for_one_seed_and_purpose_alone() -> None:
-    one, other = (SweepInputs(None, None, None, None, None, workers=1, seed=seed) for seed in (1, 2))
+    one, other = (SweepInputs(None, None, None, None, workers=1, seed=seed) for seed in (1, 2))
     first = one.generator().random(3)
     np.testing.assert_array_equal(one.generator().random(3), first)
     for generator in (other.generator(), one.generator("a part")):

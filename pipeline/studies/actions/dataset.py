@@ -91,7 +91,7 @@ class Postures:
     @property
     def duration_s(self) -> np.ndarray:
         """Seconds from the first to the last frame of each performance, (M,)."""
-        return np.asarray((np.diff(self.first) - 1) / self.frame_rate_hz)
+        return (np.diff(self.first) - 1) / self.frame_rate_hz
 
     def split(self, values: np.ndarray) -> list[np.ndarray]:
         """Return an array for each performance, out of one that holds them end to end."""

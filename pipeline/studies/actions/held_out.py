@@ -140,9 +140,9 @@ def left_out(people: np.ndarray, performance: int, leave_out: LeaveOut) -> np.nd
             "too few performances are left to learn from",
             where=f"leave one {leave_out} out, performance {performance}",
             expected="2 or more",
-            received=str((~out).sum()),
+            received=(~out).sum(),
         )
-    return np.asarray(out)
+    return out
 
 
 def learn_without(options: ActionSpaceModel, performances: Sequence[Performance], out: np.ndarray) -> HeldOut:
@@ -175,7 +175,7 @@ def learn_without(options: ActionSpaceModel, performances: Sequence[Performance]
     return HeldOut(
         action=action,
         dynamics=dynamics,
-        own_step=float(np.sqrt((steps**2 / size**2).mean())),
+        own_step=np.sqrt((steps**2 / size**2).mean()),
         misfit_mm=np.sqrt((misfit**2).mean(axis=(0, 2))),
         frame=frame,
     )

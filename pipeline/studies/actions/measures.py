@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline.studies.measures import only
-from pipeline.studies.rows import Number, Table, require_columns, rows_of, values
+from pipeline.studies.rows import Number, Table, require_columns, rows_of, values, whole
 
 
 def variance_left(table: Table, column: str) -> Number:
@@ -18,7 +18,7 @@ def variance_left(table: Table, column: str) -> Number:
     found = values(rows.frame, column)
     of_person = dict(zip(rows.frame["person"].astype(str), rows.cluster, strict=True))
     other = rows.frame["other_person"].astype(str).map(of_person)
-    if not (found.size and np.isfinite(found).all()) or other.isna().any():
+    if not whole(found) or other.isna().any():
         return rows.no_number
     size = rows.weights.shape[1]
     apart = np.zeros((size, size))

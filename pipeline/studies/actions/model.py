@@ -14,7 +14,7 @@ from pipeline.core import action_model, posture, synchronization
 from pipeline.core.action_model import ActionModel, LearntAction
 from pipeline.core.aspace import ASpace
 from pipeline.studies.actions.dataset import PostureDataset, Postures
-from pipeline.studies.study import Model
+from pipeline.studies.study import Model, SweepInputs
 from pipeline.validation import Count, InvalidInput, Positive, Several, bounded, require_range
 
 ALIGNMENTS = ("raw", "linear", "keyframe", "synchronized")
@@ -105,13 +105,16 @@ class Action:
             warp = self.keyframe_warp
             return np.stack([np.interp(linear[self.median], warp[self.median], frames) for frames in warp])
         if alignment == "synchronized":
-            return np.asarray(last * synchronization.rate_to_rate(self.disparity) / (samples - 1))
-        return np.asarray(linear)
+            return last * synchronization.rate_to_rate(self.disparity) / (samples - 1)
+        return linear
 
     @property
     def farthest(self) -> int:
         """The performance of largest disparity from the median sequence, the first on ties."""
         return int(np.abs(self.disparity).max(axis=1).argmax())
+
+
+ActionInputs = SweepInputs[None, Postures, Action]
 
 
 @dataclass(kw_only=True)
@@ -137,7 +140,7 @@ class ActionSpaceModel(Model):
         super().validate()
         require_range("model.max_disparity", self.max_disparity, below=self.samples)
         if 0 not in self.steps or max(self.steps) > 1:
-            raise InvalidInput("must hold 0 and none above 1", where="model.steps", received=str(self.steps))
+            raise InvalidInput("must hold 0 and none above 1", where="model.steps", received=self.steps)
 
     @property
     def path_options(self) -> dict[str, Any]:
@@ -166,7 +169,7 @@ class ActionSpaceModel(Model):
         keyed = action_model.by_key_frames(learnt.raw, samples=self.samples, count=self.key_frames)
         aligned = {"linear": learnt.linear, "keyframe": keyed.sequences, "synchronized": learnt.synchronized}
         performances, people = len(dataset.person), dataset.person
-        most = int(np.unique(people, return_counts=True)[1].max())
+        most = np.unique(people, return_counts=True)[1].max()
 
         def acceptance(groups: np.ndarray | None) -> dict[str, np.ndarray]:
             return {

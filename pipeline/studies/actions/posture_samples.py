@@ -17,10 +17,9 @@ from pipeline.core import action_model, bootstrap, posture
 from pipeline.core.action_model import ActionModel
 from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
-from pipeline.studies.actions.dataset import Postures
-from pipeline.studies.actions.model import Action
+from pipeline.studies.actions.model import ActionInputs
 from pipeline.studies.replicated import DRAW
-from pipeline.studies.study import Sweep, SweepInputs
+from pipeline.studies.study import Sweep
 from pipeline.validation import Count, Distinct, require_range
 
 KINDS = ("accepted", "outside", "training", "unsynchronized")
@@ -81,9 +80,9 @@ class PostureSampling(Sweep):
         super().validate()
         require_range("sweep.samples", self.samples, at_most=self.measured)
 
-    def measure(self, inputs: SweepInputs[None, Postures, Action]) -> SampledPostures:
+    def measure(self, inputs: ActionInputs) -> SampledPostures:
         """Return postures drawn at each frame, as joints, and what is said of them."""
-        action, bound = inputs.model, float(inputs.model_options.bound)
+        action, bound = inputs.model, inputs.model_options.bound
         performances, learnt = action.synchronized, action.model
         unsynchronized = action_model.learn(action.linear)
         body = inputs.dataset.mean_body()
@@ -186,7 +185,7 @@ def beyond(
     shape = (count, model.mean.shape[1])
     far = bound + generator.uniform(*BEYOND, shape)
     side = np.where(generator.random(shape) < 0.5, -1.0, 1.0)
-    return np.asarray(model.mean[at] + side * far * model.standard_deviation[at])
+    return model.mean[at] + side * far * model.standard_deviation[at]
 
 
 def nearest(joints: np.ndarray, recorded: np.ndarray, workers: int) -> np.ndarray:

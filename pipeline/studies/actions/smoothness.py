@@ -16,9 +16,8 @@ import numpy as np
 from pipeline.core import synchronization
 from pipeline.core.action_model import mean_squared_deviation
 from pipeline.processes import map_processes
-from pipeline.studies.actions.dataset import Postures
-from pipeline.studies.actions.model import Action, Penalty, Start
-from pipeline.studies.study import Sweep, SweepInputs
+from pipeline.studies.actions.model import ActionInputs, Penalty, Start
+from pipeline.studies.study import Sweep
 from pipeline.validation import Distinct, NonNegative
 
 
@@ -57,7 +56,7 @@ class Smoothness(Sweep):
     )  # mu, of the synchronization
     penalties: Distinct[Penalty] = field(default_factory=lambda: list(Penalty))  # of the disparity
 
-    def measure(self, inputs: SweepInputs[None, Postures, Action]) -> TimeErrors:
+    def measure(self, inputs: ActionInputs) -> TimeErrors:
         """Return the errors of the time that synchronization recovers."""
         dataset, linear, median = inputs.dataset, inputs.model.linear, inputs.model.median
         mu = np.array(self.smoothness, dtype=float) * mean_squared_deviation(linear)
@@ -71,7 +70,7 @@ class Smoothness(Sweep):
             for start, penalty, smoothness in product(starts, penalties, mu):
                 options = inputs.model_options.path_options | {"start": start, "penalty": penalty}
                 found = synchronization.synchronize(
-                    linear[median], linear[m], smoothness=float(smoothness), **options
+                    linear[median], linear[m], smoothness=smoothness, **options
                 )
                 off = np.abs(synchronization.rate_to_rate(found.disparity) * frames_per_sample[m] - true[m])
                 errors.append((off.mean(), off[moving].mean()))

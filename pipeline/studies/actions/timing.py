@@ -13,9 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.core import synchronization
-from pipeline.studies.actions.dataset import Postures
-from pipeline.studies.actions.model import Action
-from pipeline.studies.study import Sweep, SweepInputs
+from pipeline.studies.actions.model import ActionInputs
+from pipeline.studies.study import Sweep
 from pipeline.validation import Count
 
 
@@ -28,16 +27,16 @@ class Timings:
     what : (3,) text
         ``pair``, ``onto_pattern``, ``all_pairs``.
     performances : (3,) int
-    seconds : (3,)
     samples, dimensions : int
         P and b.
+    seconds : (3,)
     """
 
     what: np.ndarray
     performances: np.ndarray
-    seconds: np.ndarray
     samples: int
     dimensions: int
+    seconds: np.ndarray
 
 
 @dataclass(kw_only=True)
@@ -46,7 +45,7 @@ class Timing(Sweep):
 
     repeats: Count = 5  # of which the median is kept
 
-    def measure(self, inputs: SweepInputs[None, Postures, Action]) -> Timings:
+    def measure(self, inputs: ActionInputs) -> Timings:
         """Return how long synchronization takes on this machine."""
         linear, median = inputs.model.linear, inputs.model.median
         others = [m for m in range(len(linear)) if m != median]
@@ -81,4 +80,4 @@ def _median_seconds(job: Callable[[], None], repeats: int) -> float:
         started = time.perf_counter()
         job()
         seconds.append(time.perf_counter() - started)
-    return float(np.median(seconds))
+    return np.median(seconds)

@@ -14,15 +14,16 @@ import pandas as pd
 from pipeline.core.choice import evenly
 from pipeline.core.tracking import joint_error
 from pipeline.processes import map_processes
-from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.held_out import LeaveOut, learn_without, left_out, performances_of
-from pipeline.studies.actions.model import Action
-from pipeline.studies.actions.tracking_conditions import Condition, conditions
+from pipeline.studies.actions.model import ActionInputs
+from pipeline.studies.actions.tracking_conditions import Condition
 from pipeline.studies.actions.tracking_trial import METHODS, Tracked, Trial
 from pipeline.studies.occlusion import require_occlusion
-from pipeline.studies.study import Sweep, SweepInputs, scaled
+from pipeline.studies.study import Sweep, scaled
 from pipeline.validation import CountOrAll, Distinct, Finite, InvalidInput, NonNegative, bounded
 
+USUAL_PARTICLES = 500
+"""Where particles are not what varies, if they are among those tried."""
 _STREAM = 20060  # keeps these draws apart from those of other stages with the same seed
 
 
@@ -94,8 +95,14 @@ class HeldOutTracking(Sweep):
 
     @property
     def conditions(self) -> list[tuple[str, Condition]]:
-        """What is varied, and the condition, for every point of the sweep."""
-        return conditions(self.particles, self.noise_mm, self.occluded, self.baseline_noise_mm)
+        """What is varied, and the condition, for every point of the sweep: one quantity at a time."""
+        ordered, noise_mm = sorted(self.particles), self.baseline_noise_mm
+        usual = USUAL_PARTICLES if USUAL_PARTICLES in ordered else ordered[len(ordered) // 2]
+        return [
+            *(("particles", Condition(n, noise_mm, 0.0)) for n in ordered),
+            *(("noise", Condition(usual, v, 0.0)) for v in sorted(self.noise_mm)),
+            *(("occlusion", Condition(usual, noise_mm, v)) for v in sorted(self.occluded)),
+        ]
 
     @property
     def demonstrated(self) -> Condition:
@@ -116,7 +123,7 @@ class HeldOutTracking(Sweep):
             )
         return [LeaveOut.performance], ["tracking: one person alone, so no person is left out"]
 
-    def measure(self, inputs: SweepInputs[None, Postures, Action]) -> TrackingErrors:
+    def measure(self, inputs: ActionInputs) -> TrackingErrors:
         """Return the errors; of the model only the options are used: everything is learnt again.
 
         Raises
@@ -139,7 +146,7 @@ class HeldOutTracking(Sweep):
             trial = Trial(
                 held_out,
                 performances[m],
-                float(np.radians(self.view_angle_deg)),
+                np.radians(self.view_angle_deg),
                 seed=(inputs.seed, _STREAM, m),
                 way=(list(LeaveOut).index(way),),
                 occlusion_frames=self.occlusion_frames,
@@ -157,9 +164,9 @@ class HeldOutTracking(Sweep):
             joint_error(of.joints[0], performances[m].joints_mm).mean()
             for m, of in zip(chosen, found, strict=False)
         ]
-        middle = int(np.argsort(errors, kind="stable")[len(errors) // 2])
+        middle = np.argsort(errors, kind="stable")[len(errors) // 2]
         picked, true = found[middle], performances[chosen[middle]].joints_mm
-        rate_hz = float(inputs.dataset.frame_rate_hz[chosen[middle]])
+        rate_hz = inputs.dataset.frame_rate_hz[chosen[middle]]
         return TrackingErrors(
             rows=wanted.merge(rows, on=list(asdict(shown))),  # a condition may be met on several ways
             leave_out=np.array(ways, dtype=str),

@@ -7,11 +7,12 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 import pandas as pd
 
+from pipeline.core import camera
 from pipeline.core.resampling import interpolate
 from pipeline.core.tracking import Likelihood, Track, best_phase, joint_error, linear_phase, track
 from pipeline.studies.actions.held_out import HeldOut, Performance
-from pipeline.studies.actions.observed_joints import observe
 from pipeline.studies.actions.tracking_conditions import Condition
+from pipeline.studies.occlusion import occlusion
 
 FILTERS = ("prior", "no_prior", "no_prior_own_step")
 """Particle filters: with the prior; a random walk with the prior's diffusion; one with steps of the data's size."""
@@ -89,15 +90,19 @@ class Trial:
         return Tracked(pd.DataFrame(rows), *kept)
 
     def seen(self, condition: Condition) -> np.ndarray:
-        """Return the image (T, 15, 2): of this performance and condition the same for every method and model."""
-        return observe(
-            self.performance.joints_mm,
-            self.view_angle_rad,
-            noise_mm=condition.noise_mm,
-            occluded=condition.occluded,
-            occlusion_frames=self.occlusion_frames,
-            seed=self.seed,
-        )
+        """Return the image (T, 15, 2), mm, of an orthographic camera, NaN where a joint is hidden.
+
+        Of this performance and condition it is the same for every method and model.  The same seed gives the same
+        errors, larger with more noise, and the same runs, longer with more hidden: conditions then differ in what is
+        varied alone.
+        """
+        true = self.performance.joints_mm
+        noise, hides = (np.random.default_rng([*self.seed, stream]) for stream in (0, 1))
+        image = camera.project(true, self.view_angle_rad)
+        image += condition.noise_mm * noise.standard_normal(image.shape)
+        frames, joints = image.shape[:2]
+        image[occlusion(frames, joints, condition.occluded, self.occlusion_frames, hides)] = np.nan
+        return image
 
     def filtered(self, method: str, condition: Condition, image: np.ndarray) -> Track:
         """Return what a particle filter makes of an image."""
@@ -130,4 +135,4 @@ class Trial:
 
 
 def _about_pelvis(joints: np.ndarray) -> np.ndarray:
-    return np.asarray(joints - joints[:, [8]])
+    return joints - joints[:, [8]]

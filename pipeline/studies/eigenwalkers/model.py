@@ -98,7 +98,7 @@ class EigenwalkersModel(Model):
         people = len(np.unique(dataset.person))
         if people < 3:
             raise InvalidInput(
-                "leave-one-out needs at least three walkers", expected="3 or more", received=str(people)
+                "leave-one-out needs at least three walkers", expected="3 or more", received=people
             )
         population = samples if mirrors is None else np.concatenate([samples, mirrors])
         whole = linear_model.fit(

@@ -130,7 +130,7 @@ class FourierDataset(Dataset):
             return replace(clips.samples, frequency=self.frequency)
 
         def one(walk: int) -> _Series:
-            rate, frequency = float(clips.frame_rate_hz[walk]), float(clips.frequency_hz[walk])
+            rate, frequency = clips.frame_rate_hz[walk], clips.frequency_hz[walk]
             return self._represented(clips.motion(walk), rate, frequency, clips.dropped)
 
         return self._samples(clips, one, workers)

@@ -19,8 +19,9 @@ import pandas as pd
 
 from pipeline.clips.kinds import Walks
 from pipeline.core.anatomical import Prior
-from pipeline.core.articulated_trajectory import Options, TrajectoryBasis
+from pipeline.core.articulated_trajectory import Options, TrajectoryBasis, prepared
 from pipeline.core.choice import evenly
+from pipeline.core.limb_chain import WALKER14, true_lengths
 from pipeline.core.resampling import interpolate
 from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
@@ -31,7 +32,6 @@ from pipeline.studies.face_off.methods import (
     PELVIS,
     SeenWalk,
     by_anatomy,
-    by_articulation,
     by_eigenwalkers,
     by_image_and_average,
     mean_walker,
@@ -196,9 +196,7 @@ class FaceOffSweep(CameraSweep):
             )
             for walk in found
         ]
-        middle = int(
-            np.argsort([off[:, CHILDREN].mean() for off in of_shown], kind="stable")[len(found) // 2]
-        )
+        middle = np.argsort([off[:, CHILDREN].mean() for off in of_shown], kind="stable")[len(found) // 2]
         picked = found[middle]
         return MethodErrors(
             rows=joints.groupby(of, as_index=False)[errors].mean(),
@@ -237,14 +235,14 @@ class _Walk:
     def __init__(self, options: FaceOffSweep, inputs: WalkInputs, r: int, prior: Prior) -> None:
         data, clips = inputs.dataset, inputs.clips
         walk = int(data.walk[r])
-        rate_hz = float(clips.frame_rate_hz[walk])
+        rate_hz = clips.frame_rate_hz[walk]
         motion = data.scale[r] * (clips.motion(walk) - data.origin_mm[r])
         at_s = _middle(len(motion), rate_hz, options, str(data.clip[r]))
         self.options, self.model, self.prior = options, inputs.model.fold(r), prior
         self.truth = interpolate(motion, at_s * rate_hz)
         self.harmonics = data.coefficients.shape[1] // 2
-        self.frequency_hz = float(data.frequency_hz[r])
-        self.phase = float(data.phase_rad[r]) + 2 * np.pi * self.frequency_hz * float(at_s[0])
+        self.frequency_hz = data.frequency_hz[r]
+        self.phase = data.phase_rad[r] + 2 * np.pi * self.frequency_hz * at_s[0]
         self.basis = TrajectoryBasis(min(options.components, len(self.truth)), options.softness or None)
         self._articulated: dict[tuple[Condition, Camera], list[np.ndarray]] = {}
         self.walker = {"person": data.person[r], "walker": data.clip[r], "frames": len(self.truth)}
@@ -257,7 +255,7 @@ class _Walk:
     def seen(self, condition: Condition, kind: Camera) -> SeenWalk:
         """Return the walk as a camera shows it."""
         options, root = self.options, self.truth[:, PELVIS]
-        angle = float(np.radians(condition.view_angle_deg))
+        angle = np.radians(condition.view_angle_deg)
         camera = options.camera(kind, root, self._generator("camera"), azimuth_rad=angle + np.pi)
         images = camera.project(self.truth)
         images += condition.noise_px * self._generator("noise").standard_normal(images.shape)
@@ -266,8 +264,8 @@ class _Walk:
         hidden = occlusion(frames, joints, condition.occluded, options.occlusion_frames, hides)
         hidden[:, PELVIS] = False  # its trajectory is given
         images[hidden] = np.nan
-        off = float(np.radians(condition.heading_error_deg))
-        return SeenWalk(images, camera, root, options.frame_rate_hz, angle, off)
+        off = np.radians(condition.heading_error_deg)
+        return SeenWalk(images, camera, root, options.frame_rate_hz, self.harmonics, angle, off)
 
     def motions(self, walk: SeenWalk, kind: Camera, condition: Condition) -> np.ndarray:
         """Return what each method makes of it (M, F, 15, 3), mm; NaN where it cannot be used."""
@@ -282,11 +280,11 @@ class _Walk:
         )
         made[METHODS.index("mean_walker")] = average
         if kind is Camera.still:
-            noise, harmonics = options.noise_variance_mm2, self.harmonics
+            noise = options.noise_variance_mm2
             made[: len(KEEP_THE_IMAGE)] = [
-                *by_eigenwalkers(self.model, walk, [None, noise], harmonics=harmonics),
-                by_anatomy(self.prior, self.model, walk, noise, harmonics=harmonics),
-                by_image_and_average(walk, average, harmonics=harmonics),
+                *by_eigenwalkers(self.model, walk, [None, noise]),
+                by_anatomy(self.prior, self.model, walk, noise),
+                by_image_and_average(walk, average),
             ]
         same = replace(condition, heading_error_deg=0.0), kind  # they know of no heading
         if same not in self._articulated:
@@ -295,7 +293,10 @@ class _Walk:
         return made
 
     def _by_articulation(self, walk: SeenWalk, condition: Condition) -> list[np.ndarray]:
-        """Return what articulated trajectories make of it, each (F, 15, 3), mm."""
+        """Return what articulated trajectories make of it, each (F, 15, 3), mm [park2011 5, 6].
+
+        They are told the noise of the image, as of a detector that has been tried, and the lengths of the limbs.
+        """
         ways = [
             Options(
                 self.basis,
@@ -307,7 +308,9 @@ class _Walk:
             )
             for use_hinges, try_mirrors in ARTICULATED.values()
         ]
-        return by_articulation(walk, self.truth, ways)
+        lengths = true_lengths(WALKER14, self.truth)
+        skeleton = prepared(walk.images, walk.camera, walk.root, lengths, ways[0])
+        return [skeleton.under(each).whole().positions for each in ways]
 
     def scores(self, wanted: list[Condition], shown: Condition) -> _Scores:
         """Return the errors under all conditions before all cameras."""
@@ -350,6 +353,6 @@ def _middle(frames: int, rate_hz: float, options: FaceOffSweep, clip: str) -> np
     count = min(options.frames, 1 + int(np.floor((frames - 1) / rate_hz * options.frame_rate_hz + 1e-9)))
     if count < LEAST_FRAMES:
         raise InvalidInput(
-            "a walk is too short", where=clip, expected=f"{LEAST_FRAMES} frames", received=str(count)
+            "a walk is too short", where=clip, expected=f"{LEAST_FRAMES} frames", received=count
         )
     return (frames - 1) / (2 * rate_hz) + (np.arange(count) - (count - 1) / 2) / options.frame_rate_hz

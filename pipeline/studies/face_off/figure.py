@@ -91,21 +91,21 @@ class FaceOffFigure(Figure):
         def disturbed(camera: str, varied: str) -> dict[str, Any]:
             column, label, colour = DISTURBED[varied]
             most = options.varied_view_deg if varied == "none" else table[column].max()
-            where = {"camera": camera, "varied": varied, column: float(most)}
+            where = {"camera": camera, "varied": varied, column: most}
             return {**error, "where": where, "styles": {varied: Style(label, colour)}}
 
         dots = [
             Chart(
-                **disturbed(camera, "none"), x="method", words=words, log_y=True, label="error",
+                **disturbed(camera, "none"), x="method", words=words, log_y=True,
                 title=f"{camera} camera",
-                limits=(0.9 * float(ends.min(axis=None)), 1.1 * float(ends.max(axis=None))), ticks=(20, 50, 100, 200),
+                limits=(0.9 * ends.min(axis=None), 1.1 * ends.max(axis=None)), ticks=(20, 50, 100, 200),
                 name=f"error_{camera}_mm", also=[Lines(**disturbed(camera, varied)) for varied in list(DISTURBED)[1:]],
             )
             for camera in map(str, options.cameras)
         ]  # fmt: skip
         against_view = [
             Chart(
-                **error, x="view_angle_deg", x_label="view angle", by="method", styles=METHODS, label="error",
+                **error, x="view_angle_deg", by="method", styles=METHODS,
                 where={"camera": str(camera), "varied": "none"}, title=f"{camera} camera", zero=True, picture=False,
                 name=f"error_{camera}_by_view_mm", ticks=30,
             )
@@ -156,7 +156,7 @@ class FaceOffFigure(Figure):
                     entity = f"world/reconstructed/{camera}/{method}"
                     rec.skeleton(entity, moved + ground, index=index, colour=style.colour)
                     off = np.linalg.norm(moved - true, axis=-1)[:, CHILDREN].mean(axis=1)
-                    worst = max(worst, float(off.max()))
+                    worst = max(worst, off.max())
                     rec.curve(
                         f"curves/error_mm/{camera}/{method}",
                         times,

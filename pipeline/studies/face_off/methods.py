@@ -1,6 +1,6 @@
-"""One walk before one perspective camera, by eigenwalkers and by articulated trajectories.
+"""One walk before one perspective camera, by eigenwalkers and by methods that do nothing.
 
-Both are given the same image, the camera and the true trajectory of the pelvis.  Articulated trajectories also get
+They are given what articulated trajectories are, the image, the camera and the true trajectory of the pelvis, but not
 the true lengths of the limbs; eigenwalkers get their model, learnt without this walker.
 
 Eigenwalkers know only parallel projections of a direction that stays [zhang2007 3.5].  A still camera's image is read
@@ -16,16 +16,15 @@ the average walker has.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from pipeline.core import anatomical, fourier, reconstruction
 from pipeline.core import camera as parallel
 from pipeline.core.anatomical import Prior
-from pipeline.core.articulated_trajectory import Options, prepared
-from pipeline.core.limb_chain import WALKER14, true_lengths
+from pipeline.core.limb_chain import WALKER14
 from pipeline.core.linear_model import LinearModel, unflatten
 from pipeline.core.pinhole import Pinhole
 from pipeline.skeleton import WALKER15
@@ -45,6 +44,8 @@ class SeenWalk:
     root : (F, 3)
         Trajectory of the pelvis, mm, about its mean.
     frame_rate_hz : float
+    harmonics : int
+        Of a walk.
     view_angle_rad : float
         Of a still camera, or of a moving one in the middle of its path.
     heading_error_rad : float
@@ -55,6 +56,7 @@ class SeenWalk:
     camera: Pinhole
     root: np.ndarray
     frame_rate_hz: float
+    harmonics: int
     view_angle_rad: float
     heading_error_rad: float = 0.0
 
@@ -70,7 +72,20 @@ class SeenWalk:
         offsets = (self.images - self.camera.project(self.root)[:, None]) * (depth / focal_px)[:, None, None]
         seen = parallel.project(self.root, self.view_angle_rad)[:, None] + offsets * [1.0, -1.0]
         seen[:, PELVIS] = parallel.project(self.root, self.view_angle_rad)
-        return np.asarray(seen)
+        return seen
+
+    @cached_property
+    def series(self) -> tuple[np.ndarray, np.ndarray, float]:
+        """The image (F, 15, 2), mm, hidden joints filled by their series; its coefficients and its frequency."""
+        image, rate_hz, harmonics = self.weak_perspective(), self.frame_rate_hz, self.harmonics
+        filled, frequency_hz = _bridged(image), np.nan
+        for _ in range(2):  # the second time with gaps filled by the series itself
+            apart = (filled - filled[:, list(WALKER15.mirror)]).reshape(len(filled), -1)
+            frequency_hz = fourier.fundamental_frequency(filled, rate_hz, harmonics=harmonics, apart=apart)
+            coefficients = series_of_seen(image, rate_hz, frequency_hz, harmonics=harmonics)
+            series = fourier.synthesise(coefficients, frequency_hz, self.times_s)
+            filled = np.where(np.isfinite(image), image, series)
+        return filled, coefficients, frequency_hz
 
 
 def series_of_seen(
@@ -115,7 +130,7 @@ def _bridged(image: np.ndarray) -> np.ndarray:
 
 
 def by_eigenwalkers(
-    model: LinearModel, walk: SeenWalk, noise_variances: list[float | None], *, harmonics: int
+    model: LinearModel, walk: SeenWalk, noise_variances: list[float | None]
 ) -> list[np.ndarray]:
     """Return motions (F, 15, 3), mm, one for each noise variance; None is approach I [zhang2007 3.9, 3.15, 3.16].
 
@@ -127,8 +142,6 @@ def by_eigenwalkers(
         Of a still camera.
     noise_variances : list of float or None
         sigma² of approach II, mm², or None for least squares.
-    harmonics : int
-        H.
 
     Raises
     ------
@@ -140,7 +153,7 @@ def by_eigenwalkers(
     Observed coordinates are kept as they are [zhang2007 3.16]; where a joint was not seen its own series stands in.
     """
     angle = walk.view_angle_rad
-    filled, coefficients, frequency_hz = _image_as_series(walk, harmonics)
+    filled, coefficients, frequency_hz = walk.series
     motions = []
     for noise_variance in noise_variances:
         found = reconstruction.from_known_view_unknown_phase(
@@ -155,9 +168,7 @@ def by_eigenwalkers(
     return motions
 
 
-def by_anatomy(
-    prior: Prior, model: LinearModel, walk: SeenWalk, noise_variance: float, *, harmonics: int
-) -> np.ndarray:
+def by_anatomy(prior: Prior, model: LinearModel, walk: SeenWalk, noise_variance: float) -> np.ndarray:
     """Return the motion (F, 15, 3), mm, with the depth of the anatomical reconstruction [`pipeline.core.anatomical`].
 
     Parameters
@@ -170,27 +181,26 @@ def by_anatomy(
         Of a still camera.
     noise_variance : float
         sigma² of approach II, mm².
-    harmonics : int
 
     Notes
     -----
     A parallel projection is off by (offset along the image) * (offset along the axis) / (distance of the pelvis); how
     much that is for the average walker is told to the noise and to the tolerances of the bones.
     """
-    filled, coefficients, frequency_hz = _image_as_series(walk, harmonics)
+    filled, coefficients, frequency_hz = walk.series
     view = np.array([walk.view_angle_rad + walk.heading_error_rad])
     phase = reconstruction.from_known_view_unknown_phase(
         model, coefficients, view[0], noise_variance=noise_variance, frequency_hz=frequency_hz
     ).phase_rad
     seen = anatomical.by_joint(fourier.shift(coefficients, phase))
-    distance = float(walk.camera.in_camera(walk.root)[:, 2].mean())
+    distance = walk.camera.in_camera(walk.root)[:, 2].mean()
     noise = replace(anatomical.Noise(), **_perspective(prior, view, distance))
     given = anatomical.condition(prior, view, noise=noise)
     limits = anatomical.tolerances(prior, bias=noise.bias, slow=noise.slow)
     found = anatomical.fit_lengths(given, seen.reshape(1, 1, -1), limits).unknown.reshape(seen.shape[0], -1)
     missing = fourier.shift(found.T[..., None], -phase)
     away = fourier.synthesise(missing, frequency_hz, walk.times_s)[..., 0]
-    return np.asarray(parallel.combine(filled, away, walk.view_angle_rad))
+    return parallel.combine(filled, away, walk.view_angle_rad)
 
 
 def _perspective(prior: Prior, view_rad: np.ndarray, distance: float) -> dict[str, float]:
@@ -199,12 +209,12 @@ def _perspective(prior: Prior, view_rad: np.ndarray, distance: float) -> dict[st
     offsets = anatomical.at_instants(walker - walker[PELVIS], anatomical.PHASES)
     off = offsets[:, :2] * offsets[:, 2:] / distance
     return {
-        "bias": float(np.sqrt((off.mean(axis=-1) ** 2).mean())),
-        "slow": float(np.sqrt(off.var(axis=-1).mean())),
+        "bias": np.sqrt((off.mean(axis=-1) ** 2).mean()),
+        "slow": np.sqrt(off.var(axis=-1).mean()),
     }
 
 
-def by_image_and_average(walk: SeenWalk, average: np.ndarray, *, harmonics: int) -> np.ndarray:
+def by_image_and_average(walk: SeenWalk, average: np.ndarray) -> np.ndarray:
     """Return the motion (F, 15, 3), mm, that keeps the image and has the depth of the average walker (F, 15, 3).
 
     Parameters
@@ -213,45 +223,9 @@ def by_image_and_average(walk: SeenWalk, average: np.ndarray, *, harmonics: int)
         Of a still camera.
     average : (F, 15, 3)
         Turned by the error of the heading, as of `mean_walker`, mm.
-    harmonics : int
     """
-    filled, _, _ = _image_as_series(walk, harmonics)
-    missing = -np.sin(walk.view_angle_rad) * average[..., 0] + np.cos(walk.view_angle_rad) * average[..., 1]
-    return np.asarray(parallel.combine(filled, missing, walk.view_angle_rad))
-
-
-def _image_as_series(walk: SeenWalk, harmonics: int) -> tuple[np.ndarray, np.ndarray, float]:
-    """The image (F, 15, 2), mm, hidden joints filled by their series; its coefficients and fundamental frequency."""
-    image, rate_hz = walk.weak_perspective(), walk.frame_rate_hz
-    filled, frequency_hz = _bridged(image), np.nan
-    for _ in range(2):  # the second time with gaps filled by the series itself
-        apart = (filled - filled[:, list(WALKER15.mirror)]).reshape(len(filled), -1)
-        frequency_hz = fourier.fundamental_frequency(filled, rate_hz, harmonics=harmonics, apart=apart)
-        coefficients = series_of_seen(image, rate_hz, frequency_hz, harmonics=harmonics)
-        series = fourier.synthesise(coefficients, frequency_hz, walk.times_s)
-        filled = np.where(np.isfinite(image), image, series)
-    return filled, coefficients, frequency_hz
-
-
-def by_articulation(walk: SeenWalk, truth: np.ndarray, options: Sequence[Options]) -> list[np.ndarray]:
-    """Return the motions (F, 15, 3), mm, of articulated trajectories, under each of some options [park2011 5, 6].
-
-    Parameters
-    ----------
-    walk : SeenWalk
-    truth : (F, 15, 3)
-        For the lengths of the limbs alone, mm.
-    options : sequence of Options
-        With the noise of the image: known, as to a detector that has been tried.
-
-    Raises
-    ------
-    InvalidInput
-        If a limb cannot be reconstructed.
-    """
-    lengths = true_lengths(WALKER14, truth)
-    skeleton = prepared(walk.images, walk.camera, walk.root, lengths, options[0])
-    return [skeleton.under(each).whole().positions for each in options]
+    missing = parallel.missing_dimension(average, walk.view_angle_rad)
+    return parallel.combine(walk.series[0], missing, walk.view_angle_rad)
 
 
 def mean_walker(
@@ -276,4 +250,4 @@ def mean_walker(
     average = unflatten(model.mean)
     motion = fourier.synthesise(fourier.shift(average, -phase_rad), frequency_hz, times_s)
     cos, sin = np.cos(heading_error_rad), np.sin(heading_error_rad)
-    return np.asarray(motion @ np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]))
+    return motion @ np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])

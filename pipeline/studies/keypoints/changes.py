@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from pipeline.clips.kinds import Walks
 from pipeline.core.keypoint_walk import Prior
 from pipeline.core.keypoint_walk.verdict import Verdict
 from pipeline.processes import map_processes
@@ -15,8 +14,7 @@ from pipeline.studies.keypoints.conditions import CONDITIONS, Changes, Condition
 from pipeline.studies.keypoints.dataset import FilmedWalkers
 from pipeline.studies.keypoints.kinds import FILM_KINDS, crossing, film_as, see
 from pipeline.studies.keypoints.measured import Case, FilmedClips, FilmedErrors, Inputs, side
-from pipeline.studies.keypoints.model import KeypointWalkers
-from pipeline.studies.study import SweepInputs, scaled
+from pipeline.studies.study import scaled
 from pipeline.validation import CountOrAll, Several
 
 
@@ -51,7 +49,7 @@ class KeypointChanges(FilmedClips):
             kept += [condition for condition in every if condition.kind == kind][-self.levels :]
         return kept
 
-    def measure(self, inputs: SweepInputs[Walks, FilmedWalkers, KeypointWalkers]) -> ChangedErrors:
+    def measure(self, inputs: Inputs) -> ChangedErrors:
         """Return the errors of all clips, and what was made of each kind of film."""
         of_kinds = self._kinds(inputs) if self.changes is Changes.degradations else pd.DataFrame()
         return ChangedErrors(**vars(super().measure(inputs)), kinds=of_kinds)
@@ -77,7 +75,7 @@ class KeypointChanges(FilmedClips):
     def _seen(self, number: int, case: Case, prior: Prior, inputs: Inputs) -> dict[str, object]:
         kind, dataset = FILM_KINDS[number], inputs.dataset
         generator, walk = inputs.generator(f"{kind.name} {case.take}"), dataset.training_walk(case.walk)
-        heading = float(np.radians(case.heading_deg))
+        heading = np.radians(case.heading_deg)
         filmed = film_as(kind, generator, inputs.clips, case.walk, walk, heading, case.overground)
         people, walked = [filmed], [walk]
         if kind.crossed:
@@ -115,6 +113,6 @@ class KeypointChanges(FilmedClips):
         for take in range(takes):
             person = take * len(people) // takes if takes < len(people) else take % len(people)
             mine = np.flatnonzero(dataset.person == people[person])
-            walk = int(mine[take // len(people) % len(mine)])
+            walk = mine[take // len(people) % len(mine)]
             found.append(Case(first + take, take, person, walk, *side(take), condition))
         return found

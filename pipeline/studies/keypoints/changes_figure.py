@@ -18,10 +18,8 @@ from pipeline.studies.keypoints.changes import ChangedErrors, KeypointChanges
 from pipeline.studies.keypoints.conditions import Condition
 from pipeline.studies.keypoints.kinds import FILM_KINDS
 from pipeline.studies.keypoints.measured import ERRORS, VERDICTS
-from pipeline.studies.keypoints.model import KeypointWalkersModel
-from pipeline.studies.keypoints.shown import Inputs, record_shown
+from pipeline.studies.keypoints.shown import Inputs, KeypointFigure
 from pipeline.studies.keypoints.tables import errors_by, views_by
-from pipeline.studies.study import Figure, Recorder
 
 ROW_HEIGHT = 0.17
 """Of a condition, inches."""
@@ -32,10 +30,9 @@ MOST_OF_VIEW_DEG = 10.0
 
 
 @dataclass(kw_only=True)
-class KeypointChangesFigure(Figure):
+class KeypointChangesFigure(KeypointFigure):
     """Error, view, coverage and verdicts by condition."""
 
-    model = KeypointWalkersModel
     sweep = KeypointChanges
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
@@ -59,15 +56,8 @@ class KeypointChangesFigure(Figure):
         columns = ["person", *by, *ERRORS]
         usual = people.loc[people["condition"] == 0, ERRORS].to_numpy()
         # Every condition has the same clips in the same order.
-        more = people.assign(
-            **dict(
-                zip(
-                    ERRORS,
-                    (people[ERRORS] - np.tile(usual, (len(people) // len(usual), 1))).T.to_numpy(),
-                    strict=True,
-                )
-            )
-        )
+        more = people.copy()
+        more[ERRORS] -= np.tile(usual, (len(people) // len(usual), 1))
         return _of_kinds(cast(ChangedErrors, inputs.sweep).kinds) | {
             "table_changes": tidy(errors_by(more, by), by=["condition", "method"]),
             "table": tidy(errors_by(people, by), by=["condition", "method"]),
@@ -121,10 +111,6 @@ class KeypointChangesFigure(Figure):
             " usual, whose own error stands at the line, with 95 % intervals over people. What lies beyond the axes"
             " is in the tables.",
         )
-
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
-        """Log the clip of median error under the usual condition."""
-        record_shown(inputs, begin)
 
 
 def _of_kinds(films: pd.DataFrame) -> dict[str, pd.DataFrame]:

@@ -58,19 +58,13 @@ def reconstruct_clip(simulated: SimulatedKeypoints, prior: Prior, condition: Con
     """Reconstruct a simulated clip of which nothing is known but focal length and frame rate."""
     pixels = exchange_all(simulated.pixels) if condition.wrong_labels else simulated.pixels.copy()
     pixels[:, [WALKER15.index(joint) for joint in condition.hidden]] = np.nan
-    fit = condition.fit
     return reconstruct(
         pixels,
         np.ones(pixels.shape[:2]),
         simulated.frame_rate_hz,
         simulated.focal_px * condition.focal_told,
         prior,
-        both_labellings=fit.both_labellings,
-        overground=None if fit.path_tied else False,
-        relabel=fit.relabel,
-        most_starts=fit.most_starts,
-        nu=fit.nu,
-        focal_sd=fit.focal_sd,
+        **vars(condition.fit),
     )
 
 
@@ -95,10 +89,10 @@ def compare(
     for m, estimate in enumerate(estimates):
         squares = np.degrees(errors.level_angles(estimate, headings) - true_angles) ** 2
         angle[m] = [np.sqrt(squares[:, kind == KIND_OF].mean()) for kind in range(angle.shape[1])]
-    off = float(np.degrees(found.fit.x[HEADING] - simulated.heading_rad))
+    off = np.degrees(found.fit.x[HEADING] - simulated.heading_rad)
     return ClipErrors(
         view_error_deg=(off + 180.0) % 360.0 - 180.0,
-        cadence_error_percent=100.0 * (float(np.exp(found.fit.x[LOG_F])) / walk.frequency_hz - 1.0),
+        cadence_error_percent=100.0 * (np.exp(found.fit.x[LOG_F]) / walk.frequency_hz - 1.0),
         distance_mm=np.array([errors.mean_distance_mm(estimate, truth) for estimate in estimates]),
         angle_deg=angle,
         event_ms=np.array([1000.0 * np.median(np.abs(z[:, 0])) if len(z) else np.nan for z in events]),

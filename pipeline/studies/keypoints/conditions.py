@@ -49,13 +49,13 @@ class Knowledge:
 
 @dataclass(frozen=True, kw_only=True)
 class Fit:
-    """How the reconstruction is fitted; see `pipeline.core.keypoint_walk.reconstruct`.
+    """How the reconstruction is fitted: arguments of `pipeline.core.keypoint_walk.reconstruct`.
 
     Attributes
     ----------
     both_labellings, relabel : bool
-    path_tied : bool
-        Whether the path is as fast as the feet say, if the walker moves through space.
+    overground : bool, optional
+        False: the path is not as fast as the feet say, even if the walker moves through space.
     most_starts : int
     nu : float
         Degrees of freedom of the residuals.
@@ -65,7 +65,7 @@ class Fit:
 
     both_labellings: bool = False
     relabel: bool = True
-    path_tied: bool = True
+    overground: bool | None = None
     most_starts: int = 4
     nu: float = NU
     focal_sd: float = 0.0
@@ -172,7 +172,7 @@ CONDITIONS: dict[Changes, list[Condition]] = {
             "without", lambda fit: {"fit": fit},
             {
                 "several starts": Fit(most_starts=1), "search for swaps": Fit(relabel=False),
-                "long tails of errors": Fit(nu=1e6), "path as fast as feet": Fit(path_tied=False),
+                "long tails of errors": Fit(nu=1e6), "path as fast as feet": Fit(overground=False),
             },
         ),
         Condition(kind="without", level="giving the bias back", knowledge=Knowledge(floor_mm=0.0)),

@@ -76,11 +76,11 @@ class FilmedWalkersDataset(Dataset):
 
     def build(self, clips: Walks, *, workers: int) -> FilmedWalkers:
         """Return the walks with four harmonics.  Raises InvalidInput if there are too few people."""
-        people = len(set(clips.person.tolist()))
+        people = len(set(clips.person))
         if people < LEAST_PEOPLE:
             raise InvalidInput(
                 "people are filmed who were left out of the model", expected=f"{LEAST_PEOPLE} people or more",
-                received=str(people),
+                received=people,
             )  # fmt: skip
         walks = training_walks(clips)
         return FilmedWalkers(

@@ -13,17 +13,14 @@ from pipeline.palette import Style
 from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.keypoints.headings import KeypointHeadings
 from pipeline.studies.keypoints.measured import ERRORS, LEVELS_PERCENT, VERDICTS
-from pipeline.studies.keypoints.model import KeypointWalkersModel
-from pipeline.studies.keypoints.shown import METHODS, Inputs, record_shown
+from pipeline.studies.keypoints.shown import METHODS, Inputs, KeypointFigure
 from pipeline.studies.keypoints.tables import errors_by, views_by
-from pipeline.studies.study import Figure, Recorder
 
 
 @dataclass(kw_only=True)
-class KeypointHeadingsFigure(Figure):
+class KeypointHeadingsFigure(KeypointFigure):
     """Error and coverage by heading."""
 
-    model = KeypointWalkersModel
     sweep = KeypointHeadings
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
@@ -47,7 +44,7 @@ class KeypointHeadingsFigure(Figure):
         options = cast(KeypointHeadings, inputs.experiment.sweep)
         heading = partial(
             Chart, x="heading_deg", x_label="heading, 0 towards the camera", zero=True,
-            ticks=sorted(set(tables["table"]["heading_deg"].tolist())),
+            ticks=sorted(set(tables["table"]["heading_deg"])),
         )  # fmt: skip
         of_view = Lines(
             table="table_views",
@@ -86,7 +83,3 @@ class KeypointHeadingsFigure(Figure):
             " distance, path, view, phase and cadence unknown; overground and on a treadmill, either side. Bands: 95 %"
             " over people. Bars: of 50, 80 and 95 %.",
         )
-
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
-        """Log the clip of median error: image and reprojection, truth, reconstruction and average walker."""
-        record_shown(inputs, begin)

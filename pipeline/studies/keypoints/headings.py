@@ -40,7 +40,7 @@ class KeypointHeadings(FilmedClips):
         for c in range(self.clips):
             person, turn = c % len(people), c // len(people)
             mine = np.flatnonzero(dataset.person == people[person])
-            found.append(Case(c, c, person, int(mine[turn % len(mine)]), *side(c + turn)))
+            found.append(Case(c, c, person, mine[turn % len(mine)], *side(c + turn)))
         return found
 
 

@@ -88,7 +88,7 @@ def film_as(
     overground: bool,
 ) -> SimulatedKeypoints:
     """Film one walk of a corpus, or somebody with the limbs of its walker who does something else."""
-    recorded, rate = about_pelvis(walks, number), float(walks.frame_rate_hz[number])
+    recorded, rate = about_pelvis(walks, number), walks.frame_rate_hz[number]
     positions = lasting(recorded, rate, STRIDES)
     speed = belt_speed_mm_s(walk) if overground or kind.stands else 0.0
     filming = Filming(heading_rad=heading_rad, speed_mm_s=speed, frame_rate_hz=kind.frame_rate_hz)
@@ -108,12 +108,12 @@ def crossing(
 ) -> list[SimulatedKeypoints]:
     """A walker and somebody else who crosses the picture; where they meet, who is farther is hidden."""
     filming = Filming(
-        heading_rad=float(generator.choice([-0.5, 0.5])) * np.pi,
+        heading_rad=generator.choice([-0.5, 0.5]) * np.pi,
         speed_mm_s=belt_speed_mm_s(walk),
-        person_px=float(generator.uniform(350.0, 850.0)),
+        person_px=generator.uniform(350.0, 850.0),
         frame_rate_hz=one.frame_rate_hz,
     )
-    rate = float(walks.frame_rate_hz[number])
+    rate = walks.frame_rate_hz[number]
     positions = lasting(about_pelvis(walks, number), rate, 2.0 * STRIDES)
     other = simulate_keypoints(generator, positions, rate, filming, DetectorError())
     T = min(len(one.pixels), len(other.pixels))
@@ -121,7 +121,7 @@ def crossing(
     both = [one.pixels[:T].copy(), other.pixels[middle].copy()]
     across = [np.nanmedian(pixels[..., 0], axis=1) for pixels in both]
     height = [np.nanmax(pixels[T // 2, :, 1]) - np.nanmin(pixels[T // 2, :, 1]) for pixels in both]
-    both[int(np.argmin(height))][np.abs(across[0] - across[1]) < IN_THE_WAY * max(height)] = np.nan
+    both[np.argmin(height)][np.abs(across[0] - across[1]) < IN_THE_WAY * max(height)] = np.nan
     both[1][np.abs(across[1]) > HALF_WIDTH_PX] = np.nan
     return [
         replace(one, pixels=both[0], positions_mm=one.positions_mm[:T]),
@@ -156,7 +156,7 @@ def see(people: list[SimulatedKeypoints], frequencies_hz: list[float], told: flo
     track = find_tracks(frame, np.full(len(rows), ""), rows, rate)[0]
     who = int(np.median(track.rows)) // length
     filmed, first = people[who], int(track.frame[0])
-    pixels = np.full((int(track.frame[-1]) - first + 1, *rows.shape[1:]), np.nan)
+    pixels = np.full((track.frame[-1] - first + 1, *rows.shape[1:]), np.nan)
     pixels[track.frame - first] = rows[track.rows]
     sure = np.isfinite(pixels).all(axis=-1).astype(float)
     watched = watch(
@@ -178,4 +178,4 @@ def _errors(stretch: Stretch, filmed: SimulatedKeypoints) -> tuple[float, float]
     truth = filmed.positions_mm[stretch.first_frame : stretch.last_frame + 1]
     found = errors.level_angles(estimate, errors.headings(stretch.found))
     off = np.degrees(found - errors.level_angles(truth, filmed.heading_rad))[:, _KNEES]
-    return errors.mean_distance_mm(estimate, truth), float(np.sqrt((off**2).mean()))
+    return errors.mean_distance_mm(estimate, truth), np.sqrt((off**2).mean())

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
 import pandas as pd
 
@@ -13,22 +12,16 @@ from pipeline.palette import Style
 from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.keypoints.headings import KeypointLaboratories
 from pipeline.studies.keypoints.measured import ERRORS, VERDICTS
-from pipeline.studies.keypoints.model import KeypointWalkersModel
-from pipeline.studies.keypoints.shown import METHODS, Inputs, record_shown
+from pipeline.studies.keypoints.shown import METHODS, Inputs, KeypointFigure
 from pipeline.studies.keypoints.tables import errors_by, views_by
-from pipeline.studies.study import Figure
-
-if TYPE_CHECKING:
-    from pipeline.recordings import Recorder
 
 EVERYBODY = "everybody"
 
 
 @dataclass(kw_only=True)
-class KeypointLaboratoriesFigure(Figure):
+class KeypointLaboratoriesFigure(KeypointFigure):
     """Error and coverage by laboratory."""
 
-    model = KeypointWalkersModel
     sweep = KeypointLaboratories
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
@@ -53,7 +46,7 @@ class KeypointLaboratoriesFigure(Figure):
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """Errors of joints and knees by laboratory; coverage of 95 % bars as computed and calibrated."""
-        words = {str(name): str(name) for name in dict.fromkeys(tables["table"]["laboratory"])}
+        words = {name: name for name in tables["table"]["laboratory"]}
         chart = partial(Chart, x="laboratory", words=words)
         covered = partial(
             chart,
@@ -78,7 +71,3 @@ class KeypointLaboratoriesFigure(Figure):
             caption=f"{len(tables['table_clips'])} simulated clips, as in keypoints_headings, of people whose"
             " laboratory is left out of the model and of the bars; of one laboratory, the person. Bands: 95 %.",
         )
-
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
-        """Log the clip of median error: image and reprojection, truth, reconstruction and average walker."""
-        record_shown(inputs, begin)

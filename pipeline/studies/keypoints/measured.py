@@ -121,7 +121,7 @@ class FilmedClips(Sweep):
     def cases(self, dataset: FilmedWalkers) -> list[Case]:
         """Return the clips."""
 
-    def measure(self, inputs: SweepInputs[Walks, FilmedWalkers, KeypointWalkers]) -> FilmedErrors:
+    def measure(self, inputs: Inputs) -> FilmedErrors:
         """Return the errors of all clips."""
         dataset = inputs.dataset
         cases = self.cases(dataset)
@@ -166,7 +166,7 @@ class FilmedClips(Sweep):
             for method, distance, angles in zip(METHODS, m.distance_mm, m.angle_deg, strict=True)
         ]
         distances = [measured[number].distance_mm[0] for number in usual]
-        shown = usual[int(np.argsort(distances, kind="stable")[len(usual) // 2])]
+        shown = usual[np.argsort(distances, kind="stable")[len(usual) // 2]]
         return FilmedErrors(
             clips=pd.DataFrame(clips),
             people=pd.DataFrame(people),
@@ -181,15 +181,15 @@ class FilmedClips(Sweep):
     def _model(self, case: Case, inputs: Inputs) -> int:
         """Return the number of the model that does not know the walker, nor the source if there is another."""
         other_sources = self.conditions[case.condition].knowledge.other_sources
-        source = int(inputs.model.source[case.person])
-        return source if other_sources and source >= 0 else int(inputs.model.group[case.person])
+        source = inputs.model.source[case.person]
+        return source if other_sources and source >= 0 else inputs.model.group[case.person]
 
     def _filmed(self, case: Case, inputs: Inputs) -> SimulatedKeypoints:
         condition = self.conditions[case.condition]
         generator = inputs.generator(f"clip {case.take}")
         walk = inputs.dataset.training_walk(case.walk)
         filming = Filming(
-            heading_rad=float(np.radians(case.heading_deg)),
+            heading_rad=np.radians(case.heading_deg),
             speed_mm_s=belt_speed_mm_s(walk) if case.overground else 0.0,
             **condition.filming,
         )
@@ -220,8 +220,8 @@ class FilmedClips(Sweep):
 def calibrations_by_person(person: np.ndarray, measured: list[ClipErrors]) -> dict[str, Calibration]:
     """Multipliers of bars for each person, or laboratory, learnt on all clips of the others."""
     found = {}
-    for who in dict.fromkeys(person.tolist()):
-        others = [m for name, m in zip(person.tolist(), measured, strict=True) if name != who]
+    for who in dict.fromkeys(person):
+        others = [m for name, m in zip(person, measured, strict=True) if name != who]
         found[who] = learn([m.over_sd for m in others])
     return found
 
@@ -236,7 +236,7 @@ def covered(measured: ClipErrors, calibration: Calibration | None) -> np.ndarray
         else np.full((1, 3), NORMAL[level])
         for level in range(len(LEVELS))
     ]
-    return np.array([float((off <= h).mean()) for h in half])
+    return np.array([(off <= h).mean() for h in half])
 
 
 def covered_cycle(measured: ClipErrors, calibration: Calibration) -> dict[str, float]:
@@ -244,9 +244,9 @@ def covered_cycle(measured: ClipErrors, calibration: Calibration) -> dict[str, f
     half = NORMAL[-1] * calibration.angles[KIND_OF, -1], NORMAL[-1] * calibration.cycle[:, -1]
     cycle = np.concatenate([z <= wide for z, wide in zip(measured.over_sd.cycle, half[1], strict=True)])
     return {
-        **{f"{event}_error_ms": off for event, off in zip(EVENTS, measured.event_ms.tolist(), strict=True)},
-        "covered_angles_percent": 100.0 * float((np.abs(measured.over_sd.angles) <= half[0]).mean()),
-        "covered_cycle_percent": 100.0 * float(cycle.mean()),
+        **{f"{event}_error_ms": off for event, off in zip(EVENTS, measured.event_ms, strict=True)},
+        "covered_angles_percent": 100.0 * (np.abs(measured.over_sd.angles) <= half[0]).mean(),
+        "covered_cycle_percent": 100.0 * cycle.mean(),
     }
 
 

@@ -79,7 +79,7 @@ class KeypointWalkers:
             with_harmonics(model_of(expand(small)), knowledge.harmonics),
             Detector(floor_mm=np.full(JOINTS, knowledge.floor_mm)),
             bone_factor=BONE_FACTOR if knowledge.bones else NO_BONES,
-            unfamiliar=float(self.unfamiliar[left_out]),
+            unfamiliar=self.unfamiliar[left_out],
         )
 
 
@@ -106,7 +106,7 @@ class KeypointWalkersModel(Model):
         people = dataset.people
         groups = min(self.groups, len(people))
         group = np.arange(len(people)) % groups
-        at = np.array([people.index(who) for who in dataset.person.tolist()])
+        at = np.array([people.index(who) for who in dataset.person])
         source, names = dataset.sources, dataset.sources_left_out
         left_out = [group == number for number in range(groups)] + [source == name for name in names]
 
@@ -133,9 +133,7 @@ class KeypointWalkersModel(Model):
         ]
         return KeypointWalkers(
             group=group,
-            source=np.array(
-                [groups + names.index(name) if name in names else -1 for name in source.tolist()]
-            ),
+            source=np.array([groups + names.index(name) if name in names else -1 for name in source]),
             **{name: np.stack([getattr(small, name) for small in found]) for name in _STACKED},
             unfamiliar=np.array([0.0] * groups + [lacking(name) for name in names]),
             words=f"{kept} eigenwalkers, people left out in {groups} groups",

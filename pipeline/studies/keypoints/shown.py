@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
+import pandas as pd
 
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Image2D, Notes, Plot, Rows, Space3D
 from pipeline.studies.figure_inputs import FigureInputs
 from pipeline.studies.keypoints.dataset import FilmedWalkers
 from pipeline.studies.keypoints.measured import FilmedErrors
-from pipeline.studies.keypoints.model import KeypointWalkers
-from pipeline.studies.study import Recorder
+from pipeline.studies.keypoints.model import KeypointWalkers, KeypointWalkersModel
+from pipeline.studies.study import Figure, Recorder
 
 Inputs = FigureInputs[FilmedWalkers, KeypointWalkers, FilmedErrors]
 
@@ -21,58 +24,64 @@ METHODS = {
 }
 
 
-def record_shown(inputs: Inputs, begin: Recorder) -> None:
-    """Log the clip of median error."""
-    sweep = inputs.sweep
-    T = len(sweep.shown_true_mm)
-    times = np.arange(T) / sweep.shown_rate_hz
-    index = {"time": times}
-    shown = sweep.clips.iloc[sweep.shown]
-    words = (
-        f"\nA clip of `{shown['person']}`, heading {shown['heading_deg']:g}°, of median error."
-        " Image: keypoints (dots), reprojection (lines). 3D about the pelvis: light: truth, blue: reconstruction,"
-        " grey: average walker with the heading and phase that were found.\n"
-    )
-    bodies = {
-        "truth": (sweep.shown_true_mm, "original"),
-        "keypoint_walk": (sweep.shown_estimate_mm, "map"),
-        "average_walker": (sweep.shown_average_mm, "null"),
-    }
-    ground = float(sweep.shown_true_mm[..., 1].max())
-    flip = np.array([1.0, -1.0])
-    with begin(words) as rec:
-        rec.image_points(
-            "image/keypoints", sweep.shown_image_px * flip, [(0, 0)], index=index, thickness_mm=4.0
+@dataclass(kw_only=True)
+class KeypointFigure(Figure):
+    """A figure of simulated clips, whose recording shows one of them."""
+
+    model = KeypointWalkersModel
+
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+        """Log the clip of median error: image and reprojection, truth, reconstruction and average walker."""
+        sweep = inputs.sweep
+        T = len(sweep.shown_true_mm)
+        times = np.arange(T) / sweep.shown_rate_hz
+        index = {"time": times}
+        shown = sweep.clips.iloc[sweep.shown]
+        words = (
+            f"\nA clip of `{shown['person']}`, heading {shown['heading_deg']:g}°, of median error."
+            " Image: keypoints (dots), reprojection (lines). 3D about the pelvis: light: truth, blue: reconstruction,"
+            " grey: average walker with the heading and phase that were found.\n"
         )
-        rec.image_points(
-            "image/reprojection", sweep.shown_reprojection_px * flip, index=index, colour="map",
-            thickness_mm=2.5,
-        )  # fmt: skip
-        for name, (level, colour) in bodies.items():
-            upright = np.stack([level[..., 0], level[..., 2], ground - level[..., 1]], axis=-1)
-            rec.skeleton(f"world/{name}", upright, index=index, colour=colour)
-            if name != "truth":
-                off = np.linalg.norm(level - sweep.shown_true_mm, axis=-1).mean(axis=1)
-                rec.curve(f"curves/error_mm/{name}", times, off, label=METHODS[name].label, colour=colour)
-        half = sweep.shown_half_mm.mean(axis=1)
-        for axis, (name, colour) in enumerate((("right", "sky"), ("down", "green"), ("away", "orange"))):
-            rec.curve(
-                f"curves/half_width_95_mm/{name}",
-                times,
-                half[:, axis],
-                label=f"95 % bars, {name}",
-                colour=colour,
+        bodies = {
+            "truth": (sweep.shown_true_mm, "original"),
+            "keypoint_walk": (sweep.shown_estimate_mm, "map"),
+            "average_walker": (sweep.shown_average_mm, "null"),
+        }
+        ground = sweep.shown_true_mm[..., 1].max()
+        flip = np.array([1.0, -1.0])
+        with begin(words) as rec:
+            rec.image_points(
+                "image/keypoints", sweep.shown_image_px * flip, [(0, 0)], index=index, thickness_mm=4.0
             )
-        rec.blueprint(
-            Columns(
-                Image2D(name="image: keypoints, reprojection"),
-                Space3D(name="truth, reconstruction, average walker", eye_mm=(1800.0, -2200.0, 1400.0)),
-                Rows(
-                    Plot(name="error (mm)", origin="curves/error_mm"),
-                    Plot(name="half width of 95 % bars (mm)", origin="curves/half_width_95_mm"),
-                    Notes(),
+            rec.image_points(
+                "image/reprojection", sweep.shown_reprojection_px * flip, index=index, colour="map",
+                thickness_mm=2.5,
+            )  # fmt: skip
+            for name, (level, colour) in bodies.items():
+                upright = np.stack([level[..., 0], level[..., 2], ground - level[..., 1]], axis=-1)
+                rec.skeleton(f"world/{name}", upright, index=index, colour=colour)
+                if name != "truth":
+                    off = np.linalg.norm(level - sweep.shown_true_mm, axis=-1).mean(axis=1)
+                    rec.curve(f"curves/error_mm/{name}", times, off, label=METHODS[name].label, colour=colour)
+            half = sweep.shown_half_mm.mean(axis=1)
+            for axis, (name, colour) in enumerate((("right", "sky"), ("down", "green"), ("away", "orange"))):
+                rec.curve(
+                    f"curves/half_width_95_mm/{name}",
+                    times,
+                    half[:, axis],
+                    label=f"95 % bars, {name}",
+                    colour=colour,
+                )
+            rec.blueprint(
+                Columns(
+                    Image2D(name="image: keypoints, reprojection"),
+                    Space3D(name="truth, reconstruction, average walker", eye_mm=(1800.0, -2200.0, 1400.0)),
+                    Rows(
+                        Plot(name="error (mm)", origin="curves/error_mm"),
+                        Plot(name="half width of 95 % bars (mm)", origin="curves/half_width_95_mm"),
+                        Notes(),
+                    ),
+                    shares=(3, 3, 3),
                 ),
-                shares=(3, 3, 3),
-            ),
-            playing=True,
-        )
+                playing=True,
+            )

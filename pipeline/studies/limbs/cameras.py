@@ -77,7 +77,7 @@ class CameraSweep(Sweep):
         camera = camera_paths.around(
             len(root),
             target=middle,
-            sweep_rad=0.0 if kind is Camera.still else way * float(np.radians(self.around_deg)),
+            sweep_rad=0.0 if kind is Camera.still else way * np.radians(self.around_deg),
             distance_mm=self.distance_mm,
             azimuth_rad=side,
             px_per_mm=self.focal_px / self.distance_mm,
@@ -88,4 +88,4 @@ class CameraSweep(Sweep):
 
     def upright_mm(self, image: np.ndarray) -> np.ndarray:
         """Return an image (…, 2), px, to the right and up in mm at the camera's distance."""
-        return np.asarray(image * (self.distance_mm / self.focal_px) * [1.0, -1.0])
+        return image * (self.distance_mm / self.focal_px) * [1.0, -1.0]

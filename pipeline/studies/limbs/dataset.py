@@ -64,7 +64,7 @@ class LimbDataset(Dataset):
         stretches, clip_of, starts, short = [], [], [], []
         for number in range(len(clips)):
             motion = clips.motion(number)
-            at = frames_at_rate(len(motion), float(clips.frame_rate_hz[number]), self.frame_rate_hz)
+            at = frames_at_rate(len(motion), clips.frame_rate_hz[number], self.frame_rate_hz)
             positions = interpolate(motion, at)
             spare = len(positions) - self.frames
             if spare < 0:

@@ -16,6 +16,7 @@ from pipeline.studies.rows import (
     require_columns,
     rows_of,
     values,
+    whole,
 )
 
 PAPERS_ADJUSTMENT = "refined"
@@ -49,8 +50,8 @@ def _dividing(eta: np.ndarray, right: np.ndarray, times: np.ndarray) -> float:
     if not between.size:
         return np.nan
     best = between[wrong[between] == wrong[between].min()]
-    k = int(best[len(best) // 2])
-    return float(np.sqrt(eta[k - 1] * eta[k])) if np.isfinite(eta[k]) else float(eta[k - 1])
+    k = best[len(best) // 2]
+    return np.sqrt(eta[k - 1] * eta[k]) if np.isfinite(eta[k]) else eta[k - 1]
 
 
 def rank_correlation_of(table: Table, column: str, by: str, where: Expression = ALL) -> Number:
@@ -96,35 +97,21 @@ def _curve(
     """Rows, places (V,) rising, and a statistic (B, V) of a column there; none if a value is not finite."""
     rows = rows_of(table, where)
     places, found = values(rows.frame, at), values(rows.frame, column)
-    if not (np.isfinite(places).all() and np.isfinite(found).all()):
+    if not (whole(places) and whole(found)):
         return rows, np.empty(0), np.empty((len(rows.weights), 0))
     every = np.unique(places)
-    parts = [(found[places == place], rows.cluster[places == place]) for place in every]
-    curve = [over(Rows(rows.frame, cluster, rows.weights, rows.plain), part) for part, cluster in parts]
-    return rows, every, np.stack(curve, axis=1) if curve else np.empty((len(rows.weights), 0))
-
-
-def _median(rows: Rows, found: np.ndarray) -> np.ndarray:
-    return rows.median(found)
-
-
-def _deviation(rows: Rows, found: np.ndarray) -> np.ndarray:
-    """Standard deviation (B,) over rows, divisor n - 1."""
-    count = rows.weights @ np.bincount(rows.cluster, minlength=rows.weights.shape[1])
-    middle = found.mean()
-    mean, square = rows.mean(found - middle), rows.mean((found - middle) ** 2)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.sqrt(np.maximum(square - mean**2, 0.0) * count / np.where(count > 1, count - 1, np.nan))
+    curve = [over(rows.where(places == place), found[places == place]) for place in every]
+    return rows, every, np.stack(curve, axis=1)
 
 
 def mean_deviation(table: Table, column: str, by: str, where: Expression = ALL) -> Number:
     """Standard deviation of a column (divisor n - 1) over the rows of each value of another, its mean over values."""
-    rows, places, curve = _curve(table, by, column, where, _deviation)
+    rows, places, curve = _curve(table, by, column, where, Rows.deviation)
     return rows.number(curve.mean(axis=1)) if places.size else rows.no_number
 
 
 def _root_errors(table: Table, camera: str, error: str) -> tuple[Rows, np.ndarray, np.ndarray]:
-    return _curve(table, "root_error_ratio", error, f"camera == {camera!r}", _median)
+    return _curve(table, "root_error_ratio", error, f"camera == {camera!r}", Rows.median)
 
 
 def reliable_root_error(table: Table, camera: str, high: float, error: str = "child_error_ratio") -> Number:
@@ -153,7 +140,7 @@ def _reliable_scales(
 ) -> tuple[Rows, np.ndarray, np.ndarray]:
     """Scales of the radius (V,), rising, and whether the median error (B, V) is at most `found` over that at 1."""
     chosen = f"camera == {camera!r} and adjust == {PAPERS_ADJUSTMENT!r}"
-    rows, scales, curve = _curve(table, "radius_scale", error, chosen, _median)
+    rows, scales, curve = _curve(table, "radius_scale", error, chosen, Rows.median)
     if 1.0 not in scales:
         return rows, np.empty(0), np.empty((len(rows.weights), 0), dtype=bool)
     return rows, scales, curve <= curve[:, scales == 1.0] + found
@@ -187,6 +174,4 @@ def mean_of_walking(table: Table, column: str, camera: str) -> Number:
     require_columns(rows.frame, "action")
     walking = rows.frame["action"].astype(str).str.contains("walk", case=False).to_numpy(dtype=bool)
     found = values(rows.frame, column)[walking]
-    if not found.size or not np.isfinite(found).all():
-        return rows.no_number
-    return rows.number(Rows(rows.frame[walking], rows.cluster[walking], rows.weights, rows.plain).mean(found))
+    return rows.number(rows.where(walking).mean(found)) if whole(found) else rows.no_number

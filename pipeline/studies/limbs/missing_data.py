@@ -25,8 +25,7 @@ from pipeline.studies.limbs import nulls
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.scores import better_of_mirrors, distance
-from pipeline.studies.limbs.swept_errors import ErrorSweep
-from pipeline.studies.limbs.trials import ROOT, LimbInputs, wrong_trajectory
+from pipeline.studies.limbs.trials import ROOT, LimbInputs, LimbSweep, wrong_trajectory
 from pipeline.validation import Distinct, Increasing, NonNegative, bounded
 
 MOST_MISSING = 0.9
@@ -141,7 +140,7 @@ class Scene:
 
 
 @dataclass(kw_only=True)
-class MissingDataSweep(ErrorSweep):
+class MissingDataSweep(LimbSweep):
     """Error of a whole skeleton against the share of missing points."""
 
     cameras: Distinct[Camera] = field(default_factory=lambda: [Camera.still])
@@ -226,7 +225,7 @@ class MissingDataSweep(ErrorSweep):
     def scene(self, stretches: LimbStretches, basis: TrajectoryBasis, number: int, seed: int) -> Scene:
         """Return a scene by its number, before the cameras in turn."""
         generator = derive_generator(seed, f"sweep:scene:{number}")
-        stretch = int(generator.integers(len(stretches.positions)))
+        stretch = generator.integers(len(stretches.positions))
         body, lengths = stretches.positions[stretch], stretches.lengths_mm[stretch]
         camera = self.cameras[number % len(self.cameras)]
         view = self.camera(camera, body[:, ROOT], generator)
@@ -264,7 +263,7 @@ class MissingDataSweep(ErrorSweep):
     ) -> dict[str, Any]:
         true, positions, refined = scene.positions, found.positions, found.refined
         assert refined is not None, "it was asked for"
-        limbs, size = np.arange(true.shape[1]) != ROOT, float(scene.true_lengths.mean())
+        limbs, size = np.arange(true.shape[1]) != ROOT, scene.true_lengths.mean()
         each = np.linalg.norm(positions - true, axis=-1)
         spherical, cartesian = length_violations(refined, basis)
 
@@ -324,4 +323,4 @@ def length_violations(refined: Refinement, basis: TrajectoryBasis) -> tuple[floa
     )
     between = (rows @ fitted).reshape(len(times), limbs, 3)
     cartesian = np.linalg.norm(between, axis=-1) / refined.lengths - 1.0
-    return round(float(np.abs(spherical).max()), 12), float(np.abs(cartesian).max())
+    return round(float(np.abs(spherical).max()), 12), np.abs(cartesian).max()

@@ -26,16 +26,8 @@ class Basis(StrEnum):
 
 @dataclass(frozen=True)
 class BasisFit:
-    """The basis, and how well limbs lie in it.
+    """How well limbs lie in the basis, in words."""
 
-    Attributes
-    ----------
-    basis : (F, K)
-        Cosines.
-    words : str
-    """
-
-    basis: np.ndarray
     words: str
 
 
@@ -59,7 +51,7 @@ class TrajectoryBasisModel(Model):
         return TrajectoryBasis(self.components, self.cutoff)
 
     def learn(self, dataset: LimbStretches, *, workers: int) -> BasisFit:
-        """Return the basis, and what it leaves of every limb."""
+        """Return what the basis leaves of every limb."""
         frames = dataset.positions.shape[1]
         relative = np.stack([relative_trajectories(WALKER14, p) for p in dataset.positions])
         whole = trajectory_basis.cosine_basis(frames, frames)
@@ -69,8 +61,7 @@ class TrajectoryBasisModel(Model):
         rms = np.sqrt(np.maximum(beyond, 0.0) / np.maximum(size, 1e-12))
         kind = "hard" if self.cutoff is None else f"soft, k0 = {self.cutoff:g}"
         require_range("model.components", self.components, at_most=frames)
-        left = float(np.median(rms[:, self.components - 1]))
+        left = np.median(rms[:, self.components - 1])
         return BasisFit(
-            basis=trajectory_basis.cosine_basis(frames, self.components),
-            words=f"{self.components} cosines ({kind}) that leave {100 * left:.1f} % of a limb's length",
+            f"{self.components} cosines ({kind}) that leave {100 * left:.1f} % of a limb's length",
         )

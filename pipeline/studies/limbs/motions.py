@@ -31,6 +31,7 @@ from pipeline.core.articulated_trajectory import (
     solved,
 )
 from pipeline.core.articulation import ray_sphere
+from pipeline.core.choice import evenly
 from pipeline.core.limb_chain import WALKER14, relative_trajectories
 from pipeline.core.limb_chain.lengths import anthropometric_lengths
 from pipeline.core.pinhole import Pinhole
@@ -107,6 +108,9 @@ class MotionsSweep(CameraSweep):
         """Return the reconstructions; all cameras look at a clip from the same side and see the same noise."""
         stretches, basis = inputs.dataset, inputs.model_options.limb_basis()
         chosen = _liveliest(stretches, self.clips)
+        as_in_the_paper = replace(  # no more is known [park2011 section 5.2]
+            self, lengths=self.papers_lengths, root=self.papers_root, use_hinges=self.papers_hinges
+        )
 
         def one(item: tuple[int, Camera]) -> tuple[list[dict[str, Any]], dict[str, Any]]:
             number, kind = item
@@ -119,7 +123,7 @@ class MotionsSweep(CameraSweep):
             lengths = stretches.lengths_mm[number]
             ours, papers = (
                 _Reconstruction(options, basis, truth, lengths, camera, images, kind)
-                for options in (self, self.as_in_the_paper())
+                for options in (self, as_in_the_paper)
             )
             signs = derive_generator(inputs.seed, f"sweep:motions:signs:{place}")
             keys = {"clip": stretches.clip[number], "action": stretches.action[number], "camera": str(kind)}
@@ -130,7 +134,7 @@ class MotionsSweep(CameraSweep):
             }
             return ours.found(keys), {**keys, **beside}
 
-        items = [(int(number), kind) for number in chosen for kind in self.cameras]
+        items = [(number, kind) for number in chosen for kind in self.cameras]
         found, papers = zip(*map_processes(one, items, inputs.workers), strict=True)
         as_chosen, mirrors_tried = (
             Motions(
@@ -154,34 +158,22 @@ class MotionsSweep(CameraSweep):
             },
         )
 
-    def as_in_the_paper(self) -> MotionsSweep:
-        """Return these options with no more known than in the paper [park2011 section 5.2]."""
-        return replace(
-            self,
-            lengths=self.papers_lengths,
-            root=self.papers_root,
-            use_hinges=self.papers_hinges,
-        )
-
 
 def _liveliest(stretches: LimbStretches, wanted: int) -> np.ndarray:
     """Indices (N,) of one stretch of each clip, in which joints move most about the pelvis; clips evenly over all."""
     moves = np.diff(stretches.positions - stretches.positions[:, :, [ROOT]], axis=1)
     speed = np.square(moves).sum(axis=(1, 2, 3))
     chosen = []
-    for name in dict.fromkeys(stretches.clip.tolist()):
+    for name in dict.fromkeys(stretches.clip):
         of_this = np.flatnonzero(stretches.clip == name)
-        chosen.append(int(of_this[np.argmax(speed[of_this])]))
-    if 0 < wanted < len(chosen):
-        picks = np.unique(np.rint(np.linspace(0, len(chosen) - 1, wanted)).astype(int))
-        chosen = [chosen[k] for k in picks]
-    return np.array(chosen)
+        chosen.append(of_this[np.argmax(speed[of_this])])
+    return np.array(chosen)[evenly(wanted, len(chosen))]
 
 
 def _objective(choice: LimbChoice) -> float:
     """Return what the basis leaves of a limb's trajectory where it was seen, mm², without the programme."""
     chosen, rows = choice.relative[choice.used], choice.basis.rows(len(choice.used), choice.used)
-    return float(np.sum(chosen**2) - np.sum((rows.T @ chosen) ** 2))
+    return np.sum(chosen**2) - np.sum((rows.T @ chosen) ** 2)
 
 
 class _Reconstruction:
@@ -200,13 +192,13 @@ class _Reconstruction:
         self.options, self.basis, self.truth, self.camera, self.images = options, basis, truth, camera, images
         self.true_lengths = self.lengths = lengths
         if options.lengths is Lengths.anthropometric:
-            thigh = float(np.mean([lengths[WALKER14.limbs.index(limb)] for limb in _THIGHS]))
+            thigh = np.mean([lengths[WALKER14.limbs.index(limb)] for limb in _THIGHS])
             self.lengths = anthropometric_lengths(WALKER14, of=_THIGHS[0], size_mm=thigh)
         elif options.lengths is Lengths.estimated:
             self.lengths = np.full(len(lengths), np.nan)
         self.root = truth[:, ROOT]
         if options.root is Root.unit_depth and kind is Camera.still:
-            depth = float(camera.in_camera(self.root)[len(truth) // 2, 2])
+            depth = camera.in_camera(self.root)[len(truth) // 2, 2]
             self.root = camera.back_project(images[:, ROOT], depth)
 
     def prepared(self, root: np.ndarray | None = None) -> Reconstruction:
@@ -247,14 +239,14 @@ class _Reconstruction:
         path = np.broadcast_to(self.camera.centre, (len(self.truth), 3))
         about = path - path.mean(axis=0)
         size = float(np.linalg.norm(about))
-        if size <= 1e-9 * float(np.abs(path).max()):
+        if size <= 1e-9 * np.abs(path).max():
             return 0.0
         used = np.ones(len(about), dtype=bool)
         return outside(self.basis.rows(len(used), used), about) / size
 
     def error_mm(self, positions: np.ndarray) -> float:
         """Return the mean distance of all joints but the root from the truth, both relative to it."""
-        return float(error_about_root(positions, self.truth)[:, CHILDREN].mean())
+        return error_about_root(positions, self.truth)[:, CHILDREN].mean()
 
     def found(self, keys: dict[str, str]) -> list[dict[str, Any]]:
         """Return the arrays and rows of it: with the mirrors as each limb chooses them, and tried.
@@ -304,7 +296,7 @@ class _Reconstruction:
             "error_sd_mm": error.std(axis=0, ddof=1),
             "imputed_share": made.imputed[:, CHILDREN].mean(axis=0),
         }
-        mean, middle_margin = error.mean(axis=1), float(np.median(margin))
+        mean, middle_margin = error.mean(axis=1), np.median(margin)
         clip = {
             "lengths": str(self.options.lengths),
             "error_mm": mean.mean(),
@@ -342,7 +334,7 @@ class _Reconstruction:
                     self.camera.matrix,
                     self.images[:, child],
                     anchored[:, parent],
-                    float(lengths[limb]),
+                    lengths[limb],
                     basis=self.basis,
                     noise_px=options.noise_px,
                     time_limit_s=options.time_limit_s,
@@ -367,7 +359,7 @@ class _Reconstruction:
         for limb, (parent, child) in enumerate(WALKER14.ends):
             about = self.truth[:, parent]
             hits = ray_sphere(
-                self.camera.matrix, self.images[:, child], about, float(self.true_lengths[limb])
+                self.camera.matrix, self.images[:, child], about, self.true_lengths[limb]
             ).resolved()
             used = hits.usable
             toward = (self.truth[:, child] - about - hits.middle) * hits.half_chord

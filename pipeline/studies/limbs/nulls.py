@@ -39,7 +39,7 @@ def random_signs(
     positions = np.full((len(root), len(WALKER14.joints), 3), np.nan)
     positions[:, ROOT] = root
     for length, (parent, child) in zip(lengths, WALKER14.ends, strict=True):
-        hits = ray_sphere(camera.matrix, images[:, child], positions[:, parent], float(length)).resolved()
+        hits = ray_sphere(camera.matrix, images[:, child], positions[:, parent], length).resolved()
         signs = generator.choice([-1.0, 1.0], len(root))
         positions[:, child] = positions[:, parent] + hits.chosen(signs)
     return positions
@@ -47,8 +47,8 @@ def random_signs(
 
 def mean_pose(root: np.ndarray, truth: np.ndarray) -> np.ndarray:
     """Return the mean pose of true positions (F, 15, 3), mm, carried along by a root (F, 3)."""
-    about = truth - truth[:, [WALKER14.joints.index(WALKER14.root)]]
-    return np.asarray(root[:, None] + about.mean(axis=0))
+    about = truth - truth[:, [ROOT]]
+    return root[:, None] + about.mean(axis=0)
 
 
 def limb_errors(trial: LimbTrial, *, moved: np.ndarray | float = 0.0, scale: float = 1.0) -> dict[str, float]:

@@ -17,8 +17,8 @@ from pipeline.core.refinement import refine
 from pipeline.core.trajectory_basis import cosine_basis
 from pipeline.studies.limbs import nulls
 from pipeline.studies.limbs.scores import certificate, distance, limb_errors
-from pipeline.studies.limbs.swept_errors import ErrorSweep, SweptErrors, measured
-from pipeline.studies.limbs.trials import LimbInputs, LimbTrial
+from pipeline.studies.limbs.swept_errors import SweptErrors, measured
+from pipeline.studies.limbs.trials import LimbInputs, LimbSweep, LimbTrial
 from pipeline.validation import Distinct, Increasing, NonNegative, Positive
 
 REFINED = "refined"
@@ -33,7 +33,7 @@ ANY_FACTOR = 100.0
 
 
 @dataclass(kw_only=True)
-class RadiusScaleSweep(ErrorSweep):
+class RadiusScaleSweep(LimbSweep):
     """Error against scale of the radius that is assumed."""
 
     scales: Increasing[Positive] = field(
@@ -73,7 +73,6 @@ class _Ways:
         self.sweep, self.trial, self.basis = sweep, trial, basis
         self.pixels = trial.images + sweep.noise_px * trial.noise
         self.rays = cast_rays(trial.view.matrix, self.pixels, trial.parent)
-        self.nothing: dict[float, dict[str, float]] = {}
         self.choices: dict[float, LimbChoice] = {}
         self.scores: dict[tuple[float, bool], Score] = {}
 
@@ -94,19 +93,15 @@ class _Ways:
             "radius_scale": scale,
             "adjust": way,
             **errors,
-            "adjusted_share": float(hits.adjusted.mean()),  # of frames whose ray misses the sphere
+            "adjusted_share": hits.adjusted.mean(),  # of frames whose ray misses the sphere
             "radius_ratio": radius_mm / trial.length,  # after adjustment, or refinement
             **certificate(self.choices[hits.radius]),
-            **self._of_nothing(scale),
-            "adjusted_hanging_error": self._of_nothing(hits.radius / trial.length)["hanging_error"],
+            **nulls.limb_errors(trial, scale=scale),
+            "adjusted_hanging_error": nulls.limb_errors(trial, scale=hits.radius / trial.length)[
+                "hanging_error"
+            ],
             "paths": np.stack([trial.relative, relative]) / trial.length,
         }
-
-    def _of_nothing(self, scale: float) -> dict[str, float]:
-        """Return the errors of limbs that do nothing, computed once for each scale."""
-        if scale not in self.nothing:
-            self.nothing[scale] = nulls.limb_errors(self.trial, scale=scale)
-        return self.nothing[scale]
 
     def _chosen(self, choice: LimbChoice) -> Score:
         return limb_errors(self.trial, choice), choice.hits.radius, choice.relative
@@ -137,4 +132,4 @@ class _Ways:
             "relative_error": round(float(off), 12),
             "error_up_to_mirror": min(error, limb_errors(trial, choice)["error_up_to_mirror"]),
         }
-        return errors, float(found.lengths[0]), relative
+        return errors, found.lengths[0], relative

@@ -116,7 +116,7 @@ def _compared_with_truth(trial: LimbTrial, choice: LimbChoice) -> dict[str, Any]
         "taken_impostor": bool((weight * solution.signs * signs[used]).sum() < 0),
         **nulls.limb_errors(trial),
         # Of the programme's matrix: its elements beside the diagonal, and its smallest to largest eigenvalue.
-        "positive_off_diagonal": float((beside > ROUNDING * np.abs(matrix).max()).mean()),
+        "positive_off_diagonal": (beside > ROUNDING * np.abs(matrix).max()).mean(),
         "numerically_singular": bool(spectrum[-1] <= 0 or spectrum[0] / spectrum[-1] < SINGULAR),
         "paths": np.stack([trial.relative, impostor, choice.relative]) / trial.length,
     }
@@ -128,7 +128,7 @@ def _from_each_start(
     """Return a row to each of `STARTS` of the refinement."""
     generator = derive_generator(seed, f"sweep:starts:{trial.number}:{trial.camera}")
     frames = len(choice.used)
-    tossed = np.where(generator.random(int(choice.used.sum())) < 0.5, -1, 1)
+    tossed = np.where(generator.random(choice.used.sum()) < 0.5, -1, 1)
     # The mirror of a solution is whatever signs it says.
     by_coin = replace(choice, solution=replace(choice.solution, mirror_signs=tossed), mirrored=False).mirror
     mean = choice.hits.middle[choice.used].mean(axis=0)

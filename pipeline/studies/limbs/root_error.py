@@ -13,13 +13,13 @@ from pipeline.core.reconstructibility import reconstructibility
 from pipeline.seeding import derive_generator
 from pipeline.studies.limbs import nulls
 from pipeline.studies.limbs.scores import certificate, distance, limb_errors, true_signs
-from pipeline.studies.limbs.swept_errors import ErrorSweep, SweptErrors, measured
-from pipeline.studies.limbs.trials import LimbInputs, LimbTrial, wrong_trajectory
+from pipeline.studies.limbs.swept_errors import SweptErrors, measured
+from pipeline.studies.limbs.trials import LimbInputs, LimbSweep, LimbTrial, wrong_trajectory
 from pipeline.validation import Increasing, NonNegative
 
 
 @dataclass(kw_only=True)
-class RootErrorSweep(ErrorSweep):
+class RootErrorSweep(LimbSweep):
     """Error against error of the parent trajectory, in radii."""
 
     ratios: Increasing[NonNegative] = field(

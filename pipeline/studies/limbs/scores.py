@@ -95,10 +95,10 @@ def acceleration_ratio(positions: np.ndarray, truth: np.ndarray) -> np.ndarray:
 def length_changes(positions: np.ndarray) -> np.ndarray:
     """Return the largest relative change of the length of each limb (14,); to twelve decimals, the rest is rounding."""
     sizes = np.linalg.norm(relative_trajectories(WALKER14, positions), axis=-1)
-    return np.asarray(np.abs(sizes / sizes.mean(axis=0) - 1.0).max(axis=0).round(12))
+    return np.abs(sizes / sizes.mean(axis=0) - 1.0).max(axis=0).round(12)
 
 
 def error_about_root(positions: np.ndarray, truth: np.ndarray) -> np.ndarray:
     """Return the distance (F, 15) of joints from the truth, both relative to the pelvis, mm."""
     apart = positions - positions[:, [ROOT]] - (truth - truth[:, [ROOT]])
-    return np.asarray(np.linalg.norm(apart, axis=-1))
+    return np.linalg.norm(apart, axis=-1)

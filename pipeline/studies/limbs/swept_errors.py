@@ -32,13 +32,8 @@ class SweptErrors:
     paths: np.ndarray
 
 
-@dataclass(kw_only=True)
-class ErrorSweep(LimbSweep):
-    """A sweep of one cause of error."""
-
-
 def measured(
-    sweep: ErrorSweep,
+    sweep: LimbSweep,
     inputs: LimbInputs,
     errors_of: Callable[[LimbTrial], list[dict[str, Any]]],
     *,
@@ -48,7 +43,7 @@ def measured(
 
     Parameters
     ----------
-    sweep : ErrorSweep
+    sweep : LimbSweep
     inputs : LimbInputs
     errors_of : callable
         What was found at every point for one trial, `paths` (2, F, 3) among it.

@@ -71,7 +71,7 @@ class LimbTrial:
     @property
     def relative(self) -> np.ndarray:
         """True relative trajectory (F, 3), mm."""
-        return np.asarray(self.child - self.parent)
+        return self.child - self.parent
 
     def part(self, start: int, frames: int) -> LimbTrial:
         """Return the same limb in some of its frames."""
@@ -95,9 +95,9 @@ class LimbSweep(CameraSweep):
     def trial(self, stretches: LimbStretches, number: int, camera: Camera, seed: int) -> LimbTrial:
         """Return a trial by its number: stretch, limb and side are the same for every camera."""
         generator = derive_generator(seed, f"sweep:limb:{number}")
-        stretch = int(generator.integers(len(stretches.positions)))
+        stretch = generator.integers(len(stretches.positions))
         limb = int(generator.integers(len(WALKER14.limbs)))
-        side = float(generator.uniform(-np.pi, np.pi))
+        side = generator.uniform(-np.pi, np.pi)
         body = stretches.positions[stretch]
         noise = generator.standard_normal((len(body), 2))
         parent, child = WALKER14.ends[limb]
@@ -113,7 +113,7 @@ class LimbSweep(CameraSweep):
             noise=noise,
             parent=body[:, parent],
             child=body[:, child],
-            length=float(stretches.lengths_mm[stretch, limb]),
+            length=stretches.lengths_mm[stretch, limb],
         )
 
     def every_trial(self, inputs: LimbInputs) -> list[LimbTrial]:
@@ -180,7 +180,7 @@ def wrong_trajectory(
         error = generator.standard_normal((frames, 3))
     else:
         error = cosine_basis(frames, components) @ generator.standard_normal((components, 3))
-    return np.asarray(size_mm / np.linalg.norm(error, axis=1).mean() * error)
+    return size_mm / np.linalg.norm(error, axis=1).mean() * error
 
 
 def stacked(rows: Sequence[Mapping[str, Any]], shape: Sequence[int]) -> dict[str, np.ndarray]:
@@ -198,5 +198,5 @@ def stacked(rows: Sequence[Mapping[str, Any]], shape: Sequence[int]) -> dict[str
     >>> stacked([{"error": 1.0}, {"error": 2.0}], (2, 1))["error"].tolist()
     [[1.0], [2.0]]
     """
-    columns = {name: np.stack([np.asarray(row[name]) for row in rows]) for name in rows[0]}
+    columns = {name: np.stack([row[name] for row in rows]) for name in rows[0]}
     return {name: values.reshape(*shape, *values.shape[1:]) for name, values in columns.items()}

@@ -15,12 +15,10 @@ from pipeline.core.viewpoint.view_estimate import ViewEstimate
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.walks.anatomical_model import AnatomicalModel
 from pipeline.studies.walks.seen_walker import Reconstruction
-from pipeline.studies.walks.sweeps.held_out import Fold, People, mirrored_grid
+from pipeline.studies.walks.sweeps.held_out import CANDIDATES, Fold, People, mirrored_grid
 from pipeline.studies.walks.sweeps.setting import anatomical_setting
 from pipeline.validation import InvalidInput
 
-CANDIDATES = 72
-"""Angles over the circle at which the likelihood of a view is evaluated."""
 VIEWS_AT_A_TIME = 12
 """So many fit into the caches of a processor."""
 MOST_LIKELIER = 100.0
@@ -39,7 +37,7 @@ class AnatomicalApproach:
     def fold(self, walk: int) -> Fold:
         """What is learnt without the person of a walk."""
         people = self._people.model.people
-        return self._people.fold(int(np.flatnonzero(people == self._data.person[walk])[0]))
+        return self._people.fold(np.flatnonzero(people == self._data.person[walk])[0])
 
     def prior(self, walk: int) -> Prior:
         """What is learnt without the person of a walk."""
@@ -65,7 +63,7 @@ class AnatomicalApproach:
         """Missing dimension (A, M, 1 + 2H, 15) of M walkers."""
         parts = []
         for part in np.array_split(view_rad, max(len(view_rad) // VIEWS_AT_A_TIME, 1)):
-            found = fold.reconstruct(self._setting, walkers, part, hidden=hidden)
+            (found,) = fold.reconstruct([self._setting], walkers, part, hidden=hidden)
             whole = np.zeros((*found.estimated.shape[:2], len(found.unknown)))
             whole[..., found.unknown] = found.estimated
             parts.append(whole.reshape(*whole.shape[:2], anatomical.JOINTS, 3, -1)[..., 2, :])

@@ -9,7 +9,7 @@ import numpy as np
 from pipeline.core.anatomical import Noise, Prior, Shrinkage, fit, person_weights
 from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.samples import FourierDataset, FourierSamples
-from pipeline.studies.study import Model
+from pipeline.studies.study import Model, SweepInputs
 from pipeline.validation import InvalidInput, Positive, Share, require_range
 
 
@@ -32,6 +32,9 @@ class AnatomicalWalkers:
     tested: np.ndarray
     words: str
     remarks: list[str]
+
+
+AnatomicalInputs = SweepInputs[object, FourierSamples, AnatomicalWalkers]
 
 
 @dataclass(kw_only=True)
@@ -74,7 +77,7 @@ class AnatomicalModel(Model):
     def learn(self, dataset: FourierSamples, *, workers: int) -> AnatomicalWalkers:
         """Return the prior of the whole population."""
         if dataset.unmeasured.any():
-            walk = int(np.flatnonzero(dataset.unmeasured.any(axis=1))[0])
+            walk = np.flatnonzero(dataset.unmeasured.any(axis=1))[0]
             joints = [WALKER15.joints[j] for j in np.flatnonzero(dataset.unmeasured[walk])]
             raise InvalidInput(
                 "error bars and bones need walks of which every joint was measured",
@@ -86,7 +89,7 @@ class AnatomicalModel(Model):
             raise InvalidInput(
                 "settings chosen without a person need at least four people",
                 expected="4 or more",
-                received=str(count),
+                received=count,
             )
         return self.population(dataset)
 
@@ -96,7 +99,7 @@ class AnatomicalModel(Model):
             raise InvalidInput(
                 "the anatomical prior has no frequency", where="dataset.frequency", expected="false"
             )
-        people = np.array(list(dict.fromkeys(dataset.person.tolist())))
+        people = np.array(list(dict.fromkeys(dataset.person)))
         left = 1.0 - dataset.variance_fractions[:, :2].sum(axis=1)
         walks = [np.flatnonzero(dataset.person == person) for person in people]
         tested = np.array([of[np.argmin(left[of])] for of in walks])

@@ -89,7 +89,7 @@ class JointAngles(Sweep):
             missing = np.stack([*found, source.average_walker().missing])
             turned = view[:, None, None]
             series = camera.combine(camera.project(data.coefficients[r], turned), missing, turned)
-            return np.asarray(np.einsum("tk,mvkjs->mvtjs", design, series, optimize=True))
+            return np.einsum("tk,mvkjs->mvtjs", design, series, optimize=True)
 
         def true(r: int) -> np.ndarray:
             return fourier.synthesise(data.coefficients[r], 1.0, times)
@@ -111,7 +111,7 @@ class JointAngles(Sweep):
                     "angle": np.array(list(JOINT_ANGLES))[k],
                     "person": data.person[r],
                     "walker": data.clip[r],
-                    "view_angle_deg": np.asarray(view_deg)[a],
+                    "view_angle_deg": view_deg[a],
                     "rmse_deg": error[m, a, k],
                     "offset_free_rmse_deg": offset_free[m, a, k],
                 }
@@ -126,7 +126,7 @@ class JointAngles(Sweep):
             .mean()[data.clip[chosen]]
             .to_numpy()
         )
-        shown = int(chosen[np.argsort(off, kind="stable")[len(off) // 2]])
+        shown = chosen[np.argsort(off, kind="stable")[len(off) // 2]]
         joints = np.concatenate([true(shown)[None], motions(shown, np.zeros(1))[:, 0]])
         return JointAngleErrors(
             rows=rows,

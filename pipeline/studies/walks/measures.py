@@ -6,7 +6,7 @@ import numpy as np
 
 from pipeline.core import statistics
 from pipeline.studies.measures import Count, distinct, mean, ratio_percent
-from pipeline.studies.rows import Expression, Number, Rows, Table, require_columns, rows_of, values
+from pipeline.studies.rows import Expression, Number, Rows, Table, require_columns, rows_of, values, whole
 
 BANDS_DEG = {"frontal": (0.0, 10.0), "oblique": (30.0, 60.0), "profile": (80.0, 90.0)}
 """Bands of the view angle, degrees either side of the frontal view, the same for every claim: the papers name these
@@ -39,7 +39,7 @@ def lowest_mean(table: Table, column: str, by: str, where: Expression) -> Number
     rows = rows_of(table, where)
     require_columns(rows.frame, by)
     found = values(rows.frame, column)
-    if not (found.size and np.isfinite(found).all()):
+    if not whole(found):
         return rows.no_number
     labels, group = np.unique(rows.frame[by].astype(str).to_numpy(), return_inverse=True)
     means, _ = rows.group_means(found, group, len(labels))
@@ -49,7 +49,9 @@ def lowest_mean(table: Table, column: str, by: str, where: Expression) -> Number
 def asymmetry_percent(table: Table, column: str, method: str) -> Number:
     """Mean |f(−α) − f(α)| over the oblique pairs (0 < α < 90), in per cent of the mean of f over them."""
     rows = rows_of(table, f"method == {method!r}")
-    views, curve, times = _by_view(rows, column)
+    found = values(rows.frame, column)
+    views, group = np.unique(values(rows.frame, "view_angle_deg"), return_inverse=True)
+    curve, times = rows.group_means(found, group, len(views))
     if rows.plain and (times > 1).any():
         return rows.no_number  # an angle stands twice
     place = {view: number for number, view in enumerate(views)}
@@ -59,13 +61,6 @@ def asymmetry_percent(table: Table, column: str, method: str) -> Number:
     left, right = (curve[:, list(side)] for side in zip(*pairs, strict=True))
     apart, level = np.abs(left - right).mean(axis=1), 0.5 * (left + right).mean(axis=1)
     return rows.number(np.asarray(ratio_percent(apart, level)))
-
-
-def _by_view(rows: Rows, column: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the view angles (V,), the mean of a column at each in every replicate and its rows, (B, V)."""
-    found = values(rows.frame, column)
-    views, group = np.unique(values(rows.frame, "view_angle_deg"), return_inverse=True)
-    return views, *rows.group_means(found, group, len(views))
 
 
 def _mean_vectors(table: Table, method: str) -> tuple[Rows, np.ndarray]:
@@ -95,11 +90,7 @@ def angle_error_median_deg(table: Table, method: str) -> Number:
     """Mean over the views of the median |error| over walkers, from ``error_deg`` of every walker."""
     rows = rows_of(table, f"method == {method!r}")
     off, views = np.abs(values(rows.frame, "error_deg")), values(rows.frame, "view_angle_deg")
-    if not (off.size and np.isfinite(off).all() and np.isfinite(views).all()):
+    if not (whole(off) and whole(views)):
         return rows.no_number
-    medians = []
-    for view in np.unique(views):
-        here = views == view
-        part = Rows(rows.frame[here], rows.cluster[here], rows.weights, rows.plain)
-        medians.append(part.median(off[here]))
+    medians = [rows.where(views == view).median(off[views == view]) for view in np.unique(views)]
     return rows.number(np.mean(medians, axis=0))

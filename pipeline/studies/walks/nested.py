@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline.core import linear_model, reconstruction
+from pipeline.core.choice import evenly
 from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.model import EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
@@ -21,18 +22,6 @@ LEAST_PEOPLE = 4
 
 VIEWS = 5
 """View angles at which sigma² is chosen, of those of the sweep."""
-
-
-def groups_of_people(person: np.ndarray, most: int = GROUPS) -> np.ndarray:
-    """Return the group (R,) int of each walk: people are dealt in turn, walks of a person stay together.
-
-    Examples
-    --------
-    >>> groups_of_people(np.array(["b", "a", "c", "b"]), most=2).tolist()
-    [1, 0, 0, 1]
-    """
-    _, number = np.unique(person, return_inverse=True)
-    return np.asarray(number % most)
 
 
 def nested_choice(
@@ -57,12 +46,11 @@ def nested_choice(
     workers : int
     """
     samples, how = options.training(data)
-    groups = groups_of_people(data.person)
-    count = int(groups.max()) + 1
+    groups = np.unique(data.person, return_inverse=True)[1] % GROUPS  # dealt in turn
+    count = groups.max() + 1
     if count < LEAST_PEOPLE:
         return np.empty(0, dtype=int)
-    chosen = np.unique(np.linspace(0, len(view_angles_rad) - 1, VIEWS).round().astype(int))
-    views = view_angles_rad[chosen]
+    views = view_angles_rad[evenly(VIEWS, len(view_angles_rad))]
 
     def tried(fold: tuple[linear_model.LinearModel, int, int]) -> tuple[int, int, np.ndarray, np.ndarray]:
         model, g, h = fold
@@ -75,7 +63,7 @@ def nested_choice(
                 of_measured = linear_model.of_measured(model, measured)
                 paths[key] = reconstruction.NoisePath(of_measured, views, noise_variances)
             found = paths[key].error(linear_model.without_joints(samples[r], measured)).mean(axis=0)
-            return np.asarray(found * (len(measured) / measured.sum()))
+            return found * (len(measured) / measured.sum())
 
         of_g, of_h = (sum(map(error, np.flatnonzero(groups == group))) for group in (g, h))
         return g, h, np.asarray(of_g), np.asarray(of_h)
@@ -85,4 +73,4 @@ def nested_choice(
     for g, h, of_g, of_h in map_processes(tried, folds, workers):
         votes[g] += of_h
         votes[h] += of_g
-    return np.asarray(votes.argmin(axis=1)[groups])
+    return votes.argmin(axis=1)[groups]

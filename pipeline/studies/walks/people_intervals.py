@@ -49,4 +49,4 @@ class PeopleResampled:
 
 def _columns(name: str, value: float, resampled: np.ndarray) -> dict[str, float]:
     low, high = bootstrap.percentile_interval(resampled)
-    return {name: float(value), f"{name}_low": float(low), f"{name}_high": float(high)}
+    return {name: value, f"{name}_low": float(low), f"{name}_high": float(high)}

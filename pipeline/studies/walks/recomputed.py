@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
+from pipeline.core.choice import evenly
 from pipeline.studies.eigenwalkers.model import EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import tidy
@@ -37,17 +38,17 @@ def recomputed(
         Eigenwalkers of each fold.
     """
     angles = np.unique(rows["view_angle_deg"])
-    views = angles[_evenly(len(angles), VIEWS)]
-    walkers = _evenly(len(data.clip), MOST_WALKERS)
+    views = angles[evenly(VIEWS, len(angles))]
+    walkers = evenly(MOST_WALKERS, len(data.clip))
     methods = [m for m in PUBLISHED if m in options.methods and not model.mirror]
-    learnt = {int(r): _learnt(data, model, int(r), kept) for r in (walkers if methods else ())}
+    learnt = {r: _learnt(data, model, r, kept) for r in (walkers if methods else ())}
     compared = []
     for method in methods:
         noise = options.noise_variance_mm2 if method is Method.map else None
         for view in views:
             of_sweep = rows[(rows["method"] == str(method)) & (rows["view_angle_deg"] == view)]
             theirs = of_sweep.set_index("walker")["absolute_error_mm2"].loc[data.clip[walkers]].to_numpy()
-            residual, angle = options.truth is Truth.motion, float(np.radians(view))
+            residual, angle = options.truth is Truth.motion, np.radians(view)
             anew = np.array(
                 [_error(data, r, fold, angle, noise, residual=residual) for r, fold in learnt.items()]
             )
@@ -62,11 +63,6 @@ def recomputed(
             )
     columns = ["method", "view_angle_deg", "absolute_error_mm2", "recomputed_mm2", "relative_difference"]
     return tidy(pd.DataFrame(compared, columns=columns), by=["method", "view_angle_deg"])
-
-
-def _evenly(count: int, most: int) -> np.ndarray:
-    """Return up to so many indices, evenly from the first to the last."""
-    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
 
 
 def _learnt(
@@ -114,4 +110,4 @@ def _error(
     errors = np.array([1.0] + [0.5] * (blocks - 1)) @ np.square(off.reshape(blocks, -1))
     if residual:
         errors = errors + (depth @ data.residual_covariance[r][seen] @ depth.T).ravel()
-    return float(errors.mean())
+    return errors.mean()

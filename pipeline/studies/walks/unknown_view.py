@@ -79,14 +79,14 @@ class UnknownView(Sweep):
         super().validate()
         if len(self.angle_range_deg) != 2:
             raise InvalidInput(
-                "must be [low, high]", where="sweep.angle_range_deg", received=str(self.angle_range_deg)
+                "must be [low, high]", where="sweep.angle_range_deg", received=self.angle_range_deg
             )
         if Method.anatomical in self.methods and self.angle_range_deg != [-180.0, 180.0]:
             raise InvalidInput(
                 "the anatomical method looks at the whole circle",
                 where="sweep.angle_range_deg",
                 expected="[-180, 180]",
-                received=str(self.angle_range_deg),
+                received=self.angle_range_deg,
             )
 
     def of_populations(self) -> UnknownView:
@@ -159,7 +159,7 @@ class UnknownView(Sweep):
             off = statistics.angle_difference_deg(frame.pop("angle_deg"), frame["view_angle_deg"])
             frame["error_deg"] = off
             frame["failed"] = (np.abs(off) > self.failure_deg).astype(int)
-        unconverged = int((~rows["converged"]).sum())
+        unconverged = (~rows["converged"]).sum()
         return ViewAngles(
             rows=rows,
             published=published,

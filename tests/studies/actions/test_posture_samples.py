@@ -34,7 +34,7 @@ def measure() -> Measure:
     action = model.learn(postures, workers=1)
 
     def measure(options: PostureSampling, *, workers: int = 1, seed: int = 1) -> SampledPostures:
-        return options.measure(SweepInputs(clips, postures, action, dataset, model, workers, seed))
+        return options.measure(SweepInputs(clips, postures, action, model, workers, seed))
 
     return measure
 

@@ -27,7 +27,6 @@ from pipeline.studies.actions.held_out import (
     standing,
 )
 from pipeline.studies.actions.model import ActionSpaceModel
-from pipeline.studies.actions.observed_joints import observe
 from pipeline.studies.actions.tracking import HeldOutTracking, TrackingErrors
 from pipeline.studies.actions.tracking_conditions import Condition
 from pipeline.studies.actions.tracking_trial import FILTERS, METHODS, Trial
@@ -59,7 +58,7 @@ def measure(
     options: HeldOutTracking, postures: Postures, *, workers: int = 1, seed: int = 1
 ) -> TrackingErrors:
     """What the sweep measures; it learns its own models, so that none is given."""
-    inputs = SweepInputs(None, postures, None, None, ActionSpaceModel(), workers, seed)
+    inputs = SweepInputs(None, postures, None, ActionSpaceModel(), workers, seed)
     return options.measure(inputs)
 
 
@@ -251,9 +250,10 @@ def test_joints_are_hidden_in_runs(seed: int, share: float, mean_frames: float) 
 
 def test_noise_has_the_size_it_is_said_to_have(trial: Trial) -> None:
     joints = np.repeat(trial.performance.joints_mm, 20, axis=0)
+    longer = replace(trial, performance=replace(trial.performance, joints_mm=joints))
 
     def seen(noise: float) -> np.ndarray:
-        return observe(joints, VIEW_RAD, noise_mm=noise, occluded=0.0, occlusion_frames=10.0, seed=(1,))
+        return longer.seen(Condition(1, noise, 0.0))
 
     assert (seen(12.0) - seen(0.0)).std() == pytest.approx(12.0, rel=0.02)
     np.testing.assert_allclose(seen(12.0) - seen(0.0), 3.0 * (seen(4.0) - seen(0.0)), atol=1e-9)

@@ -137,7 +137,7 @@ def test_far_away_the_image_is_the_parallel_projection(seed: int, view: float) -
     _, motion, _ = walk_of(seed, frames=5)
     root = motion[:, 8]
     camera = still(5, target=root.mean(axis=0), distance_mm=1e9, azimuth_rad=view + np.pi, px_per_mm=0.25)
-    walk = SeenWalk(camera.project(motion), camera, root, 30.0, view)
+    walk = SeenWalk(camera.project(motion), camera, root, 30.0, 2, view)
     np.testing.assert_allclose(walk.weak_perspective(), parallel.project(motion, view), atol=0.01)
 
 

@@ -23,4 +23,4 @@ def measure(
     sweep: Sweep, stretches: LimbStretches, model: TrajectoryBasisModel, *, workers: int = 1, seed: int = 7
 ) -> Any:
     """What a sweep measures: of the model its options alone are needed."""
-    return sweep.measure(SweepInputs(None, stretches, None, None, model, workers, seed))
+    return sweep.measure(SweepInputs(None, stretches, None, model, workers, seed))

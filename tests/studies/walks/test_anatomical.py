@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pipeline.core.anatomical import Noise, Shrinkage
-from pipeline.studies.eigenwalkers.samples import FourierDataset, FourierSamples
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Grid, SweepInputs
 from pipeline.studies.walks.anatomical_model import AnatomicalModel
 from pipeline.studies.walks.people_intervals import PeopleResampled
@@ -17,7 +17,6 @@ from pipeline.studies.walks.sweeps.noise import ObservedNoise
 from pipeline.studies.walks.sweeps.occlusion import Occlusion, covered_by_bars
 from pipeline.studies.walks.sweeps.setting import PLAIN, Setting, anatomical_setting, approach_two
 from pipeline.studies.walks.sweeps.structure import Structure, errors_of
-from pipeline.studies.walks.sweeps.view_posterior import ViewAngleBars
 from pipeline.validation import InvalidInput
 from tests.strategies import walkers
 
@@ -141,9 +140,9 @@ def test_settings_reconstruct_alike_alone_and_in_company() -> None:
     view = np.radians([0.0, 40.0])
     everybody = people()
     walkers_seen = np.stack([everybody.walker(0), everybody.walker(3)])
-    together = everybody.fold(0).with_each(settings, walkers_seen, view, with_covariance=True)
+    together = everybody.fold(0).reconstruct(settings, walkers_seen, view, with_covariance=True)
     for setting, found in zip(settings, together, strict=True):
-        alone = everybody.fold(0).reconstruct(setting, walkers_seen, view, with_covariance=True)
+        (alone,) = everybody.fold(0).reconstruct([setting], walkers_seen, view, with_covariance=True)
         np.testing.assert_allclose(found.estimated, alone.estimated, atol=1e-6)
         np.testing.assert_allclose(found.covariance, alone.covariance, atol=1e-5)
 
@@ -220,17 +219,14 @@ def test_bars_that_are_right_cover_and_bars_that_are_not_are_put_right() -> None
     ("sweep", "changes", "where"),
     [
         (Structure, {"partners": 1}, "sweep.partners"),
-        (Occlusion, {"hidden": ["moustache"]}, "sweep.hidden"),
-        (Occlusion, {"hidden": []}, "sweep.hidden"),
+        (Occlusion, {"partners": 1}, "sweep.partners"),
         (ObservedNoise, {"partners": 0}, "sweep.partners"),
-        (ViewAngleBars, {"candidates": 73}, "sweep.candidates"),
     ],
 )
 def test_options_out_of_range_are_refused(sweep: type, changes: dict, where: str) -> None:
     grid = Grid(start=-90, stop=90, step=30)
-    given = {"partners": 4} if sweep is not ViewAngleBars else {}
     with pytest.raises(InvalidInput) as refused:
-        sweep(seen_from_deg=grid, **(given | changes)).validate()
+        sweep(seen_from_deg=grid, **changes).validate()
     assert where in str(refused.value)
 
 
@@ -243,7 +239,7 @@ def test_views_must_lie_alike_on_both_sides() -> None:
 def test_the_ladder_needs_every_harmonic_of_its_rows() -> None:
     data = samples()
     model = AnatomicalModel()
-    inputs = SweepInputs(None, data, model.learn(data, workers=1), FourierDataset(), model, 1, 0)
+    inputs = SweepInputs(None, data, model.learn(data, workers=1), model, 1, 0)
     with pytest.raises(InvalidInput, match=r"dataset\.harmonics must be at least 6 \(got 2\)"):
         Structure(seen_from_deg=Grid(start=-90, stop=90, step=90), partners=4).measure(inputs)
 

@@ -29,7 +29,6 @@ def inputs() -> SweepInputs:
         clips=None,
         dataset=data,
         model=options.learn(data, workers=1),
-        dataset_options=None,
         model_options=options,
         workers=1,
         seed=0,

@@ -43,7 +43,7 @@ def walkers() -> FourierSamples:
 @pytest.fixture(scope="module")
 def measured(walkers: FourierSamples) -> LaboratoryErrors:
     options = AnatomicalModel()
-    inputs = SweepInputs(None, walkers, options.population(walkers), None, options, 1, 5)
+    inputs = SweepInputs(None, walkers, options.population(walkers), options, 1, 5)
     return Laboratories(partners=2).measure(inputs)
 
 

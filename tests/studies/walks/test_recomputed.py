@@ -29,7 +29,7 @@ def largest_difference(
 ) -> float:
     """Of the sweep of `seen` from the errors computed anew of the data."""
     learnt = model.learn(data, workers=1)
-    found = sweep.measure(SweepInputs(None, seen or data, learnt, None, model, 1, 1))  # type: ignore[arg-type]
+    found = sweep.measure(SweepInputs(None, seen or data, learnt, model, 1, 1))  # type: ignore[arg-type]
     table = recomputed(data, model, sweep, found.rows, learnt.kept)
     assert set(table["method"]) == {"least_squares", "map"}
     assert len(table) == 2 * 3
@@ -55,7 +55,7 @@ def test_of_more_walkers_some_are_computed_anew(monkeypatch: pytest.MonkeyPatch)
     model = EigenwalkersModel(components=4)
     assert largest_difference(model, SWEEP) < 1e-6
     learnt = model.learn(DATA, workers=1)
-    found = SWEEP.measure(SweepInputs(None, DATA, learnt, None, model, 1, 1))  # type: ignore[arg-type]
+    found = SWEEP.measure(SweepInputs(None, DATA, learnt, model, 1, 1))  # type: ignore[arg-type]
     table = recomputed(DATA, model, SWEEP, found.rows, learnt.kept)
     means = found.rows.groupby(["method", "view_angle_deg"])["absolute_error_mm2"].mean()
     row = table.iloc[0]

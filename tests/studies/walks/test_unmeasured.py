@@ -55,7 +55,7 @@ def planted(clips: Walks, samples: FourierSamples) -> tuple[Walks, FourierSample
 
 def measured(sweep: KnownView | UnknownView, clips: Walks, samples: FourierSamples) -> KnownViewErrors:
     model = OPTIONS.learn(samples, workers=1)
-    return sweep.measure(SweepInputs(clips, samples, model, FourierDataset(), OPTIONS, 1, 1))
+    return sweep.measure(SweepInputs(clips, samples, model, OPTIONS, 1, 1))
 
 
 @pytest.mark.parametrize("truth", Truth)

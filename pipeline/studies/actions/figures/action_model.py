@@ -67,7 +67,7 @@ class ActionModelFigure(Figure):
         ``table_pairs``, ``table_space`` and ``table_space_draws`` are what the claims and their intervals rest on;
         ``table_timing`` depends on the machine.
         """
-        action, timings = inputs.model, inputs.sweep
+        action = inputs.model
         n, m = np.indices(action.distances.shape)
         distances = {"n": n.ravel(), "m": m.ravel(), "distance": action.distances.ravel()}
         sample, component = np.indices(action.model.mean.shape)
@@ -84,13 +84,6 @@ class ActionModelFigure(Figure):
             "mean_low": low.ravel(),
             "mean_high": high.ravel(),
         }
-        timing = {
-            "what": timings.what,
-            "performances": timings.performances,
-            "samples": timings.samples,
-            "dimensions": timings.dimensions,
-            "seconds": timings.seconds,
-        }
         rows = sequence_rows(inputs, range(1, self._shown(inputs) + 1))
         null = without_mistiming(inputs.dataset, action, options_of(inputs))
         postures = inputs.dataset.split(inputs.dataset.postures)
@@ -106,7 +99,7 @@ class ActionModelFigure(Figure):
             "table_space": space,
             "table_space_draws": space_draws,
             "table_model": tidy(model, by=["sample", "component"]),
-            "table_timing": pd.DataFrame(timing),
+            "table_timing": pd.DataFrame(vars(inputs.sweep)),
             "table_posture": _posture(inputs),
         }
 
@@ -279,7 +272,7 @@ def _cosines(postures: np.ndarray) -> np.ndarray:
 def _angle_change_max(cosines: np.ndarray) -> float:
     """Largest change from frame to frame of a limb's azimuth, as a share of half a turn: from 0 to 2 as of cosines."""
     azimuth = np.arctan2(cosines[..., 1], cosines[..., 0])
-    return float(np.abs(np.diff(azimuth, axis=0)).max() / np.pi)
+    return np.abs(np.diff(azimuth, axis=0)).max() / np.pi
 
 
 def _posture(inputs: Inputs) -> pd.DataFrame:

@@ -61,7 +61,7 @@ def mean_variance_left(performances: Sequence[np.ndarray]) -> float:
     frames = np.arange(lengths[-2])
     lasting = len(lengths) - np.searchsorted(lengths, frames, side="right")
     each = [variance_left(np.stack([x[p : p + 1] for x in performances if len(x) > p])) for p in frames]
-    return float(np.average(np.concatenate(each), weights=lasting))
+    return np.average(np.concatenate(each), weights=lasting)
 
 
 def skeleton(
@@ -75,4 +75,4 @@ def skeleton(
     dataset = inputs.dataset
     postures = inputs.model.space.postures(coordinates)
     joints = posture.joints(postures, dataset.body(performance), frame=dataset.frame)
-    return np.asarray(joints + np.array([0.0, aside_mm, ANKLE_HEIGHT_MM]))
+    return joints + np.array([0.0, aside_mm, ANKLE_HEIGHT_MM])

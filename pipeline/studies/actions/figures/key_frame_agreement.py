@@ -36,7 +36,7 @@ def sequence_differences(
     theirs = synchronization.warp(theirs, np.broadcast_to(common, theirs.shape[:2]))
     each = ((ours - theirs) ** 2).mean(axis=(1, 2))
     means = ((ours.mean(axis=0) - theirs.mean(axis=0)) ** 2).mean()
-    return np.sqrt(each), float(np.sqrt(means))
+    return np.sqrt(each), np.sqrt(means)
 
 
 def correspondence_differences(action: Action, alignment: str) -> np.ndarray:
@@ -69,11 +69,11 @@ def alignments_compared(action: Action, options: ActionSpaceModel) -> pd.DataFra
             rms = np.sqrt((each**2).mean())
             row |= {
                 "rms_from_keyframe": rms,
-                "rms_from_keyframe_sd": sd(each, 0),
+                "rms_from_keyframe_sd": sd(each),
                 "rms_of_mean_from_keyframe": of_means,
                 "rms_from_keyframe_to_deviation": rms / deviation,
                 "warp_from_keyframe_frames": frames.mean(),
-                "warp_from_keyframe_sd_frames": sd(frames, 0),
+                "warp_from_keyframe_sd_frames": sd(frames),
             }
         rows.append(row)
     return pd.DataFrame(rows)

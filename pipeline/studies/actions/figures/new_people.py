@@ -43,7 +43,7 @@ class Moments:
         """Return the covariance (B, 37, 37) of postures of people counted so often (B, C)."""
         count = (weights @ self.count)[:, None]
         mean = weights @ self.total / count
-        return np.asarray(
+        return (
             np.tensordot(weights, self.squares, axes=1) / count[..., None] - mean[:, :, None] * mean[:, None]
         )
 

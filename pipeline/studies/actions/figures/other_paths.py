@@ -32,12 +32,12 @@ def single_corner_changes(nodes: Trellis, path: np.ndarray) -> np.ndarray:
     changed[np.arange(2 * count), np.tile(np.arange(count), 2)] += np.repeat([-1, 1], count)
     within = ((changed >= nodes.low) & (changed <= nodes.high)).all(axis=1)
     allowed = np.isin(-np.diff(changed, axis=1), nodes.steps).all(axis=1)
-    return np.asarray(changed[within & allowed])
+    return changed[within & allowed]
 
 
 def random_paths(nodes: Trellis, count: int, generator: np.random.Generator) -> np.ndarray:
     """Admissible paths (N, P): from the end backwards, each step drawn among those that still lead to the start."""
-    least = int(nodes.low.min())
+    least = nodes.low.min()
     reached = _reached(nodes, least)
     steps = np.array(nodes.steps)
     paths = np.zeros((count, len(nodes.low)), dtype=int)
@@ -54,7 +54,7 @@ def random_paths(nodes: Trellis, count: int, generator: np.random.Generator) -> 
 
 def _reached(nodes: Trellis, least: int) -> np.ndarray:
     """Whether a path from the start leads to each node (P, disparities from `least` up)."""
-    disparities = np.arange(least, int(nodes.high.max()) + 1)
+    disparities = np.arange(least, nodes.high.max() + 1)
     inside = (disparities >= nodes.low[:, None]) & (disparities <= nodes.high[:, None])
     reached = inside.copy()
     for p in range(1, len(inside)):

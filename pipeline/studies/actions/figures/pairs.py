@@ -37,7 +37,7 @@ def pairs_table(inputs: Inputs, null: WithoutMistiming, components: slice = slic
     """Return ``table_pairs``: squared distance of all ordered pairs, in each alignment and without mistiming."""
     sequences = {alignment: inputs.model.sequences(alignment) for alignment in ALIGNMENTS}
     sequences |= {f"null_{name}": list(getattr(null, name)) for name in NULLS}
-    person, names = np.asarray(inputs.dataset.person), np.array(inputs.samples)
+    person, names = inputs.dataset.person, np.array(inputs.samples)
     n, m = np.nonzero(~np.eye(len(names), dtype=bool))
     columns = {"performance": names[n], "person": person[n], "other": names[m], "other_person": person[m]}
     for name, each in sequences.items():

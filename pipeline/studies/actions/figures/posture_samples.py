@@ -130,7 +130,6 @@ class PostureSamples(Figure):
                         name=f"frame {frame}: mean posture and accepted samples",
                         contents=(f"world/frame_{frame}",),
                         eye_mm=(reach * ahead[0], reach * ahead[1], 1100.0),
-                        target_mm=(0.0, 0.0, 850.0),
                         aspect=2.5,
                     )
                 )

@@ -74,7 +74,7 @@ class TrackingError(Figure):
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """A row for each way of leaving out: error against particles, noise and occlusion."""
         table, sweep = tables["table"], inputs.sweep
-        top = 1.05 * float(table[["error_mm", "error_mm_high"]].max(axis=None))
+        top = 1.05 * table[["error_mm", "error_mm_high"]].max(axis=None)
         charts = []
         for way in sweep.leave_out:
             for varied, (column, label) in PANELS.items():
@@ -84,14 +84,14 @@ class TrackingError(Figure):
                         x=column,
                         x_label=label,
                         log_x=varied == "particles",
-                        ticks=sorted(set(rows[column].tolist())),
+                        ticks=sorted(set(rows[column])),
                         y="error_mm",
                         by="method",
                         styles=METHODS,
                         where={"leave_out": str(way), "varied": varied},
                         label=f"error, without the {way}",
                         limits=(0.0, top),
-                        references=[Reference(y=float(rows["aspace_error_mm"].mean()))],
+                        references=[Reference(y=rows["aspace_error_mm"].mean())],
                         page=way == sweep.leave_out[0],
                     )
                 )
@@ -115,7 +115,7 @@ class TrackingError(Figure):
         sweep = inputs.sweep
         index, methods = {"time": sweep.shown_time_s}, list(map(str, sweep.methods))
         with begin(
-            f"\nPerformance `{inputs.samples[int(sweep.shown[0])]}`, by the model learnt without "
+            f"\nPerformance `{inputs.samples[sweep.shown[0]]}`, by the model learnt without "
             + ("it" if sweep.leave_out[0] == "performance" else "its person")
             + f": {sweep.shown_particles} particles, noise {sweep.shown_noise_mm:g} mm, "
             f"{100 * sweep.shown_occluded:g} % of the joints hidden in runs of frames. Of all tracked ones it is the "

@@ -95,16 +95,15 @@ class OptimalPath(Figure):
         charts = []
         for letter, (alignment, word) in zip("bc", COMPARED.items(), strict=True):
             pattern, other = self._dimension(inputs, alignment)
-            styles = {"pattern": Style("median sequence", "original")}
-            of_other = {"performance": Style(facts["performance"], "blue")}
+            columns = {"sample": path["sample"].to_numpy(), "pattern": pattern, "performance": other}
             charts.append(
                 Chart(
-                    table={"sample": path["sample"].to_numpy(), "pattern": pattern, "performance": other},
+                    table=columns,
                     x="sample",
                     y="pattern",
-                    styles=styles,
-                    also=[Lines(table={"sample": path["sample"].to_numpy(), "performance": other}, y="performance",
-                                styles=of_other)],
+                    styles={"pattern": Style("median sequence", "original")},
+                    also=[Lines(table=columns, y="performance",
+                                styles={"performance": Style(facts["performance"], "blue")})],
                     title=f"({letter}) {word}: {STYLES[alignment].label}",
                     name=f"dimension_{DIMENSION}/{alignment}",
                     label=f"dimension {DIMENSION}",
@@ -154,7 +153,7 @@ class OptimalPath(Figure):
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log the image with the path; over samples, the disparity, its distance so far, and both sequences."""
         values, disparities = _image(tables["table"])
-        path, facts, top = tables["table_path"], tables["table_pair"].iloc[0], int(disparities[-1])
+        path, facts, top = tables["table_path"], tables["table_pair"].iloc[0], disparities[-1]
         samples, disparity = path["sample"].to_numpy(), path["disparity"].to_numpy()
         outline = _outline(inputs)
         corners = np.concatenate([outline, outline[:1]])
@@ -186,7 +185,7 @@ class OptimalPath(Figure):
                 "there is no such performance to synchronize",
                 where="figure.performance",
                 expected=f"0 to {count - 1} but for {median}, the median sequence, or -1",
-                received=str(self.performance),
+                received=self.performance,
             )
         return median, chosen
 
@@ -213,7 +212,7 @@ def _outline(inputs: Inputs) -> np.ndarray:
 
 def _image(table: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
     """E (disparities, P) out of the table, NaN outside of the trellis, and the disparities from -D to D."""
-    band = int(table["disparity"].abs().max())
+    band = table["disparity"].abs().max()
     disparities = np.arange(-band, band + 1)
     image = table.pivot(index="disparity", columns="sample", values="cost").reindex(disparities)
     return image.to_numpy(), disparities

@@ -55,7 +55,7 @@ class Warp(Figure):
             raise InvalidInput(
                 f"must be at most {most}, the dimensions of the aSpace",
                 where="figure.dimension",
-                received=str(self.dimension),
+                received=self.dimension,
             )
         rows = sequence_rows(inputs, [self.dimension])
         duration = dict(zip(inputs.samples, inputs.dataset.duration_s, strict=True))
@@ -104,7 +104,7 @@ class Warp(Figure):
             *of_pair,
             Chart(
                 table={"sample": np.arange(len(disparity)), "disparity": disparity}, x="sample", y="disparity",
-                label="disparity", unit="samples", picture=False, page=False,
+                unit="samples", picture=False, page=False,
                 styles={farthest: Style(farthest, STYLES["synchronized"].colour)},
             ),
             Chart(
@@ -201,4 +201,4 @@ def _rates(inputs: Inputs, null: WithoutMistiming) -> pd.DataFrame:
 def _longest_run(true: np.ndarray) -> int:
     """The most samples in a row at which something holds."""
     changes = np.flatnonzero(np.diff(np.concatenate([[0], true.astype(int), [0]])))
-    return int((changes[1::2] - changes[::2]).max()) if len(changes) else 0
+    return (changes[1::2] - changes[::2]).max() if len(changes) else 0

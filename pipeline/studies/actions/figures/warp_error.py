@@ -107,7 +107,7 @@ class WarpError(Figure):
         """The error where the pattern moves, and everywhere, against smoothness; others and mu = 0 as lines across."""
         table = tables["table"]
         synchronized = table[table["stage"] == "synchronized"]
-        top = 1.25 * float(synchronized[[f"{error}_frames" for error in ERRORS]].max(axis=None))
+        top = 1.25 * synchronized[[f"{error}_frames" for error in ERRORS]].max(axis=None)
         charts = []
         for error, label in ERRORS.items():
             column = f"{error}_frames"
@@ -129,7 +129,7 @@ class WarpError(Figure):
                     label="error",
                     limits=(0.0, top),
                     references=[
-                        Reference(y=float(v), label=words) for words, level in levels.items() for v in level
+                        Reference(y=v, label=words) for words, level in levels.items() for v in level
                     ],
                 )
             )
@@ -171,7 +171,7 @@ def _summary(inputs: Inputs, everywhere: np.ndarray, moving: np.ndarray) -> dict
     for name, errors in (("error", everywhere), ("error_moving", moving)):
         others = np.delete(errors, inputs.model.median)
         low, high = interval_over_people(person, others)
-        summary[f"{name}_frames"] = float(others.mean())
-        summary[f"{name}_sd_frames"] = float(sd(others, 0))
+        summary[f"{name}_frames"] = others.mean()
+        summary[f"{name}_sd_frames"] = sd(others)
         summary |= {f"{name}_frames_low": float(low), f"{name}_frames_high": float(high)}
     return summary

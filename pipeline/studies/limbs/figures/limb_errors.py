@@ -14,9 +14,8 @@ import pandas as pd
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.palette import Style
-from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
-from pipeline.studies.limbs.dataset import LimbStretches
-from pipeline.studies.limbs.figures.limb_on_sphere import record_on_sphere
+from pipeline.studies.figure_inputs import sd, tidy
+from pipeline.studies.limbs.figures.limb_on_sphere import Inputs, record_on_sphere
 from pipeline.studies.limbs.figures.presentation import (
     ADJUST_COLOURS,
     ADJUST_NAMES,
@@ -24,15 +23,12 @@ from pipeline.studies.limbs.figures.presentation import (
     NULL_LABELS,
     quartile_columns,
 )
-from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
+from pipeline.studies.limbs.model import TrajectoryBasisModel
 from pipeline.studies.limbs.radius_scale import RadiusScaleSweep
 from pipeline.studies.limbs.root_error import RootErrorSweep
-from pipeline.studies.limbs.swept_errors import SweptErrors
 from pipeline.studies.presentation import interval_words
 from pipeline.studies.replicated import aggregate
 from pipeline.studies.study import Figure, Recorder
-
-Inputs = FigureInputs[LimbStretches, BasisFit, SweptErrors]
 
 NULLS = ("hanging_error", "mean_pose_error")
 """Errors of limbs that do nothing, as `nulls.limb_errors`."""

@@ -14,9 +14,11 @@ from pipeline.studies.limbs.model import BasisFit
 from pipeline.studies.limbs.swept_errors import SweptErrors
 from pipeline.studies.study import Recorder
 
+Inputs = FigureInputs[LimbStretches, BasisFit, SweptErrors]
+
 
 def record_on_sphere(
-    inputs: FigureInputs[LimbStretches, BasisFit, SweptErrors],
+    inputs: Inputs,
     begin: Recorder,
     timeline: str,
     swept: str,

@@ -146,10 +146,10 @@ class LimbScatter(Figure):
         at, rows = increasing(1000.0 * np.log10(eta))
         bones = path_bones(paths.shape[2])
         # The good one has the lowest error of those that are clearly reconstructible, or of all where none is.
-        clear = eta >= min(GREEN_ABOVE, float(np.quantile(eta, 0.9)))
+        clear = eta >= min(GREEN_ABOVE, np.quantile(eta, 0.9))
         shown = {
-            "good": int(np.flatnonzero(clear)[np.argmin(error[clear])]),
-            "impostor": int(np.argmax(error)),
+            "good": np.flatnonzero(clear)[np.argmin(error[clear])],
+            "impostor": np.argmax(error),
         }
 
         def words(number: int) -> str:

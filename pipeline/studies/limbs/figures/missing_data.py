@@ -141,7 +141,7 @@ class MissingDataFigure(Figure):
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log one skeleton with its missing points imputed, and errors over time and fractions."""
         sweep, table = inputs.sweep, tables["table_points"]
-        patterns = cast(MissingDataSweep, inputs.experiment.sweep).patterns
+        options = cast(MissingDataSweep, inputs.experiment.sweep)
         true, found, imputed = sweep.shown_true, sweep.shown_found, sweep.shown_imputed
         times = np.arange(len(true)) / inputs.dataset.frame_rate_hz
         index = {"time": times}
@@ -167,8 +167,7 @@ class MissingDataFigure(Figure):
                     colour="orange",
                     thickness_mm=16.0,
                 )
-            image = cast(MissingDataSweep, inputs.experiment.sweep).upright_mm(sweep.shown_image)
-            rec.image_points("image/observed", image, index=index)
+            rec.image_points("image/observed", options.upright_mm(sweep.shown_image), index=index)
             for part, here, colour in (("imputed", imputed, "orange"), ("seen", seen, "blue")):
                 has = here.any(axis=1)
                 if has.any():
@@ -176,7 +175,7 @@ class MissingDataFigure(Figure):
                     rec.curve(
                         f"curves/error_mm/{part}", times[has], mean, label=f"{part} points", colour=colour
                     )
-            for pattern in patterns:
+            for pattern in options.patterns:
                 rows = table[table["pattern"] == pattern]
                 rec.bars(
                     f"bars/{pattern}",
@@ -185,7 +184,8 @@ class MissingDataFigure(Figure):
                     colour=PATTERN_COLOURS[pattern],
                 )
             bars = [
-                Bars(name=f"relative error (%), {PATTERN_NAMES[p]}", origin=f"bars/{p}") for p in patterns
+                Bars(name=f"relative error (%), {PATTERN_NAMES[p]}", origin=f"bars/{p}")
+                for p in options.patterns
             ]
             space = Space3D(name="recorded and reconstructed")
             rec.blueprint(

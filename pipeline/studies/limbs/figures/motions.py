@@ -102,11 +102,11 @@ class MotionsFigure(Figure):
         options, sweep = _options(inputs), self._of(inputs)
         table, steps = tables["table_clips"], tables["table_steps"]
         cameras = {str(name): Style(f"{name} camera", Camera(name).colour) for name in sweep.cameras}
-        error: dict[str, Any] = {"y": "error_mm", "label": "error", "zero": True, "references": [PUBLISHED]}
+        error: dict[str, Any] = {"y": "error_mm", "zero": True, "references": [PUBLISHED]}
         mean = steps.groupby(["camera", "step"], as_index=False)["error_mm"].mean().assign(clip="all")
         charts = [
             Chart(
-                **error, table="table_clips", x="clip", words={name: name for name in dict.fromkeys(table["clip"])},
+                **error, table="table_clips", x="clip", words={name: name for name in table["clip"]},
                 by="camera", styles=cameras, picture=False,
             ),
             *(
@@ -202,7 +202,7 @@ class MotionsFigure(Figure):
             first = words[numbers[0]]
             columns = []
             for camera, azimuth in zip(cameras, sweep.azimuth_rad[numbers[0]], strict=True):
-                angle = float(azimuth) + np.pi / 3
+                angle = azimuth + np.pi / 3
                 paths = ("world/truth", f"world/reconstructed/{camera}", "world/trajectories/truth",
                          f"world/trajectories/{camera}")  # fmt: skip
                 space = Space3D(

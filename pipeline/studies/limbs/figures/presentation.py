@@ -34,16 +34,9 @@ OUTSIDE = 1.03
 """Estimates are drawn a little outside of the sphere, or they would hide what they agree with."""
 
 
-def sphere(
-    meridians: int = 8, parallels: int = 5, steps: int = 48
-) -> tuple[np.ndarray, list[tuple[int, int]]]:
-    """Return the points (1, J, 3), mm, of a sphere of wire, and the pairs of them that are joined.
-
-    Parameters
-    ----------
-    meridians, parallels, steps : int
-        Full circles through the poles, circles around them, and points to a circle.
-    """
+def sphere() -> tuple[np.ndarray, list[tuple[int, int]]]:
+    """Return the points (1, J, 3), mm, of a sphere of wire, and the pairs of them that are joined."""
+    meridians, parallels, steps = 8, 5, 48  # circles through the poles, around them, and points to a circle
     turn = np.linspace(0.0, 2.0 * np.pi, steps, endpoint=False)
     circles = []
     for azimuth in np.linspace(0.0, np.pi, meridians, endpoint=False):
@@ -87,5 +80,5 @@ def increasing(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def confidences(margins: np.ndarray) -> np.ndarray:
     """Return green, amber or red for each mirror margin, of any shape."""
-    flat = [confidence_of_mirror_margin(float(margin)) for margin in np.ravel(margins)]
+    flat = [confidence_of_mirror_margin(margin) for margin in np.ravel(margins)]
     return np.array(flat).reshape(np.shape(margins))

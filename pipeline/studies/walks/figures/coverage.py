@@ -111,11 +111,11 @@ class BarCoverage(Figure):
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """One walker as a cloud: the truth, the most probable walker and samples of the posterior."""
         sweep, data = inputs.sweep, inputs.dataset
-        sample = int(inputs.model.tested[sweep.sample_person])
+        sample = inputs.model.tested[sweep.sample_person]
         walker = data.coefficients[sample]
         angle = np.radians(SAMPLE_VIEW_DEG)
         seen = camera.project(walker, angle)
-        seconds = 1.0 / float(data.frequency_hz[sample])
+        seconds = 1.0 / data.frequency_hz[sample]
         times = np.arange(0.0, seconds, 1.0 / _PLAYED_HZ)
         index = {"time": times}
         original = fourier.synthesise(walker, 1.0 / seconds, times)

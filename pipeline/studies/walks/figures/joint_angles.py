@@ -87,7 +87,7 @@ class JointAngleFigure(Figure):
         index, ground = {"time": seconds}, lift(sweep.shown_joints_mm[0])
         shown = {"truth": Style("original", "original"), **{m: CURVES[m] for m in methods}}
         with begin(
-            f"\nThe walker of median error, {inputs.samples[int(sweep.shown[0])]}, over one cycle: original and "
+            f"\nThe walker of median error, {inputs.samples[sweep.shown[0]]}, over one cycle: original and "
             "reconstructed from the frontal view. Curves: flexion of the left "
             "side in degrees.\n",
         ) as rec:

@@ -48,24 +48,16 @@ class LearningCurves(Figure):
         """
         rows, curve = inputs.sweep.rows, inputs.sweep.curve
         error = {"absolute_error_mm2": ("absolute_error_mm2", "mean")}
-        shares = {name: (name, "mean") for name in ("covered_95", "covered_95_calibrated")}
+        columns = error | {name: (name, "mean") for name in ("covered_95", "covered_95_calibrated")}
         over = partial(aggregate, cluster="person", count="people")
         of_curve = {**error, **{name: (name, "mean") for name in ("spanned_percent", "laboratories")}}
-        both = rows[rows["learnt_from"].isin(list(LEFT_OUT))]
-        both = both.assign(left_out=both["learnt_from"].map(LEFT_OUT))
+        both = rows.assign(left_out=rows["learnt_from"].map(LEFT_OUT))  # none of one other laboratory
         return {
-            "table": aggregate(
-                curve,
-                ["left_out", "method", "people"],
-                of_curve,
-                list(of_curve)[:2],
-                cluster="person",
-                count="walkers",
+            "table": over(
+                curve, ["left_out", "method", "people"], of_curve, list(of_curve)[:2], count="walkers"
             ),
-            "table_sources": over(
-                rows, ["learnt_from", "tested", "method"], {**error, **shares}, [*error, *shares]
-            ),
-            "table_summary": over(both, ["left_out", "method"], {**error, **shares}, [*error, *shares]),
+            "table_sources": over(rows, ["learnt_from", "tested", "method"], columns, columns),
+            "table_summary": over(both, ["left_out", "method"], columns, columns),
             "table_walkers": tidy(rows, by=["learnt_from", "tested", "method", "person"]),
         }
 
@@ -75,7 +67,7 @@ class LearningCurves(Figure):
             Chart, x="people", y="absolute_error_mm2", by="method", styles=CURVES, zero=True,
             x_label="people learnt from", label="mean square error",
         )  # fmt: skip
-        words = {str(name): str(name) for name in dict.fromkeys(tables["table_sources"]["tested"])}
+        words = {name: name for name in tables["table_sources"]["tested"]}
         bars = partial(
             Chart, table="table_sources", x="tested", by="method", styles=BARS, words=words,
             where={"learnt_from": LABORATORY},

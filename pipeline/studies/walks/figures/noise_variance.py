@@ -11,20 +11,16 @@ import pandas as pd
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Matrix, Notes, Rows
-from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
-from pipeline.studies.eigenwalkers.samples import FourierSamples
+from pipeline.studies.eigenwalkers.model import EigenwalkersModel
 from pipeline.studies.experiment import Experiment
-from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
+from pipeline.studies.figure_inputs import sd, tidy
 from pipeline.studies.study import Figure, Recorder
-from pipeline.studies.walks.figures.view_errors import over_walkers
-from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
+from pipeline.studies.walks.figures.view_errors import Inputs, over_walkers
+from pipeline.studies.walks.known_view import KnownView
 from pipeline.studies.walks.methods import Method, Null
 from pipeline.validation import InvalidInput
 
 PUBLISHED = Reference(x="zhang2007_optimal_variance", label="published 70")
-
-
-Inputs = FigureInputs[FourierSamples, Eigenwalkers, KnownViewErrors]
 
 
 @dataclass(kw_only=True)
@@ -83,8 +79,8 @@ class NoiseVariance(Figure):
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """Mean error against σ², the optimum and the published one marked; what σ² adds; the error of single views."""
         table, views = tables["table"], inputs.sweep.view_angle_deg
-        best = int(table["absolute_error_mm2"].to_numpy().argmin())
-        here = float(table["sigma2_mm2"][best])
+        best = table["absolute_error_mm2"].to_numpy().argmin()
+        here = table["sigma2_mm2"][best]
         inside = 0 < best < len(table) - 1
         sigma2 = partial(
             Chart,
@@ -92,7 +88,7 @@ class NoiseVariance(Figure):
             x_label="noise variance σ²",
             y="absolute_error_mm2",
             named=True,
-            x_limits=(0.0, float(table["sigma2_mm2"].max())),
+            x_limits=(0.0, table["sigma2_mm2"].max()),
         )
         mean = sigma2(
             label="mean square error",

@@ -16,7 +16,7 @@ from pipeline.studies.study import Figure, Recorder
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.people_intervals import PeopleResampled
 from pipeline.studies.walks.sweeps.ladder import STYLES
-from pipeline.studies.walks.sweeps.noise import CONDITIONS, NoiseErrors, ObservedNoise
+from pipeline.studies.walks.sweeps.noise import NoiseErrors, ObservedNoise
 
 Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, NoiseErrors]
 
@@ -58,7 +58,7 @@ class NoiseTolerance(Figure):
                     **people.reduction_percent(mine, than, "below_map_percent"),
                     **people.mean(of["covered_percent"].to_numpy(), "covered_percent"),
                     "half_width_mm": of["half_width_mm"].mean(),
-                    "walkers_better": int((mine < than).sum()),
+                    "walkers_better": (mine < than).sum(),
                 }
             )
         columns = ["person", "walker", "condition", "method", "absolute_error_mm2", "covered_percent"]
@@ -70,9 +70,8 @@ class NoiseTolerance(Figure):
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """Error and coverage under each condition."""
-        words = {name: WORDS[name] for name in list(CONDITIONS)}
         by_condition = partial(
-            Chart, x="condition", x_label="error of the image", words=words, by="method", styles=METHODS
+            Chart, x="condition", x_label="error of the image", words=WORDS, by="method", styles=METHODS
         )
         charts = [
             by_condition(
@@ -90,15 +89,14 @@ class NoiseTolerance(Figure):
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Error of every walker under every condition, walkers down and conditions across."""
         walkers = tables["table_walkers"]
-        conditions = list(CONDITIONS)
         with begin(
             f"\nMatrices: a row to each of {len(inputs.model.people)} people, a column to each condition: "
-            f"{', '.join(WORDS[name] for name in conditions)}.\n",
+            f"{', '.join(WORDS.values())}.\n",
             timeline="condition",
         ) as rec:
             for method in METHODS:
                 of = walkers[walkers["method"] == method]
-                wide = of.pivot(index="walker", columns="condition", values="absolute_error_mm2")[conditions]
+                wide = of.pivot(index="walker", columns="condition", values="absolute_error_mm2")[list(WORDS)]
                 rec.matrix(f"matrices/{method}", wide.to_numpy())
             matrices = [
                 Matrix(name=f"error, {METHODS[m].label}", origin=f"matrices/{m}")

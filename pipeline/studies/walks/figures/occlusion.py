@@ -29,6 +29,7 @@ WORDS = {
     "far_leg": "far leg",
     "far_side": "far arm and leg",
 }
+MOST_HIDDEN = "far_side"
 
 
 @dataclass(kw_only=True)
@@ -60,7 +61,7 @@ class HiddenJointErrors(Figure):
                     **people.mean(of["hidden_error_mm"], "hidden_error_mm"),
                     **people.reduction_percent(mine, than, "below_map_percent"),
                     **people.mean(of["seen_error_mm2"], "seen_error_mm2"),
-                    "walkers_better": int((mine < than).sum()),
+                    "walkers_better": (mine < than).sum(),
                 }
             )
         kinds = [*which, "bars"]
@@ -86,7 +87,6 @@ class HiddenJointErrors(Figure):
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """Distance by hidden joints, and by view; what the bars cover; the error of what is seen."""
-        conditions = inputs.sweep.rows["hidden"].unique().tolist()
         styles = {name: STYLES[name] for name in METHODS}
         distance = partial(
             Chart,
@@ -97,13 +97,12 @@ class HiddenJointErrors(Figure):
             zero=True,
         )
         by_hidden: dict[str, Any] = {
-            "x": "hidden", "x_label": "what is hidden", "words": {name: WORDS[name] for name in conditions}
+            "x": "hidden", "x_label": "what is hidden", "words": WORDS
         }  # fmt: skip
         of_views = [
-            distance(**VIEW, where={"hidden": name}, title=f"{WORDS[name]} hidden", name=name,
-            picture=name == conditions[-1],
-                     page=name == conditions[-1])
-            for name in conditions
+            distance(**VIEW, where={"hidden": name}, title=f"{words} hidden", name=name,
+                     picture=name == MOST_HIDDEN, page=name == MOST_HIDDEN)
+            for name, words in WORDS.items()
         ]  # fmt: skip
         charts = [
             distance(**by_hidden, table="table_hidden"),

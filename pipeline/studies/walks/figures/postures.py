@@ -11,6 +11,7 @@ import pandas as pd
 
 from pipeline.charts import Chart, Lines, Sheet
 from pipeline.core import camera, errors, fourier
+from pipeline.core.choice import evenly
 from pipeline.palette import colour_name
 from pipeline.scenes import Columns, Image2D, Notes, PostureRow, Space3D, Tabs
 from pipeline.skeleton import WALKER15
@@ -116,7 +117,7 @@ class Postures(Figure):
         """RMS error of every walker from the middle view, on the page."""
         tried = [m for m in TRIED if m in inputs.sweep.methods]
         views = inputs.sweep.demonstration_view_deg
-        middle = float(views[len(views) // 2])
+        middle = views[len(views) // 2]
         found: list[dict[str, Any]] = [
             {"table": "table_demonstrations", "y": f"rms_error_{m}_mm", "styles": {m: TRIED[m]},
              "where": {"view_angle_deg": middle}}
@@ -167,11 +168,10 @@ class Postures(Figure):
         methods = inputs.sweep.methods.tolist()
         chosen = entity_name(inputs.samples[self.walker])
         middle = 1 if len(views) > 1 else 0
-        seconds = 1.0 / float(np.median(data.frequency_hz))
+        seconds = 1.0 / np.median(data.frequency_hz)
         times = np.arange(0.0, seconds, 1.0 / _PLAYED_HZ)
         index = {"time": times}
-        spread = np.linspace(0, len(inputs.samples) - 1, min(self.recorded, len(inputs.samples)))
-        recorded = sorted({self.walker, *np.rint(spread).astype(int).tolist()})
+        recorded = sorted({self.walker, *evenly(self.recorded, len(inputs.samples)).tolist()})
         with begin(
             f"\n{len(recorded)} of {len(inputs.samples)} walkers are played at one common pace and can be switched on"
             " in the streams tree: "

@@ -99,7 +99,6 @@ class Spectrum(Figure):
             x_label="number of components",
             y="variance_left_percent",
             label="variance that is left",
-            unit="%",
             log_y=True,
             x_limits=(0.0, max(32.0, float(len(table)))),
             styles=Style("", "black"),
@@ -110,7 +109,7 @@ class Spectrum(Figure):
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log the average walker and the first eigenwalkers, walking, beside the spectrum."""
         table, model = tables["table"], inputs.model
-        frequency = float(inputs.dataset.frequency_hz.mean())
+        frequency = inputs.dataset.frequency_hz.mean()
         times = np.arange(0, 1.0 / frequency, 1.0 / 60.0)
         with begin() as rec:
             index = {"time": times}
@@ -156,4 +155,4 @@ def _legs_apart(coefficients: np.ndarray) -> np.ndarray:
     """Phase (R,) between the fundamentals of left and right ankle along the walk, in periods, 0 to 0.5."""
     ankles = [WALKER15.index(f"{side}_ankle") for side in ("left", "right")]
     left, right = (coefficients[:, 2, ankle, 1] + 1j * coefficients[:, 1, ankle, 1] for ankle in ankles)
-    return np.asarray(np.abs(np.angle(left * right.conj())) / (2.0 * np.pi))
+    return np.abs(np.angle(left * right.conj())) / (2.0 * np.pi)

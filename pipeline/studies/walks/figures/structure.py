@@ -67,7 +67,7 @@ class StructureLadder(Figure):
                     **people.reduction_percent(mine, tuned, "below_map_percent"),
                     **people.reduction_percent(mine, best, "below_whole_percent"),
                     **people.reduction_percent(mine, specified, "below_specified_percent"),
-                    "walkers_better": int((mine < tuned).sum()),
+                    "walkers_better": (mine < tuned).sum(),
                 }
             )
             walkers += [
@@ -104,7 +104,7 @@ class StructureLadder(Figure):
             ),
             step(**steps("added"), zero=True),
             step(**{**steps("settings", "taken away", "varied", ordered=True), "y": "below_whole_percent",
-                    "label": "below the whole", "unit": "%"}, references=[Reference(y=0.0)]),
+                    "label": "below the whole"}, references=[Reference(y=0.0)]),
             error(**VIEW, styles={n: Style(m.words) for n, m in METHODS.items() if m.part and not m.style},
                   picture=False, name="absolute_error_of_parts_mm2", title="with one part less or more", page=False),
         ]  # fmt: skip

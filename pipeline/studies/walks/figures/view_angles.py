@@ -84,7 +84,7 @@ class ViewAngleEstimates(Figure):
         estimate = partial(view, y="estimated_mean_deg", band="estimated_sd_deg")
         drawn = tables["table"][tables["table"]["method"].isin(CURVES)]
         left = drawn["estimated_mean_deg"] - drawn["view_angle_deg"]
-        most = max(LEAST_RANGE_DEG, 1.1 * float(left.abs().max()))
+        most = max(LEAST_RANGE_DEG, 1.1 * left.abs().max())
         charts = [
             estimate(label="estimated view angle", references=[Reference(slope=1.0)]),
             estimate(

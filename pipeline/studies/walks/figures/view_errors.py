@@ -75,7 +75,14 @@ class ViewErrors(Figure):
             "table": over_walkers(people, ["method", "view_angle_deg"], columns),
             "table_people": tidy(people, by=["walker", "method", "view_angle_deg"]),
             "table_walkers": tidy(walkers, by=["walker", "method"]),
-            "table_summary": _summary(walkers, ["method"]),
+            "table_summary": over_walkers(
+                walkers,
+                ["method"],
+                {
+                    f"{name}_mm2": ("absolute_error_mm2", how)
+                    for name, how in {"mean": "mean", "median": "median", "worst": "max"}.items()
+                },
+            ),
             "table_coefficients": tidy(sweep.coefficients, by=["walker", "method"]),
             "table_joints": over_walkers(
                 sweep.joints.dropna(),
@@ -114,7 +121,7 @@ class ViewErrors(Figure):
         # The average walker is the same in both papers, and so are axes that are measured by it.
         average = tables["table"].query("method == 'average_walker'")["absolute_error_mm2"].max()
         absolute = error(
-            limits=(0.0, 500.0 * float(np.ceil(1.5 * average / 500.0))),
+            limits=(0.0, 500.0 * np.ceil(1.5 * average / 500.0)),
             y="absolute_error_mm2",
             band="absolute_error_sd_mm2",
             label="mean square error",
@@ -124,7 +131,6 @@ class ViewErrors(Figure):
         variance = view(
             y="missing_variance_mm2",
             band="missing_variance_sd_mm2",
-            label="missing variance",
             where={"method": first},  # the same for every method
             styles={"truth": Style("", "green")},
         )
@@ -141,7 +147,7 @@ class ViewErrors(Figure):
         views, angles = np.rint(sweep.view_angle_deg).astype(int), np.radians(sweep.view_angle_deg)
         of_first = sweep.rows[sweep.rows["method"] == sweep.methods[0]]
         error = of_first.groupby("walker", sort=False)["absolute_error_mm2"].mean()
-        walker = int(error.argsort().iloc[len(error) // 2])  # the median one
+        walker = error.argsort().iloc[len(error) // 2]  # the median one
         fold = model.fold(walker)
         truth = data.coefficients[walker]
         index = {"view_angle_deg": views}
@@ -186,14 +192,12 @@ class ViewErrors(Figure):
 SIDES_AT_RANDOM = "_sides_at_random"
 
 
-def over_walkers(
-    rows: pd.DataFrame, by: list[str], columns: Mapping[str, tuple[str, Any]], count: str = ""
-) -> pd.DataFrame:
+def over_walkers(rows: pd.DataFrame, by: list[str], columns: Mapping[str, tuple[str, Any]]) -> pd.DataFrame:
     """What is asked for of the rows of all walkers, means with their intervals over people."""
     banded = [
         name for name, (of, how) in columns.items() if how == "mean" and not of.endswith(SIDES_AT_RANDOM)
     ]
-    return aggregate(rows, by, columns, banded, cluster="person", count=count)
+    return aggregate(rows, by, columns, banded, cluster="person", count="")
 
 
 def _sides_at_random(rows: pd.DataFrame, views: np.ndarray, seed: int) -> pd.DataFrame:
@@ -214,10 +218,3 @@ def _sides_at_random(rows: pd.DataFrame, views: np.ndarray, seed: int) -> pd.Dat
             for name in ("absolute_error_mm2", "missing_variance_mm2")
         }
     )
-
-
-def _summary(walkers: pd.DataFrame, by: list[str], count: str = "") -> pd.DataFrame:
-    """Mean with interval, median and worst walker."""
-    how = {"mean": "mean", "median": "median", "worst": "max"}
-    columns = {f"{name}_mm2": ("absolute_error_mm2", function) for name, function in how.items()}
-    return over_walkers(walkers, by, columns, count)

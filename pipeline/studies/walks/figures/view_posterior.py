@@ -123,7 +123,7 @@ def _by_width(sd_deg: np.ndarray, error_deg: np.ndarray) -> dict[str, np.ndarray
     """Median and 95 % of the errors (N,), in parts of equal size in the order of the posteriors' width."""
     parts = np.array_split(np.argsort(sd_deg, kind="stable"), min(PARTS, len(sd_deg)))
     return {
-        "posterior_standard_deviation_deg": np.tile([float(np.median(sd_deg[p])) for p in parts], 2),
+        "posterior_standard_deviation_deg": np.tile([np.median(sd_deg[p]) for p in parts], 2),
         "error_deg": np.array([np.percentile(error_deg[p], q) for q in (50, 95) for p in parts]),
         "below": np.repeat(["50", "95"], len(parts)),
     }

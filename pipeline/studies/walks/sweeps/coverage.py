@@ -10,15 +10,13 @@ from scipy.special import ndtri
 
 from pipeline.core import anatomical, linear_model
 from pipeline.processes import map_processes
-from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.study import Sweep, SweepInputs, scaled
-from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
+from pipeline.studies.study import Sweep, scaled
+from pipeline.studies.walks.anatomical_model import AnatomicalInputs
 from pipeline.studies.walks.sweeps.held_out import (
     BARS,
     NOISE_VARIANCES_MM2,
     PHASES,
     Choosers,
-    Fold,
     MirroredViews,
     People,
 )
@@ -67,7 +65,7 @@ class Coverage(Sweep):
     seen_from_deg: MirroredViews = scaled(start=-90, stop=90, step="structure_step_deg")  # true views
     partners: Choosers = scaled(value="partners")  # people who choose sigma² of MAP for each person
 
-    def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> Bars:
+    def measure(self, inputs: AnatomicalInputs) -> Bars:
         """Return errors and standard deviations of every method."""
         view_deg = self.seen_from_deg.values("sweep.seen_from_deg")
         view = np.radians(view_deg)
@@ -81,7 +79,7 @@ class Coverage(Sweep):
             found = [least_squares_bars(people, person, view)]
             for setting in (approach_two(70.0), tuned[person], whole):
                 blocks = 1 + 2 * setting.harmonics
-                estimate = fold.reconstruct(setting, walker[None], view, with_covariance=True)
+                (estimate,) = fold.reconstruct([setting], walker[None], view, with_covariance=True)
                 off = (estimate.true - estimate.estimated)[:, 0].reshape(len(view), -1, blocks)
                 sd = anatomical.deviation_at_instants(estimate.covariance[:, 0], blocks, PHASES)
                 beyond = people.missing(person, view)[..., blocks:]
@@ -126,20 +124,19 @@ class Coverage(Sweep):
             levels=frames.pop("levels").join(rms.rename("rms_error_mm"), on=["person", "method"]),
             **frames,
             sample_person=person,
-            **self._sampled(people.fold(person), people, person, inputs),
+            **self._sampled(people, person, inputs),
         )
 
     def _sampled(
         self,
-        fold: Fold,
         people: People,
         person: int,
-        inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers],
+        inputs: AnatomicalInputs,
     ) -> dict[str, np.ndarray]:
         """The missing dimension (1 + 2H, 15) of one person from one view, and samples (N, 1 + 2H, 15) of it."""
         setting = anatomical_setting(inputs.model_options, people.harmonics)
-        found = fold.reconstruct(
-            setting, people.walker(person)[None], np.radians([SAMPLE_VIEW_DEG]), with_covariance=True
+        (found,) = people.fold(person).reconstruct(
+            [setting], people.walker(person)[None], np.radians([SAMPLE_VIEW_DEG]), with_covariance=True
         )
         factor = np.linalg.cholesky(found.covariance[0, 0])
         drawn = inputs.generator("posterior samples").standard_normal((SAMPLES, len(factor)))

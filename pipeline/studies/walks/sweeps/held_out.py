@@ -13,7 +13,7 @@ from typing import Annotated
 import numpy as np
 
 from pipeline.core import anatomical, errors, fourier
-from pipeline.core.anatomical import Conditional, Prior, Tolerances
+from pipeline.core.anatomical import Conditional, Prior
 from pipeline.core.choice import first_lowest
 from pipeline.processes import map_processes
 from pipeline.skeleton import WALKER15
@@ -23,6 +23,8 @@ from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
 from pipeline.studies.walks.sweeps.setting import Setting, approach_two
 from pipeline.validation import InvalidInput, Several
 
+CANDIDATES = 72
+"""Angles over the circle at which the likelihood of a view is evaluated."""
 PHASES = 8
 """Instants of the cycle at which bars are looked at."""
 
@@ -63,7 +65,7 @@ class People:
     def __init__(self, data: FourierSamples, model: AnatomicalWalkers) -> None:
         self.data, self.model = data, model
         self.count = len(model.people)
-        self._person = np.array([int(np.flatnonzero(model.people == who)[0]) for who in data.person])
+        self._person = np.array([np.flatnonzero(model.people == who)[0] for who in data.person])
         self._walks: dict[tuple[int, bool], anatomical.Walks] = {}
 
     @property
@@ -78,7 +80,7 @@ class People:
 
     def walker(self, person: int) -> np.ndarray:
         """The tested walk (1 + 2H, 15, 3) of a person."""
-        return np.asarray(self.data.coefficients[self.model.tested[person]])
+        return self.data.coefficients[self.model.tested[person]]
 
     def missing(self, person: int, view_rad: np.ndarray) -> np.ndarray:
         """Coefficients (A, 15, 1 + 2H) of a person's missing dimension, mm."""
@@ -137,15 +139,14 @@ class People:
         """Power (A, 15) in the missing dimension of what a number of harmonics does not hold, mm²."""
         power = errors.along_missing(self.data.residual_covariance[self.model.tested[person]], view_rad)
         more = self.missing(person, view_rad)[..., 1 + 2 * harmonics :]
-        return np.asarray(power + 0.5 * (more**2).sum(axis=-1))
+        return power + 0.5 * (more**2).sum(axis=-1)
 
     # --- settings chosen without a person -------------------------------------------------------------------
 
     def pairs(self, partners: int) -> list[tuple[int, int]]:
         """Pairs of people, each person in about `partners` of them: neighbours on a circle."""
         reach = min(max(partners // 2, 1), (self.count - 1) // 2)
-        found = [(i, (i + step) % self.count) for i in range(self.count) for step in range(1, reach + 1)]
-        return found
+        return [(i, (i + step) % self.count) for i in range(self.count) for step in range(1, reach + 1)]
 
     def tried(
         self,
@@ -178,7 +179,7 @@ class People:
                 ([1], wanted[j] & ~wanted[i]),
             ):
                 numbers = np.flatnonzero(asked).tolist()
-                estimates = fold.with_each([candidates[c] for c in numbers], walkers[tried_on], view)
+                estimates = fold.reconstruct([candidates[c] for c in numbers], walkers[tried_on], view)
                 for c, estimate in zip(numbers, estimates, strict=True):
                     blocks = 1 + 2 * candidates[c].harmonics
                     off = (estimate.true - estimate.estimated).reshape(len(tried_on), -1, blocks)
@@ -192,7 +193,7 @@ class People:
             total[i] += found[:, 0]  # j, tried by a model that has not seen i
             total[j] += found[:, 1]
             times[[i, j]] += 1
-        return np.asarray(total / times[:, None])
+        return total / times[:, None]
 
     def chosen(self, candidates: Sequence[Setting], partners: int, workers: int) -> list[Setting]:
         """For each person the candidate that is best for the others."""
@@ -222,7 +223,7 @@ class People:
                     for p, of in enumerate(mine)
                 ]
             )
-            columns = np.flatnonzero(asked.any(axis=0)).tolist()
+            columns = np.flatnonzero(asked.any(axis=0))
             new, wanted = [list(known)[column] for column in columns], asked[:, columns]
             score = self.tried(new, partners, workers, wanted=wanted)
             for setting, by, values in zip(new, wanted.T, score.T, strict=True):
@@ -266,29 +267,6 @@ class Fold:
 
     def reconstruct(
         self,
-        setting: Setting,
-        walkers: np.ndarray,
-        view_rad: np.ndarray,
-        *,
-        hidden: np.ndarray = anatomical.NOTHING_HIDDEN,
-        observation_error: np.ndarray | float = 0.0,
-        with_covariance: bool = False,
-    ) -> Estimate:
-        """Reconstruct walkers (M, 1 + 2H, 15, 3) from views (A,); the error is added to what is observed.
-
-        `observation_error` is (A, M, 15, 3, 1 + 2H), in image axes.
-        """
-        return self.with_each(
-            [setting],
-            walkers,
-            view_rad,
-            hidden=hidden,
-            observation_error=observation_error,
-            with_covariance=with_covariance,
-        )[0]
-
-    def with_each(
-        self,
         settings: Sequence[Setting],
         walkers: np.ndarray,
         view_rad: np.ndarray,
@@ -297,7 +275,11 @@ class Fold:
         observation_error: np.ndarray | float = 0.0,
         with_covariance: bool = False,
     ) -> list[Estimate]:
-        """Reconstruct walkers with each of several settings; those alike but for lengths are fitted together."""
+        """Reconstruct walkers (M, 1 + 2H, 15, 3) from views (A,) with each of some settings.
+
+        Settings alike but for lengths are fitted together.  `observation_error` is (A, M, 15, 3, 1 + 2H), in image
+        axes, and added to what is observed.
+        """
         found: dict[int, Estimate] = {}
         alike: dict[tuple[Setting, bool, bool], list[int]] = {}
         for number, setting in enumerate(settings):
@@ -334,7 +316,16 @@ class Fold:
                 for number in numbers:
                     found[number] = Estimate(true, expected, covariance, unknown)
                 continue
-            limits = [self._tolerances(settings[number]) for number in numbers]
+            limits = [
+                anatomical.tolerances(
+                    self.prior(setting),
+                    within=setting.within,
+                    pairs=setting.pairs,
+                    bias=setting.noise.bias,
+                    slow=setting.noise.slow,
+                )
+                for setting in (settings[number] for number in numbers)
+            ]
             count = len(walkers)
             fitted = anatomical.fit_lengths(
                 conditional,
@@ -347,22 +338,8 @@ class Fold:
             )
             for place, number in enumerate(numbers):
                 part = slice(place * count, (place + 1) * count)
-                found[number] = Estimate(
-                    true,
-                    fitted.unknown[:, part],
-                    fitted.covariance[:, part],
-                    unknown,
-                )
+                found[number] = Estimate(true, fitted.unknown[:, part], fitted.covariance[:, part], unknown)
         return [found[number] for number in range(len(settings))]
-
-    def _tolerances(self, setting: Setting) -> Tolerances:
-        return anatomical.tolerances(
-            self.prior(setting),
-            within=setting.within,
-            pairs=setting.pairs,
-            bias=setting.noise.bias,
-            slow=setting.noise.slow,
-        )
 
     def errors(self, settings: Sequence[Setting], person: int, view_rad: np.ndarray) -> list[np.ndarray]:
         """E_abs (A, 15) of a person in the missing dimension with each of several settings, mm² [zhang2007 4.1]."""
@@ -375,7 +352,7 @@ class Fold:
             seen_from = view_rad[view_rad > -1e-9] if both_sides else view_rad
             walkers = np.concatenate([walker, fourier.mirrored(walker)]) if both_sides else walker
             alike = list(dict.fromkeys(s for s in settings if s.shrinkage.mirror is mirrored))
-            for setting, estimate in zip(alike, self.with_each(alike, walkers, seen_from), strict=True):
+            for setting, estimate in zip(alike, self.reconstruct(alike, walkers, seen_from), strict=True):
                 weights = errors.parseval_weights(1 + 2 * setting.harmonics)
                 off = (estimate.true - estimate.estimated).reshape(*estimate.true.shape[:2], -1, len(weights))
                 square = off**2 @ weights  # (A', 1 or 2, 15)

@@ -16,8 +16,8 @@ from pipeline.core.anatomical import Differences
 from pipeline.processes import map_processes
 from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.study import Sweep, SweepInputs, scaled
-from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
+from pipeline.studies.study import Sweep, scaled
+from pipeline.studies.walks.anatomical_model import AnatomicalInputs
 from pipeline.studies.walks.sweeps.held_out import (
     CHOOSING_VIEWS_DEG,
     NOISE_VARIANCES_MM2,
@@ -75,8 +75,8 @@ def simulated_laboratories(
 
     Offsets of joints are alike left and right.
     """
-    people = list(dict.fromkeys(data.person.tolist()))
-    of = np.array([people.index(who) % 2 for who in data.person.tolist()])
+    people = list(dict.fromkeys(data.person))
+    of = np.array([people.index(who) % 2 for who in data.person])
     moved = rng.normal(0.0, offset_mm / 2.0, (15, 3))
     moved = (moved + moved[list(WALKER15.mirror)] * [-1.0, 1.0, 1.0]) / np.sqrt(2.0)
     moved[WALKER15.index("pelvis")] = 0.0
@@ -96,7 +96,7 @@ class Laboratories(Sweep):
 
     partners: Choosers = scaled(value="partners")  # people who choose sigma² of MAP for each person
 
-    def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> LaboratoryErrors:
+    def measure(self, inputs: AnatomicalInputs) -> LaboratoryErrors:
         """Return errors and bars of everybody; people of a single source get two simulated laboratories."""
         data, model = inputs.dataset, inputs.model
         if len(np.unique(data.source)) == 1:
@@ -116,7 +116,7 @@ class Laboratories(Sweep):
             for learnt_from, left in left_out(model.sources, person):
                 fold = people.fold(*np.flatnonzero(left).tolist())
                 plain = {method: of[method] for method in METHODS[:2]}
-                error = errors_of(people, fold, plain, person, VIEWS).mean(axis=(1, 2)).tolist()
+                error = errors_of(people, fold, plain, person, VIEWS).mean(axis=(1, 2))
                 bars = [_with_bars(people, fold, of[method], person) for method in METHODS[2:]]
                 rows += [
                     {**key, "learnt_from": learnt_from, "method": method, "absolute_error_mm2": value}
@@ -147,7 +147,7 @@ def left_out(sources: np.ndarray, person: int) -> Iterator[tuple[str, np.ndarray
     """What is learnt from for one person, and who is left out (P,) bool; too few to learn from are left aside."""
     mine = sources[person]
     yield PERSON, np.arange(len(sources)) == person
-    others = [name for name in dict.fromkeys(sources.tolist()) if name != mine]
+    others = [name for name in dict.fromkeys(sources) if name != mine]
     alone = [(str(name), sources != name) for name in others if len(others) > 1]
     for learnt_from, left in [(LABORATORY, sources == mine), *alone]:
         if (~left).sum() >= LEAST_PEOPLE:
@@ -172,20 +172,20 @@ def _of_known_people(
             "learnt_from": LABORATORY,
             "method": f"anybody_{count}",
             "absolute_error_mm2": error,
-            "covered_95": float((z <= NORMAL_95).mean()),
+            "covered_95": (z <= NORMAL_95).mean(),
         }
 
 
 def _with_bars(people: People, fold: Fold, setting: Setting, person: int) -> tuple[float, np.ndarray]:
     """Mean square error, mm², and |error| over standard deviation (A, K, 15) of the missing dimension at instants."""
     blocks = 1 + 2 * setting.harmonics
-    estimate = fold.reconstruct(setting, people.walker(person)[None], VIEWS, with_covariance=True)
+    (estimate,) = fold.reconstruct([setting], people.walker(person)[None], VIEWS, with_covariance=True)
     off = (estimate.true - estimate.estimated)[:, 0].reshape(len(VIEWS), -1, blocks)
     square = off**2 @ errors.parseval_weights(blocks) + people.beyond(person, VIEWS, setting.harmonics)
     beyond = people.missing(person, VIEWS)[..., blocks:]
     error = anatomical.at_instants(np.concatenate([off, beyond], axis=-1), PHASES)
     sd = anatomical.deviation_at_instants(estimate.covariance[:, 0], blocks, PHASES)
-    return float(square.mean()), np.moveaxis(np.abs(error) / sd, 1, -1)
+    return square.mean(), np.moveaxis(np.abs(error) / sd, 1, -1)
 
 
 def _curve(
@@ -200,7 +200,7 @@ def _curve(
             fold = people.fold(*np.setdiff1d(np.arange(people.count), kept).tolist())
             unused = "anybody" if kind == "person" else "anatomical"
             methods = {m: s for m, s in settings.items() if m != unused}
-            found = errors_of(people, fold, methods, person, VIEWS).mean(axis=(1, 2)).tolist()
+            found = errors_of(people, fold, methods, person, VIEWS).mean(axis=(1, 2))
             key = {
                 "person": str(people.model.people[person]),
                 "left_out": kind,
@@ -221,9 +221,9 @@ def _drawn_from(sources: np.ndarray, person: int, order: np.ndarray) -> dict[str
     Without the person, or the laboratory; and of one other laboratory alone, the largest, where there are several.
     """
     names, counts = np.unique(sources, return_counts=True)
-    size = dict(zip(names.tolist(), counts.tolist(), strict=True))
+    size = dict(zip(names, counts, strict=True))
     largest = sorted(size, key=lambda name: (-size[name], name))
-    mine = str(sources[person])
+    mine = sources[person]
     one = next(name for name in largest if name != mine)
     kinds = {
         "person": (order != person, len(sources) - 1),
@@ -236,8 +236,8 @@ def _drawn_from(sources: np.ndarray, person: int, order: np.ndarray) -> dict[str
 
 def _spanned(people: People, kept: np.ndarray, person: int) -> float:
     """Share of what two harmonics of a person differ from the mean of others by that lies in the span of these."""
-    walkers = linear_model.flatten(np.stack([people.walker(int(n))[:5] for n in (*kept, person)]))
+    walkers = linear_model.flatten(np.stack([people.walker(n)[:5] for n in (*kept, person)]))
     centred = walkers[:-1] - walkers[:-1].mean(axis=0)
     own = walkers[-1] - walkers[:-1].mean(axis=0)
     directions = np.linalg.svd(centred, full_matrices=False)[2][: len(kept) - 1]
-    return float(((directions @ own) ** 2).sum() / (own**2).sum())
+    return ((directions @ own) ** 2).sum() / (own**2).sum()

@@ -9,9 +9,8 @@ import pandas as pd
 
 from pipeline.core import anatomical, errors
 from pipeline.processes import map_processes
-from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
-from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
+from pipeline.studies.study import Sweep, Swept, scaled
+from pipeline.studies.walks.anatomical_model import AnatomicalInputs
 from pipeline.studies.walks.sweeps.held_out import (
     NOISE_VARIANCES_MM2,
     NORMAL_95,
@@ -56,7 +55,7 @@ class ObservedNoise(Sweep):
     seen_from_deg: Swept = scaled(start=0, stop=90, step="few_views_step_deg")  # true views
     partners: Choosers = scaled(value="partners")  # people who choose sigma² of MAP for each person
 
-    def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> NoiseErrors:
+    def measure(self, inputs: AnatomicalInputs) -> NoiseErrors:
         """Return errors and coverage of every method under each condition."""
         view_deg = self.seen_from_deg.values("sweep.seen_from_deg")
         view = np.radians(view_deg)
@@ -84,22 +83,18 @@ class ObservedNoise(Sweep):
                     whole,
                     noise=replace(
                         whole.noise,
-                        bias=float(np.hypot(bias, of_frame * share[0])),
-                        slow=float(np.hypot(slow, of_frame * share[-1] * np.sqrt(people.harmonics))),
+                        bias=np.hypot(bias, of_frame * share[0]),
+                        slow=np.hypot(slow, of_frame * share[-1] * np.sqrt(people.harmonics)),
                     ),
                 )
                 for of_frame, bias, slow in CONDITIONS.values()
             ]
-            of_method: dict[str, list[Setting]] = {
-                "map_tuned": [tuned[person]] * len(told),
-                "linear_told": [replace(setting, within=np.inf, pairs=np.inf) for setting in told],
-                "anatomical_told": told,
-                "anatomical_untold": [whole] * len(told),
-            }
+            untold = [whole] * len(told)
+            settings = ([tuned[person]] * len(told), [setting.linear for setting in told], told, untold)
             found = np.empty((len(METHODS), len(told), 3, len(view)))
             alike: dict[Setting, dict[tuple[int, Setting], list[int]]] = {}  # by what has its linear part
-            for m, method in enumerate(METHODS):
-                for s, setting in enumerate(of_method[method]):
+            for m, of_method in enumerate(settings):  # in the order of the methods
+                for s, setting in enumerate(of_method):
                     alike.setdefault(setting.linear, {}).setdefault((m, setting), []).append(s)
             for (m, setting), some in (item for of in alike.values() for item in of.items()):
                 found[m, some] = _measured(fold, people, person, setting, view, off[:, some])
@@ -130,7 +125,9 @@ def _measured(
     """Error, share covered and half width (S, 3, A) of one setting, with S errors (A, S, 15, 3, B) of what is seen."""
     size = 1 + 2 * setting.harmonics
     walkers = np.repeat(people.walker(person)[None], off.shape[1], axis=0)
-    found = fold.reconstruct(setting, walkers, view, observation_error=off[..., :size], with_covariance=True)
+    (found,) = fold.reconstruct(
+        [setting], walkers, view, observation_error=off[..., :size], with_covariance=True
+    )
     wrong = (found.true - found.estimated).reshape(*off.shape[:3], size)
     beyond = people.beyond(person, view, setting.harmonics)
     square = (wrong**2 @ errors.parseval_weights(size)).mean(axis=-1) + beyond.mean(axis=-1)[:, None]

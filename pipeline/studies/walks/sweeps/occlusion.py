@@ -5,7 +5,7 @@ The letter's own outlook: "the same approach could recover occluded markers" (zh
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
@@ -13,9 +13,8 @@ import pandas as pd
 from pipeline.core import anatomical, errors
 from pipeline.processes import map_processes
 from pipeline.skeleton import WALKER15
-from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
-from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
+from pipeline.studies.study import Sweep, Swept, scaled
+from pipeline.studies.walks.anatomical_model import AnatomicalInputs
 from pipeline.studies.walks.sweeps.held_out import (
     BARS,
     NOISE_VARIANCES_MM2,
@@ -25,7 +24,6 @@ from pipeline.studies.walks.sweeps.held_out import (
     People,
 )
 from pipeline.studies.walks.sweeps.setting import anatomical_setting
-from pipeline.validation import InvalidInput, require_choice
 
 HIDDEN = {
     "pelvis": ("pelvis",),
@@ -35,8 +33,8 @@ HIDDEN = {
     "far_leg": ("left_knee", "left_ankle"),
     "far_side": ("left_elbow", "left_wrist", "left_knee", "left_ankle"),
 }
-"""Joints that are hidden; views are from the right, so that the left side is the far one, and the center of the pelvis
-lies inside the body."""
+"""Joints that are hidden in turn; views are from the right, so that the left side is the far one, and the center of the
+pelvis lies inside the body."""
 
 METHODS = ("average_walker", "map_tuned", "anatomical")
 WITH_BARS = METHODS[1:]
@@ -69,25 +67,15 @@ class Occlusion(Sweep):
 
     seen_from_deg: Swept = scaled(start=0, stop=90, step="few_views_step_deg")  # true views
     partners: Choosers = scaled(value="partners")  # people who choose sigma² of MAP for each person
-    hidden: list[str] = field(default_factory=lambda: list(HIDDEN))  # sets of joints that are hidden in turn
 
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        super().validate()
-        for name in self.hidden:
-            require_choice("sweep.hidden", name, HIDDEN)
-        if not self.hidden:
-            raise InvalidInput("nothing is hidden", where="sweep.hidden", expected=", ".join(HIDDEN))
-
-    def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> HiddenJoints:
+    def measure(self, inputs: AnatomicalInputs) -> HiddenJoints:
         """Return errors and coverage of every method, with each set of joints hidden."""
         view_deg = self.seen_from_deg.values("sweep.seen_from_deg")
         view = np.radians(view_deg)
         people = People(inputs.dataset, inputs.model)
         whole = anatomical_setting(inputs.model_options, people.harmonics)
         tuned = people.tuned_map(NOISE_VARIANCES_MM2[1:-1], self.partners, inputs.workers)
-        conditions = {name: HIDDEN[name] for name in self.hidden}
-        masks = [np.isin(WALKER15.joints, names) for names in conditions.values()]
+        masks = [np.isin(WALKER15.joints, names) for names in HIDDEN.values()]
         weights = errors.parseval_weights(1 + 2 * people.harmonics)
 
         def one(person: int) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -98,8 +86,8 @@ class Occlusion(Sweep):
             for hidden in masks:
                 square, bars = [], []
                 for method, setting in zip(METHODS, settings, strict=True):
-                    estimate = fold.reconstruct(
-                        setting, walker[None], view, hidden=hidden, with_covariance=method in WITH_BARS
+                    (estimate,) = fold.reconstruct(
+                        [setting], walker[None], view, hidden=hidden, with_covariance=method in WITH_BARS
                     )
                     off = np.zeros((len(view), anatomical.JOINTS, 3, 1 + 2 * setting.harmonics))
                     flat = off.reshape(len(view), -1)
@@ -129,7 +117,7 @@ class Occlusion(Sweep):
         folds = map_processes(one, range(people.count), inputs.workers)
         square = np.stack([np.stack([square for square, _ in fold]) for fold in folds])  # (P, S, M, 2, A)
         rows, bars = [], []
-        for s, hidden in enumerate(conditions):
+        for s, hidden in enumerate(HIDDEN):
             rows += [
                 {
                     "person": who,

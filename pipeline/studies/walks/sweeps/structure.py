@@ -16,9 +16,8 @@ import pandas as pd
 from pipeline.core import anatomical, errors
 from pipeline.core.choice import first_lowest
 from pipeline.processes import map_processes
-from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.study import Sweep, SweepInputs, scaled
-from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
+from pipeline.studies.study import Sweep, scaled
+from pipeline.studies.walks.anatomical_model import AnatomicalInputs
 from pipeline.studies.walks.stacked import stacked
 from pipeline.studies.walks.sweeps.held_out import NOISE_VARIANCES_MM2, Choosers, Fold, MirroredViews, People
 from pipeline.studies.walks.sweeps.ladder import METHODS, MOST_HARMONICS, of_part
@@ -52,7 +51,7 @@ class Structure(Sweep):
     seen_from_deg: MirroredViews = scaled(start=-90, stop=90, step="structure_step_deg")  # true views
     partners: Choosers = scaled(value="partners")  # people who choose the settings of each person
 
-    def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> StructureErrors:
+    def measure(self, inputs: AnatomicalInputs) -> StructureErrors:
         """Return the errors of every method."""
         view_deg = self.seen_from_deg.values("sweep.seen_from_deg")
         view = np.radians(view_deg)
@@ -94,8 +93,6 @@ class Structure(Sweep):
         harmonics = replace(mirror, harmonics=whole.harmonics)
         tuned = {"map_tuned": published, "mirror": mirror, "harmonics": harmonics}
         candidates = {
-            "average_walker": [published],
-            "map_70": [published],
             **{
                 name: [setting.with_noise(value) for value in NOISE_VARIANCES_MM2]
                 for name, setting in tuned.items()
@@ -103,14 +100,13 @@ class Structure(Sweep):
             "shrinkage": [whole.linear.with_noise(value) for value in SHRUNKEN_NOISE_VARIANCES_MM2],
             "anatomical": [replace(whole, within=factor) for factor in LENGTH_FACTORS],
         }
-        tried = list(dict.fromkeys(setting for of in candidates.values() if len(of) > 1 for setting in of))
+        tried = list(dict.fromkeys(setting for of in candidates.values() for setting in of))
         score = people.tried(tried, self.partners, workers)
         found = {}
         for name, of in candidates.items():
-            best = np.zeros(people.count, dtype=int)
-            if len(of) > 1:
-                best = first_lowest(score[:, [tried.index(setting) for setting in of]], axis=1)
+            best = first_lowest(score[:, [tried.index(setting) for setting in of]], axis=1)
             found[name] = [of[number] for number in best]
+        found["average_walker"] = found["map_70"] = [published] * people.count
         found["as_specified"] = [whole] * people.count
         found["all_chosen"] = people.chosen_in_turn(
             found["anatomical"], self._alternatives(whole), max(self.partners // 2, 2), workers

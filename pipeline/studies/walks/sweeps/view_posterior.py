@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Annotated
 
 import numpy as np
 import pandas as pd
@@ -11,12 +10,11 @@ from scipy.special import ndtri
 
 from pipeline.core import anatomical, statistics
 from pipeline.processes import map_processes
-from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
-from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
-from pipeline.studies.walks.sweeps.held_out import BARS, People
+from pipeline.studies.study import Sweep, Swept, scaled
+from pipeline.studies.walks.anatomical_model import AnatomicalInputs, AnatomicalModel
+from pipeline.studies.walks.sweeps.held_out import BARS, CANDIDATES, People
 from pipeline.studies.walks.sweeps.setting import PLAIN, anatomical_setting, approach_two
-from pipeline.validation import InvalidInput, Positive, bounded
+from pipeline.validation import InvalidInput, Positive
 
 METHODS = ("two_harmonics", "anatomical")
 """The plain covariance of two harmonics with sigma² = 70 and mirror images, and the anatomical prior."""
@@ -52,16 +50,9 @@ class ViewAngleBars(Sweep):
     """Posterior of the view angle."""
 
     seen_from_deg: Swept = scaled(start=-90, stop=90, step="structure_step_deg")  # true views
-    candidates: Annotated[int, bounded(at_least=24, at_most=3600)] = 72  # angles on the circle
     noise_variance_mm2: Positive = 70.0  # of the plain covariance
 
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        super().validate()
-        if self.candidates % 2:
-            raise InvalidInput("must be even", where="sweep.candidates", received=str(self.candidates))
-
-    def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> ViewPosteriors:
+    def measure(self, inputs: AnatomicalInputs) -> ViewPosteriors:
         """Return the view angles and their posteriors."""
         view_deg = self.seen_from_deg.values("sweep.seen_from_deg")
         view = np.radians(view_deg)
@@ -81,9 +72,7 @@ class ViewAngleBars(Sweep):
             rows = []
             for method, setting in zip(METHODS, settings, strict=True):
                 shown = people.in_image_axes(person, view)[:, :, :2, : 1 + 2 * setting.harmonics]
-                costs = anatomical.view_costs(
-                    fold.prior(setting), shown, self.candidates, noise=setting.noise
-                )
+                costs = anatomical.view_costs(fold.prior(setting), shown, CANDIDATES, noise=setting.noise)
                 found = anatomical.posterior_of(costs)
                 off = statistics.angle_difference_deg(np.degrees(found.angle_rad), view_deg)
                 columns = {
