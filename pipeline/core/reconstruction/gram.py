@@ -84,6 +84,25 @@ class Gram:
         inverse = np.where(seen, 1.0, 0.0) / np.where(seen, values, 1.0)
         return vectors @ (inverse[..., None] * (np.swapaxes(vectors, 1, 2) @ h))
 
+    def eliminate(
+        self,
+        cosine: np.ndarray,
+        sine: np.ndarray,
+        G: np.ndarray,
+        H: np.ndarray,
+        noise_variance: float | None,
+    ) -> np.ndarray:
+        """G - H (A + sigma² I)^-1 H^T (A, B, B): a quadratic form of the observation, coefficients eliminated.
+
+        Parameters
+        ----------
+        cosine, sine : (A,)
+        G : (A, B, B)
+        H : (A, B, N)
+        noise_variance : float or None
+        """
+        return G - H @ self.solve(cosine, sine, np.swapaxes(H, 1, 2), noise_variance)
+
 
 def gram_of(model: LinearModel, noise_variance: float | None) -> Gram:
     """The system of a model with its prior, or without it for least squares.

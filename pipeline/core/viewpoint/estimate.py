@@ -48,9 +48,9 @@ def estimate(
     ----------
     model : LinearModel
         Of 225 numbers, or of 226 with the frequency last.
-    observed : (A, 150)
+    observed : (150,) or (A, 150), or (5, 15, 2) or (A, 5, 15, 2)
         2D Fourier representations in the printed order, horizontal and vertical of each joint together; with a
-        model of 226 numbers (A, 151), the angular frequency in rad/s last.
+        model of 226 numbers, (151,) or (A, 151) with the angular frequency in rad/s last.
     method : {"least_squares", "map"}
     noise_variance : float, optional
         sigma² in mm²; needed for ``map``.
@@ -85,7 +85,7 @@ def estimate(
         )
     sigma2 = noise_variance if method == "map" else None
     white = whiten(model, prior=solver == "published" or sigma2 is not None)
-    across, up = _observations(model, white, observed)
+    across, up, single = _observations(model, white, observed)
     step = _GRID_STEP_RAD[solver]
     if solver == "global":
         found = global_minimum(Gram(white), across, up, angle_range_rad, step, sigma2)
@@ -93,11 +93,12 @@ def estimate(
         found = from_one_start(white, across, up, start_rad)
     else:
         found = best_candidate(Gram(white), across, up, angle_range_rad, step, sigma2)
-    return replace(
+    found = replace(
         found,
         angle_rad=in_half_open_circle(found.angle_rad),
         coefficients=found.coefficients * white.scale,
     )
+    return ViewEstimate(*(values[0] for values in vars(found).values())) if single else found
 
 
 def in_half_open_circle(angle_rad: np.ndarray) -> np.ndarray:
@@ -107,18 +108,22 @@ def in_half_open_circle(angle_rad: np.ndarray) -> np.ndarray:
 
 def _observations(
     model: LinearModel, white: WhitenedModel, observed: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray, bool]:
     """Horizontal (A, 75) and vertical (A, 75 or 76, the scaled frequency last) of the observations."""
-    rows = np.asarray(observed, dtype=float)
+    observed = np.asarray(observed, dtype=float)
+    if observed.ndim >= 3 and observed.shape[-1] == 2:
+        observed = observed.reshape(*observed.shape[:-3], -1)
+    single = observed.ndim == 1
+    rows = np.atleast_2d(observed)
     points = len(white.mean_x)
     trailing = len(white.mean_z) - points
     if rows.ndim != 2 or rows.shape[1] != 2 * points + trailing:
         raise InvalidInput(
             "the observation has another size than the model",
-            expected=f"(A, {2 * points + trailing})",
-            received=str(rows.shape),
+            expected=f"({2 * points + trailing},) or (A, {2 * points + trailing})",
+            received=str(observed.shape),
         )
     require_range("observations", len(rows), at_least=1)
     require_finite("the observation", rows)
     up = np.concatenate([rows[:, 1 : 2 * points : 2], model.last_scale * rows[:, 2 * points :]], axis=1)
-    return rows[:, 0 : 2 * points : 2], up
+    return rows[:, 0 : 2 * points : 2], up, single

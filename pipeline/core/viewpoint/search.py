@@ -4,7 +4,7 @@ Symbols
 -------
 ``beta``   a candidate view angle, rad; G of them on the grid
 ``J``      ``min over k`` of ||w_hat - w_bar_hat(beta) - E_hat(beta) k||² (+ sigma² sum k²/lambda), mm²
-``B, z``   whitened eigenwalkers and their coefficients: see `reconstruction.Gram`, which solves for them
+``B, z``   whitened eigenwalkers and their coefficients: see `reconstruction.Gram`, which eliminates them
 ``M``      matrix of the quadratic form J(beta) in the coordinates of an observation
 
 Observations are written horizontal (A, 75) and vertical (A, 75, or 76 with the scaled frequency last).
@@ -177,8 +177,7 @@ def cost_on_grid(
     G[:, :rank, :rank] = basis @ basis.T
     G[:, :rank, rank] = G[:, rank, :rank] = -(mean @ basis[:, :points].T + white.mean_z @ basis[:, points:].T)
     G[:, rank, rank] = (mean**2).sum(axis=1) + (white.mean_z**2).sum()
-    # A quadratic form of the observation, coefficients eliminated.
-    M = G - H @ gram.solve(c[:, 0], s[:, 0], np.swapaxes(H, 1, 2), noise_variance)
+    M = gram.eliminate(c[:, 0], s[:, 0], G, H, noise_variance)
     coordinates = np.concatenate([rows @ basis.T, np.ones((len(rows), 1))], axis=1)
     pairs = (coordinates[:, :, None] * coordinates[:, None, :]).reshape(len(rows), -1)
     return pairs @ M.reshape(len(grid), -1).T

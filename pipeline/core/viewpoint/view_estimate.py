@@ -12,7 +12,7 @@ from pipeline.shortened import shortened
 @shortened
 @dataclass(frozen=True)
 class ViewEstimate:
-    """View angles and coefficients of A observations.
+    """View angles and coefficients of A observations (scalars and (N,) where one flat observation was given).
 
     Attributes
     ----------

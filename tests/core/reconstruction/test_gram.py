@@ -32,7 +32,7 @@ def test_the_solution_is_the_printed_one(fold: Fold, angle: float, noise_varianc
         expected = maximum_a_posteriori(E_hat, d, model.eigenvalues, noise_variance=noise_variance)
         penalty = noise_variance * float((expected**2 / model.eigenvalues).sum())
     np.testing.assert_allclose(k, expected, rtol=0, atol=1e-8 * max(np.abs(expected).max(), 1.0))
-    cost = d @ d - h @ gram.solve(c, s, h[None, :, None], noise_variance)[0, :, 0]
+    cost = gram.eliminate(c, s, (d @ d)[None, None, None], h[None, None], noise_variance)[0, 0, 0]
     misfit = float(((d - E_hat @ expected) ** 2).sum()) + penalty
     assert cost == pytest.approx(misfit, rel=1e-8, abs=1e-11 * float(d @ d))
 
