@@ -6,6 +6,7 @@ all colours in `pipeline.palette`; what is drawn is described by `pipeline.chart
 ========================  ==================================================================================
 `Picture`                 what the `draw` of a figure is given
 `draw_charts`             charts in panels, from tidy tables
+`draw_postures`           rows of stick figures, original and reconstructed
 `draw_walking`            a walker who walks: what a camera sees, and his reconstruction turning (SVG)
 `draw_tallies`            counts in rows of bars, a colour to each kind
 `embedded`, `reduced`     a picture that is drawn, reduced: as text inside a page, or its bytes
@@ -33,11 +34,12 @@ if TYPE_CHECKING:
     from pipeline.pictures.charts import draw_charts
     from pipeline.pictures.embedding import embedded, packed_vector, reduced
     from pipeline.pictures.picture import Picture
+    from pipeline.pictures.postures import draw_postures
     from pipeline.pictures.tallies import draw_tallies
     from pipeline.pictures.walking import Walking, draw_walking
 
 __all__ = [
-    "Picture", "Walking", "draw_charts", "draw_tallies", "draw_walking", "embedded", "packed_vector",
+    "Picture", "Walking", "draw_charts", "draw_postures", "draw_tallies", "draw_walking", "embedded", "packed_vector",
     "reduced",
 ]  # fmt: skip
 
@@ -45,6 +47,7 @@ _MODULES = {
     "pipeline.pictures.charts": ("draw_charts",),
     "pipeline.pictures.embedding": ("embedded", "packed_vector", "reduced"),
     "pipeline.pictures.picture": ("Picture",),
+    "pipeline.pictures.postures": ("draw_postures",),
     "pipeline.pictures.tallies": ("draw_tallies",),
     "pipeline.pictures.walking": ("Walking", "draw_walking"),
 }

@@ -35,7 +35,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
         np.random.default_rng(3), male=1, female=1, duration_s=4.0, frame_rate_hz=60
     )
     walk = made.positions_mm[0].copy()
-    walk[..., 1] += made.speed_mm_s[0] * np.arange(len(walk))[:, None] / 60
+    walk[..., 1] += made.people[0].speed * np.arange(len(walk))[:, None] / 60
     path = tmp_path_factory.mktemp("recording") / "anna.trc"
     trc.write(path, WALKER15.joints[1:], walk[:, 1:], 60.0)
     return path
@@ -93,7 +93,7 @@ def test_a_recording_translates_at_its_own_speed(recording: Path, tmp_path: Path
         np.random.default_rng(3), male=1, female=1, duration_s=4.0, frame_rate_hz=60
     )
     slope = np.polyfit(pelvis["time_s"], pelvis["x_mm"], 1)[0]
-    assert slope == pytest.approx(made.speed_mm_s[0], rel=0.03)
+    assert slope == pytest.approx(made.people[0].speed, rel=0.03)
 
 
 def test_walkers_of_a_figure_from_any_view(figure: Path, tmp_path: Path) -> None:

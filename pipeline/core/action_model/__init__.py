@@ -9,7 +9,7 @@ Symbols
 ``m, s``     mean performance and standard deviation at each sample, (P, b); divisor M - 1
 """
 
-from pipeline.core.action_model.bounds import ActionModel, acceptance_left_out, accepted, learn, sample
+from pipeline.core.action_model.bounds import BOUND, ActionModel, acceptance_left_out, accepted, learn, sample
 from pipeline.core.action_model.learning import (
     LearntAction,
     by_key_frames,
@@ -19,6 +19,7 @@ from pipeline.core.action_model.learning import (
 )
 
 __all__ = [
+    "BOUND",
     "ActionModel",
     "LearntAction",
     "acceptance_left_out",

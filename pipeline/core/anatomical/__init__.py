@@ -37,7 +37,7 @@ from pipeline.core.anatomical.laboratories import (
     learn_differences,
     unfamiliar,
 )
-from pipeline.core.anatomical.lengths import Lengths, Tolerances, fit_lengths, tolerances
+from pipeline.core.anatomical.lengths import Lengths, Posterior, Tolerances, fit_lengths, tolerances
 from pipeline.core.anatomical.prior import (
     BONES,
     JOINTS,
@@ -59,6 +59,7 @@ from pipeline.core.anatomical.prior import (
 from pipeline.core.anatomical.proportions import proportion_rows, with_proportions
 from pipeline.core.anatomical.stance import stance_rows, with_stance
 from pipeline.core.anatomical.view_posterior import (
+    ViewPosterior,
     circle,
     posterior_of,
     view_costs,
@@ -76,9 +77,11 @@ __all__ = [
     "Differences",
     "Lengths",
     "Noise",
+    "Posterior",
     "Prior",
     "Shrinkage",
     "Tolerances",
+    "ViewPosterior",
     "Walks",
     "at_instants",
     "bone_lengths",

@@ -6,8 +6,10 @@ keypoints to a walk.
 Symbols are explained at the head of each module.
 """
 
+from pipeline.core.keypoint_walk.posterior import Posterior
 from pipeline.core.keypoint_walk.prior import Detector, Prior, prepare
 from pipeline.core.keypoint_walk.reconstruction import (
+    Candidate,
     Reconstruction,
     reconstruct,
     reconstruct_followed,
@@ -31,9 +33,11 @@ from pipeline.core.keypoint_walk.view import view_angle_deg
 __all__ = [
     "HARMONICS",
     "HEIGHT_MM",
+    "Candidate",
     "CompactMoments",
     "Detector",
     "Moments",
+    "Posterior",
     "Prior",
     "Reconstruction",
     "TrainingWalk",

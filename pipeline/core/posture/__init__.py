@@ -10,6 +10,7 @@ Symbols
 """
 
 from pipeline.core.posture.cosines import (
+    FLOOR_PERCENTILE,
     FRAMES,
     HEADINGS,
     PARAMETERS,
@@ -23,6 +24,7 @@ from pipeline.core.posture.cosines import (
 )
 
 __all__ = [
+    "FLOOR_PERCENTILE",
     "FRAMES",
     "HEADINGS",
     "PARAMETERS",

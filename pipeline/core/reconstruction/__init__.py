@@ -16,6 +16,7 @@ Symbols
 
 from pipeline.core.reconstruction.gram import Gram, gram_of, require_noise_variance
 from pipeline.core.reconstruction.known_view import (
+    KnownViews,
     from_known_views,
     least_squares,
     maximum_a_posteriori,
@@ -25,6 +26,7 @@ from pipeline.core.reconstruction.unknown_phase import PhasedView, from_known_vi
 
 __all__ = [
     "Gram",
+    "KnownViews",
     "NoisePath",
     "PhasedView",
     "error_path",

@@ -14,11 +14,13 @@ Symbols
 
 from pipeline.core.synchronization.all_pairs import AllPairs, median_sequence, synchronize_all
 from pipeline.core.synchronization.key_frames import (
+    KeyFrames,
     KeyFrameSynchronization,
     choose_key_frames,
     resample_by_key_frames,
 )
 from pipeline.core.synchronization.pair import (
+    Synchronization,
     disparity_space_image,
     normalise,
     rate_to_rate,
@@ -26,11 +28,15 @@ from pipeline.core.synchronization.pair import (
     synchronize,
     warp,
 )
-from pipeline.core.synchronization.trellis import Trellis, allowed_disparities
+from pipeline.core.synchronization.trellis import PENALTIES, STARTS, Trellis, allowed_disparities
 
 __all__ = [
+    "PENALTIES",
+    "STARTS",
     "AllPairs",
     "KeyFrameSynchronization",
+    "KeyFrames",
+    "Synchronization",
     "Trellis",
     "allowed_disparities",
     "choose_key_frames",

@@ -8,7 +8,7 @@ Symbols
 ``J``      the cost of [zhang2007 4.5] squared, or of [zhang2007 4.6] times 2 sigma², coefficients eliminated; mm²
 """
 
-from pipeline.core.viewpoint.estimate import estimate
+from pipeline.core.viewpoint.estimate import FULL_CIRCLE, estimate
 from pipeline.core.viewpoint.view_estimate import ViewEstimate
 
-__all__ = ["ViewEstimate", "estimate"]
+__all__ = ["FULL_CIRCLE", "ViewEstimate", "estimate"]

@@ -8,6 +8,9 @@ pelvis.  Positions are (T, 15, 3) in WALKER15 order, mm, z up.
 
 from pipeline.core.walking.gates import require_walk, unusual_cadence
 from pipeline.core.walking.steady import (
+    STANDING_MM,
+    TREADMILL_MM_S,
+    Stretch,
     facing,
     longest_run,
     set_origin,
@@ -28,7 +31,10 @@ from pipeline.core.walking.usable_clip import (
 
 __all__ = [
     "LEG_LENGTH_MM",
+    "STANDING_MM",
+    "TREADMILL_MM_S",
     "BridgedClip",
+    "Stretch",
     "bridge_gaps",
     "facing",
     "leg_length",
