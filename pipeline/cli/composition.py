@@ -71,7 +71,7 @@ def composed(overrides: Sequence[str]) -> Experiment:
         try:
             chosen = hydra.compose("config", overrides=quoted(overrides))
         except ValueError as error:
-            if isinstance(error, OmegaConfBaseException):
+            if isinstance(error, OmegaConfBaseException | InvalidInput):
                 raise
             raise InvalidInput(str(error), where="conf") from None  # of a file there that is broken
         return _typed(chosen)

@@ -66,6 +66,7 @@ class Export:
 
 _OF = dict.fromkeys(("walker", "view_angle_deg", "method", "motion"), "figure")
 _OF |= dict.fromkeys(("skeleton", "units", "subject"), "recording")
+"""Options that only some kinds of source have."""
 
 USAGE = "export FOLDER_OF_A_FIGURE|RECORDING [walker=…] [view_angle_deg=30] [method=map] to=walk.c3d"
 

@@ -88,6 +88,7 @@ _OF = dict.fromkeys(("walker", "method", "from_view_deg"), "figure") | {
     "subject": "recording",
     "harmonics": "recording or film",
 }
+"""Options that only some kinds of source have."""
 _WITH = {
     "shown": "lifetime_frames",
     "noise": "noise_dots",

@@ -189,6 +189,7 @@ def _tree(
     place = f"{where}, :hierarchy"
     index = {name.lower(): p for p, name in enumerate(names)}
     parents = [-1] * len(names)
+    children: dict[int, list[int]] = {}
     for words in hierarchy:
         unknown = [word for word in words if word.lower() not in index]
         if unknown:
@@ -198,9 +199,10 @@ def _tree(
             if child == 0 or parents[child] >= 0:
                 raise damaged("a bone has two parents, or the root has one", place, received=names[child])
             parents[child] = parent
+        children.setdefault(parent, []).extend(below)
     order = [0]
     for p in order:  # grows while it is walked: breadth first
-        order += [k for k, parent in enumerate(parents) if parent == p]
+        order.extend(children.get(p, []))
     if len(order) != len(names):
         raise damaged(
             "a bone has no path to the root",

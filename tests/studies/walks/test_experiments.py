@@ -8,6 +8,7 @@ import pytest
 from pipeline.core import errors, linear_model
 from pipeline.core.linear_model import LinearModel
 from pipeline.studies.study import Grid
+from pipeline.studies.walks import known_view
 from pipeline.studies.walks.known_view import KnownView
 from pipeline.studies.walks.methods import PUBLISHED
 from pipeline.studies.walks.unknown_view import UnknownView
@@ -49,6 +50,17 @@ def test_every_error_at_a_known_view_is_that_of_the_printed_estimate() -> None:
         path = [np.mean([error(view, sigma2) for view in views]) for sigma2 in found.sigma2_mm2]
         curve = found.sigma2[found.sigma2["walker"] == DATA.clip[walk]]
         np.testing.assert_allclose(curve["absolute_error_mm2"], path, rtol=1e-6)
+
+
+@pytest.mark.parametrize("blocks", [1, 2, 250])
+def test_errors_over_sigma2_do_not_depend_on_how_many_walkers_are_summed_together(
+    blocks: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(known_view, "BLOCKS", blocks)
+    found = KnownView(view_angle_deg=VIEWS, sigma2_mm2=Grid(start=1, stop=71, step=35)).measure(inputs())
+    assert found.walker.tolist() == DATA.clip.tolist()
+    of_walkers, of_views = found.sigma2_walker_mm2, found.sigma2_view_mm2
+    np.testing.assert_allclose(of_views.mean(axis=0), of_walkers.mean(axis=0), rtol=1e-12)
 
 
 def test_every_view_that_is_found_has_the_least_printed_cost() -> None:
