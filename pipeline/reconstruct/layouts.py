@@ -87,13 +87,20 @@ def layouts() -> dict[str, Layout]:
     return {path.stem: load(path) for path in sorted(FOLDER.glob("*.yaml"))}
 
 
+_OF_APPLE = {
+    "head_joint": "nose", "shoulder_1_joint": "shoulder", "forearm_joint": "elbow", "hand_joint": "wrist",
+    "up_leg_joint": "hip", "leg_joint": "knee", "foot_joint": "ankle",
+}  # fmt: skip
+"""Names of Apple's Vision, which are those of the segments below the joints."""
+
+
 def canonical(name: str) -> str:
     """A name of a point as layouts write it.
 
     Examples
     --------
-    >>> canonical("LKnee"), canonical("right knee"), canonical("RBigToe"), canonical("LEFT_KNEE"), canonical("knee_l")
-    ('left_knee', 'right_knee', 'right_big_toe', 'left_knee', 'left_knee')
+    >>> canonical("LKnee"), canonical("RBigToe"), canonical("knee_l"), canonical("left_leg_joint")
+    ('left_knee', 'right_big_toe', 'left_knee', 'left_knee')
     """
     words = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+", name.replace("_", " "))
     joined = [word.lower() for word in words]
@@ -101,8 +108,8 @@ def canonical(name: str) -> str:
     if joined and joined[0] not in sides and joined[0][0] in "lr" and words[0][:2].isupper():
         joined = [joined[0][0], joined[0][1:], *joined[1:]]
     side = [sides[word] for word in joined if word in sides]
-    rest = [word for word in joined if word not in sides]
-    return "_".join([*side[:1], *rest])
+    rest = "_".join(word for word in joined if word not in sides)
+    return "_".join([*side[:1], _OF_APPLE.get(rest, rest)])
 
 
 def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, str]:

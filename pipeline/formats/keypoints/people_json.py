@@ -1,6 +1,7 @@
-"""Keypoints as JSON: OpenPose (a folder, one file a frame); AlphaPose, COCO, MMPose, MediaPipe (one file).
+"""Keypoints as JSON: a folder, one file a frame (OpenPose, OpenPifPaf, EasyMocap), or one file (AlphaPose, MMPose, …).
 
 A file holds frames, a frame people, a person points, under whatever keys; points are numbers in turn, lists, objects.
+In a folder they may also be lines of text, as YOLO writes labels of poses.
 """
 
 from __future__ import annotations
@@ -97,20 +98,41 @@ def _frames(names: Iterable[str]) -> tuple[dict[str, int], list[str]]:
 
 
 def read_folder(path: Path) -> Detections:
-    """Read a folder of OpenPose's files, one for each frame, by the numbers in their names; or the one file in it."""
+    """Read a folder with a file to each frame, by the numbers in their names; or the one file in it."""
     files = sorted(file for file in path.glob("*.json") if not file.name.startswith("."))
-    if not files:
-        raise damaged("no JSON file in the folder", path.name, "one file a frame, as OpenPose writes them")
     if len(files) == 1:
         return read(files[0])
+    if labels := [] if files else sorted(path.glob("*[0-9].txt")):
+        return _detections("yolo", path.name, [(file.name, _labelled(file)) for file in labels], {})
+    if not files:
+        raise damaged("no JSON file in the folder", path.name, "one file a frame, as OpenPose writes them")
     frames = [(file.name, load(file)) for file in files]
-    if wrong := [name for name, content in frames if isinstance(content, list) or not _is_frame(content)]:
+    if wrong := [name for name, content in frames if content and not _is_one_frame(content)]:
         raise damaged(
             "not a file of OpenPose",
             wrong[0],
-            "an object with a list of people, a file to each frame; of other programs name the one file",
+            "the people of one frame, a file to each frame; of other programs name the one file",
         )
     return _detections("openpose", path.name, frames, {})
+
+
+def _is_one_frame(content: Any) -> bool:
+    first = content[0] if isinstance(content, list) else None
+    return _is_frame(content) and _first(first, _WHICH_FRAME) is None
+
+
+def _labelled(path: Path) -> list[dict[str, Any]]:
+    """The people of a file of YOLO's labels: class, box, 17 points in shares of the image; then a score, who it is."""
+    people = []
+    for line, words in enumerate(read_text(path)[0].splitlines(), 1):
+        values = np.array(list(map(number, words.split())))[5:]
+        width, more = divmod(len(values), 17)
+        if width not in (2, 3) or more > 2 or np.isinf(values).any():
+            place = f"{path.name}, line {line}"
+            raise damaged("not a label of a pose", place, "class, box and 17 points", words[:40])
+        who = values[-1] if more and values[-1] % 1 == 0 else None
+        people.append({"keypoints": values[: 17 * width].reshape(17, width).tolist(), "idx": who})
+    return people
 
 
 def read(path: Path) -> Detections:
@@ -142,10 +164,12 @@ def _shape_of(content: Any) -> str:
 _PROGRAMS = {"images": "coco", "image_id": "alphapose", "bodies": "alphapose", "instances": "mmpose"}
 """Who writes files with these keys."""
 _FRAMES = ("instance_info", "frames", "annotations", "results", "data", "predictions")
-_PEOPLE = ("people", "instances", "bodies", "persons", "poses", "detections", "predictions")
-_POINTS = ("pose_keypoints_2d", "keypoints", "pose_landmarks", "landmarks", "landmark", "joints")
+_PEOPLE = ("people", "instances", "bodies", "annots", "persons", "poses", "detections", "predictions")
+_POINTS = (
+    "pose_keypoints_2d", "keypoints", "pose_landmarks", "poseLandmarks", "landmarks", "landmark", "joints",
+)  # fmt: skip
 _WHICH_FRAME = ("frame_id", "frame", "frame_index", "frame_number", "image_id", "image", "file_name")
-_WHO = ("idx", "track_id", "person_id", "instance_id")
+_WHO = ("idx", "track_id", "person_id", "personID", "instance_id")
 _SURE = ("visibility", "score", "confidence", "likelihood", "conf", "visible", "presence")
 _NAME = ("name", "part", "label", "keypoint")
 """Keys of all frames, of the people in one, of somebody's points; of a frame's name, of a person's, of how sure a

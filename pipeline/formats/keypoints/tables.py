@@ -15,7 +15,7 @@ from pipeline.formats.points import trc
 from pipeline.formats.points.cells import Rows
 from pipeline.formats.points.csv.table import coordinates, read_table, role_of, set_to_seconds
 
-_CONFIDENCE = ("confidence", "score", "visibility", "likelihood", "conf", "c", "p")
+_CONFIDENCE = ("confidence", "score", "visibility", "likelihood", "conf", "c", "p", "v")
 
 
 def read_csv(path: Path) -> Detections:

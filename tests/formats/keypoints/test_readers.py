@@ -40,6 +40,49 @@ def test_a_folder_of_openpose_with_empty_people_and_a_gap(tmp_path: Path) -> Non
     assert any("1 frames are missing" in note for note in found.notes)
 
 
+def test_folders_of_other_programs_with_a_file_to_each_frame(tmp_path: Path) -> None:
+    person = {"keypoints": flat(), "score": 0.9, "category_id": 1}
+    people = {
+        "pifpaf": ("predictions.json", [person], []),
+        "easymocap": ("json", {"annots": [person | {"personID": 0}]}, {"annots": []}),
+    }
+    for program, (suffix, one, nobody) in people.items():
+        (folder := tmp_path / program).mkdir()
+        for frame, content in ((3, one), (4, nobody), (5, one)):
+            write(folder / f"{frame:05d}.{suffix}", content)
+        found = keypoints.read(folder)
+        assert (found.n_frames, found.frame.tolist()) == (3, [0, 2])
+        np.testing.assert_allclose(found.points, [POINTS] * 2)
+    write(folder / "00006.json", [{"image_id": "1.jpg", "keypoints": flat()}])
+    with pytest.raises(InvalidInput, match=r"00006\.json: not a file of OpenPose"):
+        keypoints.read(folder)
+
+
+@pytest.mark.parametrize(
+    ("columns", "more", "who"), [(3, "", ""), (3, " 0.8 7", "7"), (2, " 3", "3"), (2, " 0.8", "")]
+)
+def test_labels_of_poses_of_yolo(tmp_path: Path, columns: int, more: str, who: str) -> None:
+    shares = np.column_stack([POINTS / 200.0, np.full(17, 0.9)])[:, :columns]
+    for frame in (9, 10, 12):
+        line = "0 .5 .5 .2 .6 " + " ".join(map(repr, shares.ravel().tolist())) + more
+        (tmp_path / f"walk_{frame}.txt").write_text(line + "\n", encoding="utf-8")
+    (tmp_path / "classes.txt").write_text("person\n", encoding="utf-8")
+    found = keypoints.read(tmp_path)
+    assert (found.format, found.n_frames, found.frame.tolist()) == ("yolo", 4, [0, 1, 3])
+    assert found.identity.tolist() == [who] * 3
+    np.testing.assert_allclose(found.points, [POINTS / 200.0] * 3)
+    np.testing.assert_allclose(found.confidence, 0.9 if columns == 3 else 1.0)
+    (tmp_path / "walk_13.txt").write_text("0 .5 .5 .2 .6\n", encoding="utf-8")  # of a detector without poses
+    with pytest.raises(InvalidInput, match=r"walk_13\.txt, line 1: not a label of a pose"):
+        keypoints.read(tmp_path)
+
+
+def test_a_long_table_that_numbers_its_landmarks(tmp_path: Path) -> None:
+    lines = [f"{frame},{k},{x},{y}" for frame in (0, 1) for k, (x, y) in enumerate(POINTS.tolist())]
+    (tmp_path / "a.csv").write_text("\n".join(["frame,landmark_id,x,y", *lines, ""]), encoding="utf-8")
+    np.testing.assert_allclose(keypoints.read(tmp_path / "a.csv").points, [POINTS] * 2)
+
+
 def test_alphapose_with_identities_as_lists(tmp_path: Path) -> None:
     rows = [
         {"image_id": f"{frame}.jpg", "keypoints": flat(), "idx": idx, "score": 1.0}
@@ -83,6 +126,7 @@ WRITTEN = {
     "lists alone": [MARKS.tolist()] * 2,
     "objects": [objects("visibility")] * 2,
     "objects of tasks": [{"pose_landmarks": [objects("visibility")]}] * 2,
+    "objects of a browser": [{"poseLandmarks": objects("visibility")}] * 2,
     "named objects": {"frames": [{"keypoints": dict(zip(NAMED, objects("score"), strict=True))}] * 2},
     "objects that are named": [
         {"keypoints": [m | {"name": n} for m, n in zip(objects("score"), NAMED, strict=True)]}

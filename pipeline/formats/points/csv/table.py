@@ -27,7 +27,10 @@ _ROLES = {
         "seconds",
     },
     "frame": {"frame", "frame#", "frame_number", "frame_index", "frame_id"},
-    "point": {"joint", "point", "marker", "name", "label", "landmark", "keypoint"},
+    "point": {
+        *("joint", "point", "marker", "name", "label", "landmark", "keypoint"),
+        *(f"{point}_{number}" for point in ("joint", "landmark", "keypoint") for number in ("id", "index")),
+    },
     "unit": {"unit", "units"},
     "person": {"person", "person_id", "subject", "subject_id", "track", "track_id"},
 }
