@@ -47,8 +47,8 @@ def fetch(
 ) -> FetchReport:
     """Download the files of the table that are missing or wrong, and return what was done with each.
 
-    One connection at a time.  The sha256 of a file that exists is compared.  An interrupted run leaves ``.part``
-    files, which the next run continues.
+    One connection at a time.  The sha256 of a file that exists is compared.  The next run goes on after an interrupted
+    one.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def fetch(
     opener : callable
         Called as ``opener(request, timeout=seconds)``, as ``urllib.request.urlopen`` is.
     progress : callable
-        Called with a `Progress` after every chunk and every file.
+        Called with a `Progress` after every file.
 
     Raises
     ------
