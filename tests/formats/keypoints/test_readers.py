@@ -135,7 +135,7 @@ def test_rate_and_size_beside_a_table(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("title", "unit"), [("time_s", 1), ("time", 1), ("time [ms]", 1000), ("timestamp", 1000)]
+    ("title", "unit"), [("time_s", 1), ("time", 1), ("time [ms]", 1000), ("timestamp", 1000), ("t", 10**7)]
 )
 def test_the_rate_of_a_table_is_that_of_most_steps(tmp_path: Path, title: str, unit: int) -> None:
     times = [unit * time for time in (0.0, 0.04, 0.08, 0.12, 1.2)]
