@@ -113,6 +113,12 @@ def read_folder(path: Path) -> Detections:
     return _detections("openpose", path.name, frames, {})
 
 
+def holds_keypoints(path: Path) -> bool:
+    """Whether a JSON file is more than what is known of a table beside it."""
+    content = load(path)
+    return bool(_listed(content, path.name)) or _is_frame(content)
+
+
 def read(path: Path) -> Detections:
     """Read one JSON file, or a JSON text in each line, by its structure; one frame is no walk."""
     content, where = load(path), path.name
