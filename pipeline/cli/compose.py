@@ -22,7 +22,7 @@ from pipeline.storage.provenance import FOLDERS, versions
 from pipeline.storage.sealed_folders import TYPE, canonical, digest
 from pipeline.studies import registry
 from pipeline.studies.experiment import Experiment
-from pipeline.validation import InvalidInput, require_name
+from pipeline.validation import InvalidInput, require_choice, require_name
 
 _RESULTS = re.compile(r"results=(?!null$)[\w./-]+")
 """A folder on which nothing else in an experiment depends."""
@@ -145,6 +145,8 @@ def _schema() -> str:
 def on_this_machine(experiment: Experiment) -> Experiment:
     """Return a composed experiment with the number of its processes and the names of its folders, validated."""
     mappings.chosen(experiment.skeleton.mapping)  # refuses one that does not exist
+    known = sorted(path.stem for path in (CONF / "paper").glob("*.yaml") if path.stem != "baselines")
+    require_choice("paper", experiment.paper, known)
     data = experiment.data
     if isinstance(data, FolderData):
         if data.name == "folder" and data.path:

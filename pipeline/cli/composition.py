@@ -24,7 +24,7 @@ from omegaconf import OmegaConf
 from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException
 
 from pipeline.cli.overrides import quoted
-from pipeline.cli.presets import CONF, presets
+from pipeline.cli.presets import CONF, presets, split_named
 from pipeline.ingestion.data import DATA_SETS
 from pipeline.studies import registry
 from pipeline.studies.experiment import Experiment, Scale
@@ -73,11 +73,22 @@ def composed(overrides: Sequence[str]) -> Experiment:
         except ValueError as error:
             if isinstance(error, OmegaConfBaseException | InvalidInput):
                 raise
-            raise InvalidInput(str(error), where="conf") from None  # of a file there that is broken
-        return _typed(chosen)
+            where = _not_utf8() if isinstance(error, UnicodeDecodeError) else "conf"
+            raise InvalidInput(str(error), where) from None  # of a file there that is broken
+        return _typed(chosen, overrides)
 
 
-def _typed(composed: Any) -> Experiment:
+def _not_utf8() -> str:
+    """The first file of options whose bytes are no UTF-8."""
+    for path in sorted(CONF.rglob("*.yaml")):
+        try:
+            path.read_text(encoding="utf-8")
+        except UnicodeDecodeError:
+            return f"{path} (save it as UTF-8)"
+    return "conf"
+
+
+def _typed(composed: Any, overrides: Sequence[str]) -> Experiment:
     missing = OmegaConf.missing_keys(composed)
     if "name" in missing:
         raise InvalidInput("no experiment is chosen", expected="experiment=" + "|".join(presets()))
@@ -86,6 +97,11 @@ def _typed(composed: Any) -> Experiment:
     OmegaConf.resolve(composed)
     experiment: Experiment = OmegaConf.to_object(composed)  # type: ignore[assignment]
     _refuse_additions(experiment, "")
+    # Results of a copy that keeps the name of its original would take the original's place.
+    files = split_named(overrides)[0]
+    if files and experiment.name not in files and not any(item.startswith("name=") for item in overrides):
+        where = f"conf/experiment/{files[-1]}.yaml, name"
+        raise InvalidInput("must be that of the file", where, files[-1], experiment.name)
     return experiment
 
 
@@ -155,7 +171,7 @@ def run_hydra(
         settings = HydraConfig.get()
         variant = settings.mode == RunMode.MULTIRUN
         try:
-            experiment = prepared(_typed(composed))
+            experiment = prepared(_typed(composed, settings.overrides.task))
         except InvalidInput as error:
             if variant:
                 raise

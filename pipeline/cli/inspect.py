@@ -261,7 +261,9 @@ def _of_walk(motion: MotionCapture, fit: mappings.Fit, path: Path, options: Insp
         if walk.row["leg_length_mm"] and static_trial.moves(positions) <= static_trial.STILL:
             reason = "nobody moves; it may be the static trial of other recordings"
         found.lines.append(f"not usable as a walk: {reason}")
-        found.lines.append(f"next: {_after_refusal(reason, path, _run(path, options, found.mapping))}")
+        found.lines.append(
+            f"next: {_after_refusal(reason, path, options, _run(path, options, found.mapping))}"
+        )
         return
     found.strides = float(walk.row["strides"])
     found.lines.append(
@@ -284,13 +286,15 @@ def _run(path: Path, options: Inspect, mapping: str) -> str:
     return f"python -m pipeline experiment=zhang2007_fig5 data=folder data.path={folder}{stated} skeleton={skeleton}"
 
 
-def _again(path: Path, option: str) -> str:
+def _again(path: Path, option: str = "") -> str:
     """The command that inspects a recording with an option."""
-    return f"python -m pipeline inspect {shlex.quote(str(path))} {option}"
+    return f"python -m pipeline inspect {shlex.quote(str(path))} {option}".rstrip()
 
 
-def _after_refusal(reason: str, path: Path, run: str) -> str:
+def _after_refusal(reason: str, path: Path, options: Inspect, run: str) -> str:
     """What to do about a recording that is no walk."""
+    if "unit of length" in reason and options.units:
+        return f"{_again(path)}   (without units={options.units})"
     if "unit of length" in reason:
         unit = next((short for name, short in _UNITS.items() if name in reason), "m (or cm, in …)")
         again = f"{_again(path, f'units={unit}')}   (data.units= in runs)"

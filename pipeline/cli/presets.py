@@ -21,8 +21,11 @@ def split_named(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
 
 def first_comment(name: str) -> str:
     """Return the first comment of a preset: paper, figure and what it shows."""
-    lines = (CONF / "experiment" / f"{name}.yaml").read_text(encoding="utf-8").splitlines()
-    return next((line[2:].strip() for line in lines if line.startswith("# ") and "@package" not in line), "")
+    text = (CONF / "experiment" / f"{name}.yaml").read_text(encoding="utf-8", errors="replace")
+    return next(
+        (line[2:].strip() for line in text.splitlines() if line.startswith("# ") and "@package" not in line),
+        "",
+    )
 
 
 def listed() -> str:

@@ -39,7 +39,7 @@ FAR_MM = 0.4 * LEG_MM
 """What lies farther from the walker's joint is not that joint."""
 
 FAR_STRANGE_MM = 0.2 * LEG_MM
-"""The same of a point that bears no name of the joint."""
+"""The same of a point that bears no name of the joint, or a segment's."""
 
 FAR_NAMED_MM = 2 * FAR_MM
 """The same of a point that bears the joint's name."""
@@ -52,10 +52,13 @@ PART_NAMES = {
     "wrist": ("wri", "rad", "uln", "styl", "hand", "poignet"),
     "pelvis": ("pelv", "sacr", "hips", "root", "waist"),
     "hip": ("hip", "hjc", "troch", "asi", "ias", "upleg", "upperleg", "thigh", "hanche"),
-    "knee": ("kne", "condy", "lfc", "fle", "shin", "shank", "lowerleg", "genou", "knie"),
+    "knee": ("kne", "condy", "latcon", "medcon", "lfc", "fle", "shin", "shank", "lowerleg", "genou", "knie"),
     "ankle": ("ank", "mal", "tal", "foot", "cheville", "heel", "calc"),
 }
 """Parts of names by which points of a joint are known."""
+
+SEGMENT = re.compile("thigh|shin|shank")
+"""Those of them that name a segment, whose upper end is the joint and whose markers may be anywhere on it."""
 
 NOT_A_PLACE = re.compile(r"angle|force|moment|power|grf|progress", re.IGNORECASE)
 """Names of results of a model that stand among the points of a C3D file and are no points."""
@@ -227,7 +230,8 @@ class _Body:
             strange = not all(self._bears(k, part) for one in given for k in one)
             if strange and len(joints) == 1 and len(given[0]) == 2:
                 continue  # a left and a right point are a joint in the middle only by their names
-            if max(off) <= (FAR_STRANGE_MM if strange else FAR_NAMED_MM):
+            near = strange or any(SEGMENT.search(self._names[k]) for one in given for k in one)
+            if max(off) <= (FAR_STRANGE_MM if near else FAR_NAMED_MM):
                 ranked.append((float(np.mean(off)) + STRANGE_MM * strange, n, joints, given))
         cost: dict[str, float] = {}
         found = Found()

@@ -35,6 +35,8 @@ class Fit:
         The first point that each of these needs and the recording lacks.
     first_choice : int
         Joints given by the first of their rules.
+    lowered : int
+        Joints put below their points, which a mapping of joints by name need not do.
     points : int
         Points of the recording that are used.
     recognised : bool
@@ -45,6 +47,7 @@ class Fit:
     missing: tuple[str, ...]
     lacking: tuple[str, ...]
     first_choice: int
+    lowered: int
     points: int
     recognised: bool
 
@@ -57,13 +60,14 @@ class Fit:
     def rank(self) -> tuple[int, ...]:
         """What makes one fit better than another, the weightiest first."""
         lower = len(set(LOWER_BODY) - set(self.missing))
-        return (self.usable, lower, len(WALKER15.joints) - len(self.missing), self.points, self.first_choice)
+        joints = len(WALKER15.joints) - len(self.missing)
+        return (self.usable, lower, joints, -self.lowered, self.points, self.first_choice)
 
 
 def fitted(motion: MotionCapture, mapping: SourceMapping) -> Fit:
     """Return how a mapping fits a recording."""
     points = SourcePoints(motion, mapping.points)
-    missing, lacking, first, used = [], [], 0, set()
+    missing, lacking, first, lowered, used = [], [], 0, 0, set()
     for joint in WALKER15.joints:
         rules = mapping.rules(joint)
         try:
@@ -75,9 +79,10 @@ def fitted(motion: MotionCapture, mapping: SourceMapping) -> Fit:
             lacking += [point for found, _ in rules[:1] for point in found if points.find(point) is None][:1]
         else:
             first += rule[0] is rules[0][0]
+            lowered += rule[1] is not None
             used |= {points.index(point) for point in rule[0]}
     recognised = all(points.find(point) is not None for point in mapping.recognised_by)
-    return Fit(mapping, tuple(missing), tuple(dict.fromkeys(lacking)), first, len(used), recognised)
+    return Fit(mapping, tuple(missing), tuple(dict.fromkeys(lacking)), first, lowered, len(used), recognised)
 
 
 def suggest(motion: MotionCapture, mappings: Iterable[SourceMapping]) -> Fit:

@@ -204,6 +204,8 @@ def _rate(given: Input, source: Detections, notes: list[str]) -> float:
         raise InvalidInput(
             "the frame rate is not known", where="input.frame_rate_hz", expected="frames per second"
         )
+    least, most = POSSIBLE["frame_rate_hz"]
+    require_range(f"{Path(given.path).name}, frames a second", rate, at_least=least, at_most=most)
     if source.frame_rate_hz and abs(rate / source.frame_rate_hz - 1) > 0.01:
         notes.append(
             f"The file says {source.frame_rate_hz:g} frames a second; {rate:g} was given and is used."

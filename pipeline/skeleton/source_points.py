@@ -12,7 +12,9 @@ from pipeline.skeleton.source_mapping import Lowering, Rule, SourceMapping
 from pipeline.validation import InvalidInput
 
 _SEPARATORS = re.compile(r"[\W_]+")
-_SIDE_FIRST = re.compile(r"(left|right|lt|rt|l|r)[\W_]+(?=.)|(left|right)(?=[a-z0-9])", re.IGNORECASE)
+_SIDE_FIRST = re.compile(
+    r"(left|right|lt|rt|l|r)[\W_]+(?=.)|(left|right)(?=[a-z0-9])|(?-i:([LR])x(?=[A-Z]))", re.IGNORECASE
+)
 _SIDE_LAST = re.compile(r"(?<=.)[\W_]+(left|right|lt|rt|l|r)$|(?<=[A-Za-z0-9])(Left|Right)$", re.IGNORECASE)
 
 
@@ -21,12 +23,12 @@ def plain_name(name: str) -> str:
 
     Examples
     --------
-    >>> [plain_name(n) for n in ("anna:L_Ank", "Ank.L", "LeftAnk", "LANK", "l ank", "Ball")]
-    ['lank', 'lank', 'lank', 'lank', 'lank', 'ball']
+    >>> [plain_name(n) for n in ("anna:L_Ank", "Ank.L", "LeftAnk", "LANK", "l ank", "LxAnk", "Ball")]
+    ['lank', 'lank', 'lank', 'lank', 'lank', 'lank', 'ball']
     """
     name = name.rsplit(":", 1)[-1].strip()
     if match := _SIDE_FIRST.match(name) or _SIDE_LAST.search(name):
-        side = (match[1] or match[2])[0]
+        side = match[match.lastindex or 0][0]
         name = side + name[: match.start()] + name[match.end() :]
     return _SEPARATORS.sub("", name).lower()
 

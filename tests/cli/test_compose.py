@@ -144,6 +144,11 @@ def test_it_rests_on_the_files_of_options_and_not_on_those_of_papers(
         ("defaults:\n", "conf: .*broken', defaults must be a list"),
         ("name: [a\n", r"while parsing .*broken\.yaml"),
         ("foo: 1\n", "Key 'foo' not in 'Experiment'"),
+        ("title: \udce9\n", r"broken\.yaml \(save it as UTF-8\): 'utf-8' codec can't decode byte 0xe9"),
+        (
+            "defaults:\n  - zhang2004_fig2\n",
+            r"experiment/broken\.yaml, name must be that of the file \(expected broken, got zhang2004_fig2\)",
+        ),
     ],
 )
 def test_a_broken_preset_is_refused_in_a_sentence(
@@ -151,10 +156,19 @@ def test_a_broken_preset_is_refused_in_a_sentence(
 ) -> None:
     shutil.copytree(CONF, tmp_path / "conf")
     monkeypatch.setattr("pipeline.cli.composition.CONF", tmp_path / "conf")
-    (tmp_path / "conf" / "experiment" / "broken.yaml").write_text(f"# @package _global_\n{preset}")
+    (tmp_path / "conf" / "experiment" / "broken.yaml").write_text(
+        f"# @package _global_\n{preset}", encoding="utf-8", errors="surrogateescape"
+    )
     with pytest.raises(Exception) as caught:
         composition.composed(["experiment=broken"])
     assert re.search(words, sentence(caught.value))
+
+
+def test_a_paper_that_does_not_exist_is_refused() -> None:
+    experiment = compose(["experiment=zhang2007_fig5"])
+    experiment.paper = "nobody1999"
+    with pytest.raises(InvalidInput, match=r"paper must be one of .*zhang2007 \(got nobody1999\)"):
+        on_this_machine(experiment)
 
 
 @pytest.mark.parametrize(

@@ -204,6 +204,10 @@ def test_inspect_goes_on_after_a_file_of_two_people(walk: np.ndarray, tmp_path: 
     assert "units=m" in metres.lines[-1]
     (metres,) = inspect([str(tmp_path / "c.c3d"), "units=m"])
     assert metres.strides > 2
+    (wrong,) = inspect([str(tmp_path / "c.c3d"), "units=cm"])
+    assert wrong.lines[-1] == f"next: python -m pipeline inspect {tmp_path / 'c.c3d'}   (without units=cm)"
+    (stated,) = inspect([str(tmp_path / "b.trc"), "units=m"])
+    assert "The file states its unit, mm, which is used, not m." in stated.lines
     (tmp_path / "take.fbx").touch()
     told = summary(tmp_path, [both, one, metres])
     assert told[0] == "2 of 3 files hold walks, of 2 people: b, c"

@@ -82,6 +82,17 @@ def test_legs_alone_are_not_taken_for_a_whole_body(people: np.ndarray) -> None:
     }
 
 
+def test_a_marker_that_is_called_after_a_segment_is_a_joint_at_its_upper_end_alone(
+    people: np.ndarray,
+) -> None:
+    """A shank's marker in the middle of the shank is no knee; a condyle is, by whatever name."""
+    names = [joint.replace("knee", "m") for joint in WALKER15.joints]
+    shanks = (people[1][:, [10, 13]] + people[1][:, [11, 14]]) / 2
+    motion = recorded([*names, "left_shank", "right_shank"], np.concatenate([people[1], shanks], axis=1))
+    told = found(motion)
+    assert (told["left_knee"], told["right_knee"]) == (["left_m"], ["right_m"])
+
+
 def test_a_name_that_lies_far_from_its_joint_is_not_believed(people: np.ndarray) -> None:
     """A point called a knee in front of the body at the height of the pelvis is no knee; the nameless one is."""
     names = [joint.replace("knee", "m") for joint in WALKER15.joints]

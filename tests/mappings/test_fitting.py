@@ -36,6 +36,23 @@ def named(pattern: str, words: dict[str, str]) -> MotionCapture:
     return body(sided | {"head": "Head", "sternum": "Neck", "pelvis": "Hips"})
 
 
+def with_points(motion: MotionCapture, *names: str) -> MotionCapture:
+    """With further points, on the floor."""
+    count = len(names)
+    return dataclasses.replace(
+        motion,
+        names=(*motion.names, *names),
+        positions_mm=np.concatenate([motion.positions_mm, np.zeros((5, count, 3))], axis=1),
+        valid=np.concatenate([motion.valid, np.ones((5, count), dtype=bool)], axis=1),
+    )
+
+
+def renamed(motion: MotionCapture, middle: str) -> MotionCapture:
+    """With the points of the middle, the last three, in small letters and by another pattern."""
+    last = [middle.format(name.lower()) for name in motion.names[-3:]]
+    return dataclasses.replace(motion, names=(*motion.names[:-3], *last))
+
+
 def behind(beginning: str, motion: MotionCapture) -> MotionCapture:
     """The same points, all of whose names begin alike."""
     return dataclasses.replace(motion, names=tuple(beginning + name for name in motion.names))
@@ -52,6 +69,18 @@ MAKEHUMAN = dict(
     zip(PARTS, ("upperleg01", "lowerleg01", "foot", "upperarm01", "lowerarm01", "wrist"), strict=True)
 )
 DEPTH = dict(zip(PARTS, ("Hip", "Knee", "Foot", "Shoulder", "Elbow", "Hand"), strict=True))
+TALKING = dict(zip(PARTS, ("upleg", "leg", "talocrural", "arm", "forearm", "wrist"), strict=True))
+OLD_MAKEHUMAN = dict(zip(PARTS, ("UpLeg", "LoLeg", "Foot", "UpArm", "LoArm", "Hand"), strict=True))
+SOMA = dict(zip(PARTS, ("Leg", "Shin", "Foot", "Arm", "ForeArm", "Hand"), strict=True))
+AUTO_RIG_PRO = dict(
+    zip(
+        PARTS,
+        ("thigh_stretch", "leg_stretch", "foot", "arm_stretch", "forearm_stretch", "hand"),
+        strict=True,
+    )
+)
+MMD = dict(zip(PARTS, ("足", "ひざ", "足首", "腕", "ひじ", "手首"), strict=True))
+MMD_IN_ENGLISH = dict(zip(PARTS, ("leg", "knee", "ankle", "arm", "elbow", "wrist"), strict=True))
 PLAIN = {part: part.capitalize() for part in PARTS}
 ANATOMY = dict(zip(PARTS, ("troch", "condylus", "malleolus", "acromion", "epicond", "styloid"), strict=True))
 
@@ -70,6 +99,28 @@ ANATOMY = dict(zip(PARTS, ("troch", "condylus", "malleolus", "acromion", "epicon
         (named("{S}{word}", DEPTH), "named_joints"),
         (named("{S}{word}", PLAIN), "named_joints"),
         (named("subject:{S}.{word}", PLAIN), "named_joints"),
+        (named("m{word}{side}", PLAIN), "named_joints"),
+        (behind("b_", named("{S}_{word}", TALKING)), "mixamo"),
+        (named("{word}_{S}", OLD_MAKEHUMAN), "bones"),
+        (named("{side}{word}", SOMA), "rokoko"),
+        (with_points(named("{word}.{S}", MMD), "上半身", "下半身", "肩.L", "肩.R"), "mikumikudance"),
+        (
+            with_points(
+                named("{word}_{S}", MMD_IN_ENGLISH), "upper body", "lower body", "shoulder_L", "shoulder_R"
+            ),
+            "mikumikudance",
+        ),
+        (renamed(named("{word}.{S}", AUTO_RIG_PRO), "{}.x"), "auto_rig_pro"),
+        (
+            with_points(
+                renamed(
+                    named("{word}.{S}", {**AUTO_RIG_PRO, "hip": "thigh_twist", "shoulder": "arm_twist"}),
+                    "{}.x",
+                ),
+                *("thigh_stretch.L", "thigh_stretch.R", "arm_stretch.L", "arm_stretch.R"),
+            ),
+            "auto_rig_pro",
+        ),
         (body({joint: joint for joint in WALKER15.joints}), "walker15"),
     ],
 )
@@ -78,7 +129,9 @@ def test_the_family_is_recognised(motion: MotionCapture, family: str) -> None:
     assert (fit.mapping.name, fit.usable, fit.missing) == (family, True, ())
     positions, valid = map_joints(motion, fit.mapping)
     assert valid.all()
-    np.testing.assert_allclose(positions[0, 11], [SIDE[11], 0, HEIGHT[11]])
+    for j, joint in enumerate(WALKER15.joints):
+        if "_" in joint:
+            np.testing.assert_allclose(positions[0, j], [SIDE[j], 0, HEIGHT[j]])
 
 
 def test_without_legs_nothing_fits() -> None:
@@ -169,6 +222,32 @@ def test_epicondyles_of_a_laboratory() -> None:
     assert (fit.mapping.name, fit.usable) == ("helen_hayes", True)
 
 
+@pytest.mark.parametrize(
+    ("sacrum", "pattern", "words"),
+    [
+        ("V.Sacral", "{}.{}", ("ASIS", "Shoulder", "Elbow", "Wrist", "Thigh", "Knee", "Shank", "Ankle", "Heel", "Toe")),
+        ("Psis", "{}x{}", ("Asis", "Should", "Elbow", "Wrist", "Thigh", "LatCon", "Shank", "LatMal", "Heel", "Toe1")),
+    ],
+)  # fmt: skip
+def test_lateral_markers_that_are_called_knee_and_ankle_lie_outside_of_them(
+    sacrum: str, pattern: str, words: tuple[str, ...]
+) -> None:
+    motion = placed([sacrum, *(pattern.format(side, word) for side in "LR" for word in words)])
+    fit = mappings.suggest(motion, mappings.shipped().values())
+    assert (fit.mapping.name, fit.missing) == ("helen_hayes", ("head", "sternum"))
+    knee, other, waist = (motion.positions_mm[:, k] for k in (6, 11, 1))
+    found = map_joints(motion, fit.mapping)[0][:, WALKER15.index("left_knee")]
+    np.testing.assert_allclose(found, knee + 0.24 * (other - waist))
+
+
+def test_joints_that_are_named_are_taken_before_markers_beside_them() -> None:
+    legs = {
+        f"{side}_{part}": f"{side.upper()}_{part.upper()}" for side in ("left", "right") for part in PARTS[:3]
+    }
+    motion = with_points(body(legs), "LEFT_ASIS", "RIGHT_ASIS", "SACRUM", "LEFT_PSIS", "RIGHT_PSIS")
+    assert mappings.suggest(motion, mappings.shipped().values()).mapping.name == "named_joints"
+
+
 def test_markers_of_a_sprinter() -> None:
     fit = mappings.suggest(placed(SPRINTER), mappings.shipped().values())
     assert (fit.mapping.name, fit.missing) == ("rajagopal", ("head",))
@@ -200,7 +279,7 @@ def test_without_a_shoulder_marker_shoulders_are_missing_and_no_others() -> None
 
 def placed(points: list[str]) -> MotionCapture:
     """Points of these names, those of pelvis above those of ankles."""
-    low = [0.0 if "AN" in point.upper() or "MED" in point.upper() else 900.0 for point in points]
+    low = [0.0 if any(word in point.upper() for word in ("AN", "MED", "MAL")) else 900.0 for point in points]
     positions = np.array([[40.0 * k, 10.0 * (k % 3), z] for k, z in enumerate(low)])[None].repeat(3, axis=0)
     valid = np.ones(positions.shape[:2], dtype=bool)
     return MotionCapture(tuple(points), positions, valid, 100.0, "mm")

@@ -125,6 +125,12 @@ def test_an_unknown_rate_is_asked_for_and_a_wrong_one_remarked_on(model: Path, t
     path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
     with pytest.raises(InvalidInput, match="frame rate is not known"):
         reconstruct_clip(given(path, frame_rate_hz=0.0), model)
+    slow = tmp_path / "slow.csv"
+    slow.write_text("time,left_knee_x,left_knee_y\n0,1,2\n1.25,3,4\n", encoding="utf-8")
+    with pytest.raises(
+        InvalidInput, match=r"slow.csv, frames a second must be at least 5 and at most 1000 \(got 0.8\)"
+    ):
+        reconstruct_clip(given(slow, frame_rate_hz=0.0), model)
     walk = reconstruct_clip(given(path, frame_rate_hz=60.0, focal_px=sim.focal_px), model)
     assert walk.frame_rate_hz == 30.0
     assert any("frame rate is taken to be 30 Hz" in note for note in walk.notes)

@@ -6,6 +6,7 @@ frames.  Which joints they are, and who walks, is decided by who asks.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from pipeline.formats.budget import read_one
@@ -25,7 +26,7 @@ READERS = {
 
 
 def read(path: str | Path) -> Detections:
-    """Read keypoints by the suffix of the file, or a folder of OpenPose's files.
+    """Read keypoints by the suffix of the file, or a folder of OpenPose's files or of one table.
 
     Raises
     ------
@@ -34,6 +35,16 @@ def read(path: str | Path) -> Detections:
     """
     path = Path(path)
     if path.is_dir():
+        inside = sorted(
+            file for file in path.iterdir() if file.suffix.lower() in READERS and file.name[0] != "."
+        )
+        tables = [file for file in inside if file.suffix.lower() != ".json"]
+        beside = [file for file in inside if file not in tables]
+        if len(tables) == 1 and not any(map(people_json.holds_keypoints, beside)):
+            found = read(tables[0])
+            aside = ", ".join(file.name for file in beside) or "none"
+            note = f"Of the folder {tables[0].name} is read; files without keypoints beside it: {aside}."
+            return replace(found, notes=(note, *found.notes))
         return read_one(path, people_json.read_folder)
     if not path.is_file():
         raise damaged("there is no such file or folder", str(path))

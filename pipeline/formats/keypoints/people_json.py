@@ -135,6 +135,12 @@ def _labelled(path: Path) -> list[dict[str, Any]]:
     return people
 
 
+def holds_keypoints(path: Path) -> bool:
+    """Whether a JSON file is more than what is known of a table beside it."""
+    content = load(path)
+    return bool(_listed(content, path.name)) or _is_frame(content)
+
+
 def read(path: Path) -> Detections:
     """Read one JSON file, or a JSON text in each line, by its structure; one frame is no walk."""
     content, where = load(path), path.name

@@ -14,6 +14,7 @@ from pipeline.formats.keypoints.people_json import load, settings
 from pipeline.formats.points import trc
 from pipeline.formats.points.cells import Rows
 from pipeline.formats.points.csv.table import coordinates, read_table, role_of, set_to_seconds
+from pipeline.formats.points.even_times import unit_of_times
 
 _CONFIDENCE = ("confidence", "score", "visibility", "likelihood", "conf", "c", "p", "v")
 
@@ -36,9 +37,10 @@ def read_csv(path: Path) -> Detections:
         times = table.numbers([roles["time"]])
         steps = np.diff(np.unique(times[np.isfinite(times)]))
         step = float(np.median(steps)) if len(steps) else np.inf
-        rate = (
-            1000.0 if 1.5 < step < np.inf else 1.0
-        ) / step  # milliseconds, else less than a frame a second
+        unit = unit_of_times(step) if 1.5 < step < np.inf else ("seconds", 1.0)
+        rate = unit[1] / step if unit else 0.0
+        if step > 1.5 and unit:
+            table.notes.append(f"The times are taken as {unit[0]}.")
     columns: dict[str, dict[str, int]] = {}
     for point, kind, _, number in coordinates(table.header, "xy", _CONFIDENCE):
         columns.setdefault(point, {})[kind if kind in "xy" else "confidence"] = number

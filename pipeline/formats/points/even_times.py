@@ -13,6 +13,31 @@ _GAP = 2.5
 """Intervals longer than so many typical ones are gaps: nothing is interpolated across them."""
 
 
+_SKIPPED = 10
+"""Frames from row to row that are no gaps: the times contradict the rate that is declared."""
+
+_UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "ticks of 100 ns": 1e7, "nanoseconds": 1e9}
+_LONGEST = {"milliseconds": 1.5e3, "microseconds": 5e4, "ticks of 100 ns": 2e6, "nanoseconds": np.inf}
+"""Steps up to which times are in these units."""
+
+
+def unit_of_times(step: float, declared_hz: float | None = None) -> tuple[str, float] | None:
+    """Return the unit of times that are not in seconds, and how many of it a second has; None if it may be two.
+
+    Parameters
+    ----------
+    step : float
+        Typical difference of two frames, more than a second.
+    declared_hz : float or None
+        Decides, if a unit gives it within a tenth.
+    """
+    by_rate = (unit for unit, size in _UNITS.items() if abs(step * (declared_hz or 0.0) / size - 1) < 0.1)
+    unit = next(by_rate, "") or next(unit for unit, longest in _LONGEST.items() if step <= longest)
+    if declared_hz is None and _LONGEST["microseconds"] < step < 2e5:
+        return None  # 5 to 20 Hz in microseconds, or 50 to 200 in ticks
+    return unit, _UNITS[unit]
+
+
 def at_equal_intervals(
     times_s: np.ndarray,
     positions: np.ndarray,
@@ -53,8 +78,16 @@ def at_equal_intervals(
             )
         return positions, declared_hz
     if len(steps) > 1 and steps.min() > 1.5:
-        unit, size = ("microseconds", 1e6) if 1.5e3 < steps.min() < 2e5 else ("milliseconds", 1e3)
-        notes.append(f"The times are taken as {unit}: frames are {np.median(steps):g} apart.")
+        step = float(np.median(steps))
+        if (found := unit_of_times(step, declared_hz)) is None:
+            raise damaged(
+                "times may be microseconds or ticks of 100 ns",
+                place(1),
+                "the option frame_rate_hz",
+                f"frames {step:g} apart",
+            )
+        unit, size = found
+        notes.append(f"The times are taken as {unit}: frames are {step:g} apart.")
         times_s, steps = times_s / size, steps / size
     mean, duration = float(steps.mean()), float(times_s[-1] - times_s[0])
     # Times that are uniform as they are printed are exact.
@@ -67,6 +100,8 @@ def at_equal_intervals(
     frames = np.maximum(np.round(steps * rate), 1)
     off = np.abs(steps * rate - frames)
     span = frames.sum()
+    if len(frames) > 2 and (skipped := float(np.median(frames))) > _SKIPPED:
+        span /= skipped
     if declared_hz is not None and abs(span / (duration * rate) - 1) > 0.01 + rounding * rate / span:
         raise damaged(
             "the times contradict the frame rate of the header or the option",

@@ -46,7 +46,7 @@ class KeypointLaboratoriesFigure(KeypointFigure):
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """Errors of joints and knees by laboratory; coverage of 95 % bars as computed and calibrated."""
-        words = {name: name for name in tables["table"]["laboratory"]}
+        words = {name: name.replace("_", " ") for name in tables["table"]["laboratory"]}
         chart = partial(Chart, x="laboratory", words=words)
         covered = partial(
             chart,

@@ -176,10 +176,18 @@ def test_rate_and_size_beside_a_table(tmp_path: Path) -> None:
     write(tmp_path / "a.json", {"fps": 25, "width": 640, "height": 480})
     found = keypoints.read(tmp_path / "a.csv")
     assert (found.frame_rate_hz, found.image_size) == (25.0, (640, 480))
+    folder = keypoints.read(tmp_path)
+    assert (folder.frame_rate_hz, folder.points.tolist()) == (25.0, found.points.tolist())
+    assert folder.notes[0] == "Of the folder a.csv is read; files without keypoints beside it: a.json."
+    write(
+        tmp_path / "a.json",
+        [{"image_id": 0, "keypoints": [1, 2, 1]}, {"image_id": 1, "keypoints": [3, 4, 1]}],
+    )
+    assert keypoints.read(tmp_path).format == "alphapose"
 
 
 @pytest.mark.parametrize(
-    ("title", "unit"), [("time_s", 1), ("time", 1), ("time [ms]", 1000), ("timestamp", 1000)]
+    ("title", "unit"), [("time_s", 1), ("time", 1), ("time [ms]", 1000), ("timestamp", 1000), ("t", 10**7)]
 )
 def test_the_rate_of_a_table_is_that_of_most_steps(tmp_path: Path, title: str, unit: int) -> None:
     times = [unit * time for time in (0.0, 0.04, 0.08, 0.12, 1.2)]

@@ -168,6 +168,31 @@ def test_times_that_would_be_too_slow_are_parts_of_a_second(tmp_path: Path, unit
     assert motion.notes == (f"The times are taken as {unit}: frames are 10{zeros} apart.",)
 
 
+def test_ticks_and_nanoseconds_and_what_may_be_two_units(tmp_path: Path) -> None:
+    motion = read(tmp_path, WIDE.replace("0.01", "333333").replace("0.02", "666667"))
+    assert motion.frame_rate_hz == pytest.approx(30, rel=1e-5)
+    assert motion.notes == ("The times are taken as ticks of 100 ns: frames are 333334 apart.",)
+    ticks = WIDE.replace("0.01", "100000").replace("0.02", "200000")
+    with pytest.raises(
+        InvalidInput, match=r"microseconds or ticks of 100 ns \(expected the option frame_rate_hz"
+    ):
+        read(tmp_path, ticks)
+    assert_is_the_example(read(tmp_path, ticks, frame_rate_hz=100.0))
+    late = read(tmp_path, WIDE.replace("0.01", "1000000000").replace("0.02", "2000000000"))
+    assert (late.frame_rate_hz, late.notes) == (
+        1.0,
+        ("The times are taken as nanoseconds.",),
+    )
+
+
+def test_a_rate_of_which_most_frames_would_be_missing_contradicts_the_times(tmp_path: Path) -> None:
+    text = WIDE.replace("0.01", "0.75").replace("0.02", "1.5") + "2.25" + WIDE.splitlines()[-1][4:] + "\n"
+    with pytest.raises(
+        InvalidInput, match=r"contradict the frame rate .*expected 120 Hz, received 1\.333 Hz"
+    ):
+        read(tmp_path, text, frame_rate_hz=120.0)
+
+
 @pytest.mark.parametrize("unit", MILLIMETRES)
 def test_units_by_option_by_column_name_and_by_column(tmp_path: Path, unit: str) -> None:
     column = LONG.replace("x,y,z", "x,y,z,unit").replace("\n", f",{unit}\n").replace(f"unit,{unit}", "unit")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any, cast
 
 import numpy as np
 import pandas as pd
@@ -16,6 +17,7 @@ from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.samples import FourierDataset, FourierSamples
 from pipeline.studies.study import SweepInputs
 from pipeline.studies.walks.anatomical_model import AnatomicalModel
+from pipeline.studies.walks.figures.laboratories import LearningCurves
 from pipeline.studies.walks.sweeps.held_out import People as Everybody
 from pipeline.studies.walks.sweeps.laboratories import (
     LABORATORY,
@@ -126,3 +128,10 @@ def test_curves_have_as_many_people_as_everybody_has(measured: LaboratoryErrors)
     assert curve.loc[curve["left_out"] == "laboratory", "people"].max() <= PEOPLE // 2
     spanned = curve[curve["method"] == "map_tuned"].groupby(["left_out", "people"])["spanned_percent"].mean()
     assert spanned["person"].is_monotonic_increasing
+
+
+def test_laboratories_are_written_as_words_and_shares_are_called_so() -> None:
+    tables = {"table_sources": pd.DataFrame({"tested": ["laboratory_1"]})}
+    bars = [chart for chart in LearningCurves().charts(cast(Any, None), tables).charts if chart.x == "tested"]
+    assert all(chart.words == {"laboratory_1": "laboratory 1"} for chart in bars)
+    assert all(("share" in chart.label) == chart.y.startswith("covered") for chart in bars)

@@ -14,6 +14,7 @@ import numpy as np
 
 from pipeline.formats.contract import damaged
 from pipeline.formats.points.cells import NOTHING, Rows
+from pipeline.formats.points.even_times import unit_of_times
 from pipeline.formats.text import LENGTHS, number, read_text, unit_of
 
 _MILLISECONDS = ("_ms", "_msec", "_milliseconds")
@@ -281,9 +282,16 @@ def set_to_seconds(table: Rows, column: int) -> None:
     else:
         times = np.array(list(map(number, words)))
     first = times[0] if len(times) and 1e9 <= abs(times[0]) < np.inf else 0.0
+    digits = 3 * (scale == 0.001)
+    seen = np.unique(times[np.isfinite(times)]) - first
+    # More than numbers of a table may be.
+    large = scale == 1.0 and len(seen) > 1 and seen[-1] >= 1e9
+    if large and (unit := unit_of_times(float(np.median(np.diff(seen))))):
+        table.notes.append(f"The times are taken as {unit[0]}.")
+        scale, digits = 1 / unit[1], 9
     if scale == 1.0 and not first:
         return
-    decimals = max(len(word.partition(".")[2]) for word in words) + 3 * (scale == 0.001)
+    decimals = max(len(word.partition(".")[2]) for word in words) + digits
     for row, time in zip(table.cells, times, strict=True):
         if np.isfinite(time):
             row[column] = f"{(time - first) * scale:.{decimals}f}".replace(

@@ -67,7 +67,7 @@ class LearningCurves(Figure):
             Chart, x="people", y="absolute_error_mm2", by="method", styles=CURVES, zero=True,
             x_label="people learnt from", label="mean square error",
         )  # fmt: skip
-        words = {name: name for name in tables["table_sources"]["tested"]}
+        words = {name: name.replace("_", " ") for name in tables["table_sources"]["tested"]}
         bars = partial(
             Chart, table="table_sources", x="tested", by="method", styles=BARS, words=words,
             where={"learnt_from": LABORATORY},
@@ -86,8 +86,8 @@ class LearningCurves(Figure):
                 name="error_of_further_mm2", page=False, picture=False,
             ),
             bars(y="absolute_error_mm2", label="mean square error, laboratory left out", zero=True),
-            covered(y="covered_95", label="within 95 % bars, as computed"),
-            covered(y="covered_95_calibrated", label="within 95 % bars, calibrated"),
+            covered(y="covered_95", label="share within 95 % bars, as computed"),
+            covered(y="covered_95_calibrated", label="share within 95 % bars, calibrated"),
         ]  # fmt: skip
         return Sheet(
             charts=charts,
