@@ -153,14 +153,15 @@ def _directions(vectors: np.ndarray) -> np.ndarray:
 def _least_turn(before: np.ndarray, after: np.ndarray) -> np.ndarray:
     """The rotations (T, 3, 3) by the smallest angle from one direction (T, 3) to the other; none where one is zero."""
     a, b = _directions(before), _directions(after)
-    axis, cosine = np.cross(a, b), np.einsum("ti,ti->t", a, b)
+    axis, plus = (
+        np.cross(a, b),
+        0.5 * ((a + b) ** 2).sum(axis=1),
+    )  # 1 + the cosine, to all digits if it is small
     cross = np.zeros((len(a), 3, 3))
     cross[:, [2, 0, 1], [1, 2, 0]] = axis
     cross[:, [1, 2, 0], [2, 0, 1]] = -axis
-    turnable = (
-        (cosine > -1 + 1e-9) & a.any(axis=1) & b.any(axis=1)
-    )  # opposite directions have no smallest turn
-    share = np.where(turnable, 1.0 / np.where(turnable, 1.0 + cosine, 1.0), 0.0)
+    turnable = (plus > 1e-8) & a.any(axis=1) & b.any(axis=1)  # opposite directions have no smallest turn
+    share = np.where(turnable, 1.0 / np.where(turnable, plus, 1.0), 0.0)
     turn: np.ndarray = np.eye(3) + turnable[:, None, None] * cross + share[:, None, None] * (cross @ cross)
     return turn
 
