@@ -43,10 +43,10 @@ class InvalidInput(ValueError):
     what : str
         What is wrong, e.g. ``"the file is truncated"``; or, of an option, what it must be, e.g.
         ``"must be at least 1"``.
-    where : str
+    where : object
         The file, option or clip, e.g. ``"walk.c3d, byte 512"``.
     expected, received : object
-        What would have been right, and what came instead; both optional, shown as text.
+        What would have been right, and what came instead.  All three are optional, and shown as text.
 
     Examples
     --------
@@ -56,8 +56,8 @@ class InvalidInput(ValueError):
     sweep.trials must be at least 1 (got 0)
     """
 
-    def __init__(self, what: str, where: str = "", expected: object = "", received: object = "") -> None:
-        where, expected, received = _short(where), str(expected), _short(str(received))
+    def __init__(self, what: str, where: object = "", expected: object = "", received: object = "") -> None:
+        where, expected, received = _short(str(where)), str(expected), _short(str(received))
         if where and what.startswith("must "):
             sentence, got = f"{where} {what}", "got"
         else:
@@ -194,7 +194,7 @@ def require_choice(name: str, value: Value, choices: Iterable[Value]) -> Value:
     if value not in allowed:
         words = [str(choice) for choice in allowed]
         listed = " or ".join(words) if len(words) < 3 else f"one of {', '.join(words)}"
-        raise InvalidInput(f"must be {listed}", name, received=str(value))
+        raise InvalidInput(f"must be {listed}", name, received=value)
     return value
 
 
@@ -342,7 +342,7 @@ def require_shape(name: str, array: Any, shape: Sequence[int | str | None]) -> n
     if not fits:
         pattern = ", ".join("any" if size is None else str(size) for size in shape)
         pattern += "," if len(shape) == 1 else ""
-        raise InvalidInput(f"must have shape ({pattern})", name, received=str(array.shape))
+        raise InvalidInput(f"must have shape ({pattern})", name, received=array.shape)
     return array
 
 

@@ -75,11 +75,11 @@ def recordings(source: Path) -> list[Path]:
     if source.is_file():
         return [source]
     if not source.is_dir():
-        raise InvalidInput("there is no such file or folder", where=str(source))
+        raise InvalidInput("there is no such file or folder", where=source)
     found = sorted(p for p in source.rglob("*") if p.suffix.lower() in formats.READERS and p.is_file())
     if not found:
         expected = "files ending in " + " ".join(formats.READERS)
-        raise InvalidInput("no motion capture in the folder", where=str(source), expected=expected)
+        raise InvalidInput("no motion capture in the folder", where=source, expected=expected)
     return found
 
 

@@ -125,18 +125,16 @@ class FigureWalkers:
             "unmeasured",
         }
         if not path.is_file():
-            raise InvalidInput(
-                "this is no folder of a figure", where=str(folder), expected="arrays.npz in it"
-            )
+            raise InvalidInput("this is no folder of a figure", where=folder, expected="arrays.npz in it")
         try:
             with np.load(path, allow_pickle=False) as stored:
                 self._arrays = {name: stored[name] for name in stored.files}
         except (ValueError, OSError, KeyError):
-            raise InvalidInput("is damaged", where=str(path), expected="the figure, made anew") from None
+            raise InvalidInput("is damaged", where=path, expected="the figure, made anew") from None
         if lacking := needed - set(self._arrays):
             received = f"arrays.npz without {', '.join(sorted(lacking))}"
             what = "this figure holds no reconstructed motion"
-            raise InvalidInput(what, where=str(folder), expected=FIGURES, received=received)
+            raise InvalidInput(what, where=folder, expected=FIGURES, received=received)
 
     def original(self, name: str) -> Walk:
         """Return a walker as recorded; the first if none is named."""
@@ -263,12 +261,12 @@ def _longest(
     table = tables.read(path)
     if lacking := {"stretch", "time_s", "x", "y", "z"} - set(table):
         received = f"no column {sorted(lacking)[0]}"
-        raise InvalidInput("is no table of `reconstruct`", where=str(path), received=received)
+        raise InvalidInput("is no table of `reconstruct`", where=path, received=received)
     numbers, counts = np.unique(table["stretch"], return_counts=True)
     rows = table["stretch"] == numbers[counts.argmax()]
     count = int(rows.sum())
     if count % len(WALKER15.joints) or count < 2 * len(WALKER15.joints):
-        raise InvalidInput("a frame is incomplete", where=str(path), received=f"{count} rows")
+        raise InvalidInput("a frame is incomplete", where=path, received=f"{count} rows")
     positions = np.column_stack([table[axis][rows] for axis in "xyz"]).reshape(-1, len(WALKER15.joints), 3)
     times = table["time_s"][rows][:: len(WALKER15.joints)]
     rate = (len(times) - 1) / float(times[-1] - times[0])

@@ -177,7 +177,7 @@ def finish(
         If the folder does not exist.
     """
     if not path_stem.parent.is_dir():
-        raise InvalidInput("the folder of the figure does not exist", where=str(path_stem.parent))
+        raise InvalidInput("the folder of the figure does not exist", where=path_stem.parent)
     engine = figure.get_layout_engine()
     assert isinstance(engine, ConstrainedLayoutEngine)
     header = _legend_above(figure, handles) if handles else 0.0

@@ -48,9 +48,7 @@ def draw_tallies(
     """
     require_range(f"{path_stem}, rows", len(rows), at_least=1)
     if unknown := {kind for _, counts in rows for kind in counts} - set(colours):
-        raise InvalidInput(
-            "kinds without a colour", where=str(path_stem), received=", ".join(sorted(unknown))
-        )
+        raise InvalidInput("kinds without a colour", where=path_stem, received=", ".join(sorted(unknown)))
     shown = [kind for kind in colours if any(counts.get(kind) for _, counts in rows)]
     most = max(sum(counts.values()) for _, counts in rows)
     with look.applied_style():

@@ -75,7 +75,7 @@ def draw_walking(
         for part in (walker.seen, walker.original, walker.reconstructed)
     )
     if len(original) % len(seen):
-        raise InvalidInput("a walker that does not go around", where=str(path), expected="whole cycles")
+        raise InvalidInput("a walker that does not go around", where=path, expected="whole cycles")
     pairs = np.asarray(bones)
     if still is not None:
         seen, original, again = seen[[still % len(seen)]], original[[still]], again[[still]]

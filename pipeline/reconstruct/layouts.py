@@ -61,9 +61,7 @@ def load(path: Path) -> Layout:
     content = read_mapping(path)
     points = tuple(content["points"])
     if len(points) != content["count"] or len(set(points)) != len(points):
-        raise InvalidInput(
-            "must list each point once", where=f"{path.name}, points", received=str(len(points))
-        )
+        raise InvalidInput("must list each point once", where=f"{path.name}, points", received=len(points))
     joints: dict[str, tuple[str, ...]] = {joint: (joint,) for joint in WALKER15.joints if joint in points}
     joints["head"] = tuple(require_choice(f"{path.name}, head", point, points) for point in content["head"])
     for derived in ("sternum", "pelvis"):  # middles of others, unless simulated
@@ -155,11 +153,11 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
     if wanted:
         if len(known[wanted].points) != used:
             what, expected = "the number of points is not that of input.layout", len(known[wanted].points)
-            raise InvalidInput(what, expected=f"{expected} for {wanted}", received=str(K))
+            raise InvalidInput(what, expected=f"{expected} for {wanted}", received=K)
         return known[wanted], np.arange(len(known[wanted].points)), f"{wanted}: as input.layout says"
     if not fitting:
         counts = ", ".join(sorted({f"{len(layout.points)} ({layout.name})" for layout in known.values()}))
-        raise InvalidInput("no layout has this number of points", expected=counts, received=str(K))
+        raise InvalidInput("no layout has this number of points", expected=counts, received=K)
     scores = [_upright(layout, found.points) for layout in fitting]
     best = fitting[int(np.argmax(scores))]
     why = f"{best.name}: {K} points"

@@ -86,7 +86,7 @@ def write_page(
     if len(content) > most:
         raise InvalidInput(
             "the page would be too large to send",
-            where=str(to / PAGE),
+            where=to / PAGE,
             expected=f"at most {most} bytes",
             received=f"{len(content)}, {pictures} of them of pictures",
         )

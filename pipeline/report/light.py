@@ -102,9 +102,9 @@ def keep_light(folder: Path, target: Path, figures: Sequence[str], **traced: Any
         if total > MOST_BYTES:
             raise InvalidInput(
                 "the light archive would be too large",
-                where=str(target),
+                where=target,
                 expected=f"at most {MOST_BYTES} bytes",
-                received=str(total),
+                received=total,
             )
     kinds: Counter[str] = Counter()
     for name, size in sizes.items():

@@ -104,7 +104,7 @@ def write_walk_page(path: Path, page: WalkPage) -> None:
     if len(content) > MOST_BYTES:
         raise InvalidInput(
             "the page would be too large", where=path.name, expected=f"at most {MOST_BYTES} bytes",
-            received=str(len(content)),
+            received=len(content),
         )  # fmt: skip
     path.write_bytes(content)
 

@@ -109,7 +109,7 @@ def compare_again(kept: Path, made: Path) -> list[Agreement]:
     for name, most in _stated(kept).items():
         allowed[name] = min(most, allowed.get(name, most))
     if not allowed:
-        raise InvalidInput("no table to compare", where=str(kept))
+        raise InvalidInput("no table to compare", where=kept)
     found = [_compared(kept, made, name, most) for name, most in allowed.items()]
     if (kept / CLAIMS).is_file() or (made / CLAIMS).is_file():
         found.append(_verdicts(kept, made, max(allowed.values())))
@@ -146,7 +146,7 @@ def _verdicts(kept: Path, made: Path, most: float) -> Agreement:
         if lacking := [name for name in ANSWERS for row in rows.values() if name not in row]:
             raise InvalidInput(
                 "claims of another rule",
-                where=str(folder / CLAIMS),
+                where=folder / CLAIMS,
                 expected=", ".join(dict.fromkeys(lacking)),
             )
     largest = 0.0

@@ -119,7 +119,7 @@ def figures_of_run(run: Path) -> tuple[str, list[str]]:
     data = {str(folders.read_manifest(figure).get("data")) for figure in found}
     if len(data) != 1:
         what = "figures of several data sets" if data else "no finished figure is there"
-        raise InvalidInput(what, where=str(run), received=", ".join(sorted(data)))
+        raise InvalidInput(what, where=run, received=", ".join(sorted(data)))
     return data.pop(), [figure.relative_to(run).as_posix() for figure in found]
 
 
@@ -175,7 +175,7 @@ def traced_files(
     if not lock.is_file():
         raise InvalidInput("the lock file is missing", where=lock.name)
     if not figures:
-        raise InvalidInput("no figure is expected, so there is nothing to keep", where=str(source))
+        raise InvalidInput("no figure is expected, so there is nothing to keep", where=source)
     for figure in sorted(set(figures)):
         check_figure(source / figure, commit=commit, lock=lock, scale=scale, current=figure in current)
     beside = {path.name: path for path in sorted(source.glob("*.csv"))}
@@ -191,7 +191,7 @@ def verify(archive: Path) -> list[str]:
         If the folder is no archive, or its list of checksums cannot be understood.
     """
     if not (archive / CHECKSUMS).is_file():
-        raise InvalidInput("this is no archive", where=str(archive), expected=f"a folder with {CHECKSUMS}")
+        raise InvalidInput("this is no archive", where=archive, expected=f"a folder with {CHECKSUMS}")
     sums = _read_sums(archive)
     problems = []
     for name, expected in sorted(sums.items()):
@@ -265,9 +265,7 @@ def _listed(folder: Path) -> list[str]:
     names = sorted(json.loads((folder / folders.MANIFEST).read_bytes())["files"])
     for name in names:
         if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts:
-            raise InvalidInput(
-                "the manifest lists a file outside its folder", where=str(folder), received=name
-            )
+            raise InvalidInput("the manifest lists a file outside its folder", where=folder, received=name)
     return [*names, folders.MANIFEST]
 
 

@@ -289,7 +289,7 @@ def _cells(path: Path, sha256: str | None = None) -> dict[str, Sequence[str]]:
         if sha256 is not None and (received := digest(content)) != sha256:
             raise InvalidInput(
                 "the table was changed after it was published",
-                where=str(path),
+                where=path,
                 expected=f"sha256 {sha256[:12]}…",
                 received=f"{received[:12]}…",
             )
@@ -310,13 +310,13 @@ def _cells(path: Path, sha256: str | None = None) -> dict[str, Sequence[str]]:
                         "a row is not as long as the header",
                         where=f"{path.name}, line {reader.line_num}",
                         expected=f"{len(header)} cells",
-                        received=str(len(row)),
+                        received=len(row),
                     )
                 rows.append(row)
             columns = [[row[i] for row in rows] for i in range(len(header))]
     except (OSError, EOFError, zlib.error) as error:
         what = f"cannot read the table: {getattr(error, 'strerror', '') or error}"
-        raise InvalidInput(what, where=str(path)) from error
+        raise InvalidInput(what, where=path) from error
     except UnicodeDecodeError as error:
         raise InvalidInput("the table is not UTF-8 text", where=f"{path.name}, byte {error.start}") from error
     except csv.Error as error:
