@@ -151,12 +151,12 @@ class _Queue:
             "job_name": task.name,
             "time": options.minutes or 20 + math.ceil(task.cost_s / 6 / options.cores),
             "cpus_per_task": options.cores,
-            "partition": options.partition or None,
-            "account": options.account or None,
-            "mem": f"{math.ceil(options.memory_gb * 1024)}MB" if options.memory_gb else None,
-            "dependency": "afterany:" + ":".join(after) if after else None,
+            "partition": options.partition,
+            "account": options.account,
+            "mem": options.memory_gb and f"{math.ceil(options.memory_gb * 1024)}MB",
+            "dependency": after and "afterany:" + ":".join(after),
         }
-        executor.update_parameters(**{name: value for name, value in wanted.items() if value is not None})
+        executor.update_parameters(**{name: value for name, value in wanted.items() if value})
         mine = dataclasses.replace(task.experiment, workers=options.cores)
         work = _Work(dataclasses.replace(task, experiment=mine), folder)
         try:

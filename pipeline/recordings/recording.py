@@ -130,13 +130,13 @@ class Recording:
         thickness_mm: float = 7.0,
         estimated: np.ndarray | None = None,
     ) -> None:
-        """Add a moving skeleton in space: joints as points and bones as line strips, on one entity.
+        """Add a moving skeleton in space or in an image: joints as points and bones as line strips, on one entity.
 
         Parameters
         ----------
         entity : str
             E.g. ``"world/original/walker_07"``.
-        positions_mm : (T, J, 3) float
+        positions_mm : (T, J, 3) or, in an image, right and up, (T, J, 2) float
             Millimetres; NaN hides a joint and its bones.
         bones : sequence of (int, int)
             Pairs of joints.
@@ -147,40 +147,44 @@ class Recording:
         thickness_mm : float
             Radius of the bones; the joints' is half as large again.
         estimated : (J,) bool, optional
-            Joints that nobody measured, drawn hollow: spheres of wire on the entity ``<entity>/estimated``.
+            Joints that nobody measured, drawn hollow on the entity ``<entity>/estimated``: spheres of wire, in an
+            image rings, which are discs with one of the ground's colour over them.
 
         Raises
         ------
         InvalidInput
             If shapes, bones or timelines do not fit, or the entity has been used.
         """
-        archetypes = (rr.Points3D, rr.LineStrips3D)
-        self._body(entity, positions_mm, bones, index, colour, thickness_mm, archetypes, estimated)
+        space = 2 if np.shape(positions_mm)[-1:] == (2,) else 3
+        points: Any = rr.Points2D if space == 2 else rr.Points3D
+        strips: Any = rr.LineStrips2D if space == 2 else rr.LineStrips3D
+        joints, ends, extent = body(entity, positions_mm, bones, space)
+        columns = self._claim(entity, extent, index, len(joints))
+        colours, radius = rgb(entity, colour), thickness_mm * METRES
+        radii: float | np.ndarray = 1.5 * radius
+        if estimated is not None:  # in space, only the ends of the bones are left of those nobody measured
+            flags = require_shape(f"{entity}, estimated", estimated, (joints.shape[1],)).astype(bool)
+            radii = np.where(flags, 0.0 if space == 3 else RING * radius, radii)
+        self._static(entity, points.from_fields(colors=colours, radii=radii))
+        self._static(entity, strips.from_fields(colors=colours, radii=radius))
+        dots = partitioned(points.columns(positions=joints.reshape(-1, space)), *joints.shape[:2])
+        lines = partitioned(strips.columns(strips=ends.reshape(-1, 2, space)), *ends.shape[:2])
+        self._stream.send_columns(entity, indexes=columns, columns=[*dots, *lines])
+        if estimated is not None and flags.any():
+            part = f"{entity}/estimated"
+            style, columns_of, extent = hollow_joints(part, positions_mm[:, flags], colour, thickness_mm)
+            times = self._claim(part, extent, index, len(joints))
+            self._static(part, style)
+            self._stream.send_columns(part, indexes=times, columns=columns_of)
 
-    def image_points(
-        self,
-        entity: str,
-        points_mm: np.ndarray,
-        bones: Sequence[tuple[int, int]] = WALKER15.bones,
-        *,
-        index: Mapping[str, np.ndarray],
-        colour: str = "original",
-        thickness_mm: float = 7.0,
-        estimated: np.ndarray | None = None,
-    ) -> None:
-        """Add a moving skeleton in an image, `points_mm` (T, J, 2) right and up; the rest as `skeleton`.
-
-        Joints that nobody measured are rings: discs with one of the ground's colour over them.
-        """
-        archetypes = (rr.Points2D, rr.LineStrips2D)
-        self._body(entity, points_mm, bones, index, colour, thickness_mm, archetypes, estimated)
+    image_points = skeleton
+    """The same, where it is said that the points are those of an image."""
 
     def camera(
         self,
         entity: str,
         matrix: np.ndarray,
         image_mm: np.ndarray,
-        bones: Sequence[tuple[int, int]] = WALKER15.bones,
         *,
         index: Mapping[str, np.ndarray],
         distance_mm: float,
@@ -194,15 +198,13 @@ class Recording:
             A homogeneous point of the world, mm, to one of the image, whose middle is the origin.
         image_mm : (T, J, 2) float
             What it saw, right and up, at a distance.
-        bones : sequence of (int, int)
-            Pairs of joints.
         index : mapping of str to (T,) array
             As `skeleton`.
         distance_mm : float
             That distance.
         """
         half = 1.1 * np.nanmax(np.abs(image_mm), axis=(0, 1))
-        self.image_points(f"{entity}/seen", image_mm + half * [1.0, -1.0], bones, index=index)
+        self.skeleton(f"{entity}/seen", image_mm + half * [1.0, -1.0], index=index)
         turned = require_finite(entity, require_shape(entity, matrix, (len(image_mm), 3, 4)))[..., :3]
         centre = -np.linalg.solve(turned, matrix[..., 3:])[..., 0] * METRES
         axes = turned / np.linalg.norm(turned, axis=-1, keepdims=True)  # right, down, away
@@ -218,38 +220,6 @@ class Recording:
         self._static(entity, pinhole)
         placed = rr.Transform3D.columns(translation=centre, mat3x3=axes.swapaxes(-1, -2))
         self._stream.send_columns(entity, indexes=columns, columns=placed)
-
-    def _body(
-        self,
-        entity: str,
-        positions_mm: np.ndarray,
-        bones: Sequence[tuple[int, int]],
-        index: Mapping[str, np.ndarray],
-        colour: str,
-        thickness_mm: float,
-        archetypes: tuple[Any, Any],
-        estimated: np.ndarray | None,
-    ) -> None:
-        points, strips = archetypes
-        space = 3 if points is rr.Points3D else 2
-        joints, ends, extent = body(entity, positions_mm, bones, space)
-        columns = self._claim(entity, extent, index, len(joints))
-        colours, radius = rgb(entity, colour), thickness_mm * METRES
-        radii: float | np.ndarray = 1.5 * radius
-        if estimated is not None:  # in space, only the ends of the bones are left of those nobody measured
-            flags = require_shape(f"{entity}, estimated", estimated, (joints.shape[1],)).astype(bool)
-            radii = np.where(flags, 0.0 if space == 3 else RING * radius, radii)
-        self._static(entity, points.from_fields(colors=colours, radii=radii))
-        self._static(entity, strips.from_fields(colors=colours, radii=radius))
-        dots = partitioned(points.columns(positions=joints.reshape(-1, space)), *joints.shape[:2])
-        lines = partitioned(strips.columns(strips=ends.reshape(-1, 2, space)), *ends.shape[:2])
-        self._stream.send_columns(entity, indexes=columns, columns=[*dots, *lines])
-        if estimated is not None and np.any(estimated):
-            part = f"{entity}/estimated"
-            style, columns_of, extent = hollow_joints(part, positions_mm, estimated, colour, thickness_mm)
-            times = self._claim(part, extent, index, len(joints))
-            self._static(part, style)
-            self._stream.send_columns(part, indexes=times, columns=columns_of)
 
     def curve(
         self,
