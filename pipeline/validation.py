@@ -278,6 +278,18 @@ def _require(name: str, value: Any, hint: Any) -> None:
             check(name, value)
 
 
+def required(hint: Any) -> Any:
+    """Return ``X`` of a type ``X | None``, and any other as it is.
+
+    Examples
+    --------
+    >>> required(int | None), required(list[int])
+    (<class 'int'>, list[int])
+    """
+    parts = get_args(hint)
+    return next(part for part in parts if part is not type(None)) if type(None) in parts else hint
+
+
 def require_name(name: str, value: str) -> str:
     """Return a value that names one folder and cannot lead out of the folder above it.
 

@@ -95,7 +95,7 @@ def make_page(folder: Path, data_name: str, figures: Sequence[str]) -> str:
 
     if folder.is_dir():
         write_claims(folder / "claims.csv", judged(folder, data_name, figures))
-    page, _ = write_page(folder, figures)
+    page = write_page(folder, figures)
     return f"page: {page} ({page.stat().st_size / 1e6:.2f} MB)"
 
 

@@ -74,7 +74,7 @@ def computed_again(folder: Path, only: str = "") -> list[str]:
             compared = agreement.compare_again(place, made_in)
             worst = max(compared, key=lambda one: one.difference / one.tolerance)
             wrong = [
-                f"{one.figure}/{one.table}: {sentence}" for one in compared for sentence in one.complaints
+                f"{place.name}/{one.table}: {sentence}" for one in compared for sentence in one.complaints
             ]
             out.print(
                 f"{place.name}: {len(compared)} tables {'differ' if wrong else 'agree'}, by {worst.difference:.0e}"

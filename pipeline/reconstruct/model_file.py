@@ -90,14 +90,12 @@ def save(trained: TrainedModel, folder: Path) -> None:
     data = content.getvalue()
     with publish(folder, having=ENTRY) as publication:
         (publication.folder / "model.npz").write_bytes(data)
-        publication.manifest(
-            {
-                "version": VERSION,
-                "sha256": digest(data),
-                ENTRY: trained.compact.walkers,
-                **trained.about,
-            }
-        )
+        publication.facts = {
+            "version": VERSION,
+            "sha256": digest(data),
+            ENTRY: trained.compact.walkers,
+            **trained.about,
+        }
 
 
 def load(folder: Path = SHIPPED) -> TrainedModel:

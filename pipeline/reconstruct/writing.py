@@ -85,7 +85,7 @@ def run(
             if video.is_video(options.input):
                 kept.copy(Path(keypoints.path).parent, publication.folder)
             _fill(publication.folder, walk, summary, options)
-            publication.manifest({"command": "reconstruct", "verdict": str(summary["verdict"])})
+            publication.facts = {"command": "reconstruct", "verdict": summary["verdict"]}
     return walk, summary, folder
 
 

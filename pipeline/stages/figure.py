@@ -82,27 +82,25 @@ def _publish(
             begin = (publication.folder, experiment.name, inputs.about, edition, sheet, made)
             figure.record(inputs, made, recordings.Recorder(*begin))
         artefacts = [kept.artefact for kept in stages]
-        publication.manifest(
-            {
-                "figure": experiment.name,
-                "paper": experiment.paper,
-                "title": experiment.title,
-                "data": experiment.data.name,
-                "scale": experiment.scale.name,
-                "seed": experiment.seed,
-                **({"population": inputs.population} if inputs.population else {}),
-                "configuration": without_paths(canonical(experiment)),
-                "code": figure_code(experiment) if whole else "",
-                "stages": {
-                    a.stage: {"key": a.key, "content": a.content, "seconds": a.seconds} for a in artefacts
-                },
-                "inputs": inputs.clips.inputs,
-                "caption": caption,
-                "charts": [charts.to_json(chart) for chart in sheet.charts if chart.page],
-                "picture_beside_charts": figure.draws_more_than(sheet),
-                "provenance": provenance(),
-            }
-        )
+        publication.facts = {
+            "figure": experiment.name,
+            "paper": experiment.paper,
+            "title": experiment.title,
+            "data": experiment.data.name,
+            "scale": experiment.scale.name,
+            "seed": experiment.seed,
+            **({"population": inputs.population} if inputs.population else {}),
+            "configuration": without_paths(canonical(experiment)),
+            "code": figure_code(experiment) if whole else "",
+            "stages": {
+                a.stage: {"key": a.key, "content": a.content, "seconds": a.seconds} for a in artefacts
+            },
+            "inputs": inputs.clips.inputs,
+            "caption": caption,
+            "charts": [charts.to_json(chart) for chart in sheet.charts if chart.page],
+            "picture_beside_charts": figure.draws_more_than(sheet),
+            "provenance": provenance(),
+        }
     return verdicts
 
 

@@ -48,7 +48,7 @@ class Agreement:
 
     Attributes
     ----------
-    figure, table : str
+    table : str
     difference : float
         Largest relative difference of a number; infinite if something else differs.
     tolerance : float
@@ -56,7 +56,6 @@ class Agreement:
         The first cells that differ by more, a sentence each.
     """
 
-    figure: str
     table: str
     difference: float
     tolerance: float
@@ -134,7 +133,7 @@ def _compared(kept: Path, made: Path, name: str, most: float) -> Agreement:
     differences = tables.relative_differences(before, now, absolute=NOT_ZERO)
     largest = max(differences.values(), default=0.0)
     complaints = tables.compare(before, now, relative=most, absolute=NOT_ZERO) if largest > most else ()
-    return Agreement(kept.name, name, largest, most, tuple(complaints))
+    return Agreement(name, largest, most, tuple(complaints))
 
 
 def _verdicts(kept: Path, made: Path, most: float) -> Agreement:
@@ -163,7 +162,7 @@ def _verdicts(kept: Path, made: Path, most: float) -> Agreement:
             largest = max(largest, off)
             if off > most:
                 wrong.append(f"{claim}: {a[0]:.10g} is not {b[0]:.10g}")
-    return Agreement(kept.name, CLAIMS, largest, most, tuple(wrong))
+    return Agreement(CLAIMS, largest, most, tuple(wrong))
 
 
 def _there(folder: Path, name: str) -> Path:

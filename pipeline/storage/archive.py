@@ -6,7 +6,6 @@ their digests (``sha256sum -c SHA256SUMS`` checks them), and a sealed ``manifest
 
 from __future__ import annotations
 
-import json
 import re
 import shutil
 from collections.abc import Collection, Mapping, Sequence
@@ -103,7 +102,7 @@ def seal(publication: Publication, facts: Mapping[str, Any]) -> dict[str, int]:
     files = {path.relative_to(folder).as_posix(): path for path in folder.rglob("*") if path.is_file()}
     sums = "".join(f"{folders.file_digest(files[name])}  {name}\n" for name in sorted(files))
     folders.write_bytes(folder / CHECKSUMS, sums.encode())
-    publication.manifest(facts)
+    publication.facts = facts
     return {name: path.stat().st_size for name, path in files.items()}
 
 
@@ -230,7 +229,7 @@ def check_figure(folder: Path, *, commit: str, lock: Path, scale: str, current: 
         raise InvalidInput("the figure has not been made", where=where)
     if complaints := folders.complaints_about(folder):
         raise InvalidInput(f"the result is unfinished or damaged: {complaints[0]}", where=where)
-    manifest = json.loads((folder / folders.MANIFEST).read_bytes())
+    manifest = folders.read_manifest(folder)
     made = manifest.get("provenance", {})
     stated = (
         (
@@ -262,7 +261,7 @@ def check_figure(folder: Path, *, commit: str, lock: Path, scale: str, current: 
 
 def _listed(folder: Path) -> list[str]:
     """Return the names of the files that a figure's manifest lists, and of the manifest."""
-    names = sorted(json.loads((folder / folders.MANIFEST).read_bytes())["files"])
+    names = sorted(folders.read_manifest(folder)["files"])
     for name in names:
         if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts:
             raise InvalidInput("the manifest lists a file outside its folder", where=folder, received=name)

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.storage.sealed_folders import MANIFEST, compact, complaints_about, digest
+from pipeline.storage.sealed_folders import MANIFEST, compact, complaints_about, digest, read_manifest
 from pipeline.validation import InvalidInput
 
 ARRAYS = "arrays.npz"
@@ -66,16 +66,7 @@ def content_digest(manifest: Mapping[str, Any]) -> str:
 
 
 class Damaged(Exception):
-    """An artefact that differs from what was written.
-
-    Parameters
-    ----------
-    what : str
-        In which way.
-    """
-
-    def __init__(self, what: str) -> None:
-        super().__init__(what)
+    """An artefact that differs from what was written; the message says in which way."""
 
 
 def read_artefact(folder: Path) -> Artefact | None:
@@ -85,7 +76,7 @@ def read_artefact(folder: Path) -> Artefact | None:
     try:
         if complaints := complaints_about(folder, hashes=False):
             raise Damaged(complaints[0])
-        manifest = json.loads((folder / MANIFEST).read_bytes())
+        manifest = read_manifest(folder)
         if f"{manifest['stage']}-{manifest['key']}" != folder.name:
             raise Damaged(f"{MANIFEST} belongs to {manifest['stage']}-{manifest['key']}")
         content = (folder / ARRAYS).read_bytes()

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ Replace = bool | Callable[[bytes], bool]
 """Whether a file may be replaced, or whether one with this content may."""
 
 
+@dataclass
 class Publication:
     """The temporary folder of what is being published.
 
@@ -37,23 +39,18 @@ class Publication:
     folder : Path
         Write the files here.
     facts : mapping or None
-        Content of the manifest.
+        Content of the manifest, to be set; the size and digest of every file are added at the end.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        self.facts: Mapping[str, Any] | None = None
-
-    def manifest(self, facts: Mapping[str, Any]) -> None:
-        """Set the content of the manifest; the size and digest of every file are added at the end."""
-        self.facts = facts
+    folder: Path
+    facts: Mapping[str, Any] | None = None
 
 
 @contextmanager
 def publish(folder: Path, *, having: str = "") -> Iterator[Publication]:
     """Fill a temporary folder that replaces `folder` when the ``with`` block ends without an exception.
 
-    The block writes files into ``publication.folder`` and calls ``publication.manifest(facts)``.  If it raises,
+    The block writes files into ``publication.folder`` and sets ``publication.facts``.  If it raises,
     `folder` is not changed.  Files in `folder` that its manifest does not list move into the new folder.
 
     Parameters
@@ -79,7 +76,7 @@ def publish(folder: Path, *, having: str = "") -> Iterator[Publication]:
         publication = Publication(temporary)
         yield publication
         if publication.facts is None:
-            raise RuntimeError("the publication has no manifest: call manifest(facts) before it ends")
+            raise RuntimeError("the publication has no manifest: set its facts before it ends")
         write_manifest(temporary, publication.facts)
         swap_in(temporary, folder)
 

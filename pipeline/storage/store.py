@@ -41,6 +41,7 @@ from pipeline.storage.sealed_folders import (
     canonical,
     compact,
     digest,
+    read_manifest,
     remove_stale,
     sync,
     temporary_folder,
@@ -199,7 +200,7 @@ class Store:
         nearest: tuple[int, float, list[str]] | None = None
         for path in sorted(self.cache.glob(f"{made_from['stage']}-*/{MANIFEST}")):
             try:
-                told = differences(json.loads(path.read_bytes()), made_from)
+                told = differences(read_manifest(path.parent), made_from)
                 candidate = (len(told), -path.stat().st_mtime, told)
             except _UNREADABLE:
                 continue  # damaged, which is reported when it is read
@@ -286,13 +287,13 @@ class Plan(Store):
         (before, content), why = self.before.get(stage, ("", "")), ""
         if before != key:
             try:
-                earlier = json.loads((self.cache / f"{stage}-{before}" / MANIFEST).read_bytes())
+                earlier = read_manifest(self.cache / f"{stage}-{before}")
                 why = "; ".join(differences(earlier, made_from)[:3])
             except _UNREADABLE:
                 why = "changed; what it was made from is no longer in the cache"
             content = ""
         try:
-            kept = json.loads((self.cache / f"{stage}-{key}" / MANIFEST).read_bytes())
+            kept = read_manifest(self.cache / f"{stage}-{key}")
             return Artefact(stage, key, content_digest(kept), {}, {}, False, 0.0, why)
         except _UNREADABLE:
             return Artefact(stage, key, content, {}, {}, True, 0.0, why)

@@ -55,9 +55,9 @@ def write(
         If there is no column, lengths differ, a column is not of one plain type, a column of `sort_by` is missing,
         or the file cannot be written.
     """
-    if not len(list(columns)):
-        raise InvalidInput("the table has no columns", where=path.name)
     arrays = {name: _column(name, columns[name], path.name) for name in columns}
+    if not arrays:
+        raise InvalidInput("the table has no columns", where=path.name)
     lengths = {name: len(array) for name, array in arrays.items()}
     if len(set(lengths.values())) > 1:
         raise InvalidInput(

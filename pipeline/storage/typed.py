@@ -8,12 +8,13 @@ the array says which one stands in each row, and the notes list each once.
 from __future__ import annotations
 
 import dataclasses
-import types
 import typing
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
+
+from pipeline.validation import required
 
 
 def result_type(method: Callable[..., Any]) -> type:
@@ -98,7 +99,7 @@ def unpack(kind: type, arrays: Mapping[str, np.ndarray], notes: Mapping[str, Any
 
 
 def _whole(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str) -> Any:
-    kind = _without_none(kind)
+    kind = required(kind)
     if path in arrays:
         return arrays[path]
     prefix = f"{path}." if path else ""
@@ -133,12 +134,3 @@ def _whole(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str) -
     if origin is tuple and isinstance(notes, list):
         return tuple(notes)
     return notes
-
-
-def _without_none(kind: Any) -> Any:
-    """Return ``X`` for ``X | None``."""
-    if isinstance(kind, types.UnionType) or typing.get_origin(kind) is typing.Union:
-        parts = [part for part in typing.get_args(kind) if part is not type(None)]
-        if len(parts) == 1:
-            return parts[0]
-    return kind

@@ -148,7 +148,7 @@ def test_input_and_files_of_others_are_kept(model: Path, tmp_path: Path) -> None
     with pytest.raises(InvalidInput, match="must not be inside a published folder"):
         again(path, out / "inside")
     with publish(tmp_path / "figure", having="figure") as publication:
-        publication.manifest({"figure": "zhang2007_fig5"})
+        publication.facts = {"figure": "zhang2007_fig5"}
     with pytest.raises(InvalidInput, match=r"manifest\.json without 'verdict'"):
         again(path, tmp_path / "figure")
 
