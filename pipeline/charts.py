@@ -268,17 +268,12 @@ def lines_of(chart: Chart, tables: Mapping[str, Any]) -> list[Line]:
     if (
         chart.words
         and len(found) > 1
-        and _meet(found)
+        and len(np.unique(places := np.concatenate([line.x for line in found]))) < len(places)
         and not any(lines.strands for lines in (chart, *chart.also))
     ):
         step = 0.5 / (len(found) - 1)
         found = [replace(line, x=line.x - 0.25 + step * n) for n, line in enumerate(found)]
     return found
-
-
-def _meet(lines: Sequence[Line]) -> bool:
-    places = np.concatenate([line.x for line in lines])
-    return len(np.unique(places)) < len(places)
 
 
 def _lines(chart: Chart, lines: Lines, table: Any, number: int) -> list[Line]:

@@ -65,8 +65,7 @@ def draw_motion(
             _draw_strip(axes, body, truth, bones, colour)
         _draw_plan(figure.add_subplot(grid[:, 1]), scene)
         errors = halves[1].subgridspec(1, len(charts))
-        places = [errors[0, number] for number in range(len(charts))]
-        entries = add_charts(figure, below, charts, tables, places)
+        entries = add_charts(figure, below, charts, tables, errors)
         truth_entry = look.legend_handle("truth", hex_colour(_TRUTH["colour"]), width=_TRUTH["width"])
         look.finish(figure, path_stem, caption, [truth_entry, *entries])
 

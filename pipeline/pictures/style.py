@@ -21,8 +21,8 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.textpath import text_to_path
 
-from pipeline.palette import NAMES, hex_colour
-from pipeline.validation import InvalidInput, require_choice
+from pipeline.palette import hex_colour
+from pipeline.validation import InvalidInput
 
 PNG_DPI = 200
 
@@ -112,11 +112,6 @@ def applied_style() -> Iterator[None]:
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(STYLE)
         yield
-
-
-def colour(where: str, name: str) -> str:
-    """Return the hexadecimal colour of a name or role of `pipeline.palette`."""
-    return hex_colour(require_choice(f"{where}, colour", name, NAMES))
 
 
 def new_figure(width: float, height: float) -> Figure:

@@ -85,6 +85,8 @@ class Walk:
         Principal point.
     prior : Prior
     calibrations : dict of str to Calibration
+    stature_mm : float
+        Of the walker; 0: not known.
     bars_for : str
         Whom bars hold for, a key of these: anybody where the layout's joints were not measured.
     stretches : tuple of Stretch
@@ -103,6 +105,7 @@ class Walk:
     centre_px: np.ndarray
     prior: Prior
     calibrations: dict[str, Calibration]
+    stature_mm: float
     bars_for: str
     stretches: tuple[Stretch, ...]
     notes: tuple[str, ...] = ()
@@ -191,6 +194,7 @@ def _reconstruct_clip(given: Input, model: Path) -> Walk:
         centre_px=centre,
         prior=prior,
         calibrations=calibrations,
+        stature_mm=given.stature_mm,
         bars_for=AS_OURS if layout.measured or ANYBODY not in calibrations else ANYBODY,
         stretches=shown.stretches,
     )

@@ -185,11 +185,8 @@ def _upright(layout: Layout, points: np.ndarray) -> float:
         ]
         part = points[:, columns, 1]
         known = np.isfinite(part)
-        return np.where(
-            known.any(axis=1),
-            np.where(known, part, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1),
-            np.nan,
-        )
+        with np.errstate(invalid="ignore"):  # nothing over nothing
+            return np.asarray(np.where(known, part, 0.0).sum(axis=1) / known.sum(axis=1))
 
     rows = np.stack([height(kind) for kind in ("head", "shoulder", "hip", "knee", "ankle")], axis=1)
     rows = rows[:, np.isfinite(rows).mean(axis=0) > LEAST_SEEN]
