@@ -19,9 +19,12 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from multiprocessing import Pipe
-from typing import Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from threadpoolctl import threadpool_limits
+
+if TYPE_CHECKING:
+    from multiprocessing.synchronize import Semaphore
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -39,23 +42,14 @@ Divide = Callable[[Callable[[Any], Any], list[Any], int], list[Any]]
 """As `map_processes`, but part of the work may be done elsewhere."""
 
 
-class Cores(Protocol):
-    """Count of spare cores that several processes share: a semaphore."""
-
-    def acquire(self, block: bool = True, /) -> bool:
-        """Take one; with ``block=False`` return whether there was one."""
-
-    def release(self) -> None:
-        """Give one back."""
-
-
 class _Share:
     """What this process knows of the spare cores.
 
     Attributes
     ----------
-    spare : Cores or None
-        None: nobody shares, and `map_processes` starts as many helpers as it may.
+    spare : Semaphore or None
+        Count of spare cores that several processes share; None: nobody shares, and `map_processes` starts as many
+        helpers as it may.
     not_returned : int
         Cores that were lent and have not come back: the next spare ones are not taken but returned.
     helper : bool
@@ -64,7 +58,7 @@ class _Share:
         Called in place of the next `map_processes`, which is work of several jobs.
     """
 
-    spare: Cores | None = None
+    spare: Semaphore | None = None
     not_returned = 0
     helper = False
     divide: Divide | None = None
@@ -85,7 +79,7 @@ def processes_for(wanted: int) -> int:
     return min(wanted, max(usable_cores(), 2))
 
 
-def share_cores(spare: Cores, owed: int = 0) -> None:
+def share_cores(spare: Semaphore, owed: int = 0) -> None:
     """Take the helpers of this process from a count of spare cores, of which it owes some."""
     _Share.spare, _Share.not_returned = spare, owed
 

@@ -25,14 +25,13 @@ _LONGEST, _LONGEST_SENTENCE = 300, 3000
 """Characters of a file's or user's own text in a sentence, and of a whole sentence."""
 
 
-def _short(text: str) -> str:
-    return text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…"
+def _short(text: str, longest: int = _LONGEST) -> str:
+    return text if len(text) <= longest else text[: longest - 1] + "…"
 
 
-def _printable(text: str) -> str:
+def printable(text: str) -> str:
     """Return a text of one line in which nothing can steer a terminal."""
-    text = text if len(text) <= _LONGEST_SENTENCE else text[: _LONGEST_SENTENCE - 1] + "…"
-    return text if text.isprintable() else "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
 class InvalidInput(ValueError):
@@ -65,7 +64,9 @@ class InvalidInput(ValueError):
         details = ", ".join(
             f"{label} {value}" for label, value in (("expected", expected), (got, received)) if value
         )
-        super().__init__(_printable(f"{sentence} ({details})" if details else sentence))
+        super().__init__(
+            printable(_short(f"{sentence} ({details})" if details else sentence, _LONGEST_SENTENCE))
+        )
         self.what = what
         self.where = where
         self.expected = expected

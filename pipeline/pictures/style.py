@@ -5,8 +5,6 @@ To change how pictures look, change this module; colours are those of `pipeline.
 
 from __future__ import annotations
 
-import io
-import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
@@ -22,7 +20,7 @@ from matplotlib.lines import Line2D
 from matplotlib.textpath import text_to_path
 
 from pipeline.palette import hex_colour
-from pipeline.validation import InvalidInput
+from pipeline.storage.publishing import new_file
 
 PNG_DPI = 200
 
@@ -169,10 +167,8 @@ def finish(
     Raises
     ------
     InvalidInput
-        If the folder does not exist.
+        As `new_file`.
     """
-    if not path_stem.parent.is_dir():
-        raise InvalidInput("the folder of the figure does not exist", where=path_stem.parent)
     engine = figure.get_layout_engine()
     assert isinstance(engine, ConstrainedLayoutEngine)
     header = _legend_above(figure, handles) if handles else 0.0
@@ -185,17 +181,11 @@ def finish(
     for axes in figure.axes:
         left, low, wide, high = (round(float(side), 6) for side in axes.get_position(original=True).bounds)
         axes.set_position((left, low, wide, high))
-    # Neither dates nor versions in the files; temporary names first, so that no reader sees half a figure.
+    # Neither dates nor versions in the files.
     for suffix, without in (("svg", ("Date", "Creator")), ("png", ("Software",))):
-        content = io.BytesIO()
         metadata = {"Description": caption or None} | dict.fromkeys(without)
-        figure.savefig(content, format=suffix, metadata=metadata, dpi=PNG_DPI)
-        partial = path_stem.with_name(f".{path_stem.name}.{os.getpid()}.part.{suffix}")
-        try:
-            partial.write_bytes(content.getvalue())
-            partial.replace(path_stem.with_name(f"{path_stem.name}.{suffix}"))
-        finally:
-            partial.unlink(missing_ok=True)
+        with new_file(path_stem.with_name(f"{path_stem.name}.{suffix}"), replace=True) as path:
+            figure.savefig(path, format=suffix, metadata=metadata, dpi=PNG_DPI)
 
 
 @cache

@@ -35,7 +35,7 @@ _LINE_WIDTH = 2.0
 
 
 class Recording:
-    """A recording being written; it gets its name when the ``with`` block ends, if it is complete.
+    """A recording being written, in a folder that is published when it is complete.
 
     Parameters
     ----------
@@ -72,7 +72,6 @@ class Recording:
         tables: Mapping[str, Any] | None = None,
     ) -> None:
         self.path, self.name, self.timeline = path, name, timeline
-        self._partial = self.path.with_name(f".{self.path.stem}.{os.getpid()}.part.rrd")
         self._about, self._edition = about, edition
         self._extents: dict[str, Extent | None] = {}  # every entity, with the box around what it draws
         self._charts, self._tables = charts, tables or {}
@@ -84,7 +83,7 @@ class Recording:
         identity = f"{self.name} {self._edition}".strip()
         self._stream = rr.RecordingStream(self.name, recording_id=identity, send_properties=False)
         self._stream.set_log_time_enabled(False)
-        self._stream.save(self._partial)
+        self._stream.save(self.path)
         self._stream.send_recording_name(identity)
         self._claim("about")
         self._static("about", rr.TextDocument(self._about, media_type=rr.MediaType.MARKDOWN))
@@ -100,24 +99,17 @@ class Recording:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        try:
-            self._stream.disconnect()  # writes the footer; a flush would leave the file without one
-            if kind is None:
-                if not self._layout:
-                    raise InvalidInput(
-                        "the recording has no layout", where=self.name, expected="a call of blueprint"
-                    )
-                with self._partial.open("rb") as written:
-                    os.fsync(written.fileno())
-                    written.seek(-min(self._partial.stat().st_size, len(_FOOTER) + 4), os.SEEK_END)
-                    # The library only logs that the disk is full.
-                    whole = _FOOTER in written.read()
-                if not whole:
-                    what = "cannot write results: the recording was cut short"
-                    raise InvalidInput(what, where=self.path.name, expected="space on the disk")
-                self._partial.replace(self.path)
-        finally:
-            self._partial.unlink(missing_ok=True)
+        self._stream.disconnect()  # writes the footer; a flush would leave the file without one
+        if kind is not None:
+            return
+        if not self._layout:
+            raise InvalidInput("the recording has no layout", where=self.name, expected="a call of blueprint")
+        with self.path.open("rb") as written:
+            written.seek(-min(self.path.stat().st_size, len(_FOOTER) + 4), os.SEEK_END)
+            # The library only logs that the disk is full.
+            if _FOOTER not in written.read():
+                what = "cannot write results: the recording was cut short"
+                raise InvalidInput(what, where=self.path.name, expected="space on the disk")
 
     def skeleton(
         self,
@@ -229,7 +221,7 @@ class Recording:
         *,
         label: str,
         sd: np.ndarray | None = None,
-        interval: tuple[np.ndarray, np.ndarray] | None = None,
+        interval: Sequence[np.ndarray] | None = None,
         colour: str = "blue",
         width: float = 1.0,
     ) -> None:
@@ -292,19 +284,17 @@ class Recording:
             at, rows = np.unique(on_timeline(self.timeline, line.x), return_index=True)
             if entity in self._extents or line.strands is not None:
                 continue
-            ends = [
-                None if e is None else tuple(_ordinate(chart, v[rows]) for v in e)
-                for e in (line.band, line.interval)
-            ]
-            y, (band, interval) = _ordinate(chart, line.y[rows]), ends
-            symmetric = band is not None and np.allclose(band[0] + band[1], 2.0 * y)
+            y = _ordinate(chart, line.y[rows])
+            band, interval = (
+                ends and [_ordinate(chart, end[rows]) for end in ends] for ends in (line.band, line.interval)
+            )
             self.curve(
                 entity,
                 at,
                 y,
                 label=line.style.label or line.key,
-                sd=0.5 * (band[1] - band[0]) if band is not None and symmetric else None,
-                interval=(interval[0], interval[1]) if interval is not None else None,
+                sd=0.5 * (band[1] - band[0]) if band and np.allclose(band[0] + band[1], 2.0 * y) else None,
+                interval=interval,
                 colour=line.style.colour,
                 width=line.style.width,
             )

@@ -94,9 +94,11 @@ def write_page(
 def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str, int]:
     """Return the page, and the bytes of the pictures in it."""
     environment = templates.environment()
-    environment.filters["tone"] = verdicts.tone
-    environment.filters["beyond_tone"] = verdicts.beyond_tone
-    environment.filters["number"] = entries.number
+    environment.filters |= {
+        "tone": verdicts.tone,
+        "beyond_tone": verdicts.beyond_tone,
+        "number": entries.number,
+    }
     style = templates.style()
     script = templates.scripts(_SCRIPTS)
     if motion:

@@ -58,6 +58,10 @@ _LOCK = ".lock-"
 """Beginning of the name of a lock file, beside the artefacts."""
 
 
+Compute = Callable[[], tuple[Mapping[str, Any], Mapping[str, Any]]]
+"""Makes the arrays and notes of an artefact."""
+
+
 class Store:
     """Artefacts under ``<results>/cache`` and publications anywhere below `results`.
 
@@ -94,7 +98,7 @@ class Store:
         stage: str,
         options: Any,
         inputs: Sequence[Artefact | str],
-        compute: Callable[[], tuple[Mapping[str, Any], Mapping[str, Any]]],
+        compute: Compute,
         *,
         code: str,
     ) -> Artefact:
@@ -178,7 +182,7 @@ class Store:
         self,
         folder: Path,
         made_from: dict[str, Any],
-        compute: Callable[[], tuple[Mapping[str, Any], Mapping[str, Any]]],
+        compute: Compute,
         why: str,
     ) -> Artefact:
         """Compute an artefact and keep it."""
@@ -272,7 +276,7 @@ class Plan(Store):
         stage: str,
         options: Any,
         inputs: Sequence[Artefact | str],
-        compute: Callable[[], tuple[Mapping[str, Any], Mapping[str, Any]]],
+        compute: Compute,
         *,
         code: str,
     ) -> Artefact:
