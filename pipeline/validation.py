@@ -377,7 +377,7 @@ def require_finite(name: str, array: Any) -> np.ndarray:
     array = _array(name, array)
     bad = ~np.isfinite(array)
     if bad.any():
-        at = tuple(int(i) for i in np.argwhere(bad)[0])
+        at = tuple(np.argwhere(bad)[0].tolist())
         where = str(at[0]) if len(at) == 1 else str(at)
         raise InvalidInput("must be finite", name, received=f"{array[at]} at index {where}")
     return array

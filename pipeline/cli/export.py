@@ -109,7 +109,7 @@ def recording(source: Path, options: Export) -> Motion:
         read = mappings.of_one_person(read, mappings.shipped().values(), options.subject)
     rate = read.frame_rate_hz
     asked = rate if options.frame_rate_hz is None else options.frame_rate_hz
-    wanted = require_range("frame_rate_hz", asked, above=0, at_most=rate)
+    wanted = float(require_range("frame_rate_hz", asked, above=0, at_most=rate))
     count = int((len(read.positions_mm) - 1) * wanted / rate + 1e-9) + 1
     at = np.arange(count) * (rate / wanted)
     if not options.skeleton:

@@ -227,7 +227,7 @@ def _one_person(
 
 def _of_file(motion: MotionCapture, suffix: str) -> list[str]:
     frames, points = motion.valid.shape
-    gaps = 100 * (1 - float(motion.valid.mean()))
+    gaps = 100 * (1 - motion.valid.mean())
     unit = "no unit stated" if motion.units_assumed else f"unit {motion.units}"
     line = (
         f"{suffix.lstrip('.').lower()}: {points} points, {frames} frames at {motion.frame_rate_hz:.6g} Hz"
@@ -263,7 +263,7 @@ def _of_walk(motion: MotionCapture, fit: mappings.Fit, path: Path, options: Insp
         found.lines.append(f"not usable as a walk: {reason}")
         found.lines.append(f"next: {_after_refusal(reason, path, _run(path, options, found.mapping))}")
         return
-    found.strides = float(walk.row["strides"])
+    found.strides = walk.row["strides"]
     found.lines.append(
         f"walk: {found.strides:.1f} strides, {walk.row['locomotion']}, {walk.row['frequency_hz']:.2f} Hz"
         + (f"; {walk.row['reason']}" if walk.row["reason"] else "")

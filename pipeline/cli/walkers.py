@@ -140,9 +140,9 @@ class FigureWalkers:
         """Return a walker as recorded; the first if none is named."""
         r = self._index(name)
         return Walk(
-            str(self._arrays["walker"][r]),
+            self._arrays["walker"][r],
             self._arrays["original"][r],
-            float(self._arrays["stride_hz"][r]),
+            self._arrays["stride_hz"][r],
             self._arrays["unmeasured"][r],
         )
 
@@ -158,10 +158,10 @@ class FigureWalkers:
         walk, views = self.original(name), self._arrays["demonstration_view_deg"]
         methods = self._arrays["methods"].tolist()
         m = methods.index(require_choice("method", method, methods))
-        wanted = float(views[0]) if view_angle_deg is None else view_angle_deg
+        wanted = views[0] if view_angle_deg is None else view_angle_deg
         near = np.flatnonzero(np.abs(views - wanted) < 1e-6)
         missing = (
-            self._arrays["missing"][m, self._index(name), int(near[0])]
+            self._arrays["missing"][m, self._index(name), near[0]]
             if near.size
             else self._from_view(self._index(name), methods[m], wanted)
         )
@@ -264,13 +264,13 @@ def _longest(
         raise InvalidInput("is no table of `reconstruct`", where=path, received=received)
     numbers, counts = np.unique(table["stretch"], return_counts=True)
     rows = table["stretch"] == numbers[counts.argmax()]
-    count = int(rows.sum())
+    count = rows.sum()
     if count % len(WALKER15.joints) or count < 2 * len(WALKER15.joints):
         raise InvalidInput("a frame is incomplete", where=path, received=f"{count} rows")
     positions = np.column_stack([table[axis][rows] for axis in "xyz"]).reshape(-1, len(WALKER15.joints), 3)
     times = table["time_s"][rows][:: len(WALKER15.joints)]
-    rate = (len(times) - 1) / float(times[-1] - times[0])
-    return positions.astype(float), rate, stretches[int(numbers[counts.argmax()])]
+    rate = (len(times) - 1) / (times[-1] - times[0])
+    return positions.astype(float), rate, stretches[numbers[counts.argmax()]]
 
 
 def steady(
@@ -291,7 +291,7 @@ def steady(
         prepared.positions,
         frame_rate_hz,
         harmonics=harmonics,
-        frequency_hz=float(prepared.row["frequency_hz"]) if harmonics == 2 else None,
+        frequency_hz=prepared.row["frequency_hz"] if harmonics == 2 else None,
     )
     estimated = prepared.row["missing_joints"].split(", ")
     return Walk(
@@ -299,5 +299,5 @@ def steady(
         series.coefficients,
         series.frequency_hz,
         np.array([joint in estimated for joint in WALKER15.joints]),
-        float(prepared.row["speed_mm_s"]),
+        prepared.row["speed_mm_s"],
     )

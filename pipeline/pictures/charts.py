@@ -154,7 +154,7 @@ def _draw_rows(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
     _limit_abscissa(axes, replace(chart, log_x=chart.log_y, x_limits=chart.limits))
     axes.set_ylim(len(chart.words) - 0.5, -0.5)
     axes.set_yticks(range(len(chart.words)), list(chart.words.values()))
-    rows = {float(at) for line in lines for at in np.rint(line.x)}
+    rows = {at for line in lines for at in np.rint(line.x)}
     for at, name in enumerate(axes.get_yticklabels()):  # a name without numbers heads those below it
         name.set_fontweight("normal" if at in rows else "bold")
     axes.tick_params(axis="y", length=0)
@@ -196,14 +196,14 @@ def _limit_ordinate(drawn: Sequence[tuple[Axes, Chart, list[Line]]]) -> None:
             for line in lines
         ]  # fmt: skip
         marks = [r.y for _, chart, _ in drawn for r in chart.references if r.published and r.y is not None]
-        axes.set_ylim(0.0, 1.05 * float(max(*tops, *map(float, marks), np.finfo(float).tiny)))
+        axes.set_ylim(0.0, 1.05 * max(*tops, *map(float, marks), np.finfo(float).tiny))
 
 
 def _name_at_ends(axes: Axes, lines: Sequence[Line]) -> None:
     """Write the names of lines after their right ends, above one another where these lie close."""
     below = -np.inf
-    for line in sorted(lines, key=lambda line: float(line.y[-1])):
-        below = max(_fraction(axes, float(line.y[-1]), 1), below + 0.08)
+    for line in sorted(lines, key=lambda line: line.y[-1]):
+        below = max(_fraction(axes, line.y[-1], 1), below + 0.08)
         axes.text(
             1.02, below, line.style.label, transform=axes.transAxes, va="center", fontsize=look.NOTE_SIZE,
             color=hex_colour(line.style.colour),
@@ -306,7 +306,7 @@ def _write(axes: Axes, place: tuple[float, float], words: str, right: bool, top:
 def _farther(data: np.ndarray, along: int, at: float, ends: tuple[float, float]) -> bool:
     """Whether the upper, or right, end of a line across the axes lies farther from the data than the other."""
     near = data[np.abs(data[:, along] - at) < 0.12][:, 1 - along]
-    gaps = [float(np.abs(near - end).min()) if near.size else 1.0 for end in ends]
+    gaps = [np.abs(near - end).min() if near.size else 1.0 for end in ends]
     return gaps[1] >= gaps[0]
 
 

@@ -5,6 +5,7 @@ To change how pictures look, change this module; colours are those of `pipeline.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
@@ -20,7 +21,6 @@ from matplotlib.lines import Line2D
 from matplotlib.textpath import text_to_path
 
 from pipeline.palette import hex_colour
-from pipeline.storage.publishing import new_file
 
 PNG_DPI = 200
 
@@ -139,8 +139,9 @@ def _legend_above(figure: Figure, handles: Sequence[Line2D]) -> float:
     entries = [
         _width(str(h.get_label()), NOTE_SIZE) + NOTE_SIZE * (2.4 + 0.8 + 1.2) for h in handles
     ]  # points
-    columns = max(1, min(len(handles), int((72 * figure.get_figwidth() - 8) / max(entries))))
-    if sum(entries) < 72 * figure.get_figwidth() - 8:
+    room = 72 * figure.get_figwidth() - 8
+    columns = max(1, min(len(handles), int(room / max(entries))))
+    if sum(entries) < room:
         columns = len(handles)
     figure.legend(handles=list(handles), loc="upper right", ncols=columns, borderaxespad=0.2)
     lines = -(-len(handles) // columns)
@@ -163,11 +164,6 @@ def finish(
         Entries of the legend; none without any.
     room : bool
         Whether the figure becomes higher by the legend, for which it has no room of its own.
-
-    Raises
-    ------
-    InvalidInput
-        As `new_file`.
     """
     engine = figure.get_layout_engine()
     assert isinstance(engine, ConstrainedLayoutEngine)
@@ -181,11 +177,12 @@ def finish(
     for axes in figure.axes:
         left, low, wide, high = (round(float(side), 6) for side in axes.get_position(original=True).bounds)
         axes.set_position((left, low, wide, high))
-    # Neither dates nor versions in the files.
+    # Neither dates nor versions in the files; temporary names first, so that no reader sees half a figure.
     for suffix, without in (("svg", ("Date", "Creator")), ("png", ("Software",))):
         metadata = {"Description": caption or None} | dict.fromkeys(without)
-        with new_file(path_stem.with_name(f"{path_stem.name}.{suffix}"), replace=True) as path:
-            figure.savefig(path, format=suffix, metadata=metadata, dpi=PNG_DPI)
+        partial = path_stem.with_name(f".{path_stem.name}.{os.getpid()}.part.{suffix}")
+        figure.savefig(partial, format=suffix, metadata=metadata, dpi=PNG_DPI)
+        partial.replace(path_stem.with_name(f"{path_stem.name}.{suffix}"))
 
 
 @cache

@@ -79,8 +79,8 @@ def draw_walking(
     pairs = np.asarray(bones)
     if still is not None:
         seen, original, again = seen[[still % len(seen)]], original[[still]], again[[still]]
-    high = max(float(part[..., 1].max()) for part in (seen, original, again))
-    low = min(float(part[..., 1].min()) for part in (seen, original, again))
+    high = max(part[..., 1].max() for part in (seen, original, again))
+    low = min(part[..., 1].min() for part in (seen, original, again))
     scale = _FILLED * (_HEIGHT - _HEADING - 2 * _MARGIN) / (high - low)
     floor = _HEIGHT - _MARGIN - 0.5 * (1 - _FILLED) * (_HEIGHT - _HEADING - 2 * _MARGIN)
 

@@ -239,7 +239,7 @@ def _chosen(frames: str, frame: np.ndarray, rate: float) -> np.ndarray:
 def _leave_out_doubtful(pixels: np.ndarray, confidence: np.ndarray, least: float, notes: list[str]) -> None:
     """Empty keypoints (n, 15, 2) below the least confidence, and turn rows that are counted upwards, in place."""
     doubtful = confidence < least * np.nanmax(confidence)
-    if share := float((doubtful & np.isfinite(pixels).all(axis=-1)).mean()):
+    if share := (doubtful & np.isfinite(pixels).all(axis=-1)).mean():
         percent = f"{100 * share:.0f}" if share >= 0.005 else "Less than 1"
         notes.append(f"{percent} % of the keypoints are below the least confidence and are not used.")
     pixels[doubtful], confidence[doubtful] = np.nan, 0.0

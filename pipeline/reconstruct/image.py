@@ -76,7 +76,7 @@ def in_pixels(
 
 def _outside(pixels: np.ndarray, size: tuple[int, ...]) -> float:
     """Share of pixels (n, 2) that lie outside of an image by more than 6 % of its size."""
-    return float((np.abs(pixels / size - 0.5) > 0.56).any(axis=-1).mean()) if len(pixels) else 0.0
+    return (np.abs(pixels / size - 0.5) > 0.56).any(axis=-1).mean() if len(pixels) else 0.0
 
 
 def upside_down(pixels: np.ndarray) -> bool:

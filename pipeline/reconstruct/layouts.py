@@ -72,12 +72,12 @@ def load(path: Path) -> Layout:
     for number, joint in enumerate(WALKER15.joints):
         kind = joint.split("_")[-1]
         seen[number] = joint in joints
-        floor[number] = float(content["floor_mm"].get(kind, 10.0))
+        floor[number] = content["floor_mm"].get(kind, 10.0)
         right, forwards, up = content["offset_mm"].get(kind, (0.0, 0.0, 0.0))
         # Of limbs the table has the left side; the right one is its mirror image.
         offset[number] = (-right if joint.startswith("right") else right), forwards, up
     detector = Detector(offset_mm=offset, floor_mm=floor, seen=seen)
-    return Layout(str(content["name"]), points, joints, detector, bool(content["measured"]))
+    return Layout(content["name"], points, joints, detector, content["measured"])
 
 
 def layouts() -> dict[str, Layout]:
@@ -128,7 +128,7 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
     known = layouts()
     if wanted:
         require_choice("input.layout", wanted, known)
-    K = int(found.points.shape[1])
+    K = found.points.shape[1]
     words = {name.rstrip("0123456789") for name in found.names}
     if found.names and (len(words) > 1 or found.names[0] in words):  # not kp0, kp1, …
         apart = (k for k, letters in enumerate(zip(*found.names, strict=False)) if len(set(letters)) > 1)
@@ -137,9 +137,7 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
         best, order, rank = None, np.empty(0, dtype=int), (0, 0)
         for layout in [known[wanted]] if wanted else known.values():
             where = np.array([names.get(canonical(point), -1) for point in layout.points])
-            if (own := (int((where >= 0).sum()), -len(where))) > rank and all(
-                joint in names for joint in _NEEDED
-            ):
+            if (own := ((where >= 0).sum(), -len(where))) > rank and all(joint in names for joint in _NEEDED):
                 best, order, rank = layout, where, own  # the smallest that has as many of the names
         if best is None:
             raise InvalidInput(
@@ -159,7 +157,7 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
         counts = ", ".join(sorted({f"{len(layout.points)} ({layout.name})" for layout in known.values()}))
         raise InvalidInput("no layout has this number of points", expected=counts, received=K)
     scores = [_upright(layout, found.points) for layout in fitting]
-    best = fitting[int(np.argmax(scores))]
+    best = fitting[np.argmax(scores)]
     why = f"{best.name}: {K} points"
     if used != K:
         why += f", of which the first {used} are used"
@@ -203,7 +201,7 @@ def to_joints(layout: Layout, order: np.ndarray, found: Detections) -> tuple[np.
     confidence = np.zeros(pixels.shape[:2])
     for number, joint in enumerate(WALKER15.joints):
         columns = [order[layout.points.index(point)] for point in layout.joints.get(joint, ())]
-        columns = [int(column) for column in columns if column >= 0]
+        columns = [column for column in columns if column >= 0]
         if not columns:
             continue
         part, sure = found.points[:, columns], found.confidence[:, columns]

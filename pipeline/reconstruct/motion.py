@@ -49,7 +49,7 @@ def in_walkers_axes(found: Reconstruction) -> np.ndarray:
     The axes are those of the heading in the middle of the stretch, where the pelvis is at x = y = 0; the path is
     included.
     """
-    walked = world_mm(found) @ level_axes(float(found.fit.x[HEADING]))
+    walked = world_mm(found) @ level_axes(found.fit.x[HEADING])
     walked[..., 2] -= walked[:, ANKLES, 2].min()
     return np.asarray(walked)
 
@@ -87,7 +87,7 @@ def one_cycle(walk: Walk, stretch: Stretch, names: Names, *, in_place: bool) -> 
     positions = np.moveaxis(found.posterior.walker @ basis.T, -1, 0)
     positions[..., 2] -= positions[:, ANKLES, 2].min()
     if not in_place:
-        stride = 2.0 * np.pi * float(found.fit.objective.prior.belt @ found.posterior.walker.ravel())
+        stride = 2.0 * np.pi * (found.fit.objective.prior.belt @ found.posterior.walker.ravel())
         positions[..., 1] += stride * share[:, None]
     return motion.Motion(
         WALKER15.joints, positions * scale_mm(walk), frames * frequency, WALKER15.parents, character=names

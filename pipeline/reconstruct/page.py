@@ -44,7 +44,7 @@ def page_of(
     half = half_widths_mm(walk, found)[..., [0, 2, 1]]
     setting = found.fit.objective.setting
     turned = 2.0 * np.pi * np.exp(found.fit.x[LOG_F]) * setting.times + found.fit.x[PHASE]
-    heading = float(found.fit.x[HEADING])
+    heading = found.fit.x[HEADING]
     reach = NORMAL[LEVEL_95] * view_sd_rad(walk, found)
     first, last = summary["frames"]
     return WalkPage(
@@ -69,7 +69,7 @@ def page_of(
         curves=cycle.curves(walk, found),
         curve_names=KINDS,
         cycle_percent=100.0 * ((turned[:, None] - found.cycle.phases[0]) / (2.0 * np.pi) % 1.0),
-        heading_deg=float(np.degrees(heading)),
-        heading_interval_deg=(float(np.degrees(heading - reach)), float(np.degrees(heading + reach))),
+        heading_deg=np.degrees(heading),
+        heading_interval_deg=(np.degrees(heading - reach), np.degrees(heading + reach)),
         alternatives_deg=[other["heading_deg"] for other in view["alternatives"]],
     )

@@ -57,7 +57,7 @@ def heading_words(heading_rad: float) -> str:
         ("towards the camera", "the front"), ("to the image's right", "the walker's right"),
         ("away from the camera", "behind"), ("to the image's left", "the walker's left"),
     )  # fmt: skip
-    degrees = float(np.degrees(heading_rad)) % 360.0
+    degrees = np.degrees(heading_rad) % 360.0
     nearest = round(degrees / 90.0)
     off = round(degrees - 90.0 * nearest)
     to, seen = ways[nearest % 4]
@@ -144,11 +144,11 @@ def _stretch(stretch: Stretch, walk: Walk) -> dict[str, Any]:
     said["distance_from_walkers"] = _round(found.starts.least_distance, 2)
     if not stretch.walks:
         return said  # numbers of a walk that is none would only mislead
-    heading = float(found.fit.x[HEADING])
-    half = float(np.degrees(NORMAL[LEVEL_95] * view_sd_rad(walk, found)))
-    stride_hz = float(np.exp(found.fit.x[LOG_F]))
+    heading = found.fit.x[HEADING]
+    half = np.degrees(NORMAL[LEVEL_95] * view_sd_rad(walk, found))
+    stride_hz = np.exp(found.fit.x[LOG_F])
     fitted = found.posterior.log_frequency_sd * walk.calibration.view[1, LEVEL_95]
-    cadence_half = NORMAL[LEVEL_95] * float(np.hypot(fitted, CADENCE_EXTRA))
+    cadence_half = NORMAL[LEVEL_95] * np.hypot(fitted, CADENCE_EXTRA)
     rivals = [
         c
         for c in found.candidates[1:]
@@ -238,7 +238,7 @@ def half_widths_mm(walk: Walk, found: Reconstruction) -> np.ndarray:
 
 def _speed(found: Reconstruction, stride_hz: float, stature_mm: float) -> dict[str, Any]:
     belt = found.fit.objective.prior.belt
-    stride = 2.0 * np.pi * float(belt @ found.posterior.walker.ravel())  # mm of ground per cycle
+    stride = 2.0 * np.pi * (belt @ found.posterior.walker.ravel())  # mm of ground per cycle
     stature = HEIGHT_MM / HEIGHT_SHARE
     said: dict[str, Any] = {
         "locomotion": _locomotion(found),
@@ -293,7 +293,7 @@ def advice(walk: Walk, stretch: Stretch) -> list[str]:
     if found is None:
         return []
     said = []
-    heading = abs(np.degrees(float(found.fit.x[HEADING])))
+    heading = abs(np.degrees(found.fit.x[HEADING]))
     if min(heading, 180.0 - heading) < 20.0:
         said.append("From 30 to 60° to the path depth is better known and the knee's error a fifth smaller.")
     if found.strides < 2.0:
@@ -312,7 +312,7 @@ def advice(walk: Walk, stretch: Stretch) -> list[str]:
         said.append(
             "Left and right could not be told apart: filming a path towards or past the camera tells them."
         )
-    off = float(np.degrees(off_middle_rad(found)))
+    off = np.degrees(off_middle_rad(found))
     if not walk.focal_known and off > OFF_MIDDLE_DEG:
         said.append(
             f"The walker is {off:.0f}° off the middle of the image, where the view depends on the focal length:"

@@ -103,8 +103,8 @@ def band(
     ends = ends[:, known]
     if (ends[0] > ends[1]).any():
         raise InvalidInput("an interval whose ends are swapped", where=entity, expected="low ≤ high")
-    first, last = (float(places[known][k]) for k in (0, -1))
-    extent = Extent((first, float(ends.min())), (last, float(ends.max())))
+    first, last = (places[known][k] for k in (0, -1))
+    extent = Extent((first, ends.min()), (last, ends.max()))
     half = 0.5 * (ends[1] - ends[0])
     columns = rr.Measurements.columns(values=ends.mean(axis=0), variances=half**2)
     return known, extent, partitioned(columns, ends.shape[1], 1)

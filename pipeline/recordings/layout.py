@@ -146,7 +146,7 @@ def framed(view: Space3D, extents: Extents) -> tuple[np.ndarray, np.ndarray]:
     target, (across, along, height) = (low + high) / 2.0, high - low
     way = np.array(view.eye_mm) - np.array(view.target_mm)
     way = way / np.linalg.norm(way)
-    distance = max(height, float(np.hypot(across, along)) / view.aspect) / (2.0 * _HALF_VIEW * _FILLED)
+    distance = max(height, np.hypot(across, along) / view.aspect) / (2.0 * _HALF_VIEW * _FILLED)
     return target + distance * way, target
 
 
@@ -156,7 +156,7 @@ def image_bounds(view: Image2D, extents: Extents) -> tuple[np.ndarray, np.ndarra
     if view.beside is None:
         return low, high
     position, target = framed(view.beside, extents)
-    half = np.array([0.0, _HALF_VIEW * float(np.linalg.norm(position - target))])
+    half = np.array([0.0, _HALF_VIEW * np.linalg.norm(position - target)])
     middle, wide = (low + high) / 2.0, np.array([(high - low)[0] / 2.0, 0.0])
     return middle - half - wide, middle + half + wide
 

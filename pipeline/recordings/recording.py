@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -13,7 +12,7 @@ from typing import Any
 import numpy as np
 import rerun as rr
 
-from pipeline.charts import Chart, Sheet, lines_of, on_timeline
+from pipeline.charts import Chart, lines_of, on_timeline
 from pipeline.recordings.columns import band, body, partitioned, rgb, time_column, vector
 from pipeline.recordings.hollow import RING, hollow_joints
 from pipeline.recordings.layout import METRES, Extent, blueprint
@@ -41,6 +40,8 @@ class Recording:
     ----------
     path : Path
         Where the ``.rrd`` goes; the folder must exist.
+    words : str
+        What follows `about`.
     name : str
         Letters, digits and underscores; recordings of the same name share a layout in the viewer.
     about : str
@@ -63,6 +64,7 @@ class Recording:
     def __init__(
         self,
         path: Path,
+        words: str = "",
         *,
         name: str,
         about: str,
@@ -72,7 +74,7 @@ class Recording:
         tables: Mapping[str, Any] | None = None,
     ) -> None:
         self.path, self.name, self.timeline = path, name, timeline
-        self._about, self._edition = about, edition
+        self._about, self._edition = about + words, edition
         self._extents: dict[str, Extent | None] = {}  # every entity, with the box around what it draws
         self._charts, self._tables = charts, tables or {}
         self.plots: list[Plot] = []
@@ -255,8 +257,8 @@ class Recording:
         if half.shape != values.shape or half.min() < 0:
             expected = f"{len(values)} numbers of at least 0"
             raise InvalidInput("a standard deviation that does not fit", where=entity, expected=expected)
-        low, high = float((values - half).min()), float((values + half).max())
-        extent = Extent((float(places[0]), low), (float(places[-1]), high))
+        low, high = (values - half).min(), (values + half).max()
+        extent = Extent((places[0], low), (places[-1], high))
         columns = self._claim(entity, extent, {self.timeline: places}, len(values))
         style: dict[str, Any] = {"names": label, "colors": rgb(entity, colour), "widths": width * _LINE_WIDTH}
         if sd is None:
@@ -271,7 +273,7 @@ class Recording:
             drawn = band(where, places, *interval)
             if drawn is not None:
                 known, extent, parts = drawn
-                columns = self._claim(where, extent, {self.timeline: places[known]}, int(known.sum()))
+                columns = self._claim(where, extent, {self.timeline: places[known]}, known.sum())
                 self._static(where, rr.Measurements.from_fields(**{**style, "widths": 0.0}))
                 self._stream.send_columns(where, indexes=columns, columns=parts)
 
@@ -309,7 +311,7 @@ class Recording:
                 and reference.label
                 and entity not in self._extents
             ):
-                level = _ordinate(chart, np.full(len(known), float(reference.y)))
+                level = _ordinate(chart, np.full(len(known), reference.y))
                 self.curve(entity, known, level, label=reference.label, colour="reference", width=0.5)
         name = ": ".join(filter(None, [chart.title, chart.axes[1]]))
         plot = Plot(name=f"log10 of {name}" if chart.log_y else name, origin=top, headroom=_HEADROOM)
@@ -408,36 +410,5 @@ def _ordinate(chart: Chart, values: np.ndarray) -> np.ndarray:
     return np.log10(values) if chart.log_y else values
 
 
-@dataclass(frozen=True)
-class Recorder:
-    """Begins the recording of one figure, which its `record` is given.
-
-    Attributes
-    ----------
-    folder : Path
-        Where ``recording.rrd`` goes.
-    name, about, edition : str
-        As `Recording`.
-    sheet : Sheet
-        The charts of the figure.
-    tables : mapping of str to table
-    """
-
-    folder: Path
-    name: str
-    about: str
-    edition: str
-    sheet: Sheet
-    tables: Mapping[str, Any]
-
-    def __call__(self, words: str = "", *, timeline: str = "time") -> Recording:
-        """Return the recording, to be written, with further words of its description (Markdown)."""
-        return Recording(
-            self.folder / "recording.rrd",
-            name=self.name,
-            about=self.about + words,
-            timeline=timeline,
-            edition=self.edition,
-            charts=self.sheet.charts,
-            tables=self.tables,
-        )
+Recorder = Callable[..., Recording]
+"""Begins the recording of one figure, given further words of its description, and its timeline if that is not time."""

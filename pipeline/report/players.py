@@ -178,7 +178,7 @@ def clips(figure: PublishedFigure | None) -> tuple[dict[str, Any], str]:
     chosen = list({action.get(name, name): n for n, name in reversed(list(enumerate(names)))}.values())
     return {
         "cameras": arrays["cameras"].tolist(),
-        "limbs": list(WALKER14.limbs),
+        "limbs": WALKER14.limbs,
         "ends": WALKER14.ends.tolist(),
         "clips": [
             {"name": names[n], "action": action.get(names[n], ""), **_clip(arrays, n)}

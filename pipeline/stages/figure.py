@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -78,9 +79,11 @@ def _publish(
             stem = publication.folder / "figure"
             figure.draw(inputs, made, pictures.Picture(stem, caption, sheet, made))
         if figure.recording and whole:
-            edition = f"{experiment.data.name} {experiment.scale.name}"
-            begin = (publication.folder, experiment.name, inputs.about, edition, sheet, made)
-            figure.record(inputs, made, recordings.Recorder(*begin))
+            begin = partial(
+                recordings.Recording, publication.folder / "recording.rrd", name=experiment.name, about=inputs.about,
+                edition=f"{experiment.data.name} {experiment.scale.name}", charts=sheet.charts, tables=made,
+            )  # fmt: skip
+            figure.record(inputs, made, begin)
         artefacts = [kept.artefact for kept in stages]
         publication.facts = {
             "figure": experiment.name,

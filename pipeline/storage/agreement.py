@@ -158,7 +158,7 @@ def _verdicts(kept: Path, made: Path, most: float) -> Agreement:
             wrong += [f"{claim}, {name}: {row[name]} is not {again[name]}" for name in other]
         else:
             a, b = (np.array([float(one["value"] or "nan")]) for one in (row, again))
-            off = float(tables.needed(a, b, NOT_ZERO)[0])
+            off = tables.needed(a, b, NOT_ZERO)[0]
             largest = max(largest, off)
             if off > most:
                 wrong.append(f"{claim}: {a[0]:.10g} is not {b[0]:.10g}")

@@ -183,7 +183,7 @@ def compare(path_a: Path, path_b: Path, *, relative: float = 1e-6, absolute: flo
     if complaint := _unlike(a, b):
         return [complaint]
     differences = [
-        (int(i), f"line {i + 2}, {name}: {a[name][i]} is not {b[name][i]}")
+        (i, f"line {i + 2}, {name}: {a[name][i]} is not {b[name][i]}")
         for name in a
         for i in np.flatnonzero(needed(a[name], b[name], absolute) > relative)
     ]

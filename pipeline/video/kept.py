@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import shutil
 from collections.abc import Callable
@@ -9,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.storage.sealed_folders import file_digest
 from pipeline.validation import InvalidInput, missing_package
 
 TABLE, ABOUT = "keypoints.csv", "keypoints.json"
@@ -44,7 +44,8 @@ def keypoints_table(
     """
     if not video.is_file():
         raise InvalidInput("there is no such video", "input.path", received=video)
-    digest = file_digest(video)
+    with video.open("rb") as film:
+        digest = hashlib.file_digest(film, "sha256").hexdigest()
     table, about = folder / TABLE, folder / ABOUT
     if _about(earlier).get("sha256") == digest and (earlier / TABLE).is_file():
         copy(earlier, folder)
