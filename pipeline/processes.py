@@ -125,7 +125,7 @@ def _give_core() -> None:
 
 def die_with_parent(parent: int) -> None:
     """End this process with the process that started it, whose number is given, however that one ends (on Linux)."""
-    if sys.platform == "linux":
+    if CAN_FORK:
         _LIBRARY.prctl(_DIE_WITH_PARENT, signal.SIGKILL)
         if os.getppid() != parent:
             os._exit(1)

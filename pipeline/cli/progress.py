@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.text import Text
 
-from pipeline.cli.summary import STAGES, Failure, Outcome
+from pipeline.cli.summary import STAGES, Made, Outcome
 from pipeline.studies.experiment import Experiment
 
 _PACE_S = 3600.0
@@ -67,7 +67,7 @@ class Display:
         name = self._progress.tasks[slot + 1].fields["figure"]
         self._progress.update(task, description=f"{name}: {stage}", completed=STAGES.index(stage))
 
-    def ended(self, slot: int, figure: int, made: Outcome | Failure) -> None:
+    def ended(self, slot: int, figure: int, made: Made) -> None:
         """Show that a figure is finished; where there is no terminal, in a line."""
         self._ended += 1
         self._progress.update(self._slots[slot], visible=False)

@@ -85,6 +85,9 @@ class Failure:
     traceback: str = ""
 
 
+Made = Outcome | Failure
+
+
 def summarise(
     outcomes: Sequence[Outcome], verdicts: Sequence[Verdict], console: Console, *, seconds: float
 ) -> None:

@@ -26,6 +26,7 @@ from pipeline.core.keypoint_walk.objective import LOG_F, PHASE
 from pipeline.core.keypoint_walk.prior import Prior
 from pipeline.core.sagittal_angles import ANGLES, KINDS, SIDES
 from pipeline.reconstruct.clip import Walk
+from pipeline.storage import tables
 
 LEVEL_95 = 2
 HEIGHT_SHARE = 0.89
@@ -175,13 +176,7 @@ def number_rows(said: dict[str, dict[str, Any]]) -> dict[str, list[Any]]:
         for side in (*SIDES, "difference", "both")
         if side in of
     ]
-    return dict(
-        zip(
-            ("number", "side", "value", "half_width_95", "unit"),
-            map(list, zip(*rows, strict=True)),
-            strict=True,
-        )
-    )
+    return tables.of_rows(("number", "side", "value", "half_width_95", "unit"), rows)
 
 
 def angle_rows(walk: Walk) -> dict[str, np.ndarray]:

@@ -27,6 +27,7 @@ from pipeline.reconstruct import cycle
 from pipeline.reconstruct.clip import Walk
 from pipeline.reconstruct.cycle import HEIGHT_SHARE, LEVEL_95, scale_mm
 from pipeline.skeleton import WALKER15
+from pipeline.storage import tables
 
 RIVAL_COST = 60.0
 """Candidates whose cost is above the best's by less are given as alternatives."""
@@ -346,7 +347,7 @@ def table_rows(walk: Walk) -> dict[str, list[Any]]:
             strict=True,
         )
     names = ("stretch", "frame", "time_s", "joint", "x", "y", "z", "half_x", "half_y", "half_z", "observed")
-    return {name: [row[n] for row in rows] for n, name in enumerate(names)}
+    return tables.of_rows(names, rows)
 
 
 def world_mm(found: Reconstruction) -> np.ndarray:

@@ -167,5 +167,4 @@ def _write_left_out(path: Path, results: Published, kept: set[str]) -> None:
         for file, fact in sorted(figure.manifest["files"].items())
         if f"{name}/{file}" not in kept and file != "figure.png"
     ]
-    columns = zip(*rows, strict=True) if rows else ((), (), (), ())
-    tables.write(path, dict(zip(("figure", "file", "bytes", "sha256"), columns, strict=True)))
+    tables.write(path, tables.of_rows(("figure", "file", "bytes", "sha256"), rows))

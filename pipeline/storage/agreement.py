@@ -82,10 +82,8 @@ def rule(folder: Path) -> dict[str, float]:
 def write_rule(folder: Path, figures: Iterable[str]) -> None:
     """Write the rule for all tables of these figures, which are folders of their names, beside them."""
     rows = [(figure, *item) for figure in sorted(figures) for item in rule(folder / figure).items()]
-    columns = zip(*rows, strict=True) if rows else ((), (), ())
-    tables.write(
-        folder / DIGITS, dict(zip(("figure", "table", "relative_difference_allowed"), columns, strict=True))
-    )
+    names = ("figure", "table", "relative_difference_allowed")
+    tables.write(folder / DIGITS, tables.of_rows(names, rows))
 
 
 def compare_again(kept: Path, made: Path) -> list[Agreement]:

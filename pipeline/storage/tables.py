@@ -114,6 +114,11 @@ def renew(
     write(path, cells, sort_by=sort_by, replace=replace)
 
 
+def of_rows(names: Sequence[str], rows: Sequence[Sequence[Any]]) -> dict[str, list[Any]]:
+    """Return rows as columns of these names."""
+    return {name: [row[n] for row in rows] for n, name in enumerate(names)}
+
+
 def read(path: Path, *, sha256: str | None = None) -> dict[str, np.ndarray]:
     """Return the columns of a table, in file order.
 

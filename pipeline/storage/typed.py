@@ -85,7 +85,7 @@ def _parts(part: Any) -> dict[str, Any] | None:
     return None
 
 
-def unpack(kind: type, arrays: Mapping[str, np.ndarray], notes: Mapping[str, Any]) -> Any:
+def unpack(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str = "") -> Any:
     """Return the dataclass whose arrays and notes `pack` returned.
 
     Parameters
@@ -94,11 +94,9 @@ def unpack(kind: type, arrays: Mapping[str, np.ndarray], notes: Mapping[str, Any
         The dataclass, or a generic alias of one.
     arrays, notes : mapping
         As `pack` returned them, also after a round trip through files.
+    path : str
+        Of a part of it.
     """
-    return _whole(kind, arrays, notes, "")
-
-
-def _whole(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str) -> Any:
     kind = required(kind)
     if path in arrays:
         return arrays[path]
@@ -118,7 +116,7 @@ def _whole(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str) -
         build: Any = origin
         return build(
             **{
-                field.name: _whole(hints[field.name], arrays, found.get(field.name), prefix + field.name)
+                field.name: unpack(hints[field.name], arrays, found.get(field.name), prefix + field.name)
                 for field in dataclasses.fields(origin)
             }
         )
@@ -127,7 +125,7 @@ def _whole(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str) -
         inner = typing.get_args(kind)[1] if typing.get_args(kind) else Any
         if dataclasses.is_dataclass(typing.get_origin(inner) or inner):
             names = list(dict.fromkeys([*(notes or {}), *(name.split(".")[0] for name in sorted(below))]))
-            return {name: _whole(inner, arrays, (notes or {}).get(name), prefix + name) for name in names}
+            return {name: unpack(inner, arrays, (notes or {}).get(name), prefix + name) for name in names}
         if below:
             return {name[len(prefix) :]: arrays[name] for name in arrays if name.startswith(prefix)}
         return dict(notes)
