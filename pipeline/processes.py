@@ -196,13 +196,14 @@ def _spread(
         for helper in helpers:
             helper.end()
         os.close(queue)
+    made: list[list[Result]] = []
     for number, block in enumerate(blocks):
         # Not there: of a helper that was killed, or could not send it.
         results = found[number] if number in found else [function(item) for item in block]
         if isinstance(results, Exception):
             raise results  # the first, as without helpers: blocks before it were all begun
-        found[number] = results
-    return [found[number] for number in range(len(blocks))]  # type: ignore[misc]
+        made.append(results)
+    return made
 
 
 def _taken(queue: int) -> Iterator[int]:

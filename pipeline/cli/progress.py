@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.text import Text
 
 from pipeline.cli.summary import STAGES, Made, Outcome
@@ -41,7 +41,7 @@ class Display:
         )
         total = sum(experiment.cost_s for experiment in experiments)
         self._all = self._progress.add_task("figures", total=total, count=self._count)
-        self._slots: list[TaskID] = [
+        self._slots = [
             self._progress.add_task("", total=len(STAGES), count="", visible=False) for _ in range(slots)
         ]
 

@@ -33,7 +33,7 @@ def verify(arguments: Sequence[str]) -> int:
             print(f"{folder}: every file is as it was kept")
             if own.get("rerun") not in (None, "", "0"):
                 complaints = computed_again(folder, own.get("only", ""))
-        status = status or int(bool(complaints))
+        status |= bool(complaints)
     return status
 
 

@@ -101,8 +101,6 @@ def band(
     if not known.any():
         return None
     ends = ends[:, known]
-    if (ends[0] > ends[1]).any():
-        raise InvalidInput("an interval whose ends are swapped", where=entity, expected="low ≤ high")
     first, last = (places[known][k] for k in (0, -1))
     extent = Extent((first, ends.min()), (last, ends.max()))
     half = 0.5 * (ends[1] - ends[0])

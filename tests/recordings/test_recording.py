@@ -204,12 +204,6 @@ def test_intervals_are_bands_about_their_middle_where_both_ends_are_known(tmp_pa
     verify(path)
 
 
-def test_an_interval_with_swapped_ends_is_refused(tmp_path: Path) -> None:
-    table = TABLE.assign(error_low=9.0, error_high=[2.5, 3.0, 5.0, 4.5])
-    with pytest.raises(InvalidInput, match="ends are swapped"):
-        write_charts(tmp_path / "a.rrd", ERROR, table=table)
-
-
 def test_logarithms_and_references_are_curves_too(tmp_path: Path) -> None:
     table = {"scale": [0.1, 1.0, 10.0], "error": [1e-9, 0.1, 1.0]}
     level = Reference(y=0.1, label="µ = 0", published=True)
