@@ -263,22 +263,17 @@ def lines_of(chart: Chart, tables: Mapping[str, Any]) -> list[Line]:
     for lines in (chart, *chart.also):
         table = tables.get(lines.table) if isinstance(lines.table, str) else lines.table
         if table is None:
-            raise InvalidInput("no such table", where=str(lines.table), expected=", ".join(tables))
+            raise InvalidInput("no such table", where=lines.table, expected=", ".join(tables))
         found += _lines(chart, lines, table, len(found))
     if (
         chart.words
         and len(found) > 1
-        and _meet(found)
+        and len(np.unique(places := np.concatenate([line.x for line in found]))) < len(places)
         and not any(lines.strands for lines in (chart, *chart.also))
     ):
         step = 0.5 / (len(found) - 1)
         found = [replace(line, x=line.x - 0.25 + step * n) for n, line in enumerate(found)]
     return found
-
-
-def _meet(lines: Sequence[Line]) -> bool:
-    places = np.concatenate([line.x for line in lines])
-    return len(np.unique(places)) < len(places)
 
 
 def _lines(chart: Chart, lines: Lines, table: Any, number: int) -> list[Line]:
@@ -387,7 +382,7 @@ def from_json(plain: Mapping[str, Any], where: str = "") -> Chart:
             "a chart of another version of this software",
             where=where,
             expected="the figure, made again",
-            received=str(error),
+            received=error,
         ) from None
 
 

@@ -9,8 +9,7 @@ others wait and read what it has kept on disk.  A process that calls no loop doe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from functools import update_wrapper
 from pathlib import Path
 from threading import RLock
@@ -80,24 +79,17 @@ def _compiled(loop: Callable, **options: Any) -> Any:
     folder = Path(dispatcher.stats.cache_path)
 
     def compile_once(signature: Any) -> Any:
-        with _compiling(folder):
-            return compile_for(signature)
+        """Keep other processes from compiling what is kept in this folder."""
+        with _ONE_THREAD:
+            if folder in _HELD:
+                return compile_for(signature)
+            folder.mkdir(parents=True, exist_ok=True)
+            with exclusive(folder / "compiling.lock"):
+                _HELD.add(folder)
+                try:
+                    return compile_for(signature)
+                finally:
+                    _HELD.discard(folder)
 
     dispatcher.compile = compile_once
     return dispatcher
-
-
-@contextmanager
-def _compiling(folder: Path) -> Iterator[None]:
-    """Keep other processes from compiling what is kept in this folder."""
-    with _ONE_THREAD:
-        if folder in _HELD:
-            yield
-            return
-        folder.mkdir(parents=True, exist_ok=True)
-        with exclusive(folder / "compiling.lock"):
-            _HELD.add(folder)
-            try:
-                yield
-            finally:
-                _HELD.discard(folder)

@@ -19,9 +19,12 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from multiprocessing import Pipe
-from typing import Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from threadpoolctl import threadpool_limits
+
+if TYPE_CHECKING:
+    from multiprocessing.synchronize import Semaphore
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -39,23 +42,14 @@ Divide = Callable[[Callable[[Any], Any], list[Any], int], list[Any]]
 """As `map_processes`, but part of the work may be done elsewhere."""
 
 
-class Cores(Protocol):
-    """Count of spare cores that several processes share: a semaphore."""
-
-    def acquire(self, block: bool = True, /) -> bool:
-        """Take one; with ``block=False`` return whether there was one."""
-
-    def release(self) -> None:
-        """Give one back."""
-
-
 class _Share:
     """What this process knows of the spare cores.
 
     Attributes
     ----------
-    spare : Cores or None
-        None: nobody shares, and `map_processes` starts as many helpers as it may.
+    spare : Semaphore or None
+        Count of spare cores that several processes share; None: nobody shares, and `map_processes` starts as many
+        helpers as it may.
     not_returned : int
         Cores that were lent and have not come back: the next spare ones are not taken but returned.
     helper : bool
@@ -64,7 +58,7 @@ class _Share:
         Called in place of the next `map_processes`, which is work of several jobs.
     """
 
-    spare: Cores | None = None
+    spare: Semaphore | None = None
     not_returned = 0
     helper = False
     divide: Divide | None = None
@@ -85,7 +79,7 @@ def processes_for(wanted: int) -> int:
     return min(wanted, max(usable_cores(), 2))
 
 
-def share_cores(spare: Cores, owed: int = 0) -> None:
+def share_cores(spare: Semaphore, owed: int = 0) -> None:
     """Take the helpers of this process from a count of spare cores, of which it owes some."""
     _Share.spare, _Share.not_returned = spare, owed
 
@@ -131,7 +125,7 @@ def _give_core() -> None:
 
 def die_with_parent(parent: int) -> None:
     """End this process with the process that started it, whose number is given, however that one ends (on Linux)."""
-    if sys.platform == "linux":
+    if CAN_FORK:
         _LIBRARY.prctl(_DIE_WITH_PARENT, signal.SIGKILL)
         if os.getppid() != parent:
             os._exit(1)
@@ -202,13 +196,14 @@ def _spread(
         for helper in helpers:
             helper.end()
         os.close(queue)
+    made: list[list[Result]] = []
     for number, block in enumerate(blocks):
         # Not there: of a helper that was killed, or could not send it.
         results = found[number] if number in found else [function(item) for item in block]
         if isinstance(results, Exception):
             raise results  # the first, as without helpers: blocks before it were all begun
-        found[number] = results
-    return [found[number] for number in range(len(blocks))]  # type: ignore[misc]
+        made.append(results)
+    return made
 
 
 def _taken(queue: int) -> Iterator[int]:

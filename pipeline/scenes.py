@@ -95,7 +95,7 @@ class Split:
 
     def __init__(self, *parts: View | Split, shares: Sequence[float] | None = None) -> None:
         if shares is not None and len(shares) != len(parts):
-            raise InvalidInput("as many shares as parts", expected=str(len(parts)), received=str(len(shares)))
+            raise InvalidInput("as many shares as parts", expected=len(parts), received=len(shares))
         self.parts, self.shares = parts, shares
 
 

@@ -25,14 +25,13 @@ _LONGEST, _LONGEST_SENTENCE = 300, 3000
 """Characters of a file's or user's own text in a sentence, and of a whole sentence."""
 
 
-def _short(text: str) -> str:
-    return text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…"
+def _short(text: str, longest: int = _LONGEST) -> str:
+    return text if len(text) <= longest else text[: longest - 1] + "…"
 
 
-def _printable(text: str) -> str:
+def printable(text: str) -> str:
     """Return a text of one line in which nothing can steer a terminal."""
-    text = text if len(text) <= _LONGEST_SENTENCE else text[: _LONGEST_SENTENCE - 1] + "…"
-    return text if text.isprintable() else "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
 class InvalidInput(ValueError):
@@ -43,10 +42,10 @@ class InvalidInput(ValueError):
     what : str
         What is wrong, e.g. ``"the file is truncated"``; or, of an option, what it must be, e.g.
         ``"must be at least 1"``.
-    where : str
+    where : object
         The file, option or clip, e.g. ``"walk.c3d, byte 512"``.
     expected, received : object
-        What would have been right, and what came instead; both optional, shown as text.
+        What would have been right, and what came instead.  All three are optional, and shown as text.
 
     Examples
     --------
@@ -56,8 +55,8 @@ class InvalidInput(ValueError):
     sweep.trials must be at least 1 (got 0)
     """
 
-    def __init__(self, what: str, where: str = "", expected: object = "", received: object = "") -> None:
-        where, expected, received = _short(where), str(expected), _short(str(received))
+    def __init__(self, what: str, where: object = "", expected: object = "", received: object = "") -> None:
+        where, expected, received = _short(str(where)), str(expected), _short(str(received))
         if where and what.startswith("must "):
             sentence, got = f"{where} {what}", "got"
         else:
@@ -65,7 +64,9 @@ class InvalidInput(ValueError):
         details = ", ".join(
             f"{label} {value}" for label, value in (("expected", expected), (got, received)) if value
         )
-        super().__init__(_printable(f"{sentence} ({details})" if details else sentence))
+        super().__init__(
+            printable(_short(f"{sentence} ({details})" if details else sentence, _LONGEST_SENTENCE))
+        )
         self.what = what
         self.where = where
         self.expected = expected
@@ -194,7 +195,7 @@ def require_choice(name: str, value: Value, choices: Iterable[Value]) -> Value:
     if value not in allowed:
         words = [str(choice) for choice in allowed]
         listed = " or ".join(words) if len(words) < 3 else f"one of {', '.join(words)}"
-        raise InvalidInput(f"must be {listed}", name, received=str(value))
+        raise InvalidInput(f"must be {listed}", name, received=value)
     return value
 
 
@@ -278,6 +279,18 @@ def _require(name: str, value: Any, hint: Any) -> None:
             check(name, value)
 
 
+def required(hint: Any) -> Any:
+    """Return ``X`` of a type ``X | None``, and any other as it is.
+
+    Examples
+    --------
+    >>> required(int | None), required(list[int])
+    (<class 'int'>, list[int])
+    """
+    parts = get_args(hint)
+    return next(part for part in parts if part is not type(None)) if type(None) in parts else hint
+
+
 def require_name(name: str, value: str) -> str:
     """Return a value that names one folder and cannot lead out of the folder above it.
 
@@ -342,7 +355,7 @@ def require_shape(name: str, array: Any, shape: Sequence[int | str | None]) -> n
     if not fits:
         pattern = ", ".join("any" if size is None else str(size) for size in shape)
         pattern += "," if len(shape) == 1 else ""
-        raise InvalidInput(f"must have shape ({pattern})", name, received=str(array.shape))
+        raise InvalidInput(f"must have shape ({pattern})", name, received=array.shape)
     return array
 
 
@@ -364,7 +377,7 @@ def require_finite(name: str, array: Any) -> np.ndarray:
     array = _array(name, array)
     bad = ~np.isfinite(array)
     if bad.any():
-        at = tuple(int(i) for i in np.argwhere(bad)[0])
+        at = tuple(np.argwhere(bad)[0].tolist())
         where = str(at[0]) if len(at) == 1 else str(at)
         raise InvalidInput("must be finite", name, received=f"{array[at]} at index {where}")
     return array

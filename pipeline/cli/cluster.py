@@ -26,13 +26,13 @@ from rich.text import Text
 
 from pipeline.cli.figures import attempt, make_figures, report
 from pipeline.cli.options import filled
+from pipeline.cli.pool import Jobs
 from pipeline.cli.progress import line
 from pipeline.cli.recipes import recipe
 from pipeline.cli.status import CURRENT, JOBS, latest, states, status
-from pipeline.cli.summary import Failure, Outcome
+from pipeline.cli.summary import Failure, Made, Outcome
 from pipeline.cli.tasks import FIGURE, Task, plan
 from pipeline.storage.store import Plan, Store
-from pipeline.studies.experiment import Experiment
 from pipeline.validation import (
     Count,
     CountOrAll,
@@ -75,9 +75,7 @@ class _Named:
     launch: Launch = field(default_factory=Launch)
 
 
-def launch_figures(
-    jobs: Sequence[tuple[Experiment, Path]], arguments: Sequence[str], *, console: Console
-) -> list[str]:
+def launch_figures(jobs: Jobs, arguments: Sequence[str], *, console: Console) -> list[str]:
     """Make figures as ``launch=`` and its options say, and return why some were not made, a sentence each.
 
     Raises
@@ -100,7 +98,7 @@ class _Work:
     task: Task
     folder: Path
 
-    def __call__(self) -> Outcome | Failure | None:
+    def __call__(self) -> Made | None:
         print(
             f"{self.task.name} on {socket.gethostname()} {os.environ.get('SLURMD_NODENAME', '')}", flush=True
         )
@@ -151,12 +149,12 @@ class _Queue:
             "job_name": task.name,
             "time": options.minutes or 20 + math.ceil(task.cost_s / 6 / options.cores),
             "cpus_per_task": options.cores,
-            "partition": options.partition or None,
-            "account": options.account or None,
-            "mem": f"{math.ceil(options.memory_gb * 1024)}MB" if options.memory_gb else None,
-            "dependency": "afterany:" + ":".join(after) if after else None,
+            "partition": options.partition,
+            "account": options.account,
+            "mem": options.memory_gb and f"{math.ceil(options.memory_gb * 1024)}MB",
+            "dependency": after and "afterany:" + ":".join(after),
         }
-        executor.update_parameters(**{name: value for name, value in wanted.items() if value is not None})
+        executor.update_parameters(**{name: value for name, value in wanted.items() if value})
         mine = dataclasses.replace(task.experiment, workers=options.cores)
         work = _Work(dataclasses.replace(task, experiment=mine), folder)
         try:
@@ -174,9 +172,7 @@ class _Queue:
         return _Job(task, self._submitit.SlurmJob((self.folder / task.name).resolve(), number))
 
 
-def make_on_cluster(
-    jobs: Sequence[tuple[Experiment, Path]], options: Launch, *, console: Console
-) -> list[str]:
+def make_on_cluster(jobs: Jobs, options: Launch, *, console: Console) -> list[str]:
     """Make figures as jobs and return why some were not made, a sentence each.
 
     Parameters
@@ -225,9 +221,9 @@ def _submit(tasks: Sequence[Task], folders: dict[str, Path], queue: _Queue, runn
 
 def _watch(
     running: dict[str, _Job], folders: dict[str, Path], queue: _Queue, retries: int, console: Console
-) -> list[Outcome | Failure]:
+) -> list[Made]:
     """Wait until all jobs have ended, submit again those that were lost, and return what became of the figures."""
-    made: list[Outcome | Failure] = []
+    made: list[Made] = []
     wait_s, told = 1.0, ""
     while running:
         seen = states()
@@ -242,7 +238,7 @@ def _watch(
                     again = queue.submit(job.task, folders.get(name, queue.folder), ())
                     running[name] = dataclasses.replace(again, begun=job.begun + 1)
                     continue
-                ended: Outcome | Failure | None = Failure(name, f"its job was lost {job.begun} times: {log}")
+                ended: Made | None = Failure(name, f"its job was lost {job.begun} times: {log}")
             else:
                 error = job.handle.exception()
                 ended = Failure(name, str(error)) if error else job.handle.result()

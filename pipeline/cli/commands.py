@@ -95,7 +95,7 @@ def make_page(folder: Path, data_name: str, figures: Sequence[str]) -> str:
 
     if folder.is_dir():
         write_claims(folder / "claims.csv", judged(folder, data_name, figures))
-    page, _ = write_page(folder, figures)
+    page = write_page(folder, figures)
     return f"page: {page} ({page.stat().st_size / 1e6:.2f} MB)"
 
 
@@ -180,13 +180,13 @@ def view(arguments: Sequence[str]) -> int:
         path = one.published_in / name / "recording.rrd"
         first = f"`make {name} DATA={one.data} SCALE={one.scale}` first"
     if not path.is_file():
-        raise InvalidInput("no such recording yet", where=str(path), expected=first)
+        raise InvalidInput("no such recording yet", where=path, expected=first)
     if sys.platform.startswith("linux") and not (
         os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     ):
         raise InvalidInput(
             "the viewer needs a screen",
-            where=str(path),
+            where=path,
             expected="a desktop session; or a browser: `make report` writes a page with players, and "
             f"`.venv/bin/rerun --serve-web --bind 127.0.0.1 {path}` prints an address that shows it",
         )
@@ -260,5 +260,5 @@ def _latest_run(scratch: Path) -> Path:
     """Return the folder of the latest run with changed options."""
     runs = sorted(path for path in scratch.iterdir() if path.is_dir()) if scratch.is_dir() else []
     if not runs:
-        raise InvalidInput("no run with changed options is there", where=str(scratch))
+        raise InvalidInput("no run with changed options is there", where=scratch)
     return runs[-1]

@@ -92,7 +92,7 @@ def with_options(experiment: Experiment, kept: Mapping[str, Any]) -> Experiment:
         found = _whole({**canonical(experiment), **kept})
     except (KeyError, StopIteration, TypeError) as error:
         what = "options are not those of this version"
-        raise InvalidInput(what, where=experiment.name, received=str(error)) from error
+        raise InvalidInput(what, where=experiment.name, received=error) from error
     for name in FOLDERS & vars(found.data).keys():
         setattr(found.data, name, getattr(experiment.data, name))
     return replace(found, results=experiment.results, workers=experiment.workers)

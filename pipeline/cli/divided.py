@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import pickle
 import shutil
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +18,7 @@ from typing import Any
 from pipeline.processes import divided_by, map_processes
 from pipeline.storage.artefacts import Artefact
 from pipeline.storage.sealed_folders import digest, write_bytes
-from pipeline.storage.store import Store
+from pipeline.storage.store import Compute, Store
 
 _BLOCKS_OF_EACH = 4
 """Blocks to a job: what two make twice is at most about one of them."""
@@ -53,7 +53,7 @@ class DividedStore(Store):
         self,
         folder: Path,
         made_from: dict[str, Any],
-        compute: Callable[[], tuple[Mapping[str, Any], Mapping[str, Any]]],
+        compute: Compute,
         why: str,
     ) -> Artefact:
         blocks = _Blocks(folder, self._job, self._jobs)

@@ -17,10 +17,10 @@ from rich.text import Text
 from pipeline import papers
 from pipeline.cli.errors import sentence
 from pipeline.cli.own_result import own_result
-from pipeline.cli.pool import make_side_by_side
+from pipeline.cli.pool import Jobs, make_side_by_side
 from pipeline.cli.presets import presets
 from pipeline.cli.progress import Display
-from pipeline.cli.summary import Failure, Outcome, summarise
+from pipeline.cli.summary import Failure, Made, Outcome, summarise
 from pipeline.clips.kinds import Clips
 from pipeline.ingestion.data import FolderData
 from pipeline.processes import core_lent
@@ -113,9 +113,7 @@ def _remarks_on(clips: Clips) -> list[str]:
     return remarks
 
 
-def attempt(
-    experiment: Experiment, folder: Path, at: Callable[[str], None], *, early: bool = False
-) -> Outcome | Failure:
+def attempt(experiment: Experiment, folder: Path, at: Callable[[str], None], *, early: bool = False) -> Made:
     """Make a figure and return it, or why it could not be made.
 
     A store of its own remembers the artefacts of one figure: memory does not grow with the number of figures.
@@ -131,7 +129,7 @@ def attempt(
         return Failure(experiment.name, f"{type(error).__name__}: {error}", traceback.format_exc())
 
 
-def make_figures(jobs: Sequence[tuple[Experiment, Path]], *, console: Console) -> list[str]:
+def make_figures(jobs: Jobs, *, console: Console) -> list[str]:
     """Make figures and return why some were not made, a sentence each; the others are made all the same.
 
     Parameters
@@ -154,8 +152,8 @@ def make_figures(jobs: Sequence[tuple[Experiment, Path]], *, console: Console) -
 
 
 def report(
-    jobs: Sequence[tuple[Experiment, Path]],
-    made: Sequence[Outcome | Failure],
+    jobs: Jobs,
+    made: Sequence[Made],
     console: Console,
     *,
     seconds: float,
@@ -180,9 +178,9 @@ def report(
     return list(told)
 
 
-def _make_in_turn(jobs: Sequence[tuple[Experiment, Path]], display: Display) -> list[Outcome | Failure]:
+def _make_in_turn(jobs: Jobs, display: Display) -> list[Made]:
     """Make figures one after the other in this process."""
-    made: list[Outcome | Failure] = []
+    made: list[Made] = []
     for number, (experiment, folder) in enumerate(jobs):
         display.began(0, number)
         made.append(attempt(experiment, folder, lambda stage: display.at(0, stage), early=len(jobs) == 1))

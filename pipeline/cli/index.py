@@ -15,7 +15,7 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 from pipeline.cli.presets import CONF, presets
 from pipeline.storage import user_cache
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import InvalidInput, require_range, required
 
 _SIMPLE = re.compile(r"([a-z_][\w.]*)=([\w./-]*)")
 """Overrides that are judged: no list, mapping, quotes, addition or deletion."""
@@ -66,7 +66,7 @@ def _tree(kind: type[Any]) -> dict[str, Any]:
 
 
 def _values(hint: Any) -> Any:
-    hint = next((part for part in get_args(hint) if type(None) in get_args(hint)), hint)
+    hint = required(hint)
     bounds: dict[str, Any] = {}
     if get_origin(hint) is Annotated:
         hint, *checks = get_args(hint)

@@ -75,11 +75,11 @@ def recordings(source: Path) -> list[Path]:
     if source.is_file():
         return [source]
     if not source.is_dir():
-        raise InvalidInput("there is no such file or folder", where=str(source))
+        raise InvalidInput("there is no such file or folder", where=source)
     found = sorted(p for p in source.rglob("*") if p.suffix.lower() in formats.READERS and p.is_file())
     if not found:
         expected = "files ending in " + " ".join(formats.READERS)
-        raise InvalidInput("no motion capture in the folder", where=str(source), expected=expected)
+        raise InvalidInput("no motion capture in the folder", where=source, expected=expected)
     return found
 
 
@@ -227,7 +227,7 @@ def _one_person(
 
 def _of_file(motion: MotionCapture, suffix: str) -> list[str]:
     frames, points = motion.valid.shape
-    gaps = 100 * (1 - float(motion.valid.mean()))
+    gaps = 100 * (1 - motion.valid.mean())
     unit = "no unit stated" if motion.units_assumed else f"unit {motion.units}"
     line = (
         f"{suffix.lstrip('.').lower()}: {points} points, {frames} frames at {motion.frame_rate_hz:.6g} Hz"
@@ -265,7 +265,7 @@ def _of_walk(motion: MotionCapture, fit: mappings.Fit, path: Path, options: Insp
             f"next: {_after_refusal(reason, path, options, _run(path, options, found.mapping))}"
         )
         return
-    found.strides = float(walk.row["strides"])
+    found.strides = walk.row["strides"]
     found.lines.append(
         f"walk: {found.strides:.1f} strides, {walk.row['locomotion']}, {walk.row['frequency_hz']:.2f} Hz"
         + (f"; {walk.row['reason']}" if walk.row["reason"] else "")

@@ -51,7 +51,6 @@ from __future__ import annotations
 import ast
 import atexit
 import errno
-import inspect
 import os
 import signal
 import sys
@@ -85,21 +84,9 @@ OWN_FILES = {"skeleton", "skeleton.mapping", "skeleton.missing"} | {
 _INTERRUPTED = 130
 _NO_OUTPUT = {errno.EPIPE, errno.ENOSPC, errno.EIO, errno.EBADF}
 
-_OF_MAIN = {
-    "figures": """Make figures side by side: figures [experiment=A,B] [data=...] [scale=...] [launch=slurm]
-        [OVERRIDE ...] [--dry-run].
-
-        Without experiment=, all for which the data set has clips.  Finished stages are found again: the same command
-        continues a run that was interrupted.  --dry-run says what would be made.  launch=slurm makes them as jobs of a
-        cluster (launch.partition, .minutes, .cores; docs/cluster.md).""",
-    "status": """Say of each figure, without computing, whether it is current, stale and why, or missing.
-
-        status [experiment=A,B] [data=...] [scale=...] [OVERRIDE ...]""",
-}
-"""Help of the commands that are run here."""
-
-
 COMMANDS = {
+    "figures": "main.make_all",
+    "status": "main.show_status",
     "fetch": "commands.fetch",
     "reconstruct": "reconstruct.reconstruct",
     "model": "training.train_model",
@@ -115,7 +102,7 @@ COMMANDS = {
     "export": "export.export_motion",
     "pointlight": "pointlight.point_lights",
 }
-"""The other commands: module of `pipeline.cli` and function, imported when it is called."""
+"""Module of `pipeline.cli` and function of each command, imported when it is called; its docstring is the help."""
 
 
 def command(name: str) -> Callable[[Sequence[str]], int]:
@@ -189,10 +176,12 @@ def _moment() -> str:
 
 
 def make_all(arguments: Sequence[str]) -> int:
-    """Make several figures side by side and return the exit status.
+    """Make figures side by side: figures [experiment=A,B] [data=...] [scale=...] [launch=slurm]
+    [OVERRIDE ...] [--dry-run].
 
-    ``experiment=a,b`` picks some, in this order; by default all that the data set has something for, none of them if
-    every one is current.  ``--dry-run`` makes none, and prints for each whether it is current.
+    Without experiment=, all for which the data set has clips.  Finished stages are found again: the same command
+    continues a run that was interrupted.  --dry-run says what would be made.  launch=slurm makes them as jobs of a
+    cluster (launch.partition, .minutes, .cores; docs/cluster.md).
     """
     from pipeline.cli.index import refuse_slips
 
@@ -236,6 +225,14 @@ def make_all(arguments: Sequence[str]) -> int:
     for reason, names in left_out.items():
         console.print(f"Left out: {', '.join(names)}: {reason}", style="yellow", soft_wrap=True)
     return 1 if refused else 0
+
+
+def show_status(arguments: Sequence[str]) -> int:
+    """Say of each figure, without computing, whether it is current, stale and why, or missing.
+
+    status [experiment=A,B] [data=...] [scale=...] [OVERRIDE ...]
+    """
+    return make_all([*arguments, "--dry-run"])
 
 
 def _apart(arguments: Sequence[str], chosen: Callable[[str], bool]) -> tuple[list[str], list[str]]:
@@ -331,29 +328,23 @@ def _run(arguments: Sequence[str]) -> int:
     if not arguments or arguments[0] in ("--help", "-h", "help"):
         print(help_text())
         return 0
-    if arguments[0] in _OF_MAIN and {"--help", "-h"} & set(arguments[1:]):
-        print(inspect.cleandoc(_OF_MAIN[arguments[0]]))
-        return 0
-    if arguments[0] == "--version":
+    first, *others = arguments
+    if first == "--version":
         print(f"gait-pipeline {version()}")
         return 0
-    if arguments[0] in COMMANDS:
-        if {"--help", "-h"} & set(arguments[1:]):
-            print(_help_of(arguments[0]))
+    if first in COMMANDS:
+        if {"--help", "-h"} & set(others):
+            print(_help_of(first))
             return 0
-        return command(arguments[0])(arguments[1:])
-    if arguments[0] == "figures":
-        return make_all(arguments[1:])
-    if arguments[0] == "status":
-        return make_all([*arguments[1:], "--dry-run"])
+        return command(first)(others)
     from pipeline.storage.publishing import require_new
     from pipeline.validation import InvalidInput
 
-    if arguments[0].find("=") < 1 and not arguments[0].startswith("-"):
+    if first.find("=") < 1 and not first.startswith("-"):
         raise InvalidInput(
             "the command is unknown",
-            expected="an override (option=value) or one of " + ", ".join(["figures", "status", *COMMANDS]),
-            received=arguments[0],
+            expected="an override (option=value) or one of " + ", ".join(COMMANDS),
+            received=first,
         )
     from pipeline.cli.index import refuse_slips
 

@@ -7,7 +7,7 @@ from dataclasses import is_dataclass
 from enum import Enum
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
-from pipeline.validation import InvalidInput, require_choice
+from pipeline.validation import InvalidInput, require_choice, required
 
 Options = TypeVar("Options")
 
@@ -67,9 +67,7 @@ def _known(owner: Any, name: str, key: str) -> str:
 
 def _value(key: str, kind: Any, text: str) -> Any:
     """Return a value of the type of its field; of ``X | None`` one of X."""
-    kind = next(
-        (part for part in get_args(kind) if type(None) in get_args(kind) and part is not type(None)), kind
-    )
+    kind = required(kind)
     if get_origin(kind) is list:
         if text[:1] + text[-1:] != "[]":
             raise InvalidInput("must be a list", where=key, expected="[a,b]", received=text)

@@ -27,7 +27,7 @@ def own_result(folder: Path) -> str:
         return ""
     of, unit = MEASURES[measure]
     methods = [name for name in dict.fromkeys(table["method"].tolist()) if not name[-1].isdigit()]
-    means = {name: float(np.nanmean(table[measure][table["method"] == name])) for name in methods}
+    means = {name: np.nanmean(table[measure][table["method"] == name]) for name in methods}
     ordered = sorted(methods, key=lambda name: means[name])
     parts = [f"{_WORDS.get(name, name.replace('_', ' '))} {means[name]:.3g}{unit}" for name in ordered]
     clips = tables.read(folder / "table_ingest.csv")

@@ -78,7 +78,6 @@ BOUNDS: dict[str, dict[str, Any]] = {
     "seed": {"at_least": 0, "at_most": 2**63},
     "speed_mm_s": {"at_least": -20000, "at_most": 20000},
     "lifetime_frames": {"at_least": 0, "at_most": 1e5},
-    "gender": {"at_least": -6, "at_most": 6},
 }
 """Of numbers that the display itself does not check."""
 

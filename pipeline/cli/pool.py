@@ -23,13 +23,16 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.cli.progress import Display
-from pipeline.cli.summary import Failure, Outcome
+from pipeline.cli.summary import Failure, Made
 from pipeline.processes import CAN_FORK, cores_owed, die_with_parent, share_cores
 from pipeline.storage.sealed_folders import remove_stale
 from pipeline.storage.store import Store
 from pipeline.studies.experiment import Experiment
 
-Make = Callable[[Experiment, Path, Callable[[str], None]], Outcome | Failure]
+Jobs = Sequence[tuple[Experiment, Path]]
+"""Each figure's experiment and folder."""
+
+Make = Callable[[Experiment, Path, Callable[[str], None]], Made]
 
 TIMES, EACH_S = 10, 0.5
 """How often a worker is told to end, and what it has each time to tidy up, before it is killed."""
@@ -50,9 +53,7 @@ class _Worker:
     figure: int
 
 
-def make_side_by_side(
-    jobs: Sequence[tuple[Experiment, Path]], make: Make, display: Display, *, processes: int, cores: int
-) -> list[Outcome | Failure]:
+def make_side_by_side(jobs: Jobs, make: Make, display: Display, *, processes: int, cores: int) -> list[Made]:
     """Make figures, begun in the order of the jobs, and return what became of each.
 
     Parameters
@@ -67,7 +68,7 @@ def make_side_by_side(
     cores : int
         What is beyond the processes, and what they no longer need, helps those that still run.
     """
-    found: dict[int, Outcome | Failure] = {}
+    found: dict[int, Made] = {}
     spare = _CONTEXT.Semaphore(cores - processes)
     queue = deque(range(len(jobs)))
     workers: dict[int, _Worker] = {}
@@ -169,7 +170,7 @@ def _dead(worker: _Worker, name: str) -> Failure:
     )
 
 
-def _end(workers: Any, jobs: Sequence[tuple[Experiment, Path]]) -> None:
+def _end(workers: Any, jobs: Jobs) -> None:
     """End workers, who tidy up; those that take long are killed, and what they leave is removed.
 
     They are told again and again: an interrupt that comes within a callback of a library is lost.

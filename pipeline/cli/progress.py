@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.text import Text
 
-from pipeline.cli.summary import STAGES, Failure, Outcome
+from pipeline.cli.summary import STAGES, Made, Outcome
 from pipeline.studies.experiment import Experiment
 
 _PACE_S = 3600.0
@@ -41,7 +41,7 @@ class Display:
         )
         total = sum(experiment.cost_s for experiment in experiments)
         self._all = self._progress.add_task("figures", total=total, count=self._count)
-        self._slots: list[TaskID] = [
+        self._slots = [
             self._progress.add_task("", total=len(STAGES), count="", visible=False) for _ in range(slots)
         ]
 
@@ -67,7 +67,7 @@ class Display:
         name = self._progress.tasks[slot + 1].fields["figure"]
         self._progress.update(task, description=f"{name}: {stage}", completed=STAGES.index(stage))
 
-    def ended(self, slot: int, figure: int, made: Outcome | Failure) -> None:
+    def ended(self, slot: int, figure: int, made: Made) -> None:
         """Show that a figure is finished; where there is no terminal, in a line."""
         self._ended += 1
         self._progress.update(self._slots[slot], visible=False)

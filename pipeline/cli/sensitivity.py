@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from rich.table import Table
 from rich.text import Text
 
@@ -128,7 +127,7 @@ def sensitivity(arguments: Sequence[str]) -> int:
         if QUOTED in arguments:
             every = list(_quoted(every, first.data.name, name))
         rows, numbers = _measured(every, name, options, folder)
-        columns = {column: np.array([row[column] for row in rows]) for column in rows[0]}
+        columns = {column: [row[column] for row in rows] for column in rows[0]}
         tables.write(folder / "table.csv", columns, sort_by=["claim", "switch"])
         out.print(moved_table(rows))
         out.print(f"{len(rows)} values in {folder / 'table.csv'}")

@@ -48,8 +48,7 @@ def status(recipe: Recipe, folder: Path) -> Status:
     complaints = complaints_about(folder, hashes=False) if folder.is_dir() else ["not made yet"]
     manifest = {} if complaints else read_manifest(folder)
     before = {
-        name: (str(stage["key"]), str(stage.get("content", "")))
-        for name, stage in manifest.get("stages", {}).items()
+        name: (stage["key"], stage.get("content", "")) for name, stage in manifest.get("stages", {}).items()
     }
     assert recipe.steps is not None
     *stages, figure = recipe.steps

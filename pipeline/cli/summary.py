@@ -85,6 +85,9 @@ class Failure:
     traceback: str = ""
 
 
+Made = Outcome | Failure
+
+
 def summarise(
     outcomes: Sequence[Outcome], verdicts: Sequence[Verdict], console: Console, *, seconds: float
 ) -> None:
@@ -109,14 +112,10 @@ def summarise(
             f"{len(tables)} tables, {' '.join(files)}",
         )
     console.print(figures)
-    total: dict[str, float] = {}
-    for outcome in outcomes:
-        for stage, of_stage in outcome.seconds.items():
-            total[stage] = total.get(stage, 0.0) + of_stage
     processor = sum(outcome.processor_s for outcome in outcomes)
     console.print(
         f"Made in {seconds:.1f} s, {processor:.1f} s of processor time (the stages of all figures: "
-        + ", ".join(f"{stage} {total[stage]:.1f}" for stage in STAGES)
+        + ", ".join(f"{stage} {sum(outcome.seconds[stage] for outcome in outcomes):.1f}" for stage in STAGES)
         + ")."
     )
     if verdicts:

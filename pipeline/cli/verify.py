@@ -33,7 +33,7 @@ def verify(arguments: Sequence[str]) -> int:
             print(f"{folder}: every file is as it was kept")
             if own.get("rerun") not in (None, "", "0"):
                 complaints = computed_again(folder, own.get("only", ""))
-        status = status or int(bool(complaints))
+        status |= bool(complaints)
     return status
 
 
@@ -51,7 +51,7 @@ def computed_again(folder: Path, only: str = "") -> list[str]:
         if "figure" in (manifest := read_manifest(one.parent)) and only in ("", one.parent.name)
     }
     if not kept:
-        raise InvalidInput("no figure to compute again", where=str(folder), received=only or "none in it")
+        raise InvalidInput("no figure to compute again", where=folder, received=only or "none in it")
     out, told = open_console(), []
     here = provenance.provenance()["commit"]
     if others := {m["provenance"]["commit"] for m in kept.values()} - {here}:
@@ -74,7 +74,7 @@ def computed_again(folder: Path, only: str = "") -> list[str]:
             compared = agreement.compare_again(place, made_in)
             worst = max(compared, key=lambda one: one.difference / one.tolerance)
             wrong = [
-                f"{one.figure}/{one.table}: {sentence}" for one in compared for sentence in one.complaints
+                f"{place.name}/{one.table}: {sentence}" for one in compared for sentence in one.complaints
             ]
             out.print(
                 f"{place.name}: {len(compared)} tables {'differ' if wrong else 'agree'}, by {worst.difference:.0e}"

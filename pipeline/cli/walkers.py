@@ -125,26 +125,24 @@ class FigureWalkers:
             "unmeasured",
         }
         if not path.is_file():
-            raise InvalidInput(
-                "this is no folder of a figure", where=str(folder), expected="arrays.npz in it"
-            )
+            raise InvalidInput("this is no folder of a figure", where=folder, expected="arrays.npz in it")
         try:
             with np.load(path, allow_pickle=False) as stored:
                 self._arrays = {name: stored[name] for name in stored.files}
         except (ValueError, OSError, KeyError):
-            raise InvalidInput("is damaged", where=str(path), expected="the figure, made anew") from None
+            raise InvalidInput("is damaged", where=path, expected="the figure, made anew") from None
         if lacking := needed - set(self._arrays):
             received = f"arrays.npz without {', '.join(sorted(lacking))}"
             what = "this figure holds no reconstructed motion"
-            raise InvalidInput(what, where=str(folder), expected=FIGURES, received=received)
+            raise InvalidInput(what, where=folder, expected=FIGURES, received=received)
 
     def original(self, name: str) -> Walk:
         """Return a walker as recorded; the first if none is named."""
         r = self._index(name)
         return Walk(
-            str(self._arrays["walker"][r]),
+            self._arrays["walker"][r],
             self._arrays["original"][r],
-            float(self._arrays["stride_hz"][r]),
+            self._arrays["stride_hz"][r],
             self._arrays["unmeasured"][r],
         )
 
@@ -160,10 +158,10 @@ class FigureWalkers:
         walk, views = self.original(name), self._arrays["demonstration_view_deg"]
         methods = self._arrays["methods"].tolist()
         m = methods.index(require_choice("method", method, methods))
-        wanted = float(views[0]) if view_angle_deg is None else view_angle_deg
+        wanted = views[0] if view_angle_deg is None else view_angle_deg
         near = np.flatnonzero(np.abs(views - wanted) < 1e-6)
         missing = (
-            self._arrays["missing"][m, self._index(name), int(near[0])]
+            self._arrays["missing"][m, self._index(name), near[0]]
             if near.size
             else self._from_view(self._index(name), methods[m], wanted)
         )
@@ -263,16 +261,16 @@ def _longest(
     table = tables.read(path)
     if lacking := {"stretch", "time_s", "x", "y", "z"} - set(table):
         received = f"no column {sorted(lacking)[0]}"
-        raise InvalidInput("is no table of `reconstruct`", where=str(path), received=received)
+        raise InvalidInput("is no table of `reconstruct`", where=path, received=received)
     numbers, counts = np.unique(table["stretch"], return_counts=True)
     rows = table["stretch"] == numbers[counts.argmax()]
-    count = int(rows.sum())
+    count = rows.sum()
     if count % len(WALKER15.joints) or count < 2 * len(WALKER15.joints):
-        raise InvalidInput("a frame is incomplete", where=str(path), received=f"{count} rows")
+        raise InvalidInput("a frame is incomplete", where=path, received=f"{count} rows")
     positions = np.column_stack([table[axis][rows] for axis in "xyz"]).reshape(-1, len(WALKER15.joints), 3)
     times = table["time_s"][rows][:: len(WALKER15.joints)]
-    rate = (len(times) - 1) / float(times[-1] - times[0])
-    return positions.astype(float), rate, stretches[int(numbers[counts.argmax()])]
+    rate = (len(times) - 1) / (times[-1] - times[0])
+    return positions.astype(float), rate, stretches[numbers[counts.argmax()]]
 
 
 def steady(
@@ -293,7 +291,7 @@ def steady(
         prepared.positions,
         frame_rate_hz,
         harmonics=harmonics,
-        frequency_hz=float(prepared.row["frequency_hz"]) if harmonics == 2 else None,
+        frequency_hz=prepared.row["frequency_hz"] if harmonics == 2 else None,
     )
     estimated = prepared.row["missing_joints"].split(", ")
     return Walk(
@@ -301,5 +299,5 @@ def steady(
         series.coefficients,
         series.frequency_hz,
         np.array([joint in estimated for joint in WALKER15.joints]),
-        float(prepared.row["speed_mm_s"]),
+        prepared.row["speed_mm_s"],
     )

@@ -64,7 +64,7 @@ def interval(content: Mapping[str, Any], published: float | None, where: str) ->
         high_open="below" in values,
     )
     if interval.low >= interval.high:
-        raise InvalidInput("the ends contradict each other", where=where, received=str(interval))
+        raise InvalidInput("the ends contradict each other", where=where, received=interval)
     return interval
 
 

@@ -349,7 +349,7 @@ def _like(name: str, all_claims: Mapping[str, Any], where: str) -> dict[str, Any
     body, trail = mapping(all_claims[name], where), {name}
     while (other := body.pop("like", None)) is not None:
         if other not in all_claims or other in trail:
-            raise InvalidInput("must be another claim", where=f"{where}, like", received=str(other))
+            raise InvalidInput("must be another claim", where=f"{where}, like", received=other)
         trail.add(other)
         body = {**all_claims[other], **body}
     return body

@@ -44,18 +44,15 @@ __all__ = [
 ]  # fmt: skip
 
 _MODULES = {
-    "pipeline.pictures.charts": ("draw_charts",),
-    "pipeline.pictures.embedding": ("embedded", "packed_vector", "reduced"),
-    "pipeline.pictures.picture": ("Picture",),
-    "pipeline.pictures.postures": ("draw_postures",),
-    "pipeline.pictures.tallies": ("draw_tallies",),
-    "pipeline.pictures.walking": ("Walking", "draw_walking"),
-}
+    "Picture": "picture", "Walking": "walking", "draw_charts": "charts", "draw_postures": "postures",
+    "draw_tallies": "tallies", "draw_walking": "walking", "embedded": "embedding", "packed_vector": "embedding",
+    "reduced": "embedding",
+}  # fmt: skip
+"""Module of each public name."""
 
 
 def __getattr__(name: str) -> Any:
     """Import a public name when it is first used: matplotlib takes long to import, and few commands draw."""
-    for module, names in _MODULES.items():
-        if name in names:
-            return getattr(import_module(module), name)
+    if name in _MODULES:
+        return getattr(import_module(f"pipeline.pictures.{_MODULES[name]}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator, NullFormatter
 
 from pipeline.charts import Chart, Line, Reference, Sheet, lines_of
-from pipeline.palette import hex_colour
+from pipeline.palette import NAMES, hex_colour
 from pipeline.pictures import style as look
 from pipeline.validation import InvalidInput, require_choice, require_finite, require_range
 
@@ -48,27 +48,21 @@ def draw_charts(path_stem: Path, sheet: Sheet, tables: Mapping[str, Any], *, cap
     with look.applied_style():
         width, height = sheet.panel_size or look.PANEL_SIZE
         figure = look.new_figure(width * columns + look.FRAME, height * rows + look.FRAME)
-        handles = add_charts(figure, sheet, charts, tables)
+        handles = add_charts(figure, sheet, charts, tables, figure.add_gridspec(rows, columns))
         look.finish(figure, path_stem, caption or sheet.caption, handles)
 
 
 def add_charts(
-    figure: Figure,
-    sheet: Sheet,
-    charts: Sequence[Chart],
-    tables: Mapping[str, Any],
-    places: Sequence[Any] | None = None,
+    figure: Figure, sheet: Sheet, charts: Sequence[Chart], tables: Mapping[str, Any], grid: Any
 ) -> list[Line2D]:
-    """Add charts to a figure, in a grid or at `places` of another; return the entries of their legend."""
+    """Add charts to a figure, each at its place in a grid; return the entries of their legend."""
     columns = sheet.columns
-    rows = -(-len(charts) // columns)
     drawn: list[tuple[Axes, Chart, list[Line]]] = []
     for number, chart in enumerate(charts):
         lines = _checked(chart, lines_of(chart, tables))
         first = number - number % columns if sheet.share_y else number
         shared = drawn[first][0] if first < number else None
-        place = places[number] if places is not None else (rows, columns, number + 1)
-        axes = figure.add_subplot(*place if isinstance(place, tuple) else (place,), sharey=shared)
+        axes = figure.add_subplot(grid[number], sharey=shared)
         (_draw_rows if chart.words else _draw_lines)(axes, chart, lines)
         letter = f"({chr(ord('a') + number)})" if sheet.letters and len(charts) > 1 else ""
         x_label, y_label = (chart.axes[1], chart.x_label) if chart.words else chart.axes
@@ -101,7 +95,7 @@ def _checked(chart: Chart, lines: list[Line]) -> list[Line]:
     require_range(f"{chart.quantity}, lines", len(lines), at_least=1)
     for line in lines:
         where = f"{chart.quantity}, {line.key}"
-        look.colour(where, line.style.colour)
+        require_choice(f"{where}, colour", line.style.colour, NAMES)
         require_choice(f"{where}, line", line.style.line, look.LINE_STYLES)
         for values in (line.x, line.y):
             require_finite(where, values)
@@ -119,7 +113,7 @@ def _draw_lines(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
         points = style.line == "points" or line.x.size == 1  # a line of one would not be seen
         if line.strands is not None:
             at = np.stack([line.x, line.y], axis=-1)
-            strands = [at[line.strands == one] for one in dict.fromkeys(np.asarray(line.strands).tolist())]
+            strands = [at[line.strands == one] for one in dict.fromkeys(line.strands.tolist())]
             axes.add_collection(
                 LineCollection(strands, colors=colour, linestyles=[look.LINE_STYLES[style.line]], **look_of)
             )
@@ -147,7 +141,7 @@ def _draw_rows(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
         look_of: dict[str, Any] = {"color": hex_colour(line.style.colour), "alpha": line.style.opacity}
         if ends := line.interval or line.band:
             axes.hlines(line.x, *ends, linewidth=line.style.width * look.LINE_WIDTH, **look_of)
-        strands = np.zeros(len(line.x)) if line.strands is None else np.asarray(line.strands)
+        strands = np.zeros(len(line.x)) if line.strands is None else line.strands
         for one in dict.fromkeys(strands.tolist()):
             of = strands == one
             axes.plot(
@@ -160,7 +154,7 @@ def _draw_rows(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
     _limit_abscissa(axes, replace(chart, log_x=chart.log_y, x_limits=chart.limits))
     axes.set_ylim(len(chart.words) - 0.5, -0.5)
     axes.set_yticks(range(len(chart.words)), list(chart.words.values()))
-    rows = {float(at) for line in lines for at in np.rint(line.x)}
+    rows = {at for line in lines for at in np.rint(line.x)}
     for at, name in enumerate(axes.get_yticklabels()):  # a name without numbers heads those below it
         name.set_fontweight("normal" if at in rows else "bold")
     axes.tick_params(axis="y", length=0)
@@ -202,14 +196,14 @@ def _limit_ordinate(drawn: Sequence[tuple[Axes, Chart, list[Line]]]) -> None:
             for line in lines
         ]  # fmt: skip
         marks = [r.y for _, chart, _ in drawn for r in chart.references if r.published and r.y is not None]
-        axes.set_ylim(0.0, 1.05 * float(max(*tops, *map(float, marks), np.finfo(float).tiny)))
+        axes.set_ylim(0.0, 1.05 * max(*tops, *map(float, marks), np.finfo(float).tiny))
 
 
 def _name_at_ends(axes: Axes, lines: Sequence[Line]) -> None:
     """Write the names of lines after their right ends, above one another where these lie close."""
     below = -np.inf
-    for line in sorted(lines, key=lambda line: float(line.y[-1])):
-        below = max(_fraction(axes, float(line.y[-1]), 1), below + 0.08)
+    for line in sorted(lines, key=lambda line: line.y[-1]):
+        below = max(_fraction(axes, line.y[-1], 1), below + 0.08)
         axes.text(
             1.02, below, line.style.label, transform=axes.transAxes, va="center", fontsize=look.NOTE_SIZE,
             color=hex_colour(line.style.colour),
@@ -312,7 +306,7 @@ def _write(axes: Axes, place: tuple[float, float], words: str, right: bool, top:
 def _farther(data: np.ndarray, along: int, at: float, ends: tuple[float, float]) -> bool:
     """Whether the upper, or right, end of a line across the axes lies farther from the data than the other."""
     near = data[np.abs(data[:, along] - at) < 0.12][:, 1 - along]
-    gaps = [float(np.abs(near - end).min()) if near.size else 1.0 for end in ends]
+    gaps = [np.abs(near - end).min() if near.size else 1.0 for end in ends]
     return gaps[1] >= gaps[0]
 
 

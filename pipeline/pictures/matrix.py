@@ -61,7 +61,7 @@ def _draw_matrix(axes: Axes, matrix: HeatMap) -> list[Line2D]:
         aspect="auto",
         interpolation="nearest",
         cmap=look.MATRIX_COLOURS,
-        norm=PowerNorm(0.5, vmin=0.0, vmax=float(values.max())),
+        norm=PowerNorm(0.5, vmin=0.0, vmax=values.max()),
     )
     closed = np.concatenate([matrix.outline, matrix.outline[:1]])
     lines: list[tuple[str, Any, str, float]] = [

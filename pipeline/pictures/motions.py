@@ -65,8 +65,7 @@ def draw_motion(
             _draw_strip(axes, body, truth, bones, colour)
         _draw_plan(figure.add_subplot(grid[:, 1]), scene)
         errors = halves[1].subgridspec(1, len(charts))
-        places = [errors[0, number] for number in range(len(charts))]
-        entries = add_charts(figure, below, charts, tables, places)
+        entries = add_charts(figure, below, charts, tables, errors)
         truth_entry = look.legend_handle("truth", hex_colour(_TRUTH["colour"]), width=_TRUTH["width"])
         look.finish(figure, path_stem, caption, [truth_entry, *entries])
 
@@ -82,9 +81,9 @@ def _draw_strip(axes: Axes, body: np.ndarray, truth: np.ndarray | None, bones: B
         else [require_finite("a motion", one) - middle for one in (truth, body)]
     )
     across, up = np.nanmax(np.abs(np.concatenate(bodies)), axis=(0, 1))
-    tall = 2.1 * float(up)
+    tall = 2.1 * up
     # The strip is filled: wide postures make all of them smaller, narrow ones stand farther apart.
-    step = max(1.9 * float(across), tall * _STRIP_WIDTH / (_STRIP_HEIGHT * len(body)))
+    step = max(1.9 * across, tall * _STRIP_WIDTH / (_STRIP_HEIGHT * len(body)))
     shift = np.stack([step * np.arange(len(body)), np.zeros(len(body))], axis=-1)[:, None]
     if truth is not None:
         add_bones(axes, bodies[0] + shift, bones, **_TRUTH)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 
 import numpy as np
@@ -40,10 +39,9 @@ def draw_gif(
             reach = dot_px * _FINER
             pen.ellipse((right - reach, down - reach, right + reach, down + reach), fill=255)
         frames.append(fine.resize(size, Image.Resampling.BOX))
-    made = io.BytesIO()
     # Equal frames are not joined to one of twice the time: a frame of the file is a frame of the display.
     frames[0].save(
-        made,
+        path,
         format="GIF",
         save_all=True,
         append_images=frames[1:],
@@ -52,4 +50,3 @@ def draw_gif(
         disposal=1,
         optimize=False,
     )
-    path.write_bytes(made.getvalue())

@@ -54,8 +54,8 @@ def draw_postures(
     every = [row for _, rows in groups for row in rows]
     figures = [_centred(row) for row in every]
     count = len(every[0].original)
-    reach = max(float(np.abs(f[..., 0]).max()) for f in figures)
-    low, high = (float(pick([pick(f[..., 1]) for f in figures])) for pick in (np.min, np.max))
+    reach = max(np.abs(f[..., 0]).max() for f in figures)
+    low, high = (pick([pick(f[..., 1]) for f in figures]) for pick in (np.min, np.max))
     # Neighbours may overlap a little; half a step is then less than the reach, so the ends get the reach itself.
     step, drop = max(1.8 * reach, 0.45 * (high - low)), 1.12 * (high - low)
     end = max(0.5 * step, 1.02 * reach)

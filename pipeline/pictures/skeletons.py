@@ -50,18 +50,18 @@ def draw_skeletons(
     bodies = np.stack(
         [require_finite(f"skeletons {row.label}", np.stack([row.centre, *row.others])) for row in rows]
     )
-    low, tops = float(min(0.0, bodies[..., 1].min())), bodies[..., 1].max(axis=(1, 2))
-    left, right = float(bodies[..., 0].min()), float(bodies[..., 0].max())
+    low, tops = min(0.0, bodies[..., 1].min()), bodies[..., 1].max(axis=(1, 2))
+    left, right = bodies[..., 0].min(), bodies[..., 0].max()
     count, step = 1 + len(rows[0].beside), 1.04 * (right - left)
     # Inches per millimetre, one scale for all.
-    inches = min((look.PAGE_WIDTH - look.FRAME) / (count * step), _TALLEST / float(tops.max() - low))
+    inches = min((look.PAGE_WIDTH - look.FRAME) / (count * step), _TALLEST / (tops.max() - low))
     head, foot = 0.24 / inches, 0.03 / inches
     heights = inches * (tops + head - low + foot)
     looks = (("original", look.BONE_WIDTHS["strong"]), ("reconstruction", look.BONE_WIDTHS["light"]))
     (mean, strong), (sampled, light) = looks
     with look.applied_style():
         width = max(inches * count * step + 2 * look.FRAME, _LEAST_WIDTH)
-        figure = look.new_figure(width, float(heights.sum()) + look.FRAME * len(rows) + look.LEGEND_LINE)
+        figure = look.new_figure(width, heights.sum() + look.FRAME * len(rows) + look.LEGEND_LINE)
         grid = figure.add_gridspec(len(rows), 1, height_ratios=heights)
         for number, (row, body, high) in enumerate(zip(rows, bodies, tops, strict=True)):
             axes = figure.add_subplot(grid[number])

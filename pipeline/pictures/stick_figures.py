@@ -18,14 +18,14 @@ RING_SIZE = 3.0
 
 def add_bones(axes: Axes, postures: np.ndarray, bones: Bones, *, colour: str, width: float) -> None:
     """Add the bones of postures (…, J, 2) to axes, in their data units; the limits of the axes stay."""
-    strips = np.asarray(postures)[..., np.asarray(bones), :].reshape(-1, 2, 2)
+    strips = postures[..., np.asarray(bones), :].reshape(-1, 2, 2)
     lines = LineCollection(list(strips), colors=hex_colour(colour), linewidths=width, capstyle="round")
     axes.add_collection(lines, autolim=False)
 
 
 def add_rings(axes: Axes, postures: np.ndarray, joints: np.ndarray, *, colour: str, width: float) -> None:
     """Add rings to some of the joints (J,) bool of postures (…, J, 2): those that nobody measured."""
-    places = np.asarray(postures)[..., joints, :].reshape(-1, 2)
+    places = postures[..., joints, :].reshape(-1, 2)
     axes.plot(
         *places.T,
         linestyle="none",

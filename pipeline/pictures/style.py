@@ -5,7 +5,6 @@ To change how pictures look, change this module; colours are those of `pipeline.
 
 from __future__ import annotations
 
-import io
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -21,8 +20,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.textpath import text_to_path
 
-from pipeline.palette import NAMES, hex_colour
-from pipeline.validation import InvalidInput, require_choice
+from pipeline.palette import hex_colour
 
 PNG_DPI = 200
 
@@ -114,11 +112,6 @@ def applied_style() -> Iterator[None]:
         yield
 
 
-def colour(where: str, name: str) -> str:
-    """Return the hexadecimal colour of a name or role of `pipeline.palette`."""
-    return hex_colour(require_choice(f"{where}, colour", name, NAMES))
-
-
 def new_figure(width: float, height: float) -> Figure:
     """Create an empty figure, width and height in inches, at most `MOST_WIDTH`; call inside `applied_style`."""
     figure = Figure(figsize=(min(width, MOST_WIDTH), height), dpi=PNG_DPI, layout="constrained")
@@ -146,8 +139,9 @@ def _legend_above(figure: Figure, handles: Sequence[Line2D]) -> float:
     entries = [
         _width(str(h.get_label()), NOTE_SIZE) + NOTE_SIZE * (2.4 + 0.8 + 1.2) for h in handles
     ]  # points
-    columns = max(1, min(len(handles), int((72 * figure.get_figwidth() - 8) / max(entries))))
-    if sum(entries) < 72 * figure.get_figwidth() - 8:
+    room = 72 * figure.get_figwidth() - 8
+    columns = max(1, min(len(handles), int(room / max(entries))))
+    if sum(entries) < room:
         columns = len(handles)
     figure.legend(handles=list(handles), loc="upper right", ncols=columns, borderaxespad=0.2)
     lines = -(-len(handles) // columns)
@@ -170,14 +164,7 @@ def finish(
         Entries of the legend; none without any.
     room : bool
         Whether the figure becomes higher by the legend, for which it has no room of its own.
-
-    Raises
-    ------
-    InvalidInput
-        If the folder does not exist.
     """
-    if not path_stem.parent.is_dir():
-        raise InvalidInput("the folder of the figure does not exist", where=str(path_stem.parent))
     engine = figure.get_layout_engine()
     assert isinstance(engine, ConstrainedLayoutEngine)
     header = _legend_above(figure, handles) if handles else 0.0
@@ -192,15 +179,10 @@ def finish(
         axes.set_position((left, low, wide, high))
     # Neither dates nor versions in the files; temporary names first, so that no reader sees half a figure.
     for suffix, without in (("svg", ("Date", "Creator")), ("png", ("Software",))):
-        content = io.BytesIO()
         metadata = {"Description": caption or None} | dict.fromkeys(without)
-        figure.savefig(content, format=suffix, metadata=metadata, dpi=PNG_DPI)
         partial = path_stem.with_name(f".{path_stem.name}.{os.getpid()}.part.{suffix}")
-        try:
-            partial.write_bytes(content.getvalue())
-            partial.replace(path_stem.with_name(f"{path_stem.name}.{suffix}"))
-        finally:
-            partial.unlink(missing_ok=True)
+        figure.savefig(partial, format=suffix, metadata=metadata, dpi=PNG_DPI)
+        partial.replace(path_stem.with_name(f"{path_stem.name}.{suffix}"))
 
 
 @cache

@@ -7,7 +7,6 @@ from pathlib import Path
 
 from pipeline.palette import hex_colour
 from pipeline.pictures import style as look
-from pipeline.validation import InvalidInput, require_range
 
 _ROW = 0.3
 """Height of a row, inches."""
@@ -41,16 +40,7 @@ def draw_tallies(
         Inches.
     caption : str
 
-    Raises
-    ------
-    InvalidInput
-        If there is nothing to draw, or a kind has no colour.
     """
-    require_range(f"{path_stem}, rows", len(rows), at_least=1)
-    if unknown := {kind for _, counts in rows for kind in counts} - set(colours):
-        raise InvalidInput(
-            "kinds without a colour", where=str(path_stem), received=", ".join(sorted(unknown))
-        )
     shown = [kind for kind in colours if any(counts.get(kind) for _, counts in rows)]
     most = max(sum(counts.values()) for _, counts in rows)
     with look.applied_style():

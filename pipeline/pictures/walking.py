@@ -75,12 +75,12 @@ def draw_walking(
         for part in (walker.seen, walker.original, walker.reconstructed)
     )
     if len(original) % len(seen):
-        raise InvalidInput("a walker that does not go around", where=str(path), expected="whole cycles")
+        raise InvalidInput("a walker that does not go around", where=path, expected="whole cycles")
     pairs = np.asarray(bones)
     if still is not None:
         seen, original, again = seen[[still % len(seen)]], original[[still]], again[[still]]
-    high = max(float(part[..., 1].max()) for part in (seen, original, again))
-    low = min(float(part[..., 1].min()) for part in (seen, original, again))
+    high = max(part[..., 1].max() for part in (seen, original, again))
+    low = min(part[..., 1].min() for part in (seen, original, again))
     scale = _FILLED * (_HEIGHT - _HEADING - 2 * _MARGIN) / (high - low)
     floor = _HEIGHT - _MARGIN - 0.5 * (1 - _FILLED) * (_HEIGHT - _HEADING - 2 * _MARGIN)
 
@@ -91,9 +91,7 @@ def draw_walking(
 
     half = 0.42 * _WIDTH
     left, right = 0.5 * half + _MARGIN, 0.5 * (half + _WIDTH)
-    seconds = 0.0 if still is not None else walker.seconds
-    turning = seconds * len(original) / len(seen)
-    measured = ~np.asarray(walker.estimated, dtype=bool)
+    turning = walker.seconds * len(original) / len(seen)
     body, truth = placed(again, right), placed(original, right)
     blue, grey = hex_colour("reconstruction"), hex_colour("reference")
     parts = [
@@ -105,13 +103,15 @@ def draw_walking(
         f'<rect x="{_MARGIN}" y="{_HEADING}" width="{half - _MARGIN:.0f}" height="{_HEIGHT - _HEADING - _MARGIN}"'
         f' rx="8" fill="{_NIGHT}"/>',
         *_headings(words, (_MARGIN, half + 2 * _MARGIN)),
-        _moving(_dots(placed(seen, left)), seconds, 'stroke="#ffffff" stroke-width="9"'),
+        _moving(_dots(placed(seen, left)), walker.seconds, 'stroke="#ffffff" stroke-width="9"'),
         _moving(_lines(truth, pairs), turning, f'stroke="{grey}" stroke-width="2.5" stroke-dasharray="6 6"'),
         _moving(_lines(body, pairs), turning, f'stroke="{blue}" stroke-width="4"'),
         _moving(_dots(body), turning, f'stroke="{blue}" stroke-width="11"'),
     ]
-    if not measured.all():
-        parts.append(_moving(_dots(body[:, ~measured]), turning, f'stroke="{_PAPER}" stroke-width="6"'))
+    if walker.estimated.any():
+        parts.append(
+            _moving(_dots(body[:, walker.estimated]), turning, f'stroke="{_PAPER}" stroke-width="6"')
+        )
     path.write_text("\n".join([*parts, "</svg>", ""]), encoding="utf-8")
 
 

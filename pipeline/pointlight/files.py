@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from html import escape
+
 import numpy as np
 
 from pipeline.pointlight.dots import PointLights
@@ -53,11 +55,10 @@ def as_svg(
     require_range("dot_px", dot_px, above=0, at_most=height_px)
     places, (width, height) = pixels(lights, height_px)
     seconds = f"{len(places) / lights.frame_rate_hz:.6g}s"
-    plain = title.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}"'
         ' role="img">',
-        f"<title>{plain}</title>",
+        f"<title>{escape(title, quote=False)}</title>",
         f'<rect width="{width}" height="{height}" fill="#000"/>',
         '<g fill="#fff">',
     ]

@@ -55,7 +55,7 @@ def _placed(
     least, most = low - trajectories.min(axis=0), high - trajectories.max(axis=0)
     middle = (least + most) / 2  # one that does not fit in is put in the middle
     least, most = np.minimum(least, middle), np.maximum(most, middle)
-    return np.asarray(trajectories + generator.uniform(least, most))
+    return trajectories + generator.uniform(least, most)
 
 
 def phase_scrambled(lights: PointLights, generator: np.random.Generator) -> PointLights:
@@ -78,7 +78,7 @@ def phase_scrambled(lights: PointLights, generator: np.random.Generator) -> Poin
 def _begun_at(trajectories: np.ndarray, first: np.ndarray) -> np.ndarray:
     """Trajectories (T, P, 2) of a loop, each from a frame (P,) on."""
     frames, dots = trajectories.shape[:2]
-    return np.asarray(trajectories[(np.arange(frames)[:, None] + first) % frames, np.arange(dots)])
+    return trajectories[(np.arange(frames)[:, None] + first) % frames, np.arange(dots)]
 
 
 def limited_lifetime(
@@ -196,5 +196,5 @@ def _noise_dots(
     lent = np.concatenate([generator.permutation(joints) for _ in range(-(-dots // joints))])[:dots]
     trajectories = model.positions[:, lent]
     if model.loops:
-        trajectories = _begun_at(trajectories, np.asarray(generator.integers(frames, size=dots)))
+        trajectories = _begun_at(trajectories, generator.integers(frames, size=dots))
     return _placed(trajectories, low, high, generator)

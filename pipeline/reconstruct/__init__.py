@@ -50,7 +50,7 @@ class CallablePackage(ModuleType):
         given = Input(path=str(path), **known)
         with with_keypoints(given) as keypoints:
             walk = reconstruct_clip(keypoints, Path(model_folder) if model_folder else SHIPPED)
-        return walk, summarise(walk, given)
+        return walk, summarise(walk)
 
 
 sys.modules[__name__].__class__ = CallablePackage

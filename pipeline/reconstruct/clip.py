@@ -85,6 +85,8 @@ class Walk:
         Principal point.
     prior : Prior
     calibrations : dict of str to Calibration
+    stature_mm : float
+        Of the walker; 0: not known.
     bars_for : str
         Whom bars hold for, a key of these: anybody where the layout's joints were not measured.
     stretches : tuple of Stretch
@@ -103,6 +105,7 @@ class Walk:
     centre_px: np.ndarray
     prior: Prior
     calibrations: dict[str, Calibration]
+    stature_mm: float
     bars_for: str
     stretches: tuple[Stretch, ...]
     notes: tuple[str, ...] = ()
@@ -191,6 +194,7 @@ def _reconstruct_clip(given: Input, model: Path) -> Walk:
         centre_px=centre,
         prior=prior,
         calibrations=calibrations,
+        stature_mm=given.stature_mm,
         bars_for=AS_OURS if layout.measured or ANYBODY not in calibrations else ANYBODY,
         stretches=shown.stretches,
     )
@@ -237,7 +241,7 @@ def _chosen(frames: str, frame: np.ndarray, rate: float) -> np.ndarray:
 def _leave_out_doubtful(pixels: np.ndarray, confidence: np.ndarray, least: float, notes: list[str]) -> None:
     """Empty keypoints (n, 15, 2) below the least confidence, and turn rows that are counted upwards, in place."""
     doubtful = confidence < least * np.nanmax(confidence)
-    if share := float((doubtful & np.isfinite(pixels).all(axis=-1)).mean()):
+    if share := (doubtful & np.isfinite(pixels).all(axis=-1)).mean():
         percent = f"{100 * share:.0f}" if share >= 0.005 else "Less than 1"
         notes.append(f"{percent} % of the keypoints are below the least confidence and are not used.")
     pixels[doubtful], confidence[doubtful] = np.nan, 0.0

@@ -24,9 +24,9 @@ from pipeline.core.keypoint_walk.cycle import (
 from pipeline.core.keypoint_walk.film import Stretch
 from pipeline.core.keypoint_walk.objective import LOG_F, PHASE
 from pipeline.core.keypoint_walk.prior import Prior
-from pipeline.core.keypoint_walk.verdict import Verdict
 from pipeline.core.sagittal_angles import ANGLES, KINDS, SIDES
-from pipeline.reconstruct.clip import Input, Walk
+from pipeline.reconstruct.clip import Walk
+from pipeline.storage import tables
 
 LEVEL_95 = 2
 HEIGHT_SHARE = 0.89
@@ -38,9 +38,9 @@ NO_VARIABILITY = (
 )
 
 
-def scale_mm(given: Input) -> float:
+def scale_mm(walk: Walk) -> float:
     """Millimetres of the walker for one of the model; the model's own where no stature is given."""
-    return given.stature_mm * HEIGHT_SHARE / HEIGHT_MM if given.stature_mm else 1.0
+    return walk.stature_mm * HEIGHT_SHARE / HEIGHT_MM if walk.stature_mm else 1.0
 
 
 _SHOWN = """
@@ -73,7 +73,7 @@ def _usual(prior: Prior) -> tuple[GaitCycle, np.ndarray]:
     return gait_cycle(model.mean, float(np.exp(model.log_frequency[0])), prior.belt), covariance
 
 
-def numbers(walk: Walk, found: Reconstruction, given: Input) -> dict[str, dict[str, Any]]:
+def numbers(walk: Walk, found: Reconstruction) -> dict[str, dict[str, Any]]:
     """Return the numbers of the cycle by name: unit, values with half widths of 95 % bars, the range of walkers.
 
     A number of either side has ``left``, ``right`` and their ``difference``, and whether it is larger than its bar; one
@@ -85,7 +85,7 @@ def numbers(walk: Walk, found: Reconstruction, given: Input) -> dict[str, dict[s
     usual, covariance = _usual(prior)
     reach = NORMAL[LEVEL_95] * deviations(usual.slopes, covariance)
     said = {}
-    measures = _MEASURES | ({"length": ("mm", 0.0, scale_mm(given), 0)} if given.stature_mm else {})
+    measures = _MEASURES | ({"length": ("mm", 0.0, scale_mm(walk), 0)} if walk.stature_mm else {})
     for name, kind, measure in map(str.split, _SHOWN.strip().splitlines()):
         unit, added, factor, digits = measures[measure]
         rows: dict[str, Any] = {"unit": unit}
@@ -176,20 +176,14 @@ def number_rows(said: dict[str, dict[str, Any]]) -> dict[str, list[Any]]:
         for side in (*SIDES, "difference", "both")
         if side in of
     ]
-    return dict(
-        zip(
-            ("number", "side", "value", "half_width_95", "unit"),
-            map(list, zip(*rows, strict=True)),
-            strict=True,
-        )
-    )
+    return tables.of_rows(("number", "side", "value", "half_width_95", "unit"), rows)
 
 
 def angle_rows(walk: Walk) -> dict[str, np.ndarray]:
     """Columns of the table of angles in every frame, degrees, with half widths of 95 % bars."""
     blocks = []
     for number, stretch in enumerate(walk.stretches):
-        if stretch.found is None or stretch.judgement.verdict == Verdict.not_a_walk:
+        if stretch.found is None or not stretch.walks:
             continue
         bars = angle_half_widths(walk.calibration, stretch.found.posterior.angles_sd_rad, LEVEL_95)
         angles = np.degrees([stretch.found.posterior.angles_rad, bars]).round(2)

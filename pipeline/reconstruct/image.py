@@ -38,10 +38,10 @@ def in_pixels(
         If the coordinates are shares of an image whose size is not known, or pixels that are not in it.
     """
     known = pixels[np.isfinite(pixels).all(axis=-1)]
-    if len(known) and float((known[:, 1] < 0).mean()) > 0.95:
+    if len(known) and (known[:, 1] < 0).mean() > 0.95:
         pixels, known = pixels * [1, -1], known * [1, -1]
         notes.append("Rows are negative: they were counted upwards from the upper edge, and are turned.")
-    if len(known) and float(np.percentile(np.abs(known), 95)) <= 2.0:
+    if len(known) and np.percentile(np.abs(known), 95) <= 2.0:
         if not all(size):
             raise InvalidInput(
                 "coordinates between 0 and 1 need the size of the image",
@@ -49,9 +49,7 @@ def in_pixels(
                 expected="pixels",
             )
         notes.append("Coordinates are shares of the image and were multiplied by its size.")
-        if (
-            float((known[:, 1] < 0).mean()) > 0.25
-        ):  # OpenPose's keypoint_scale 4, not a head out of the picture
+        if (known[:, 1] < 0).mean() > 0.25:  # OpenPose's keypoint_scale 4, not a head out of the picture
             pixels = (pixels + 1) / 2
             notes.append("They were counted from its middle, from -1 to 1.")
         pixels = pixels * np.array(size, dtype=float)
@@ -78,7 +76,7 @@ def in_pixels(
 
 def _outside(pixels: np.ndarray, size: tuple[int, ...]) -> float:
     """Share of pixels (n, 2) that lie outside of an image by more than 6 % of its size."""
-    return float((np.abs(pixels / size - 0.5) > 0.56).any(axis=-1).mean()) if len(pixels) else 0.0
+    return (np.abs(pixels / size - 0.5) > 0.56).any(axis=-1).mean() if len(pixels) else 0.0
 
 
 def upside_down(pixels: np.ndarray) -> bool:

@@ -61,9 +61,7 @@ def load(path: Path) -> Layout:
     content = read_mapping(path)
     points = tuple(content["points"])
     if len(points) != content["count"] or len(set(points)) != len(points):
-        raise InvalidInput(
-            "must list each point once", where=f"{path.name}, points", received=str(len(points))
-        )
+        raise InvalidInput("must list each point once", where=f"{path.name}, points", received=len(points))
     joints: dict[str, tuple[str, ...]] = {joint: (joint,) for joint in WALKER15.joints if joint in points}
     joints["head"] = tuple(require_choice(f"{path.name}, head", point, points) for point in content["head"])
     for derived in ("sternum", "pelvis"):  # middles of others, unless simulated
@@ -74,12 +72,12 @@ def load(path: Path) -> Layout:
     for number, joint in enumerate(WALKER15.joints):
         kind = joint.split("_")[-1]
         seen[number] = joint in joints
-        floor[number] = float(content["floor_mm"].get(kind, 10.0))
+        floor[number] = content["floor_mm"].get(kind, 10.0)
         right, forwards, up = content["offset_mm"].get(kind, (0.0, 0.0, 0.0))
         # Of limbs the table has the left side; the right one is its mirror image.
         offset[number] = (-right if joint.startswith("right") else right), forwards, up
     detector = Detector(offset_mm=offset, floor_mm=floor, seen=seen)
-    return Layout(str(content["name"]), points, joints, detector, bool(content["measured"]))
+    return Layout(content["name"], points, joints, detector, content["measured"])
 
 
 def layouts() -> dict[str, Layout]:
@@ -137,7 +135,7 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
     known = layouts()
     if wanted:
         require_choice("input.layout", wanted, known)
-    K = int(found.points.shape[1])
+    K = found.points.shape[1]
     words = {name.rstrip("0123456789") for name in found.names}
     if found.names and (len(words) > 1 or found.names[0] in words):  # not kp0, kp1, …
         apart = (k for k, letters in enumerate(zip(*found.names, strict=False)) if len(set(letters)) > 1)
@@ -146,9 +144,7 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
         best, order, rank = None, np.empty(0, dtype=int), (0, 0)
         for layout in [known[wanted]] if wanted else known.values():
             where = np.array([names.get(canonical(point), -1) for point in layout.points])
-            if (own := (int((where >= 0).sum()), -len(where))) > rank and all(
-                joint in names for joint in _NEEDED
-            ):
+            if (own := ((where >= 0).sum(), -len(where))) > rank and all(joint in names for joint in _NEEDED):
                 best, order, rank = layout, where, own  # the smallest that has as many of the names
         if best is None:
             raise InvalidInput(
@@ -162,13 +158,13 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
     if wanted:
         if len(known[wanted].points) != used:
             what, expected = "the number of points is not that of input.layout", len(known[wanted].points)
-            raise InvalidInput(what, expected=f"{expected} for {wanted}", received=str(K))
+            raise InvalidInput(what, expected=f"{expected} for {wanted}", received=K)
         return known[wanted], np.arange(len(known[wanted].points)), f"{wanted}: as input.layout says"
     if not fitting:
         counts = ", ".join(sorted({f"{len(layout.points)} ({layout.name})" for layout in known.values()}))
-        raise InvalidInput("no layout has this number of points", expected=counts, received=str(K))
+        raise InvalidInput("no layout has this number of points", expected=counts, received=K)
     scores = [_upright(layout, found.points) for layout in fitting]
-    best = fitting[int(np.argmax(scores))]
+    best = fitting[np.argmax(scores)]
     why = f"{best.name}: {K} points"
     if used != K:
         why += f", of which the first {used} are used"
@@ -194,11 +190,8 @@ def _upright(layout: Layout, points: np.ndarray) -> float:
         ]
         part = points[:, columns, 1]
         known = np.isfinite(part)
-        return np.where(
-            known.any(axis=1),
-            np.where(known, part, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1),
-            np.nan,
-        )
+        with np.errstate(invalid="ignore"):  # nothing over nothing
+            return np.asarray(np.where(known, part, 0.0).sum(axis=1) / known.sum(axis=1))
 
     rows = np.stack([height(kind) for kind in ("head", "shoulder", "hip", "knee", "ankle")], axis=1)
     rows = rows[:, np.isfinite(rows).mean(axis=0) > LEAST_SEEN]
@@ -215,7 +208,7 @@ def to_joints(layout: Layout, order: np.ndarray, found: Detections) -> tuple[np.
     confidence = np.zeros(pixels.shape[:2])
     for number, joint in enumerate(WALKER15.joints):
         columns = [order[layout.points.index(point)] for point in layout.joints.get(joint, ())]
-        columns = [int(column) for column in columns if column >= 0]
+        columns = [column for column in columns if column >= 0]
         if not columns:
             continue
         part, sure = found.points[:, columns], found.confidence[:, columns]

@@ -90,14 +90,12 @@ def save(trained: TrainedModel, folder: Path) -> None:
     data = content.getvalue()
     with publish(folder, having=ENTRY) as publication:
         (publication.folder / "model.npz").write_bytes(data)
-        publication.manifest(
-            {
-                "version": VERSION,
-                "sha256": digest(data),
-                ENTRY: trained.compact.walkers,
-                **trained.about,
-            }
-        )
+        publication.facts = {
+            "version": VERSION,
+            "sha256": digest(data),
+            ENTRY: trained.compact.walkers,
+            **trained.about,
+        }
 
 
 def load(folder: Path = SHIPPED) -> TrainedModel:
@@ -112,17 +110,17 @@ def load(folder: Path = SHIPPED) -> TrainedModel:
         remove_stale(folder.parent)
     for name in ("manifest.json", "model.npz"):
         if not (folder / name).is_file():
-            raise InvalidInput("no model of walkers", where=str(folder / name), expected="`make model`")
+            raise InvalidInput("no model of walkers", where=folder / name, expected="`make model`")
     return read_one(folder, _load)
 
 
 def _load(folder: Path) -> TrainedModel:
     manifest = json.loads(read_bytes(folder / "manifest.json"))
     if not isinstance(manifest, dict) or manifest.get("version") != VERSION:
-        raise InvalidInput("the model is of another version", where=str(folder), expected=str(VERSION))
+        raise InvalidInput("the model is of another version", where=folder, expected=VERSION)
     data = read_bytes(folder / "model.npz")
     if digest(data) != manifest.get("sha256"):
-        raise InvalidInput("the model is not what its manifest says", where=str(folder / "model.npz"))
+        raise InvalidInput("the model is not what its manifest says", where=folder / "model.npz")
     stored, _ = load_npz(data, "model.npz")
     arrays = {name: np.asarray(array, dtype=float) for name, array in stored.items()}
     for name, shape in (_SHAPES | {f"{k}_multipliers": ("K", *s) for k, s in _MULTIPLIERS.items()}).items():

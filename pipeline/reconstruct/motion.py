@@ -12,11 +12,10 @@ from pipeline.core.keypoint_walk import Reconstruction
 from pipeline.core.keypoint_walk.film import Stretch
 from pipeline.core.keypoint_walk.objective import HEADING, LOG_F
 from pipeline.core.keypoint_walk.training import BLOCKS
-from pipeline.core.keypoint_walk.verdict import Verdict
 from pipeline.core.keypoint_walk.view import level_axes
 from pipeline.formats import motion
 from pipeline.formats.bvh import Names
-from pipeline.reconstruct.clip import Input, Walk
+from pipeline.reconstruct.clip import Walk
 from pipeline.reconstruct.cycle import scale_mm
 from pipeline.reconstruct.summary import observed, units, world_mm
 from pipeline.skeleton import ANKLES, PELVIS, WALKER15
@@ -50,30 +49,30 @@ def in_walkers_axes(found: Reconstruction) -> np.ndarray:
     The axes are those of the heading in the middle of the stretch, where the pelvis is at x = y = 0; the path is
     included.
     """
-    walked = world_mm(found) @ level_axes(float(found.fit.x[HEADING]))
+    walked = world_mm(found) @ level_axes(found.fit.x[HEADING])
     walked[..., 2] -= walked[:, ANKLES, 2].min()
     return np.asarray(walked)
 
 
 def written(walk: Walk) -> list[Stretch]:
     """Stretches that are, or may be, a walk: the best first, then by length."""
-    usable = [s for s in walk.stretches if s.found and s.judgement.verdict != Verdict.not_a_walk]
+    usable = [s for s in walk.stretches if s.found and s.walks]
     return sorted(usable, key=lambda s: s is not walk.best)
 
 
 def to_motion(
-    walk: Walk, stretch: Stretch, given: Input, names: Names = Names.ours, *, in_place: bool = False
+    walk: Walk, stretch: Stretch, names: Names = Names.ours, *, in_place: bool = False
 ) -> motion.Motion:
     """Points of a stretch; `names` and whether the walker stays in place are of a BVH."""
     assert stretch.found is not None
-    positions = in_walkers_axes(stretch.found) * scale_mm(given)
+    positions = in_walkers_axes(stretch.found) * scale_mm(walk)
     if in_place:
         pelvis = positions[:, PELVIS, None, :2]
         positions[..., :2] -= pelvis - pelvis.mean(axis=0)
     return motion.Motion(WALKER15.joints, positions, walk.frame_rate_hz, WALKER15.parents, character=names)
 
 
-def one_cycle(walk: Walk, stretch: Stretch, given: Input, names: Names, *, in_place: bool) -> motion.Motion:
+def one_cycle(walk: Walk, stretch: Stretch, names: Names, *, in_place: bool) -> motion.Motion:
     """Points of one exact cycle from the left foot's contact, at about the rate of the video.
 
     The last frame is the first one again, ahead by a stride unless in place, so that the motion loops.
@@ -88,10 +87,10 @@ def one_cycle(walk: Walk, stretch: Stretch, given: Input, names: Names, *, in_pl
     positions = np.moveaxis(found.posterior.walker @ basis.T, -1, 0)
     positions[..., 2] -= positions[:, ANKLES, 2].min()
     if not in_place:
-        stride = 2.0 * np.pi * float(found.fit.objective.prior.belt @ found.posterior.walker.ravel())
+        stride = 2.0 * np.pi * (found.fit.objective.prior.belt @ found.posterior.walker.ravel())
         positions[..., 1] += stride * share[:, None]
     return motion.Motion(
-        WALKER15.joints, positions * scale_mm(given), frames * frequency, WALKER15.parents, character=names
+        WALKER15.joints, positions * scale_mm(walk), frames * frequency, WALKER15.parents, character=names
     )
 
 
@@ -107,9 +106,7 @@ Lengths are in {units}.
 """What the files of motion hold that they cannot say themselves."""
 
 
-def write_motion(
-    walk: Walk, given: Input, formats: list[Format], folder: Path, names: Names, *, in_place: bool
-) -> None:
+def write_motion(walk: Walk, formats: list[Format], folder: Path, names: Names, *, in_place: bool) -> None:
     """Write every stretch in every format, ``walk.c3d`` the best and ``walk_2.c3d`` the next, and what they hold."""
     stretches = written(walk) if formats else []
     for number, stretch in enumerate(stretches, start=1):
@@ -118,9 +115,9 @@ def write_motion(
             wide = kind == Format.csv_wide
             name = f"{stem}_wide.csv" if wide else f"{stem}.{kind}"
             still = in_place and kind == Format.bvh
-            motion.write(folder / name, to_motion(walk, stretch, given, names, in_place=still), wide=wide)
+            motion.write(folder / name, to_motion(walk, stretch, names, in_place=still), wide=wide)
         if Format.bvh in formats:
-            cycle = one_cycle(walk, stretch, given, names, in_place=in_place)
+            cycle = one_cycle(walk, stretch, names, in_place=in_place)
             motion.write(folder / f"{stem}_cycle.bvh", cycle)
     if stretches and stretches[0].found:
         seen = observed(stretches[0].found)
@@ -130,6 +127,6 @@ def write_motion(
             moving="in place" if in_place else "moving forwards",
             names=names,
             ahead="" if in_place else ", a stride ahead",
-            units=units(given),
+            units=units(walk),
         )
         (folder / "motion.txt").write_text(text, encoding="utf-8")

@@ -13,7 +13,7 @@ from pipeline.core.keypoint_walk.film import Stretch
 from pipeline.core.keypoint_walk.objective import HEADING, LOG_F, PHASE
 from pipeline.core.sagittal_angles import KINDS
 from pipeline.reconstruct import cycle, words
-from pipeline.reconstruct.clip import Input, Walk
+from pipeline.reconstruct.clip import Walk
 from pipeline.reconstruct.cycle import LEVEL_95, scale_mm
 from pipeline.reconstruct.motion import keypoints_px, upright
 from pipeline.reconstruct.summary import half_widths_mm, observed, view_sd_rad
@@ -21,7 +21,7 @@ from pipeline.report.walk_page import WalkPage
 
 
 def page_of(
-    walk: Walk, stretch: Stretch, summary: dict[str, Any], given: Input, files: Sequence[str]
+    walk: Walk, stretch: Stretch, summary: dict[str, Any], path: str, files: Sequence[str]
 ) -> WalkPage:
     """Return what the page of a stretch shows.
 
@@ -32,25 +32,26 @@ def page_of(
         With a reconstruction.
     summary : dict
         As `pipeline.reconstruct.summary.summarise` returns it.
-    given : Input
+    path : str
+        Of the keypoints or film.
     files : sequence of str
         Beside the page.
     """
     found = stretch.found
     assert found is not None
     view, cadence = summary["view_angle_deg"], summary["cadence"]
-    positions = upright(found.posterior.positions_mm) * scale_mm(given)
-    half = half_widths_mm(walk, found, given)[..., [0, 2, 1]]
+    positions = upright(found.posterior.positions_mm) * scale_mm(walk)
+    half = half_widths_mm(walk, found)[..., [0, 2, 1]]
     setting = found.fit.objective.setting
     turned = 2.0 * np.pi * np.exp(found.fit.x[LOG_F]) * setting.times + found.fit.x[PHASE]
-    heading = float(found.fit.x[HEADING])
+    heading = found.fit.x[HEADING]
     reach = NORMAL[LEVEL_95] * view_sd_rad(walk, found)
     first, last = summary["frames"]
     return WalkPage(
         title=f"Walk of person {walk.track.identity}" if walk.track.identity else "Walk of one person",
         lead=f"{words.VERDICTS[summary['verdict']]} The walker goes {view['words']}, with"
         f" {cadence['steps_per_min']:g} steps a minute. {' '.join(summary['usable'])}",
-        source=f"{Path(given.path).resolve().name}, frames {first} to {last} ({summary['strides']:g} strides)",
+        source=f"{Path(path).resolve().name}, frames {first} to {last} ({summary['strides']:g} strides)",
         view_words=f"the walker goes {view['words']}",
         units=f"Lengths are in {summary['units']}.",
         terms=f"Walkers are {summary['terms']}.",
@@ -68,7 +69,7 @@ def page_of(
         curves=cycle.curves(walk, found),
         curve_names=KINDS,
         cycle_percent=100.0 * ((turned[:, None] - found.cycle.phases[0]) / (2.0 * np.pi) % 1.0),
-        heading_deg=float(np.degrees(heading)),
-        heading_interval_deg=(float(np.degrees(heading - reach)), float(np.degrees(heading + reach))),
+        heading_deg=np.degrees(heading),
+        heading_interval_deg=(np.degrees(heading - reach), np.degrees(heading + reach)),
         alternatives_deg=[other["heading_deg"] for other in view["alternatives"]],
     )

@@ -24,9 +24,10 @@ from pipeline.core.keypoint_walk.training import SIZE
 from pipeline.core.keypoint_walk.verdict import DOUBTFUL_DISTANCE, DOUBTFUL_RESIDUAL, SLOW_STRIDE_HZ, Verdict
 from pipeline.core.sagittal_angles import ANGLES
 from pipeline.reconstruct import cycle
-from pipeline.reconstruct.clip import Input, Walk
+from pipeline.reconstruct.clip import Walk
 from pipeline.reconstruct.cycle import HEIGHT_SHARE, LEVEL_95, scale_mm
 from pipeline.skeleton import WALKER15
+from pipeline.storage import tables
 
 RIVAL_COST = 60.0
 """Candidates whose cost is above the best's by less are given as alternatives."""
@@ -57,7 +58,7 @@ def heading_words(heading_rad: float) -> str:
         ("towards the camera", "the front"), ("to the image's right", "the walker's right"),
         ("away from the camera", "behind"), ("to the image's left", "the walker's left"),
     )  # fmt: skip
-    degrees = float(np.degrees(heading_rad)) % 360.0
+    degrees = np.degrees(heading_rad) % 360.0
     nearest = round(degrees / 90.0)
     off = round(degrees - 90.0 * nearest)
     to, seen = ways[nearest % 4]
@@ -67,9 +68,9 @@ def heading_words(heading_rad: float) -> str:
     return f"{to}, {abs(off)}° off {aside}, seen from {seen}{f' and {also}' if abs(off) > SEEN_DEG else ''}"
 
 
-def units(given: Input) -> str:
+def units(walk: Walk) -> str:
     """What lengths are in."""
-    return "mm" if given.stature_mm else "mm of a walker of 1500 mm from ankles to the centre of the head"
+    return "mm" if walk.stature_mm else "mm of a walker of 1500 mm from ankles to the centre of the head"
 
 
 def observed(found: Reconstruction) -> np.ndarray:
@@ -77,16 +78,10 @@ def observed(found: Reconstruction) -> np.ndarray:
     return np.asarray((found.keypoints.weights > 0).any(axis=0))
 
 
-def summarise(walk: Walk, given: Input) -> dict[str, Any]:
-    """Return everything that is known of a clip, as plain numbers and texts.
-
-    Parameters
-    ----------
-    walk : Walk
-    given : Input
-    """
+def summarise(walk: Walk) -> dict[str, Any]:
+    """Return everything that is known of a clip, as plain numbers and texts."""
     best = walk.best
-    stretches = [_stretch(stretch, walk, given) for stretch in walk.stretches]
+    stretches = [_stretch(stretch, walk) for stretch in walk.stretches]
     return {
         "verdict": str(best.judgement.verdict),
         "why": list(best.judgement.reasons),
@@ -103,7 +98,7 @@ def summarise(walk: Walk, given: Input) -> dict[str, Any]:
         },
         "notes": list(walk.notes),
         "stretches": stretches,
-        "units": units(given),
+        "units": units(walk),
         "terms": "learnt from healthy adults and children; not for clinical use",
     }
 
@@ -119,8 +114,8 @@ def _interval(centre: float, half: float) -> list[float]:
 def off_middle_rad(found: Reconstruction) -> float:
     """Root mean square angle between the walker and the middle of the image, sideways, over the stretch."""
     seen = found.keypoints.weights > 0
-    across = np.where(seen, found.keypoints.pixels[..., 0], 0.0).sum(axis=1) / np.maximum(seen.sum(axis=1), 1)
-    bearing = np.arctan(across[seen.any(axis=1)] / found.focal_px)
+    columns = np.where(seen, found.keypoints.pixels[..., 0], np.nan)[seen.any(axis=1)]
+    bearing = np.arctan(np.nanmean(columns, axis=1) / found.focal_px)
     return float(np.sqrt(np.mean(bearing**2)))
 
 
@@ -136,7 +131,7 @@ def view_sd_rad(walk: Walk, found: Reconstruction) -> float:
     return float(np.sqrt(fitted**2 + VIEW_EXTRA_RAD**2 + from_focal**2))
 
 
-def _stretch(stretch: Stretch, walk: Walk, given: Input) -> dict[str, Any]:
+def _stretch(stretch: Stretch, walk: Walk) -> dict[str, Any]:
     said: dict[str, Any] = {
         "frames": [stretch.first_frame, stretch.last_frame],
         "verdict": str(stretch.judgement.verdict),
@@ -148,13 +143,13 @@ def _stretch(stretch: Stretch, walk: Walk, given: Input) -> dict[str, Any]:
     said["focal_px"] = _round(found.focal_px, 1)
     said["residual_percent_of_height"] = _round(found.relative_residual, 2)
     said["distance_from_walkers"] = _round(found.starts.least_distance, 2)
-    if stretch.judgement.verdict == "not_a_walk":
+    if not stretch.walks:
         return said  # numbers of a walk that is none would only mislead
-    heading = float(found.fit.x[HEADING])
-    half = float(np.degrees(NORMAL[LEVEL_95] * view_sd_rad(walk, found)))
-    stride_hz = float(np.exp(found.fit.x[LOG_F]))
+    heading = found.fit.x[HEADING]
+    half = np.degrees(NORMAL[LEVEL_95] * view_sd_rad(walk, found))
+    stride_hz = np.exp(found.fit.x[LOG_F])
     fitted = found.posterior.log_frequency_sd * walk.calibration.view[1, LEVEL_95]
-    cadence_half = NORMAL[LEVEL_95] * float(np.hypot(fitted, CADENCE_EXTRA))
+    cadence_half = NORMAL[LEVEL_95] * np.hypot(fitted, CADENCE_EXTRA)
     rivals = [
         c
         for c in found.candidates[1:]
@@ -187,10 +182,10 @@ def _stretch(stretch: Stretch, walk: Walk, given: Input) -> dict[str, Any]:
             "steps_per_min": _round(120.0 * stride_hz, 1),
             "interval_95_steps_per_min": _interval(120.0 * stride_hz, 120.0 * stride_hz * cadence_half),
         },
-        **_speed(found, stride_hz, given),
+        **_speed(found, stride_hz, walk.stature_mm),
         "angles_deg": _angles(found, walk),
         "gait_cycle": {
-            "numbers": cycle.numbers(walk, found, given),
+            "numbers": cycle.numbers(walk, found),
             "events": cycle.events(walk, stretch),
             "variability": cycle.NO_VARIABILITY,
         },
@@ -205,15 +200,13 @@ def _stretch(stretch: Stretch, walk: Walk, given: Input) -> dict[str, Any]:
         "noise": {"sigma_px": _round(found.fit.noise.sigma_px, 2), "kappa": _round(found.fit.noise.kappa, 2)},
         "half_width_95_mm": {
             joint: [_round(v, 0) for v in row]
-            for joint, row in zip(
-                WALKER15.joints, half_widths_mm(walk, found, given).mean(axis=0), strict=True
-            )
+            for joint, row in zip(WALKER15.joints, half_widths_mm(walk, found).mean(axis=0), strict=True)
             if joint != "pelvis"
         },
         "bars": {
             "for": walk.bars_for,
             "mean_half_width_95_mm": {
-                whom: _round(half_widths_mm(replace(walk, bars_for=whom), found, given)[:, SCORED].mean(), 1)
+                whom: _round(half_widths_mm(replace(walk, bars_for=whom), found)[:, SCORED].mean(), 1)
                 for whom in walk.calibrations
             },
         },
@@ -239,23 +232,23 @@ def _usable(found: Reconstruction) -> list[str]:
     return [f"Usable: heading{'' if slow else ' and cadence'}; {'; '.join(doubts)}."]
 
 
-def half_widths_mm(walk: Walk, found: Reconstruction, given: Input) -> np.ndarray:
+def half_widths_mm(walk: Walk, found: Reconstruction) -> np.ndarray:
     """Half widths (T, 15, 3) of 95 % bars about the pelvis, right, down and away, mm."""
-    return joint_half_widths(walk.calibration, found.posterior.sd_mm, LEVEL_95) * scale_mm(given)
+    return joint_half_widths(walk.calibration, found.posterior.sd_mm, LEVEL_95) * scale_mm(walk)
 
 
-def _speed(found: Reconstruction, stride_hz: float, given: Input) -> dict[str, Any]:
+def _speed(found: Reconstruction, stride_hz: float, stature_mm: float) -> dict[str, Any]:
     belt = found.fit.objective.prior.belt
-    stride = 2.0 * np.pi * float(belt @ found.posterior.walker.ravel())  # mm of ground per cycle
+    stride = 2.0 * np.pi * (belt @ found.posterior.walker.ravel())  # mm of ground per cycle
     stature = HEIGHT_MM / HEIGHT_SHARE
     said: dict[str, Any] = {
         "locomotion": _locomotion(found),
         "step_length": {"per_stature": _round(stride / 2.0 / stature, 3)},
         "speed": {"statures_per_s": _round(stride * stride_hz / stature, 3)},
     }
-    if given.stature_mm:
-        said["step_length"]["mm"] = _round(stride / 2.0 / stature * given.stature_mm, 0)
-        said["speed"]["mm_per_s"] = _round(stride * stride_hz / stature * given.stature_mm, 0)
+    if stature_mm:
+        said["step_length"]["mm"] = _round(stride / 2.0 / stature * stature_mm, 0)
+        said["speed"]["mm_per_s"] = _round(stride * stride_hz / stature * stature_mm, 0)
     return said
 
 
@@ -301,7 +294,7 @@ def advice(walk: Walk, stretch: Stretch) -> list[str]:
     if found is None:
         return []
     said = []
-    heading = abs(np.degrees(float(found.fit.x[HEADING])))
+    heading = abs(np.degrees(found.fit.x[HEADING]))
     if min(heading, 180.0 - heading) < 20.0:
         said.append("From 30 to 60° to the path depth is better known and the knee's error a fifth smaller.")
     if found.strides < 2.0:
@@ -320,7 +313,7 @@ def advice(walk: Walk, stretch: Stretch) -> list[str]:
         said.append(
             "Left and right could not be told apart: filming a path towards or past the camera tells them."
         )
-    off = float(np.degrees(off_middle_rad(found)))
+    off = np.degrees(off_middle_rad(found))
     if not walk.focal_known and off > OFF_MIDDLE_DEG:
         said.append(
             f"The walker is {off:.0f}° off the middle of the image, where the view depends on the focal length:"
@@ -331,7 +324,7 @@ def advice(walk: Walk, stretch: Stretch) -> list[str]:
     return said
 
 
-def table_rows(walk: Walk, given: Input) -> dict[str, list[Any]]:
+def table_rows(walk: Walk) -> dict[str, list[Any]]:
     """Columns of the long table of joints: every frame of every stretch that is or may be a walk.
 
     Axes are x to the image's right, y away from the camera, z up, about the pelvis in the middle of the stretch.
@@ -339,9 +332,9 @@ def table_rows(walk: Walk, given: Input) -> dict[str, list[Any]]:
     J, rows = len(WALKER15.joints), list[tuple[Any, ...]]()
     for number, stretch in enumerate(walk.stretches):
         found = stretch.found
-        if found is None or stretch.judgement.verdict == Verdict.not_a_walk:
+        if found is None or not stretch.walks:
             continue
-        level, half = world_mm(found) * scale_mm(given), half_widths_mm(walk, found, given)
+        level, half = world_mm(found) * scale_mm(walk), half_widths_mm(walk, found)
         frames = np.repeat(stretch.first_frame + np.arange(len(level)), J)
         upright = np.concatenate([level[..., [0, 2, 1]] * [1.0, 1.0, -1.0], half[..., [0, 2, 1]]], axis=-1)
         rows += zip(
@@ -354,7 +347,7 @@ def table_rows(walk: Walk, given: Input) -> dict[str, list[Any]]:
             strict=True,
         )
     names = ("stretch", "frame", "time_s", "joint", "x", "y", "z", "half_x", "half_y", "half_z", "observed")
-    return {name: [row[n] for row in rows] for n, name in enumerate(names)}
+    return tables.of_rows(names, rows)
 
 
 def world_mm(found: Reconstruction) -> np.ndarray:

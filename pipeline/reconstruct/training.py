@@ -79,7 +79,7 @@ def left_out_errors(
                 k = int(mine[case % len(mine)])
                 generator = derive_generator(options.seed, f"{number} {case}")
                 speed = belt_speed_mm_s(trained[k]) if overground else 0.0
-                filming = Filming(heading_rad=float(np.radians(heading)), speed_mm_s=speed)
+                filming = Filming(heading_rad=np.radians(heading), speed_mm_s=speed)
                 sim = film(generator, walks, k, error, filming)
                 seen = np.ones(sim.pixels.shape[:2])
                 found = reconstruct(

@@ -75,17 +75,17 @@ def run(
     given = Path(options.input.path).resolve()
     folder = Path(options.output.path) if options.output.path else _default_folder(options.input.path)
     if options.input.path and folder.resolve() in (given, *given.parents):
-        raise InvalidInput("must not hold the input", where="output.path", received=str(folder))
+        raise InvalidInput("must not hold the input", where="output.path", received=folder)
     require_replaceable(folder, having="verdict")
     model = Path(options.model_folder) if options.model_folder else SHIPPED
     with video.with_keypoints(options.input, folder, tell, progress) as keypoints:
         walk = reconstruct_clip(keypoints, model)
-        summary = summarise(walk, options.input)
+        summary = summarise(walk)
         with publish(folder, having="verdict") as publication:
             if video.is_video(options.input):
                 kept.copy(Path(keypoints.path).parent, publication.folder)
             _fill(publication.folder, walk, summary, options)
-            publication.manifest({"command": "reconstruct", "verdict": str(summary["verdict"])})
+            publication.facts = {"command": "reconstruct", "verdict": summary["verdict"]}
     return walk, summary, folder
 
 
@@ -99,12 +99,12 @@ def _default_folder(path: str) -> Path:
 def _fill(folder: Path, walk: Walk, summary: dict[str, Any], options: Reconstruct) -> None:
     text = json.dumps(summary, indent=1, ensure_ascii=False) + "\n"
     (folder / "summary.json").write_text(text, encoding="utf-8")
-    rows = table_rows(walk, options.input)
+    rows = table_rows(walk)
     if rows["frame"]:
         tables.write(folder / "joints.csv", rows)
         tables.write(folder / "angles.csv", cycle.angle_rows(walk))
     out = options.output
-    motion.write_motion(walk, options.input, out.formats, folder, out.names, in_place=out.in_place)
+    motion.write_motion(walk, out.formats, folder, out.names, in_place=out.in_place)
     if walk.best.found is None or summary["verdict"] == "not_a_walk":
         return
     tables.write(folder / "cycle.csv", cycle.curve_rows(cycle.curves(walk, walk.best.found)))
@@ -132,7 +132,7 @@ def _page(walk: Walk, summary: dict[str, Any], options: Reconstruct, path: Path)
     from pipeline.report.walk_page import write_walk_page
 
     files = sorted(file.name for file in path.parent.iterdir())
-    page = page_of(walk, walk.best, summary, options.input, files)
+    page = page_of(walk, walk.best, summary, options.input.path, files)
     if (film := path.parent / video.OVERLAY).is_file():
         from pipeline.video.overlay import key_frames
 

@@ -101,10 +101,8 @@ def band(
     if not known.any():
         return None
     ends = ends[:, known]
-    if (ends[0] > ends[1]).any():
-        raise InvalidInput("an interval whose ends are swapped", where=entity, expected="low ≤ high")
-    first, last = (float(places[known][k]) for k in (0, -1))
-    extent = Extent((first, float(ends.min())), (last, float(ends.max())))
+    first, last = (places[known][k] for k in (0, -1))
+    extent = Extent((first, ends.min()), (last, ends.max()))
     half = 0.5 * (ends[1] - ends[0])
     columns = rr.Measurements.columns(values=ends.mean(axis=0), variances=half**2)
     return known, extent, partitioned(columns, ends.shape[1], 1)
@@ -116,10 +114,5 @@ def rgb(where: str, colour: str) -> tuple[int, int, int]:
 
 
 def partitioned(columns: Any, rows: int, each: int) -> list[Any]:
-    """Return columns partitioned into `rows` of `each` values, with all values covered."""
-    parts = [*columns.partition([each] * rows)]
-    for part in parts:
-        cells = part.as_arrow_array()
-        assert len(cells) == rows, "a partition of the wrong length"
-        assert len(cells.flatten()) == rows * each, "a partition that loses values"
-    return parts
+    """Return columns of ``rows * each`` values, partitioned into `rows`."""
+    return [*columns.partition([each] * rows)]

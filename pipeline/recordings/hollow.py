@@ -21,14 +21,14 @@ _SPHERE = 4.5
 
 
 def hollow_joints(
-    entity: str, positions_mm: np.ndarray, estimated: np.ndarray, colour: str, thickness_mm: float
+    entity: str, positions_mm: np.ndarray, colour: str, thickness_mm: float
 ) -> tuple[Any, list[Any], Extent]:
-    """Return the static style, the columns of all rows and the box around the joints (J,) bool that are drawn hollow.
+    """Return the static style, the columns of all rows and the box around joints that are drawn hollow.
 
     Of positions (T, J, 3) spheres of wire, of points (T, J, 2) discs of the ground's colour, which make rings of them.
     """
-    space, chosen = positions_mm.shape[-1], np.asarray(positions_mm)[:, np.asarray(estimated, dtype=bool)]
-    centres, _, extent = body(entity, chosen, [(0, 0)], space)
+    space = positions_mm.shape[-1]
+    centres, _, extent = body(entity, positions_mm, [(0, 0)], space)
     places, thickness = centres.reshape(-1, space), thickness_mm * METRES
     if space == 3:
         half = [[_SPHERE * thickness] * 3] * centres.shape[1]

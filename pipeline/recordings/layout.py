@@ -82,9 +82,8 @@ def blueprint(layout: View | Split, *, timeline: str, extents: Extents, playing:
 
 
 def _below(path: str, entities: Collection[str]) -> list[str]:
-    """Return the entities at or below a path, which may begin with a slash and end in ``/**``."""
-    stem = path.strip("/").removesuffix("/**")
-    return [e for e in entities if e == stem or e.startswith(stem + "/")]
+    """Return the entities at or below a path."""
+    return [entity for entity in entities if f"{entity}/".startswith(f"{path}/")]
 
 
 def _part(part: View | Split, timeline: str, extents: Extents) -> rrb.Container | rrb.View:
@@ -106,8 +105,8 @@ def _view(view: View, timeline: str, extents: Extents) -> rrb.View:
             raise InvalidInput(
                 f"nothing to show at {path!r}", where=view.name, received=", ".join(sorted(extents)[:8])
             )
-    contents = [f"/{path.strip('/').removesuffix('/**')}/**" for path in view.contents] or "$origin/**"
-    common: dict[str, Any] = {"origin": f"/{view.origin.strip('/')}", "name": view.name, "contents": contents}
+    contents = [f"/{path}/**" for path in view.contents] or "$origin/**"
+    common: dict[str, Any] = {"origin": f"/{view.origin}", "name": view.name, "contents": contents}
     match view:
         case Space3D():
             position, target = framed(view, extents)
@@ -147,7 +146,7 @@ def framed(view: Space3D, extents: Extents) -> tuple[np.ndarray, np.ndarray]:
     target, (across, along, height) = (low + high) / 2.0, high - low
     way = np.array(view.eye_mm) - np.array(view.target_mm)
     way = way / np.linalg.norm(way)
-    distance = max(height, float(np.hypot(across, along)) / view.aspect) / (2.0 * _HALF_VIEW * _FILLED)
+    distance = max(height, np.hypot(across, along) / view.aspect) / (2.0 * _HALF_VIEW * _FILLED)
     return target + distance * way, target
 
 
@@ -157,7 +156,7 @@ def image_bounds(view: Image2D, extents: Extents) -> tuple[np.ndarray, np.ndarra
     if view.beside is None:
         return low, high
     position, target = framed(view.beside, extents)
-    half = np.array([0.0, _HALF_VIEW * float(np.linalg.norm(position - target))])
+    half = np.array([0.0, _HALF_VIEW * np.linalg.norm(position - target)])
     middle, wide = (low + high) / 2.0, np.array([(high - low)[0] / 2.0, 0.0])
     return middle - half - wide, middle + half + wide
 
@@ -167,10 +166,8 @@ def _hidden(view: Space3D | Image2D) -> dict[Any, Any] | None:
     if not view.shown:
         return None
     tops = view.contents or (view.origin,)
-    hidden: dict[Any, Any] = {
-        path.strip("/").removesuffix("/**"): rrb.EntityBehavior(visible=False) for path in tops
-    }
-    return hidden | {path.strip("/"): rrb.EntityBehavior(visible=True) for path in view.shown}
+    hidden: dict[Any, Any] = {path: rrb.EntityBehavior(visible=False) for path in tops}
+    return hidden | {path: rrb.EntityBehavior(visible=True) for path in view.shown}
 
 
 def _ordered(view: View, limits: tuple[float, float]) -> tuple[float, float]:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -13,7 +12,7 @@ from typing import Any
 import numpy as np
 import rerun as rr
 
-from pipeline.charts import Chart, Sheet, lines_of, on_timeline
+from pipeline.charts import Chart, lines_of, on_timeline
 from pipeline.recordings.columns import band, body, partitioned, rgb, time_column, vector
 from pipeline.recordings.hollow import RING, hollow_joints
 from pipeline.recordings.layout import METRES, Extent, blueprint
@@ -35,12 +34,14 @@ _LINE_WIDTH = 2.0
 
 
 class Recording:
-    """A recording being written; it gets its name when the ``with`` block ends, if it is complete.
+    """A recording being written, in a folder that is published when it is complete.
 
     Parameters
     ----------
     path : Path
         Where the ``.rrd`` goes; the folder must exist.
+    words : str
+        What follows `about`.
     name : str
         Letters, digits and underscores; recordings of the same name share a layout in the viewer.
     about : str
@@ -63,6 +64,7 @@ class Recording:
     def __init__(
         self,
         path: Path,
+        words: str = "",
         *,
         name: str,
         about: str,
@@ -72,8 +74,7 @@ class Recording:
         tables: Mapping[str, Any] | None = None,
     ) -> None:
         self.path, self.name, self.timeline = path, name, timeline
-        self._partial = self.path.with_name(f".{self.path.stem}.{os.getpid()}.part.rrd")
-        self._about, self._edition = about, edition
+        self._about, self._edition = about + words, edition
         self._extents: dict[str, Extent | None] = {}  # every entity, with the box around what it draws
         self._charts, self._tables = charts, tables or {}
         self.plots: list[Plot] = []
@@ -84,7 +85,7 @@ class Recording:
         identity = f"{self.name} {self._edition}".strip()
         self._stream = rr.RecordingStream(self.name, recording_id=identity, send_properties=False)
         self._stream.set_log_time_enabled(False)
-        self._stream.save(self._partial)
+        self._stream.save(self.path)
         self._stream.send_recording_name(identity)
         self._claim("about")
         self._static("about", rr.TextDocument(self._about, media_type=rr.MediaType.MARKDOWN))
@@ -100,24 +101,17 @@ class Recording:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        try:
-            self._stream.disconnect()  # writes the footer; a flush would leave the file without one
-            if kind is None:
-                if not self._layout:
-                    raise InvalidInput(
-                        "the recording has no layout", where=self.name, expected="a call of blueprint"
-                    )
-                with self._partial.open("rb") as written:
-                    os.fsync(written.fileno())
-                    written.seek(-min(self._partial.stat().st_size, len(_FOOTER) + 4), os.SEEK_END)
-                    # The library only logs that the disk is full.
-                    whole = _FOOTER in written.read()
-                if not whole:
-                    what = "cannot write results: the recording was cut short"
-                    raise InvalidInput(what, where=self.path.name, expected="space on the disk")
-                self._partial.replace(self.path)
-        finally:
-            self._partial.unlink(missing_ok=True)
+        self._stream.disconnect()  # writes the footer; a flush would leave the file without one
+        if kind is not None:
+            return
+        if not self._layout:
+            raise InvalidInput("the recording has no layout", where=self.name, expected="a call of blueprint")
+        with self.path.open("rb") as written:
+            written.seek(-min(self.path.stat().st_size, len(_FOOTER) + 4), os.SEEK_END)
+            # The library only logs that the disk is full.
+            if _FOOTER not in written.read():
+                what = "cannot write results: the recording was cut short"
+                raise InvalidInput(what, where=self.path.name, expected="space on the disk")
 
     def skeleton(
         self,
@@ -130,13 +124,13 @@ class Recording:
         thickness_mm: float = 7.0,
         estimated: np.ndarray | None = None,
     ) -> None:
-        """Add a moving skeleton in space: joints as points and bones as line strips, on one entity.
+        """Add a moving skeleton in space or in an image: joints as points and bones as line strips, on one entity.
 
         Parameters
         ----------
         entity : str
             E.g. ``"world/original/walker_07"``.
-        positions_mm : (T, J, 3) float
+        positions_mm : (T, J, 3) or, in an image, right and up, (T, J, 2) float
             Millimetres; NaN hides a joint and its bones.
         bones : sequence of (int, int)
             Pairs of joints.
@@ -147,40 +141,44 @@ class Recording:
         thickness_mm : float
             Radius of the bones; the joints' is half as large again.
         estimated : (J,) bool, optional
-            Joints that nobody measured, drawn hollow: spheres of wire on the entity ``<entity>/estimated``.
+            Joints that nobody measured, drawn hollow on the entity ``<entity>/estimated``: spheres of wire, in an
+            image rings, which are discs with one of the ground's colour over them.
 
         Raises
         ------
         InvalidInput
             If shapes, bones or timelines do not fit, or the entity has been used.
         """
-        archetypes = (rr.Points3D, rr.LineStrips3D)
-        self._body(entity, positions_mm, bones, index, colour, thickness_mm, archetypes, estimated)
+        space = 2 if np.shape(positions_mm)[-1:] == (2,) else 3
+        points: Any = rr.Points2D if space == 2 else rr.Points3D
+        strips: Any = rr.LineStrips2D if space == 2 else rr.LineStrips3D
+        joints, ends, extent = body(entity, positions_mm, bones, space)
+        columns = self._claim(entity, extent, index, len(joints))
+        colours, radius = rgb(entity, colour), thickness_mm * METRES
+        radii: float | np.ndarray = 1.5 * radius
+        if estimated is not None:  # in space, only the ends of the bones are left of those nobody measured
+            flags = require_shape(f"{entity}, estimated", estimated, (joints.shape[1],)).astype(bool)
+            radii = np.where(flags, 0.0 if space == 3 else RING * radius, radii)
+        self._static(entity, points.from_fields(colors=colours, radii=radii))
+        self._static(entity, strips.from_fields(colors=colours, radii=radius))
+        dots = partitioned(points.columns(positions=joints.reshape(-1, space)), *joints.shape[:2])
+        lines = partitioned(strips.columns(strips=ends.reshape(-1, 2, space)), *ends.shape[:2])
+        self._stream.send_columns(entity, indexes=columns, columns=[*dots, *lines])
+        if estimated is not None and flags.any():
+            part = f"{entity}/estimated"
+            style, columns_of, extent = hollow_joints(part, positions_mm[:, flags], colour, thickness_mm)
+            times = self._claim(part, extent, index, len(joints))
+            self._static(part, style)
+            self._stream.send_columns(part, indexes=times, columns=columns_of)
 
-    def image_points(
-        self,
-        entity: str,
-        points_mm: np.ndarray,
-        bones: Sequence[tuple[int, int]] = WALKER15.bones,
-        *,
-        index: Mapping[str, np.ndarray],
-        colour: str = "original",
-        thickness_mm: float = 7.0,
-        estimated: np.ndarray | None = None,
-    ) -> None:
-        """Add a moving skeleton in an image, `points_mm` (T, J, 2) right and up; the rest as `skeleton`.
-
-        Joints that nobody measured are rings: discs with one of the ground's colour over them.
-        """
-        archetypes = (rr.Points2D, rr.LineStrips2D)
-        self._body(entity, points_mm, bones, index, colour, thickness_mm, archetypes, estimated)
+    image_points = skeleton
+    """The same, where it is said that the points are those of an image."""
 
     def camera(
         self,
         entity: str,
         matrix: np.ndarray,
         image_mm: np.ndarray,
-        bones: Sequence[tuple[int, int]] = WALKER15.bones,
         *,
         index: Mapping[str, np.ndarray],
         distance_mm: float,
@@ -194,15 +192,13 @@ class Recording:
             A homogeneous point of the world, mm, to one of the image, whose middle is the origin.
         image_mm : (T, J, 2) float
             What it saw, right and up, at a distance.
-        bones : sequence of (int, int)
-            Pairs of joints.
         index : mapping of str to (T,) array
             As `skeleton`.
         distance_mm : float
             That distance.
         """
         half = 1.1 * np.nanmax(np.abs(image_mm), axis=(0, 1))
-        self.image_points(f"{entity}/seen", image_mm + half * [1.0, -1.0], bones, index=index)
+        self.skeleton(f"{entity}/seen", image_mm + half * [1.0, -1.0], index=index)
         turned = require_finite(entity, require_shape(entity, matrix, (len(image_mm), 3, 4)))[..., :3]
         centre = -np.linalg.solve(turned, matrix[..., 3:])[..., 0] * METRES
         axes = turned / np.linalg.norm(turned, axis=-1, keepdims=True)  # right, down, away
@@ -219,38 +215,6 @@ class Recording:
         placed = rr.Transform3D.columns(translation=centre, mat3x3=axes.swapaxes(-1, -2))
         self._stream.send_columns(entity, indexes=columns, columns=placed)
 
-    def _body(
-        self,
-        entity: str,
-        positions_mm: np.ndarray,
-        bones: Sequence[tuple[int, int]],
-        index: Mapping[str, np.ndarray],
-        colour: str,
-        thickness_mm: float,
-        archetypes: tuple[Any, Any],
-        estimated: np.ndarray | None,
-    ) -> None:
-        points, strips = archetypes
-        space = 3 if points is rr.Points3D else 2
-        joints, ends, extent = body(entity, positions_mm, bones, space)
-        columns = self._claim(entity, extent, index, len(joints))
-        colours, radius = rgb(entity, colour), thickness_mm * METRES
-        radii: float | np.ndarray = 1.5 * radius
-        if estimated is not None:  # in space, only the ends of the bones are left of those nobody measured
-            flags = require_shape(f"{entity}, estimated", estimated, (joints.shape[1],)).astype(bool)
-            radii = np.where(flags, 0.0 if space == 3 else RING * radius, radii)
-        self._static(entity, points.from_fields(colors=colours, radii=radii))
-        self._static(entity, strips.from_fields(colors=colours, radii=radius))
-        dots = partitioned(points.columns(positions=joints.reshape(-1, space)), *joints.shape[:2])
-        lines = partitioned(strips.columns(strips=ends.reshape(-1, 2, space)), *ends.shape[:2])
-        self._stream.send_columns(entity, indexes=columns, columns=[*dots, *lines])
-        if estimated is not None and np.any(estimated):
-            part = f"{entity}/estimated"
-            style, columns_of, extent = hollow_joints(part, positions_mm, estimated, colour, thickness_mm)
-            times = self._claim(part, extent, index, len(joints))
-            self._static(part, style)
-            self._stream.send_columns(part, indexes=times, columns=columns_of)
-
     def curve(
         self,
         entity: str,
@@ -259,7 +223,7 @@ class Recording:
         *,
         label: str,
         sd: np.ndarray | None = None,
-        interval: tuple[np.ndarray, np.ndarray] | None = None,
+        interval: Sequence[np.ndarray] | None = None,
         colour: str = "blue",
         width: float = 1.0,
     ) -> None:
@@ -293,8 +257,8 @@ class Recording:
         if half.shape != values.shape or half.min() < 0:
             expected = f"{len(values)} numbers of at least 0"
             raise InvalidInput("a standard deviation that does not fit", where=entity, expected=expected)
-        low, high = float((values - half).min()), float((values + half).max())
-        extent = Extent((float(places[0]), low), (float(places[-1]), high))
+        low, high = (values - half).min(), (values + half).max()
+        extent = Extent((places[0], low), (places[-1], high))
         columns = self._claim(entity, extent, {self.timeline: places}, len(values))
         style: dict[str, Any] = {"names": label, "colors": rgb(entity, colour), "widths": width * _LINE_WIDTH}
         if sd is None:
@@ -309,7 +273,7 @@ class Recording:
             drawn = band(where, places, *interval)
             if drawn is not None:
                 known, extent, parts = drawn
-                columns = self._claim(where, extent, {self.timeline: places[known]}, int(known.sum()))
+                columns = self._claim(where, extent, {self.timeline: places[known]}, known.sum())
                 self._static(where, rr.Measurements.from_fields(**{**style, "widths": 0.0}))
                 self._stream.send_columns(where, indexes=columns, columns=parts)
 
@@ -322,19 +286,17 @@ class Recording:
             at, rows = np.unique(on_timeline(self.timeline, line.x), return_index=True)
             if entity in self._extents or line.strands is not None:
                 continue
-            ends = [
-                None if e is None else tuple(_ordinate(chart, v[rows]) for v in e)
-                for e in (line.band, line.interval)
-            ]
-            y, (band, interval) = _ordinate(chart, line.y[rows]), ends
-            symmetric = band is not None and np.allclose(band[0] + band[1], 2.0 * y)
+            y = _ordinate(chart, line.y[rows])
+            band, interval = (
+                ends and [_ordinate(chart, end[rows]) for end in ends] for ends in (line.band, line.interval)
+            )
             self.curve(
                 entity,
                 at,
                 y,
                 label=line.style.label or line.key,
-                sd=0.5 * (band[1] - band[0]) if band is not None and symmetric else None,
-                interval=(interval[0], interval[1]) if interval is not None else None,
+                sd=0.5 * (band[1] - band[0]) if band and np.allclose(band[0] + band[1], 2.0 * y) else None,
+                interval=interval,
                 colour=line.style.colour,
                 width=line.style.width,
             )
@@ -349,7 +311,7 @@ class Recording:
                 and reference.label
                 and entity not in self._extents
             ):
-                level = _ordinate(chart, np.full(len(known), float(reference.y)))
+                level = _ordinate(chart, np.full(len(known), reference.y))
                 self.curve(entity, known, level, label=reference.label, colour="reference", width=0.5)
         name = ": ".join(filter(None, [chart.title, chart.axes[1]]))
         plot = Plot(name=f"log10 of {name}" if chart.log_y else name, origin=top, headroom=_HEADROOM)
@@ -448,36 +410,5 @@ def _ordinate(chart: Chart, values: np.ndarray) -> np.ndarray:
     return np.log10(values) if chart.log_y else values
 
 
-@dataclass(frozen=True)
-class Recorder:
-    """Begins the recording of one figure, which its `record` is given.
-
-    Attributes
-    ----------
-    folder : Path
-        Where ``recording.rrd`` goes.
-    name, about, edition : str
-        As `Recording`.
-    sheet : Sheet
-        The charts of the figure.
-    tables : mapping of str to table
-    """
-
-    folder: Path
-    name: str
-    about: str
-    edition: str
-    sheet: Sheet
-    tables: Mapping[str, Any]
-
-    def __call__(self, words: str = "", *, timeline: str = "time") -> Recording:
-        """Return the recording, to be written, with further words of its description (Markdown)."""
-        return Recording(
-            self.folder / "recording.rrd",
-            name=self.name,
-            about=self.about + words,
-            timeline=timeline,
-            edition=self.edition,
-            charts=self.sheet.charts,
-            tables=self.tables,
-        )
+Recorder = Callable[..., Recording]
+"""Begins the recording of one figure, given further words of its description, and its timeline if that is not time."""

@@ -49,10 +49,9 @@ def write_page(
     figures: Sequence[str],
     *,
     to: Path | None = None,
-    most_bytes: int | None = None,
     motion: bool = True,
-) -> tuple[Path, int]:
-    """Write ``index.html`` beside the published figures; return its path and the bytes of the pictures in it.
+) -> Path:
+    """Write ``index.html`` beside the published figures, pictures smaller if it would be too large; return its path.
 
     Parameters
     ----------
@@ -62,8 +61,6 @@ def write_page(
         All figures that the data set could have; those not made are named on the page.
     to : Path, optional
         Folder of the page, if it is not that of the results: its files are those that the page links to.
-    most_bytes : int, optional
-        Largest page; pictures become smaller to meet it.
     motion : bool
         Whether it has the players, with the motion of walkers and clips in them.
 
@@ -73,34 +70,35 @@ def write_page(
         If nothing is published, a placeholder in the sentences is unknown, or the page would be too large.
     """
     results = read_published(folder, figures)
-    to, most = to or folder, MOST_BYTES if most_bytes is None else most_bytes
-    width = entries.PICTURE_WIDTH
+    to, width = to or folder, entries.PICTURE_WIDTH
     text, pictures = _render(results, to, width, motion)
     # Pictures become smaller until it fits; their bytes go with the area.
-    while len(text.encode()) > most and pictures and width > LEAST_WIDTH:
-        room = pictures - (len(text.encode()) - most)
+    while len(text.encode()) > MOST_BYTES and pictures and width > LEAST_WIDTH:
+        room = pictures - (len(text.encode()) - MOST_BYTES)
         share = max(room, 1) / pictures
         width = max(LEAST_WIDTH, int(0.97 * width * share**0.5))
         text, pictures = _render(results, to, width, motion)
     content = text.encode()
-    if len(content) > most:
+    if len(content) > MOST_BYTES:
         raise InvalidInput(
             "the page would be too large to send",
-            where=str(to / PAGE),
-            expected=f"at most {most} bytes",
+            where=to / PAGE,
+            expected=f"at most {MOST_BYTES} bytes",
             received=f"{len(content)}, {pictures} of them of pictures",
         )
     with new_file(to / PAGE, replace=lambda old: _TITLE in old[:_HEAD_BYTES]) as path:
         path.write_bytes(content)
-    return to / PAGE, pictures
+    return to / PAGE
 
 
 def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str, int]:
     """Return the page, and the bytes of the pictures in it."""
     environment = templates.environment()
-    environment.filters["tone"] = verdicts.tone
-    environment.filters["beyond_tone"] = verdicts.beyond_tone
-    environment.filters["number"] = entries.number
+    environment.filters |= {
+        "tone": verdicts.tone,
+        "beyond_tone": verdicts.beyond_tone,
+        "number": entries.number,
+    }
     style = templates.style()
     script = templates.scripts(_SCRIPTS)
     if motion:
@@ -134,7 +132,9 @@ def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str
     text = environment.get_template("index.html.j2").render(
         results=results,
         papers=shown,
-        whom=_whom(results),
+        whom="synthetic people, whose true motion is known"
+        if results.data == "synthetic"
+        else f"recordings of real people ({results.data})",
         commits=sorted({figure.commit for figure in results.figures.values()}),
         legend=verdicts.legend(results),
         **templates.in_every_page(style, script),
@@ -159,12 +159,6 @@ def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str
     )
     shown = [entry["picture"] for entry in figures.values() if entry["picture"]]
     return text, sum(len(picture.get("uri") or picture["packed"]) for picture in shown)
-
-
-def _whom(results: Published) -> str:
-    if results.data == "synthetic":
-        return "synthetic people, whose true motion is known"
-    return f"recordings of real people ({results.data})"
 
 
 def _packages(results: Published) -> str:

@@ -60,8 +60,8 @@ def paper_entry(
 def _judged(row: Mapping[str, Any]) -> bool:
     """Whether a claim is judged: conditions are only checked, and some claims no data of ours can decide."""
     return row.get("kind") != papers.Kind.CONDITION and row["agreement"] in (
-        *(Agreement.AGREES, Agreement.CLOSE, Agreement.UNDECIDED, Agreement.DIFFERS),
-    )
+        Agreement.AGREES, Agreement.CLOSE, Agreement.UNDECIDED, Agreement.DIFFERS,
+    )  # fmt: skip
 
 
 def _told(claims: Sequence[Mapping[str, Any]], agreement: Agreement) -> list[dict[str, Any]]:

@@ -117,7 +117,7 @@ def _walker(figure: PublishedFigure, to: Path) -> list[Path]:
     if not views.size or "map" not in methods:
         raise InvalidInput("nobody was reconstructed from the picture's view", where=figure.name,
                            expected=f"map at {VIEW_DEG:g}°", received=", ".join(methods))  # fmt: skip
-    view, angle = int(views[0]), np.radians(VIEW_DEG)
+    view, angle = views[0], np.radians(VIEW_DEG)
     method = methods.index("map")
     of = errors_of_walkers(figure.table("table_people") or {}, arrays["walker"], VIEW_DEG)
     r = nearest_to_medians(of)
@@ -135,7 +135,7 @@ def _walker(figure: PublishedFigure, to: Path) -> list[Path]:
         seen=fourier.synthesise(camera.project(truth, angle), 1.0, cycle),
         original=turning(truth),
         reconstructed=turning(again),
-        seconds=1.0 / float(arrays["stride_hz"][r]),
+        seconds=1.0 / arrays["stride_hz"][r],
         estimated=arrays["unmeasured"][r],
     )
     words = (

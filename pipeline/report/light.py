@@ -16,15 +16,15 @@ from pathlib import Path
 from typing import Any
 
 from pipeline import pictures
-from pipeline.report.document import TUTORIAL, write_page
+from pipeline.report import document
 from pipeline.report.published import Published, read_published
 from pipeline.storage import agreement, archive, crate, tables
 from pipeline.storage import sealed_folders as folders
 from pipeline.storage.publishing import publish
 from pipeline.validation import InvalidInput
 
-MOST_BYTES, PAGE_BYTES, METADATA_BYTES = 10_000_000, 2_500_000, 500_000
-"""Of the archive, of the page in it, and of what describes its files."""
+MOST_BYTES, METADATA_BYTES = 10_000_000, 500_000
+"""Of the archive, and of what describes its files."""
 
 RECORDINGS_BYTES = 1_000_000
 """Room that tables leave to recordings."""
@@ -65,18 +65,18 @@ def keep_light(folder: Path, target: Path, figures: Sequence[str], **traced: Any
         for name in results.figures:
             (inside / name).mkdir()
         texts, recordings = _smallest_first(results, folder)
-        left = MOST_BYTES - PAGE_BYTES - METADATA_BYTES - _keep_pictures(results, folder, inside)
+        left = MOST_BYTES - document.MOST_BYTES - METADATA_BYTES - _keep_pictures(results, folder, inside)
         room = 0 if results.recorded else RECORDINGS_BYTES
         left, kept = _keep_all_that_fit(texts, inside, left - room)
         if not results.recorded:
             kept |= _keep_all_that_fit(recordings, inside, left + room)[1]
         _write_left_out(inside / LEFT_OUT, results, kept)
         agreement.write_rule(inside, results.figures)
-        drawn = folder.parent.parent / TUTORIAL
+        drawn = folder.parent.parent / document.TUTORIAL
         for path in sorted(drawn.glob("*/*.svg")) if results.data == "synthetic" else ():
-            (inside / TUTORIAL).mkdir(exist_ok=True)
-            (inside / TUTORIAL / path.name).write_bytes(path.read_bytes())
-        write_page(folder, figures, to=inside, most_bytes=PAGE_BYTES, motion=not results.recorded)
+            (inside / document.TUTORIAL).mkdir(exist_ok=True)
+            (inside / document.TUTORIAL / path.name).write_bytes(path.read_bytes())
+        document.write_page(folder, figures, to=inside, motion=not results.recorded)
         commands = {
             name: {"title": figure.title, "command": f"make {name} DATA={results.data}"}
             for name, figure in results.figures.items()
@@ -102,9 +102,9 @@ def keep_light(folder: Path, target: Path, figures: Sequence[str], **traced: Any
         if total > MOST_BYTES:
             raise InvalidInput(
                 "the light archive would be too large",
-                where=str(target),
+                where=target,
                 expected=f"at most {MOST_BYTES} bytes",
-                received=str(total),
+                received=total,
             )
     kinds: Counter[str] = Counter()
     for name, size in sizes.items():
@@ -167,5 +167,4 @@ def _write_left_out(path: Path, results: Published, kept: set[str]) -> None:
         for file, fact in sorted(figure.manifest["files"].items())
         if f"{name}/{file}" not in kept and file != "figure.png"
     ]
-    columns = zip(*rows, strict=True) if rows else ((), (), (), ())
-    tables.write(path, dict(zip(("figure", "file", "bytes", "sha256"), columns, strict=True)))
+    tables.write(path, tables.of_rows(("figure", "file", "bytes", "sha256"), rows))

@@ -115,7 +115,7 @@ def walkers(figure: PublishedFigure | None) -> tuple[dict[str, Any], str]:
         "temporal": encoded(_horizontal(arrays["temporal_covariance_mm2"]), "<f4"),
         "components": int(figure.option("model", "components")),
         "sigma2_mm2": float(figure.option("sweep", "noise_variance_mm2")),
-        "sigma2_range_mm2": [float(arrays["sigma2_mm2"][0]), float(arrays["sigma2_mm2"][-1])],
+        "sigma2_range_mm2": arrays["sigma2_mm2"][[0, -1]].tolist(),
         "views_deg": arrays["view_angle_deg"].tolist(),
     }, ""
 
@@ -178,7 +178,7 @@ def clips(figure: PublishedFigure | None) -> tuple[dict[str, Any], str]:
     chosen = list({action.get(name, name): n for n, name in reversed(list(enumerate(names)))}.values())
     return {
         "cameras": arrays["cameras"].tolist(),
-        "limbs": list(WALKER14.limbs),
+        "limbs": WALKER14.limbs,
         "ends": WALKER14.ends.tolist(),
         "clips": [
             {"name": names[n], "action": action.get(names[n], ""), **_clip(arrays, n)}
@@ -201,10 +201,10 @@ def _clip(arrays: Mapping[str, np.ndarray], n: int) -> dict[str, Any]:
             "positions": quantised(arrays["positions"][n, c].reshape(frames, -1)),
             "images": quantised(arrays["images"][n, c].reshape(frames, -1)),
             "matrix": encoded(arrays["camera_matrix"][n, c], "<f4"),
-            "margin": [round(min(float(m), 999.0), 3) for m in arrays["mirror_margin"][n, c]],
-            "confidence": [str(confidence_of_mirror_margin(float(m))) for m in arrays["mirror_margin"][n, c]],
+            "margin": [round(min(margin, 999.0), 3) for margin in margins],
+            "confidence": [str(confidence_of_mirror_margin(margin)) for margin in margins],
         }
-        for c in range(len(arrays["cameras"]))
+        for c, margins in enumerate(arrays["mirror_margin"][n].tolist())
     ]
     truth = quantised(arrays["truth"][n].reshape(frames, -1))
     return {"frames": frames, "truth": truth, "seen": seen}

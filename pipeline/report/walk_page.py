@@ -104,14 +104,14 @@ def write_walk_page(path: Path, page: WalkPage) -> None:
     if len(content) > MOST_BYTES:
         raise InvalidInput(
             "the page would be too large", where=path.name, expected=f"at most {MOST_BYTES} bytes",
-            received=str(len(content)),
+            received=len(content),
         )  # fmt: skip
     path.write_bytes(content)
 
 
 def _packed(page: WalkPage) -> dict[str, Any]:
     """Return what the browser draws, every so many frames of a long clip."""
-    every = int(np.ceil(len(page.frame_numbers) / MOST_FRAMES))
+    every = -(-len(page.frame_numbers) // MOST_FRAMES)
     numbers = page.frame_numbers[::every]
 
     def packed(values: np.ndarray) -> dict[str, str]:
@@ -123,17 +123,17 @@ def _packed(page: WalkPage) -> dict[str, Any]:
         "frame_numbers": numbers.tolist(),
         "times_s": [round(float(number) / page.frame_rate_hz, 4) for number in numbers],
         "rate_hz": page.frame_rate_hz / every,
-        "observed": np.asarray(page.observed).tolist(),
+        "observed": page.observed.tolist(),
         "seen": encoded(seen[::every], "u1"),
         "keypoints": packed(np.where(seen[..., None], page.keypoints_px, page.reprojection_px)),
         "image": packed(page.reprojection_px),
         "positions": packed(page.positions_mm),
         "half": packed(page.half_mm),
         "image_px": page.image_px.tolist(),
-        "curve_names": list(page.curve_names),
+        "curve_names": page.curve_names,
         **{name: values.round(2).tolist() for name, values in page.curves.items()},
         "percent": page.cycle_percent[::every].round(2).tolist(),
         "heading_deg": page.heading_deg,
-        "heading_interval_deg": list(page.heading_interval_deg),
-        "alternatives_deg": list(page.alternatives_deg),
+        "heading_interval_deg": page.heading_interval_deg,
+        "alternatives_deg": page.alternatives_deg,
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -78,31 +79,31 @@ def _publish(
             stem = publication.folder / "figure"
             figure.draw(inputs, made, pictures.Picture(stem, caption, sheet, made))
         if figure.recording and whole:
-            edition = f"{experiment.data.name} {experiment.scale.name}"
-            begin = (publication.folder, experiment.name, inputs.about, edition, sheet, made)
-            figure.record(inputs, made, recordings.Recorder(*begin))
+            begin = partial(
+                recordings.Recording, publication.folder / "recording.rrd", name=experiment.name, about=inputs.about,
+                edition=f"{experiment.data.name} {experiment.scale.name}", charts=sheet.charts, tables=made,
+            )  # fmt: skip
+            figure.record(inputs, made, begin)
         artefacts = [kept.artefact for kept in stages]
-        publication.manifest(
-            {
-                "figure": experiment.name,
-                "paper": experiment.paper,
-                "title": experiment.title,
-                "data": experiment.data.name,
-                "scale": experiment.scale.name,
-                "seed": experiment.seed,
-                **({"population": inputs.population} if inputs.population else {}),
-                "configuration": without_paths(canonical(experiment)),
-                "code": figure_code(experiment) if whole else "",
-                "stages": {
-                    a.stage: {"key": a.key, "content": a.content, "seconds": a.seconds} for a in artefacts
-                },
-                "inputs": inputs.clips.inputs,
-                "caption": caption,
-                "charts": [charts.to_json(chart) for chart in sheet.charts if chart.page],
-                "picture_beside_charts": figure.draws_more_than(sheet),
-                "provenance": provenance(),
-            }
-        )
+        publication.facts = {
+            "figure": experiment.name,
+            "paper": experiment.paper,
+            "title": experiment.title,
+            "data": experiment.data.name,
+            "scale": experiment.scale.name,
+            "seed": experiment.seed,
+            **({"population": inputs.population} if inputs.population else {}),
+            "configuration": without_paths(canonical(experiment)),
+            "code": figure_code(experiment) if whole else "",
+            "stages": {
+                a.stage: {"key": a.key, "content": a.content, "seconds": a.seconds} for a in artefacts
+            },
+            "inputs": inputs.clips.inputs,
+            "caption": caption,
+            "charts": [charts.to_json(chart) for chart in sheet.charts if chart.page],
+            "picture_beside_charts": figure.draws_more_than(sheet),
+            "provenance": provenance(),
+        }
     return verdicts
 
 

@@ -48,7 +48,7 @@ class Agreement:
 
     Attributes
     ----------
-    figure, table : str
+    table : str
     difference : float
         Largest relative difference of a number; infinite if something else differs.
     tolerance : float
@@ -56,7 +56,6 @@ class Agreement:
         The first cells that differ by more, a sentence each.
     """
 
-    figure: str
     table: str
     difference: float
     tolerance: float
@@ -83,10 +82,8 @@ def rule(folder: Path) -> dict[str, float]:
 def write_rule(folder: Path, figures: Iterable[str]) -> None:
     """Write the rule for all tables of these figures, which are folders of their names, beside them."""
     rows = [(figure, *item) for figure in sorted(figures) for item in rule(folder / figure).items()]
-    columns = zip(*rows, strict=True) if rows else ((), (), ())
-    tables.write(
-        folder / DIGITS, dict(zip(("figure", "table", "relative_difference_allowed"), columns, strict=True))
-    )
+    names = ("figure", "table", "relative_difference_allowed")
+    tables.write(folder / DIGITS, tables.of_rows(names, rows))
 
 
 def compare_again(kept: Path, made: Path) -> list[Agreement]:
@@ -109,7 +106,7 @@ def compare_again(kept: Path, made: Path) -> list[Agreement]:
     for name, most in _stated(kept).items():
         allowed[name] = min(most, allowed.get(name, most))
     if not allowed:
-        raise InvalidInput("no table to compare", where=str(kept))
+        raise InvalidInput("no table to compare", where=kept)
     found = [_compared(kept, made, name, most) for name, most in allowed.items()]
     if (kept / CLAIMS).is_file() or (made / CLAIMS).is_file():
         found.append(_verdicts(kept, made, max(allowed.values())))
@@ -134,7 +131,7 @@ def _compared(kept: Path, made: Path, name: str, most: float) -> Agreement:
     differences = tables.relative_differences(before, now, absolute=NOT_ZERO)
     largest = max(differences.values(), default=0.0)
     complaints = tables.compare(before, now, relative=most, absolute=NOT_ZERO) if largest > most else ()
-    return Agreement(kept.name, name, largest, most, tuple(complaints))
+    return Agreement(name, largest, most, tuple(complaints))
 
 
 def _verdicts(kept: Path, made: Path, most: float) -> Agreement:
@@ -146,7 +143,7 @@ def _verdicts(kept: Path, made: Path, most: float) -> Agreement:
         if lacking := [name for name in ANSWERS for row in rows.values() if name not in row]:
             raise InvalidInput(
                 "claims of another rule",
-                where=str(folder / CLAIMS),
+                where=folder / CLAIMS,
                 expected=", ".join(dict.fromkeys(lacking)),
             )
     largest = 0.0
@@ -159,11 +156,11 @@ def _verdicts(kept: Path, made: Path, most: float) -> Agreement:
             wrong += [f"{claim}, {name}: {row[name]} is not {again[name]}" for name in other]
         else:
             a, b = (np.array([float(one["value"] or "nan")]) for one in (row, again))
-            off = float(tables.needed(a, b, NOT_ZERO)[0])
+            off = tables.needed(a, b, NOT_ZERO)[0]
             largest = max(largest, off)
             if off > most:
                 wrong.append(f"{claim}: {a[0]:.10g} is not {b[0]:.10g}")
-    return Agreement(kept.name, CLAIMS, largest, most, tuple(wrong))
+    return Agreement(CLAIMS, largest, most, tuple(wrong))
 
 
 def _there(folder: Path, name: str) -> Path:

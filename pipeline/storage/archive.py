@@ -6,7 +6,6 @@ their digests (``sha256sum -c SHA256SUMS`` checks them), and a sealed ``manifest
 
 from __future__ import annotations
 
-import json
 import re
 import shutil
 from collections.abc import Collection, Mapping, Sequence
@@ -103,7 +102,7 @@ def seal(publication: Publication, facts: Mapping[str, Any]) -> dict[str, int]:
     files = {path.relative_to(folder).as_posix(): path for path in folder.rglob("*") if path.is_file()}
     sums = "".join(f"{folders.file_digest(files[name])}  {name}\n" for name in sorted(files))
     folders.write_bytes(folder / CHECKSUMS, sums.encode())
-    publication.manifest(facts)
+    publication.facts = facts
     return {name: path.stat().st_size for name, path in files.items()}
 
 
@@ -119,7 +118,7 @@ def figures_of_run(run: Path) -> tuple[str, list[str]]:
     data = {str(folders.read_manifest(figure).get("data")) for figure in found}
     if len(data) != 1:
         what = "figures of several data sets" if data else "no finished figure is there"
-        raise InvalidInput(what, where=str(run), received=", ".join(sorted(data)))
+        raise InvalidInput(what, where=run, received=", ".join(sorted(data)))
     return data.pop(), [figure.relative_to(run).as_posix() for figure in found]
 
 
@@ -175,7 +174,7 @@ def traced_files(
     if not lock.is_file():
         raise InvalidInput("the lock file is missing", where=lock.name)
     if not figures:
-        raise InvalidInput("no figure is expected, so there is nothing to keep", where=str(source))
+        raise InvalidInput("no figure is expected, so there is nothing to keep", where=source)
     for figure in sorted(set(figures)):
         check_figure(source / figure, commit=commit, lock=lock, scale=scale, current=figure in current)
     beside = {path.name: path for path in sorted(source.glob("*.csv"))}
@@ -191,7 +190,7 @@ def verify(archive: Path) -> list[str]:
         If the folder is no archive, or its list of checksums cannot be understood.
     """
     if not (archive / CHECKSUMS).is_file():
-        raise InvalidInput("this is no archive", where=str(archive), expected=f"a folder with {CHECKSUMS}")
+        raise InvalidInput("this is no archive", where=archive, expected=f"a folder with {CHECKSUMS}")
     sums = _read_sums(archive)
     problems = []
     for name, expected in sorted(sums.items()):
@@ -230,7 +229,7 @@ def check_figure(folder: Path, *, commit: str, lock: Path, scale: str, current: 
         raise InvalidInput("the figure has not been made", where=where)
     if complaints := folders.complaints_about(folder):
         raise InvalidInput(f"the result is unfinished or damaged: {complaints[0]}", where=where)
-    manifest = json.loads((folder / folders.MANIFEST).read_bytes())
+    manifest = folders.read_manifest(folder)
     made = manifest.get("provenance", {})
     stated = (
         (
@@ -262,12 +261,10 @@ def check_figure(folder: Path, *, commit: str, lock: Path, scale: str, current: 
 
 def _listed(folder: Path) -> list[str]:
     """Return the names of the files that a figure's manifest lists, and of the manifest."""
-    names = sorted(json.loads((folder / folders.MANIFEST).read_bytes())["files"])
+    names = sorted(folders.read_manifest(folder)["files"])
     for name in names:
         if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts:
-            raise InvalidInput(
-                "the manifest lists a file outside its folder", where=str(folder), received=name
-            )
+            raise InvalidInput("the manifest lists a file outside its folder", where=folder, received=name)
     return [*names, folders.MANIFEST]
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.storage.sealed_folders import MANIFEST, compact, complaints_about, digest
+from pipeline.storage.sealed_folders import MANIFEST, compact, complaints_about, digest, read_manifest
 from pipeline.validation import InvalidInput
 
 ARRAYS = "arrays.npz"
@@ -85,7 +85,7 @@ def read_artefact(folder: Path) -> Artefact | None:
     try:
         if complaints := complaints_about(folder, hashes=False):
             raise Damaged(complaints[0])
-        manifest = json.loads((folder / MANIFEST).read_bytes())
+        manifest = read_manifest(folder)
         if f"{manifest['stage']}-{manifest['key']}" != folder.name:
             raise Damaged(f"{MANIFEST} belongs to {manifest['stage']}-{manifest['key']}")
         content = (folder / ARRAYS).read_bytes()

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ Replace = bool | Callable[[bytes], bool]
 """Whether a file may be replaced, or whether one with this content may."""
 
 
+@dataclass
 class Publication:
     """The temporary folder of what is being published.
 
@@ -37,23 +39,18 @@ class Publication:
     folder : Path
         Write the files here.
     facts : mapping or None
-        Content of the manifest.
+        Content of the manifest, to be set; the size and digest of every file are added at the end.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        self.facts: Mapping[str, Any] | None = None
-
-    def manifest(self, facts: Mapping[str, Any]) -> None:
-        """Set the content of the manifest; the size and digest of every file are added at the end."""
-        self.facts = facts
+    folder: Path
+    facts: Mapping[str, Any] | None = None
 
 
 @contextmanager
 def publish(folder: Path, *, having: str = "") -> Iterator[Publication]:
     """Fill a temporary folder that replaces `folder` when the ``with`` block ends without an exception.
 
-    The block writes files into ``publication.folder`` and calls ``publication.manifest(facts)``.  If it raises,
+    The block writes files into ``publication.folder`` and sets ``publication.facts``.  If it raises,
     `folder` is not changed.  Files in `folder` that its manifest does not list move into the new folder.
 
     Parameters
@@ -79,7 +76,7 @@ def publish(folder: Path, *, having: str = "") -> Iterator[Publication]:
         publication = Publication(temporary)
         yield publication
         if publication.facts is None:
-            raise RuntimeError("the publication has no manifest: call manifest(facts) before it ends")
+            raise RuntimeError("the publication has no manifest: set its facts before it ends")
         write_manifest(temporary, publication.facts)
         swap_in(temporary, folder)
 
@@ -120,7 +117,7 @@ def require_new(path: Path, *, replace: Replace = False, sources: Iterable[str |
         If its folder is missing or published, or what stands there may not be replaced.
     """
     if not path.parent.is_dir():
-        raise InvalidInput("cannot write results: there is no such folder", where=str(path.parent))
+        raise InvalidInput("cannot write results: there is no such folder", where=path.parent)
     _require_outside(path)
     expected = "another name"
     if path.is_symlink():
@@ -139,11 +136,11 @@ def require_new(path: Path, *, replace: Replace = False, sources: Iterable[str |
         return
     else:
         reason, expected = "the file exists", "another name, or replace=true"
-    raise InvalidInput(f"{reason}, so it is not replaced", where=str(path), expected=expected)
+    raise InvalidInput(f"{reason}, so it is not replaced", where=path, expected=expected)
 
 
 def _require_outside(path: Path) -> None:
     """Require that no folder above a path is a published one."""
     for folder in (above := path.parent.resolve(), *above.parents):
         if is_sealed(folder):
-            raise InvalidInput("must not be inside a published folder", where=str(path), received=str(folder))
+            raise InvalidInput("must not be inside a published folder", where=path, received=folder)

@@ -165,7 +165,7 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     else:
         complaint = complaint if known else "cannot be understood"
     if complaint:
-        raise InvalidInput(f"{MANIFEST} {complaint}", where=str(folder))
+        raise InvalidInput(f"{MANIFEST} {complaint}", where=folder)
     return dict(manifest)
 
 
@@ -212,7 +212,7 @@ def require_replaceable(folder: Path, *, having: str = "") -> None:
         return
     raise InvalidInput(
         "not published by this program, so it is not replaced",
-        where=str(folder),
+        where=folder,
         expected=f"nothing, or a folder with its sealed {MANIFEST}",
         received=reason,
     )
@@ -276,7 +276,7 @@ def swap_in(temporary: Path, folder: Path) -> None:
             if taken := [name for name in _not_listed(folder) if os.path.lexists(temporary / name)]:
                 raise InvalidInput(
                     "this program did not write this file, and needs its name",
-                    where=str(folder / taken[0]),
+                    where=folder / taken[0],
                 )
             with suppress(FileNotFoundError):
                 folder.replace(aside)

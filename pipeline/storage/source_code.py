@@ -68,7 +68,10 @@ def _module(name: str) -> tuple[str, frozenset[str]]:
     """
     path = _path(name)
     assert path is not None
-    seal, imports = _code(path.read_bytes())
+    content, known = path.read_bytes(), _known()
+    if (of := digest(content)) not in known:
+        known[of] = _parsed(content)
+    seal, imports = known[of]
     # From a package, a name is a module of it, or one that its __init__ has.
     imported = {full if _path(full) else module for full, module in imports}
     return seal, frozenset(found for found in imported if found != name and _path(found))
@@ -86,15 +89,8 @@ def _known() -> dict[str, Code]:
     return {}
 
 
-def _code(content: bytes) -> Code:
-    """Return a module's code, known or parsed."""
-    of, known = digest(content), _known()
-    if of not in known:
-        known[of] = _parsed(content)
-    return known[of]
-
-
 def _parsed(content: bytes) -> Code:
+    """Return a module's code; its docstrings, and those in it and of attributes, do not count."""
     tree = ast.parse(content)
     imports: set[tuple[str, str]] = set()
     # What is imported for annotations alone does not run.
@@ -112,15 +108,9 @@ def _parsed(content: bytes) -> Code:
             imports |= {(f"{node.module}.{alias.name}", str(node.module)) for alias in node.names}
         elif isinstance(node, ast.Import):
             imports |= {(alias.name, alias.name) for alias in node.names}
-        else:
-            _drop_docstrings(node)
+        elif isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            node.body = [line for line in node.body if not _is_text(line)] or [ast.Pass()]
     return digest(ast.dump(tree).encode()), frozenset(imports)
-
-
-def _drop_docstrings(node: ast.AST) -> None:
-    """Remove the docstrings in a module, class or function, those of its attributes too, from its syntax tree."""
-    if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
-        node.body = [line for line in node.body if not _is_text(line)] or [ast.Pass()]
 
 
 def _is_text(line: ast.stmt) -> bool:

@@ -19,7 +19,7 @@ import os
 import re
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +41,7 @@ from pipeline.storage.sealed_folders import (
     canonical,
     compact,
     digest,
+    read_manifest,
     remove_stale,
     sync,
     temporary_folder,
@@ -55,6 +56,10 @@ _UNREADABLE = (OSError, ValueError, KeyError, TypeError, AttributeError)
 """What a manifest that is missing or damaged may raise."""
 _LOCK = ".lock-"
 """Beginning of the name of a lock file, beside the artefacts."""
+
+
+Compute = Callable[[], tuple[Mapping[str, Any], Mapping[str, Any]]]
+"""Makes the arrays and notes of an artefact."""
 
 
 class Store:
@@ -78,7 +83,6 @@ class Store:
         self._waiting = waiting
         self.cache = self.results / "cache"
         self._memory: dict[str, Artefact] = {}
-        self._libraries = versions(_KEYED_LIBRARIES)
         remove_stale(self.cache)
         remove_unheld(self.cache, f"{_LOCK}*")
 
@@ -93,7 +97,7 @@ class Store:
         stage: str,
         options: Any,
         inputs: Sequence[Artefact | str],
-        compute: Callable[[], tuple[Mapping[str, Any], Mapping[str, Any]]],
+        compute: Compute,
         *,
         code: str,
     ) -> Artefact:
@@ -152,7 +156,7 @@ class Store:
                 f"{item.stage}-{item.content}" if isinstance(item, Artefact) else str(item) for item in inputs
             ],
             "code": code,
-            "libraries": self._libraries,
+            "libraries": versions(_KEYED_LIBRARIES),
         }
         return made_from, digest(compact(made_from))[:16]
 
@@ -177,7 +181,7 @@ class Store:
         self,
         folder: Path,
         made_from: dict[str, Any],
-        compute: Callable[[], tuple[Mapping[str, Any], Mapping[str, Any]]],
+        compute: Compute,
         why: str,
     ) -> Artefact:
         """Compute an artefact and keep it."""
@@ -196,17 +200,15 @@ class Store:
 
     def _why(self, made_from: dict[str, Any]) -> str:
         """Return what differs from the most similar artefact of the same stage."""
-        nearest: tuple[int, float, list[str]] | None = None
+        found: list[tuple[int, float, list[str]]] = []
         for path in sorted(self.cache.glob(f"{made_from['stage']}-*/{MANIFEST}")):
-            try:
-                told = differences(json.loads(path.read_bytes()), made_from)
-                candidate = (len(told), -path.stat().st_mtime, told)
-            except _UNREADABLE:
-                continue  # damaged, which is reported when it is read
-            nearest = min(nearest, candidate) if nearest else candidate
-        if nearest is None:
+            with suppress(*_UNREADABLE):  # damaged, which is reported when it is read
+                told = differences(read_manifest(path.parent), made_from)
+                found.append((len(told), -path.stat().st_mtime, told))
+        if not found:
             return "first time"
-        shown = nearest[2][:3] + ([f"and {len(nearest[2]) - 3} more"] if len(nearest[2]) > 3 else [])
+        count, _, told = min(found)
+        shown = told[:3] + ([f"and {count - 3} more"] if count > 3 else [])
         return "; ".join(shown) or "the artefact was removed"
 
     def _place(self, folder: Path, content: bytes, facts: Mapping[str, Any]) -> Artefact | None:
@@ -264,14 +266,13 @@ class Plan(Store):
     def __init__(self, results: Path, before: Mapping[str, tuple[str, str]]) -> None:
         self.cache, self.before = results / "cache", before
         self.steps: list[dict[str, Any]] = []
-        self._libraries = versions(_KEYED_LIBRARIES)
 
     def artefact(
         self,
         stage: str,
         options: Any,
         inputs: Sequence[Artefact | str],
-        compute: Callable[[], tuple[Mapping[str, Any], Mapping[str, Any]]],
+        compute: Compute,
         *,
         code: str,
     ) -> Artefact:
@@ -286,16 +287,16 @@ class Plan(Store):
         (before, content), why = self.before.get(stage, ("", "")), ""
         if before != key:
             try:
-                earlier = json.loads((self.cache / f"{stage}-{before}" / MANIFEST).read_bytes())
+                earlier = read_manifest(self.cache / f"{stage}-{before}")
                 why = "; ".join(differences(earlier, made_from)[:3])
             except _UNREADABLE:
                 why = "changed; what it was made from is no longer in the cache"
             content = ""
         try:
-            kept = json.loads((self.cache / f"{stage}-{key}" / MANIFEST).read_bytes())
-            return Artefact(stage, key, content_digest(kept), {}, {}, False, 0.0, why)
+            content, computed = content_digest(read_manifest(self.cache / f"{stage}-{key}")), False
         except _UNREADABLE:
-            return Artefact(stage, key, content, {}, {}, True, 0.0, why)
+            computed = True
+        return Artefact(stage, key, content, {}, {}, computed, 0.0, why)
 
     def follow(self, steps: Sequence[Mapping[str, Any]]) -> list[Artefact]:
         """Return the artefacts of the stages that another plan was asked for."""

@@ -55,9 +55,9 @@ def write(
         If there is no column, lengths differ, a column is not of one plain type, a column of `sort_by` is missing,
         or the file cannot be written.
     """
-    if not len(list(columns)):
-        raise InvalidInput("the table has no columns", where=path.name)
     arrays = {name: _column(name, columns[name], path.name) for name in columns}
+    if not arrays:
+        raise InvalidInput("the table has no columns", where=path.name)
     lengths = {name: len(array) for name, array in arrays.items()}
     if len(set(lengths.values())) > 1:
         raise InvalidInput(
@@ -112,6 +112,11 @@ def renew(
         name: [*(row.get(name, "") for row in kept), *(_cell(row[name]) for row in rows)] for name in columns
     }
     write(path, cells, sort_by=sort_by, replace=replace)
+
+
+def of_rows(names: Sequence[str], rows: Sequence[Sequence[Any]]) -> dict[str, list[Any]]:
+    """Return rows as columns of these names."""
+    return {name: [row[n] for row in rows] for n, name in enumerate(names)}
 
 
 def read(path: Path, *, sha256: str | None = None) -> dict[str, np.ndarray]:
@@ -183,7 +188,7 @@ def compare(path_a: Path, path_b: Path, *, relative: float = 1e-6, absolute: flo
     if complaint := _unlike(a, b):
         return [complaint]
     differences = [
-        (int(i), f"line {i + 2}, {name}: {a[name][i]} is not {b[name][i]}")
+        (i, f"line {i + 2}, {name}: {a[name][i]} is not {b[name][i]}")
         for name in a
         for i in np.flatnonzero(needed(a[name], b[name], absolute) > relative)
     ]
@@ -289,7 +294,7 @@ def _cells(path: Path, sha256: str | None = None) -> dict[str, Sequence[str]]:
         if sha256 is not None and (received := digest(content)) != sha256:
             raise InvalidInput(
                 "the table was changed after it was published",
-                where=str(path),
+                where=path,
                 expected=f"sha256 {sha256[:12]}…",
                 received=f"{received[:12]}…",
             )
@@ -310,13 +315,13 @@ def _cells(path: Path, sha256: str | None = None) -> dict[str, Sequence[str]]:
                         "a row is not as long as the header",
                         where=f"{path.name}, line {reader.line_num}",
                         expected=f"{len(header)} cells",
-                        received=str(len(row)),
+                        received=len(row),
                     )
                 rows.append(row)
             columns = [[row[i] for row in rows] for i in range(len(header))]
     except (OSError, EOFError, zlib.error) as error:
         what = f"cannot read the table: {getattr(error, 'strerror', '') or error}"
-        raise InvalidInput(what, where=str(path)) from error
+        raise InvalidInput(what, where=path) from error
     except UnicodeDecodeError as error:
         raise InvalidInput("the table is not UTF-8 text", where=f"{path.name}, byte {error.start}") from error
     except csv.Error as error:

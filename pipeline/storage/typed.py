@@ -8,12 +8,13 @@ the array says which one stands in each row, and the notes list each once.
 from __future__ import annotations
 
 import dataclasses
-import types
 import typing
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
+
+from pipeline.validation import required
 
 
 def result_type(method: Callable[..., Any]) -> type:
@@ -84,7 +85,7 @@ def _parts(part: Any) -> dict[str, Any] | None:
     return None
 
 
-def unpack(kind: type, arrays: Mapping[str, np.ndarray], notes: Mapping[str, Any]) -> Any:
+def unpack(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str = "") -> Any:
     """Return the dataclass whose arrays and notes `pack` returned.
 
     Parameters
@@ -93,12 +94,10 @@ def unpack(kind: type, arrays: Mapping[str, np.ndarray], notes: Mapping[str, Any
         The dataclass, or a generic alias of one.
     arrays, notes : mapping
         As `pack` returned them, also after a round trip through files.
+    path : str
+        Of a part of it.
     """
-    return _whole(kind, arrays, notes, "")
-
-
-def _whole(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str) -> Any:
-    kind = _without_none(kind)
+    kind = required(kind)
     if path in arrays:
         return arrays[path]
     prefix = f"{path}." if path else ""
@@ -117,7 +116,7 @@ def _whole(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str) -
         build: Any = origin
         return build(
             **{
-                field.name: _whole(hints[field.name], arrays, found.get(field.name), prefix + field.name)
+                field.name: unpack(hints[field.name], arrays, found.get(field.name), prefix + field.name)
                 for field in dataclasses.fields(origin)
             }
         )
@@ -126,19 +125,10 @@ def _whole(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str) -
         inner = typing.get_args(kind)[1] if typing.get_args(kind) else Any
         if dataclasses.is_dataclass(typing.get_origin(inner) or inner):
             names = list(dict.fromkeys([*(notes or {}), *(name.split(".")[0] for name in sorted(below))]))
-            return {name: _whole(inner, arrays, (notes or {}).get(name), prefix + name) for name in names}
+            return {name: unpack(inner, arrays, (notes or {}).get(name), prefix + name) for name in names}
         if below:
             return {name[len(prefix) :]: arrays[name] for name in arrays if name.startswith(prefix)}
         return dict(notes)
     if origin is tuple and isinstance(notes, list):
         return tuple(notes)
     return notes
-
-
-def _without_none(kind: Any) -> Any:
-    """Return ``X`` for ``X | None``."""
-    if isinstance(kind, types.UnionType) or typing.get_origin(kind) is typing.Union:
-        parts = [part for part in typing.get_args(kind) if part is not type(None)]
-        if len(parts) == 1:
-            return parts[0]
-    return kind

@@ -34,18 +34,17 @@ def place() -> Path:
     return Path(os.environ.get("GAIT_PIPELINE_CACHE") or above / "gait-pipeline")
 
 
-@cache
-def edition() -> str:
-    """Return a digest of all sources and options, and of the Python and libraries that read them, at the start."""
-    return _digest()
-
-
 def _digest() -> str:
+    """Return a digest of all sources and options, and of the Python and libraries that read them."""
     found = hashlib.sha256(repr((sys.version, versions(PACKAGES))).encode())
     for root in (PACKAGE, CONF):
         for path in sorted(path for kind in ("py", "yaml") for path in root.rglob(f"*.{kind}")):
             found.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
     return found.hexdigest()[:32]
+
+
+edition = cache(_digest)
+"""The digest at the start."""
 
 
 def remembered(

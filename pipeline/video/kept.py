@@ -43,7 +43,7 @@ def keypoints_table(
         If the packages, the networks or the video cannot be used, or nobody is seen.
     """
     if not video.is_file():
-        raise InvalidInput("there is no such video", "input.path", received=str(video))
+        raise InvalidInput("there is no such video", "input.path", received=video)
     with video.open("rb") as film:
         digest = hashlib.file_digest(film, "sha256").hexdigest()
     table, about = folder / TABLE, folder / ABOUT

@@ -66,7 +66,7 @@ def networks(tell: Callable[[str], None] = lambda _: None) -> Path:
 def _require(path: Path, digest: str) -> None:
     found = hashlib.sha256(path.read_bytes()).hexdigest()
     if found != digest:
-        raise InvalidInput("is not the file that was published; delete it to fetch it again", str(path),
+        raise InvalidInput("is not the file that was published; delete it to fetch it again", path,
                            f"sha256 {digest}", found)  # fmt: skip
 
 
@@ -75,8 +75,8 @@ def _fetch(kept: Path) -> None:
         kept.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InvalidInput(
-            "no folder for the pose networks can be made", str(kept),
-            f"a folder that {CACHE} names", str(error.strerror),
+            "no folder for the pose networks can be made", kept,
+            f"a folder that {CACHE} names", error.strerror,
         ) from None  # fmt: skip
     with tempfile.TemporaryDirectory(dir=kept) as name:
         command = [
@@ -91,7 +91,7 @@ def _fetch(kept: Path) -> None:
         wheel = Path(name) / WHEEL
         if not wheel.is_file():
             raise InvalidInput(
-                "the pose networks are not here and could not be fetched", str(kept),
+                "the pose networks are not here and could not be fetched", kept,
                 f"{', '.join(FILES)}, or a network from which pip gets {PACKAGE}", heard[-1],
             )  # fmt: skip
         _require(wheel, WHEEL_SHA256)

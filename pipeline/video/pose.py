@@ -146,11 +146,11 @@ class Pose:
         # Visible, and in the picture at all: the lesser of the two.
         seen = 1.0 / (1.0 + np.exp(-np.clip(rows[:, 3:5].min(axis=1), -50.0, 50.0)))
         points = np.concatenate([place, seen[:, None]], axis=1)[:LANDMARKS]
-        return points, region_of(*place[list(AUXILIARY)]), float(score[0])
+        return points, region_of(*place[list(AUXILIARY)]), score[0]
 
 
 def _shared(one: np.ndarray, other: np.ndarray) -> float:
     """Area that two boxes (left, top, right, bottom) share, over that of both."""
     sides = np.minimum(one[2:], other[2:]) - np.maximum(one[:2], other[:2])
-    both = float(np.prod(np.maximum(sides, 0.0)))
-    return both / max(float(np.prod(one[2:] - one[:2]) + np.prod(other[2:] - other[:2])) - both, 1e-12)
+    both = np.prod(np.maximum(sides, 0.0))
+    return both / max(np.prod(one[2:] - one[:2]) + np.prod(other[2:] - other[:2]) - both, 1e-12)

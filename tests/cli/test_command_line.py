@@ -93,7 +93,7 @@ def test_help_names_every_figure_command_and_exit_status(say: Callable) -> None:
     said = say("--help")
     assert said.status == 0
     assert said.out == say().out == say("-h").out == say("help").out
-    for word in (*presets(), *COMMANDS, "figures", "-m", "Exit status"):
+    for word in (*presets(), *COMMANDS, "-m", "Exit status"):
         assert word in said.out
     assert "{figures}" not in said.out
     assert max(map(len, said.out.splitlines())) <= 120

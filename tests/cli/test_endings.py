@@ -90,7 +90,7 @@ def test_texts_of_others_cannot_steer_the_terminal_or_fill_it() -> None:
 
 
 def test_every_command_has_help(capsys: pytest.CaptureFixture[str]) -> None:
-    for name in (*COMMANDS, "figures", "status"):
+    for name in COMMANDS:
         assert main([name, "--help"]) == 0
         text = capsys.readouterr().out
         assert len(text.splitlines()[0]) > 20, name

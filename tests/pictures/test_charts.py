@@ -226,8 +226,3 @@ def test_charts_that_do_not_fit_are_refused(tmp_path: Path, change: dict[str, An
 def test_a_sheet_without_a_chart_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match="charts must be at least 1"):
         of_table(tmp_path / "a", replace(ERROR, picture=False))
-
-
-def test_a_missing_folder_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match="folder"):
-        draw(tmp_path / "nowhere" / "a")

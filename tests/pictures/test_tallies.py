@@ -1,13 +1,10 @@
-"""Counts as rows of bars: every number is there, and no kind is left out for want of a colour."""
+"""Counts as rows of bars: every number is there."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-import pytest
-
 from pipeline.pictures import draw_tallies
-from pipeline.validation import InvalidInput
 
 ROWS = [("one paper", {"holds": 3, "differs": 1}), ("another", {"holds": 5})]
 
@@ -19,8 +16,3 @@ def test_a_bar_for_each_number(tmp_path: Path) -> None:
     assert drawn == (tmp_path / "two.svg").read_text(encoding="utf-8")
     assert drawn.lower().count("fill: #009e73") == 2
     assert drawn.lower().count("fill: #d55e00") == 1
-
-
-def test_a_kind_without_a_colour_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match="kinds without a colour"):
-        draw_tallies(tmp_path / "a", ROWS, {"holds": "green"})

@@ -136,7 +136,7 @@ def test_an_unknown_rate_is_asked_for_and_a_wrong_one_remarked_on(model: Path, t
     assert any("frame rate is taken to be 30 Hz" in note for note in walk.notes)
     # At half the rate it is a slow walk, of which times and speeds are as right as the rate.
     half = given(path, frame_rate_hz=15.0, focal_px=sim.focal_px)
-    found = summarise(reconstruct_clip(half, model), half)
+    found = summarise(reconstruct_clip(half, model))
     assert found["verdict"] == "doubtful"
     assert "or the frame rate is wrong" in found["why"][0]
     assert found["usable"] == ["Usable: heading; cadence, times and speeds are as right as the frame rate."]
@@ -201,7 +201,7 @@ def test_an_unknown_focal_length_is_found_with_the_walk(model: Path, tmp_path: P
     walk = reconstruct_clip(given(alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))), model)
     assert walk.best.found is not None
     assert walk.best.found.focal_px != walk.focal_px
-    said = summarise(walk, given(tmp_path / "a.json"))
+    said = summarise(walk)
     assert said["focal_px"] == pytest.approx(walk.best.found.focal_px, abs=0.1)
     assert not said["recognised"]["focal_known"]
     assert said["view_angle_deg"]["heading_deg"] == pytest.approx(60.0, abs=12.0)
@@ -429,7 +429,7 @@ def test_known_views_are_within_the_interval(
     """Away and towards the camera, or to its right and left; the line itself is known to a few degrees."""
     path = recordings / "alphapose_known_angles" / "0" / f"000_{view}_{walk}_nm.json"
     given_ = Input(path=str(path), frame_rate_hz=15.0)
-    found = summarise(reconstruct_clip(given_), given_)
+    found = summarise(reconstruct_clip(given_))
     low, high = found["view_angle_deg"]["interval_95"]
     off = (found["view_angle_deg"]["heading_deg"] - headings[int(walk[0])] + 180.0) % 360.0 - 180.0
     assert found["verdict"] != "not_a_walk"

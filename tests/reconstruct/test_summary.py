@@ -16,7 +16,7 @@ from pipeline.core.keypoint_walk.verdict import Judgement, Verdict
 from pipeline.core.keypoint_walk.view import level_axes
 from pipeline.core.sagittal_angles import ANGLES
 from pipeline.reconstruct import cycle, words
-from pipeline.reconstruct.clip import Input, Walk, reconstruct_clip
+from pipeline.reconstruct.clip import Walk, reconstruct_clip
 from pipeline.reconstruct.motion import in_walkers_axes
 from pipeline.reconstruct.summary import half_widths_mm, summarise, table_rows, world_mm
 from pipeline.skeleton import WALKER15
@@ -25,23 +25,23 @@ from tests.reconstruct.walks import ERROR, alphapose, given, in_layout
 
 
 @pytest.fixture(scope="module")
-def case(model: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Walk, Input]:
+def walk(model: Path, tmp_path_factory: pytest.TempPathFactory) -> Walk:
     """A walk of somebody of known stature, whose bars are those for anybody."""
     sim = clip(-30.0, ERROR)
     path = alphapose(tmp_path_factory.mktemp("clip") / "a.json", in_layout(sim, "coco17"))
     options = given(path, focal_px=sim.focal_px, stature_mm=1700.0)
     walk = reconstruct_clip(options, model)
     assert walk.bars_for == ANYBODY  # the layout's joints were not measured
-    return walk, options
+    return walk
 
 
-def test_angles_stand_under_their_own_names_with_their_own_bars(case: tuple[Walk, Input]) -> None:
-    walk, found = case[0], case[0].best.found
+def test_angles_stand_under_their_own_names_with_their_own_bars(walk: Walk) -> None:
+    found = walk.best.found
     assert found is not None
     own = found.posterior.positions_mm @ level_axes(errors.headings(found))
     at = dict(zip(WALKER15.joints, np.moveaxis(own, 1, 0), strict=True))
     half = np.degrees(angle_half_widths(walk.calibration, found.posterior.angles_sd_rad, 2)).mean(axis=0)
-    said = summarise(*case)["angles_deg"]
+    said = summarise(walk)["angles_deg"]
     assert list(said) == list(ANGLES)
 
     def inclined(upper: str, lower: str) -> np.ndarray:
@@ -66,11 +66,10 @@ def test_angles_stand_under_their_own_names_with_their_own_bars(case: tuple[Walk
     assert said["left_hip"]["least"] < 0 < said["left_hip"]["most"]  # extension is negative
 
 
-def test_numbers_of_the_cycle_are_those_of_the_walker_in_its_units(case: tuple[Walk, Input]) -> None:
-    walk, options = case
+def test_numbers_of_the_cycle_are_those_of_the_walker_in_its_units(walk: Walk) -> None:
     found = walk.best.found
     assert found is not None
-    said = summarise(*case)["gait_cycle"]
+    said = summarise(walk)["gait_cycle"]
     numbers, truth = said["numbers"], clip_cycle()
     assert numbers["stride_time"]["both"]["value"] == pytest.approx(1 / walks()[0].frequency_hz, rel=0.03)
     assert numbers["stance"]["left"]["value"] + numbers["swing"]["left"]["value"] == pytest.approx(100)
@@ -89,7 +88,7 @@ def test_numbers_of_the_cycle_are_those_of_the_walker_in_its_units(case: tuple[W
     for name, kind in (("greatest_knee_flexion", "knee_most"), ("least_hip_flexion", "hip_least")):
         assert numbers[name]["left"]["value"] == pytest.approx(np.degrees(truth[kind, "left"]), abs=15)
     # A step of a stature of 1700 mm, and as its share.
-    shares = summarise(walk, replace(options, stature_mm=0.0))["gait_cycle"]["numbers"]["step_length"]
+    shares = summarise(replace(walk, stature_mm=0.0))["gait_cycle"]["numbers"]["step_length"]
     step = numbers["step_length"]
     assert (step["unit"], shares["unit"]) == ("mm", "% of stature")
     assert step["left"]["value"] == pytest.approx(17.0 * shares["left"]["value"], abs=1.4)
@@ -109,8 +108,7 @@ def clip_cycle() -> dict[tuple[str, str], float]:
     return dict(zip(NUMBERS, values.tolist(), strict=True))
 
 
-def test_tables_hold_the_curves_and_the_angles(case: tuple[Walk, Input]) -> None:
-    walk, _ = case
+def test_tables_hold_the_curves_and_the_angles(walk: Walk) -> None:
     found = walk.best.found
     assert found is not None
     drawn = cycle.curves(walk, found)
@@ -126,27 +124,25 @@ def test_tables_hold_the_curves_and_the_angles(case: tuple[Walk, Input]) -> None
     assert frames["frame"].tolist() == list(range(walk.best.first_frame, walk.best.last_frame + 1))
 
 
-def test_a_doubtful_walk_says_what_is_usable(case: tuple[Walk, Input]) -> None:
-    walk, options = case
+def test_a_doubtful_walk_says_what_is_usable(walk: Walk) -> None:
     doubted = replace(walk.best, judgement=Judgement(Verdict.doubtful, ("odd",)))
-    said = summarise(replace(walk, stretches=(doubted,)), options)
+    said = summarise(replace(walk, stretches=(doubted,)))
     assert said["usable"]
     assert all(sentence.startswith("Usable") for sentence in said["usable"])
     assert said["usable"][0] in dict(words.facts(said))["Verdict"]
     assert (
-        summarise(
-            replace(walk, stretches=(replace(walk.best, judgement=Judgement(Verdict.walk, ())),)), options
-        )["usable"]
+        summarise(replace(walk, stretches=(replace(walk.best, judgement=Judgement(Verdict.walk, ())),)))[
+            "usable"
+        ]
         == []
     )
 
 
-def test_every_bar_is_of_the_calibration_that_is_named(case: tuple[Walk, Input]) -> None:
-    walk, options = case
+def test_every_bar_is_of_the_calibration_that_is_named(walk: Walk) -> None:
     widths = {whom: [np.full(shape, wide) for shape in ((8, 3, 3), (6, 3), (20, 3), (2, 3))]
               for whom, wide in ((AS_OURS, 100.0), (ANYBODY, 200.0))}  # fmt: skip
     walk = replace(walk, calibrations={whom: Calibration(*of) for whom, of in widths.items()})
-    one, other = (summarise(replace(walk, bars_for=whom), options) for whom in (AS_OURS, ANYBODY))
+    one, other = (summarise(replace(walk, bars_for=whom)) for whom in (AS_OURS, ANYBODY))
     assert [said["bars"]["for"] for said in (one, other)] == [AS_OURS, ANYBODY]
     narrow, wide = (one["bars"]["mean_half_width_95_mm"][whom] for whom in (AS_OURS, ANYBODY))
     assert wide == pytest.approx(2 * narrow, abs=0.2)
@@ -163,27 +159,23 @@ def test_every_bar_is_of_the_calibration_that_is_named(case: tuple[Walk, Input])
         assert wide == pytest.approx(2 * narrow, rel=0.01)
 
 
-def test_rows_have_the_axes_that_they_are_called_by(case: tuple[Walk, Input]) -> None:
-    walk, options = case
+def test_rows_have_the_axes_that_they_are_called_by(walk: Walk) -> None:
     found = walk.best.found
     assert found is not None
-    rows = {name: np.array(column) for name, column in table_rows(walk, options).items()}
-    scale = (
-        half_widths_mm(walk, found, options).max()
-        / half_widths_mm(walk, found, replace(options, stature_mm=0.0)).max()
-    )
+    rows = {name: np.array(column) for name, column in table_rows(walk).items()}
+    scale = half_widths_mm(walk, found).max() / half_widths_mm(replace(walk, stature_mm=0.0), found).max()
     shape = (-1, len(WALKER15.joints))
     right, down, away = np.moveaxis(world_mm(found) * scale, -1, 0)
     for name, expected in (("x", right), ("y", away), ("z", -down)):
         np.testing.assert_allclose(rows[name].reshape(shape), expected, atol=0.006)
     for name, bar in zip(
-        ("half_x", "half_z", "half_y"), np.moveaxis(half_widths_mm(walk, found, options), -1, 0), strict=True
+        ("half_x", "half_z", "half_y"), np.moveaxis(half_widths_mm(walk, found), -1, 0), strict=True
     ):
         np.testing.assert_allclose(rows[name].reshape(shape), bar, atol=0.006)
 
 
-def test_a_walk_in_its_own_axes_stands_on_the_floor(case: tuple[Walk, Input]) -> None:
-    found = case[0].best.found
+def test_a_walk_in_its_own_axes_stands_on_the_floor(walk: Walk) -> None:
+    found = walk.best.found
     assert found is not None
     walked = in_walkers_axes(found)
     ankles = [WALKER15.index("left_ankle"), WALKER15.index("right_ankle")]

@@ -59,7 +59,7 @@ def test_motion_is_read_back(model: Path, tmp_path: Path) -> None:
     )
     walk, summary, folder = run(options)
     assert walk.best.found is not None
-    truth = in_walkers_axes(walk.best.found) * scale_mm(options.input)
+    truth = in_walkers_axes(walk.best.found) * scale_mm(walk)
     # The walk goes along y, and the head is above the ankles.
     assert truth[-1, 8, 1] - truth[0, 8, 1] > 5 * abs(truth[-1, 8, 0] - truth[0, 8, 0])
     assert truth[:, 0, 2].min() > 1000.0
@@ -148,7 +148,7 @@ def test_input_and_files_of_others_are_kept(model: Path, tmp_path: Path) -> None
     with pytest.raises(InvalidInput, match="must not be inside a published folder"):
         again(path, out / "inside")
     with publish(tmp_path / "figure", having="figure") as publication:
-        publication.manifest({"figure": "zhang2007_fig5"})
+        publication.facts = {"figure": "zhang2007_fig5"}
     with pytest.raises(InvalidInput, match=r"manifest\.json without 'verdict'"):
         again(path, tmp_path / "figure")
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from pipeline.report import light
+from pipeline.report import document, light
 from pipeline.report.light import keep_light
 from pipeline.storage import archive, tables
 from pipeline.storage.sealed_folders import digest, file_digest, write_manifest
@@ -42,7 +42,7 @@ def results(tmp_path: Path, lock: Path) -> Path:
 def test_it_holds_what_a_person_needs_and_verifies(
     results: Path, lock: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    room = light.PAGE_BYTES + light.METADATA_BYTES + light.RECORDINGS_BYTES + 400_000
+    room = document.MOST_BYTES + light.METADATA_BYTES + light.RECORDINGS_BYTES + 400_000
     monkeypatch.setattr("pipeline.report.light.MOST_BYTES", room)
     (tmp_path / "tutorial" / "answer").mkdir(parents=True)
     (tmp_path / "tutorial" / "answer" / "answer.svg").write_text("<svg/>")
@@ -82,7 +82,7 @@ def test_the_largest_tables_are_left_out_where_they_do_not_fit(
     results: Path, lock: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("pipeline.report.light.PLAIN_BYTES", 10)
-    reserved = light.PAGE_BYTES + light.METADATA_BYTES + light.RECORDINGS_BYTES
+    reserved = document.MOST_BYTES + light.METADATA_BYTES + light.RECORDINGS_BYTES
     monkeypatch.setattr("pipeline.report.light.MOST_BYTES", reserved + 40_000)
     target = tmp_path / "light" / "synthetic"
     keep_light(results, target, FIGURES, lock=lock, **FACTS)

@@ -158,7 +158,7 @@ def test_results_without_walkers_say_so(tmp_path: Path) -> None:
 
 
 def test_the_browser_computes_the_tables(folder: Path, browser: str, tmp_path: Path) -> None:
-    page, _ = write_page(folder, [*FIGURES, "park2011_fig4"])
+    page = write_page(folder, [*FIGURES, "park2011_fig4"])
     dom = shown(browser, f"{page.as_uri()}#check", tmp_path)
     facts = dict(re.findall(r'data-(\w+)="([^"]*)"', re.findall(r'<output id="agreement"[^>]*>', dom)[0]))
     assert facts["methods"].split() == ["anatomical", "null", "least_squares", "map"]
@@ -185,7 +185,7 @@ def shown(browser: str, address: str, profile: Path) -> str:
 
 
 def test_back_to_the_paper_from_our_method(folder: Path, browser: str, tmp_path: Path) -> None:
-    page, _ = write_page(folder, FIGURES, to=tmp_path)
+    page = write_page(folder, FIGURES, to=tmp_path)
     script = """<script>addEventListener("load", () => {
       const chosen = () => document.querySelector("#numbers .chosen th")?.textContent ?? "";
       const bars = () => document.getElementById("bars").textContent;
@@ -251,7 +251,7 @@ def test_ones_own_walk_is_read_as_the_library_reads_it(folder: Path, browser: st
       document.body.dataset.samples = [...walk.samples].map(v => v.toFixed(3)).join(" ");
       try { Yours.read("a,b\\n1,2\\n"); } catch (error) { document.body.dataset.complaint = error.message; }
     });</script></body>"""
-    page, _ = write_page(folder, FIGURES, to=tmp_path)
+    page = write_page(folder, FIGURES, to=tmp_path)
     text = re.sub(r"<meta http-equiv[^>]*>", "", page.read_text(encoding="utf-8"))
     csv = "\n".join(["frame,time_s,joint,x_mm,y_mm,z_mm", *rows])
     content = f'<script type="text/csv" id="csv">{csv}</script>{script}'

@@ -42,7 +42,7 @@ def make(tmp_path: Path, lock: Path) -> Make:
                     (publication.folder / name).write_text(f"{name} of {figure} on {data}")
                 made = {"commit": COMMIT, "dirty": False, "lock_sha256": digest(lock.read_bytes())}
                 made |= {name: value for name, value in changes.items() if name in made}
-                publication.manifest({"figure": figure, "scale": scale, "provenance": made})
+                publication.facts = {"figure": figure, "scale": scale, "provenance": made}
         (folder / "claims.csv").write_text("claim,verdict\n")
         return folder
 

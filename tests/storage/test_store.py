@@ -436,7 +436,7 @@ def run(results: Path, edition: int) -> tuple[list[Artefact], Path]:
         for name in ("table.csv", "figure.svg"):
             with (publication.folder / name).open("wb") as stream:
                 stream.write(f"{name} of edition {edition}, {model.key}".encode())
-        publication.manifest({"figure": "zhang2007_fig5", "edition": edition})
+        publication.facts = {"figure": "zhang2007_fig5", "edition": edition}
     return [data, model], figure
 
 
@@ -526,7 +526,7 @@ def test_a_killed_process_leaves_what_the_next_run_can_use(tmp_path: Path) -> No
                 for i in range(2)]
         with publish(results / "figure") as publication:
             (publication.folder / "table.csv").write_text("new")
-            publication.manifest({"edition": "new"})
+            publication.facts = {"edition": "new"}
         print(*(a.computed for a in made))
         """)
 
@@ -535,7 +535,7 @@ def test_a_killed_process_leaves_what_the_next_run_can_use(tmp_path: Path) -> No
             results = tmp_path / f"{name}{n}"
             with publish(results / "figure") as publication:
                 (publication.folder / "table.csv").write_text("old")
-                publication.manifest({"edition": "old"})
+                publication.facts = {"edition": "old"}
             killed = python("-c", script, str(results), name, str(n))
             assert killed.returncode == -signal.SIGKILL, (name, n)
             finished = {p.name for p in (results / "cache").glob("s-*")}
@@ -756,7 +756,7 @@ def test_a_publication_takes_the_place_of_the_older(tmp_path: Path) -> None:
             (publication.folder / "table.csv").write_text(f"{edition}")
             (publication.folder / "more").mkdir()
             (publication.folder / "more" / f"arrays{edition}.npz").write_bytes(b"12345")
-            publication.manifest({"edition": edition, "options": Options()})
+            publication.facts = {"edition": edition, "options": Options()}
         manifest = json.loads((figure / "manifest.json").read_bytes())
         assert manifest["edition"] == edition
         assert manifest["options"]["view_angle_deg"]["step"] == 1.0
@@ -777,7 +777,7 @@ def test_a_publication_that_fails_leaves_the_older(tmp_path: Path, error: BaseEx
     publishing = publish(figure)
     publication = publishing.__enter__()
     (publication.folder / "table.csv").write_text("new")
-    publication.manifest({})
+    publication.facts = {}
     assert not publishing.__exit__(type(error), error, None)
     assert contents(figure) == before
     assert leftovers(tmp_path) == []
@@ -794,16 +794,16 @@ def test_a_manifest_says_only_what_json_can(tmp_path: Path) -> None:
         pytest.raises(InvalidInput, match=r"manifest.error: the number is not finite"),
         publish(tmp_path / "figure") as publication,
     ):
-        publication.manifest({"error": np.float64("nan")})
+        publication.facts = {"error": np.float64("nan")}
     assert list(tmp_path.iterdir()) == []
 
 
 def test_two_publications_of_one_figure_at_once(tmp_path: Path) -> None:
     figure = tmp_path / "figure"
     with publish(figure) as slower:
-        slower.manifest({"by": "slower"})
+        slower.facts = {"by": "slower"}
         with publish(figure) as faster:
-            faster.manifest({"by": "faster"})
+            faster.facts = {"by": "faster"}
         assert json.loads((figure / "manifest.json").read_bytes())["by"] == "faster"
     assert json.loads((figure / "manifest.json").read_bytes())["by"] == "slower"
     assert leftovers(tmp_path) == []
@@ -832,7 +832,7 @@ def publish_files(figure: Path, **files: str) -> None:
             path = publication.folder / name.replace("__", "/").replace("_csv", ".csv")
             path.parent.mkdir(exist_ok=True)
             path.write_text(content)
-        publication.manifest({})
+        publication.facts = {}
 
 
 def of_the_reader(figure: Path) -> dict[str, str]:
@@ -945,7 +945,7 @@ def test_only_a_folder_with_our_manifest_is_replaced(
             begun = True
             change(figure)
             expected = everything()
-            publication.manifest({})
+            publication.facts = {}
 
     with pytest.raises(
         InvalidInput,
@@ -999,7 +999,7 @@ def test_a_publication_between_two_looks_is_no_foreign_file(
     with publish(figure) as publication:
         for name in ("table.csv", "table_more.csv"):
             (publication.folder / name).write_text("3")
-        publication.manifest({})
+        publication.facts = {}
         monkeypatch.setattr(sealed_folders, "read_manifest", read_manifest)
     assert calls > 10
     assert (figure / "table_more.csv").read_text() == "3"
