@@ -15,7 +15,7 @@ from pipeline.formats.points import trc
 from pipeline.formats.points.cells import Rows
 from pipeline.formats.points.csv.table import coordinates, read_table, role_of, set_to_seconds
 
-_CONFIDENCE = ("confidence", "score", "visibility", "likelihood", "conf", "c", "p", "v")
+_CONFIDENCE = ("confidence", "score", "visibility", "likelihood", "conf", "vis", "prob", "c", "p", "v")
 
 
 def read_csv(path: Path) -> Detections:
@@ -31,14 +31,13 @@ def read_csv(path: Path) -> Detections:
         if rate or size[0]:
             table.notes.append(f"Frame rate and image size are those of {beside.name}.")
     roles = {role_of(title)[0]: column for column, title in reversed(list(enumerate(table.header)))}
-    if not rate and "time" in roles:
+    if "time" in roles:
         set_to_seconds(table, roles["time"])
         times = table.numbers([roles["time"]])
         steps = np.diff(np.unique(times[np.isfinite(times)]))
         step = float(np.median(steps)) if len(steps) else np.inf
-        rate = (
-            1000.0 if 1.5 < step < np.inf else 1.0
-        ) / step  # milliseconds, else less than a frame a second
+        # Milliseconds, else less than a frame a second.
+        rate = rate or (1000.0 if 1.5 < step < np.inf else 1.0) / step
     columns: dict[str, dict[str, int]] = {}
     for point, kind, _, number in coordinates(table.header, "xy", _CONFIDENCE):
         columns.setdefault(point, {})[kind if kind in "xy" else "confidence"] = number
@@ -46,9 +45,13 @@ def read_csv(path: Path) -> Detections:
     if not whole:
         expected = "columns such as left_knee_x and left_knee_y, or keypoint, x and y"
         raise damaged("no keypoints in the table", table.where, expected, ", ".join(table.header[:6]))
+    if len(whole) > 1 and "point" not in roles:
+        whole.pop("", None)  # of a box around somebody
     count, is_long = len(table.cells), "" in whole
     people = table.texts(roles["person"]) if "person" in roles else [""] * count
     frames = _frames(table, roles["frame"]) if "frame" in roles else np.arange(count)
+    if is_long and "frame" not in roles and "time" in roles:
+        frames, roles["frame"] = np.unique(times.ravel(), return_inverse=True)[1], roles["time"]
     names, which = list(whole), [0] * count
     body, bodies = list(range(count)), count
     if is_long:

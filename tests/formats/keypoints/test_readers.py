@@ -171,6 +171,31 @@ def test_wide_and_long_tables_say_the_same(tmp_path: Path) -> None:
     np.testing.assert_array_equal(one.confidence, other.confidence)
 
 
+@pytest.mark.parametrize("frame", ["frame_idx", "frame_no", "Frame Number", "Frame No."])
+@pytest.mark.parametrize(("suffix", "comma"), [("csv", ","), ("tsv", "\t"), ("txt", ";")])
+def test_a_table_with_a_box_around_the_person(frame: str, suffix: str, comma: str, tmp_path: Path) -> None:
+    rows = [
+        f"{frame},x,y,w,h,left_knee_x,left_knee_y,left_knee_vis",
+        "3,9,9,9,9,1,2,.5",
+        "5,9,9,9,9,3,4,.7",
+        "",
+    ]
+    path = tmp_path / f"a.{suffix}"
+    path.write_text("\n".join(rows).replace(",", comma), encoding="utf-8")
+    found = keypoints.read(path)
+    assert (found.names, found.frame.tolist()) == (("left_knee",), [3, 5])
+    np.testing.assert_array_equal(found.points[:, 0], [[1, 2], [3, 4]])
+    assert found.confidence.tolist() == [[0.5], [0.7]]
+
+
+def test_a_long_table_with_times_in_place_of_frames(tmp_path: Path) -> None:
+    rows = [f"{time},{name},{x},2,0.5" for time, x in ((0.0, 1), (0.04, 3)) for name in ("hip", "knee")]
+    (tmp_path / "a.csv").write_text("\n".join(["timestamp,body_part,x,y,prob", *rows, ""]), encoding="utf-8")
+    found = keypoints.read(tmp_path / "a.csv")
+    assert (found.names, found.frame.tolist(), found.frame_rate_hz) == (("hip", "knee"), [0, 1], 25.0)
+    assert found.points[:, 1].tolist() == [[1, 2], [3, 2]]
+
+
 def test_rate_and_size_beside_a_table(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("left_knee_x,left_knee_y\n1,2\n3,4\n", encoding="utf-8")
     write(tmp_path / "a.json", {"fps": 25, "width": 640, "height": 480})

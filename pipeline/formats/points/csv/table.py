@@ -26,13 +26,21 @@ _ROLES = {
         ),
         "seconds",
     },
-    "frame": {"frame", "frame#", "frame_number", "frame_index", "frame_id"},
+    "frame": {
+        "frame",
+        "frame#",
+        *(f"frame_{kind}" for kind in ("number", "index", "idx", "id", "num", "no")),
+    },
     "point": {
-        *("joint", "point", "marker", "name", "label", "landmark", "keypoint"),
-        *(f"{point}_{number}" for point in ("joint", "landmark", "keypoint") for number in ("id", "index")),
+        *("joint", "point", "marker", "name", "label", "landmark", "keypoint", "bodypart", "body_part"),
+        *(
+            f"{point}_{kind}"
+            for point in ("joint", "landmark", "keypoint")
+            for kind in ("id", "index", "name")
+        ),
     },
     "unit": {"unit", "units"},
-    "person": {"person", "person_id", "subject", "subject_id", "track", "track_id"},
+    "person": {"person", "person_id", "subject", "subject_id", "track", "track_id", "video", "video_name"},
 }
 _MOST_ABOVE = 50
 """Lines of words in front of the header."""
@@ -93,7 +101,7 @@ def coordinates(
 
 def role_of(title: str) -> tuple[str, str]:
     """Return what a column is besides a coordinate, nothing if it is not, and its title in small letters."""
-    plain = _BRACKETED.sub(r"_\1", title).lower()
+    plain = _BRACKETED.sub(r"_\1", title).lower().replace(" ", "_").rstrip(".")
     return next((role for role, titles in _ROLES.items() if plain in titles), ""), plain
 
 
