@@ -134,6 +134,10 @@ WRITTEN = {
     "columns": [[{"name": "person", "keypoints": {"x": POINTS[:, 0].tolist(), "y": POINTS[:, 1].tolist(),
                   "visible": [0.9] * 17}}]] * 2,
     "all at once": {"keypoints": [flat()] * 2},
+    "within a pose": {"metadata": {"fps": 30}, "frames": [{"frame_idx": k, "pose": IN_TURN} for k in (3, 4)]},
+    "named, beside others": [
+        {"frame": k, "bbox": [1, 2, 3, 4], "note": "", **dict(zip(NAMED, objects("conf"), strict=True))} for k in (3, 4)
+    ],
 }  # fmt: skip
 
 
