@@ -109,6 +109,13 @@ def test_other_coordinates_are_the_same_pixels(
     assert any(note in said for said in notes)
 
 
+def test_points_about_the_hips_are_refused() -> None:
+    pixels = clip(45.0, ERROR).pixels
+    for scale in (1.0, 0.003):
+        with pytest.raises(InvalidInput, match="counted from the middle of the hips"):
+            in_pixels(scale * (pixels - pixels[:, [9, 12]].mean(axis=1, keepdims=True)), SIZE, [])
+
+
 def test_an_image_that_does_not_hold_the_keypoints_is_refused() -> None:
     pixels = clip(45.0, ERROR).pixels + np.array(SIZE) / 2.0
     with pytest.raises(InvalidInput, match="are width and height exchanged"):
