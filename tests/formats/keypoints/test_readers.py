@@ -155,6 +155,14 @@ def test_points_under_whatever_keys(written: str, lines: bool, tmp_path: Path) -
     assert found.image_size == ((640, 480) if written == "coco" else (0, 0))
 
 
+def test_rate_and_size_within_a_json(tmp_path: Path) -> None:
+    names = {f"p{k}": {"x": 0.1 * k, "y": 0.5, "visibility": 0.9} for k in range(17)}
+    frames = [{"frame_idx": 0, "time_s": 0.0, "landmarks": names}, {"frame_idx": 1, "landmarks": {}}]
+    meta = {"fps": 25.0, "width": 640, "height": 480, "n_frames": 2}
+    found = keypoints.read(write(tmp_path / "a.json", {"meta": meta, "subject": None, "frames": frames}))
+    assert (found.n_frames, found.frame_rate_hz, found.image_size) == (2, 25.0, (640, 480))
+
+
 def test_mediapipe_as_json(tmp_path: Path) -> None:
     marks = [{"x": 0.1 + 0.01 * k, "y": 0.5, "z": 0.0, "visibility": 0.9} for k in range(33)]
     found = keypoints.read(write(tmp_path / "a.json", {"fps": 30, "frames": [{"landmarks": marks}, {}]}))
