@@ -323,7 +323,9 @@ def _detections(
     if not names and rows and len(rows[0][2]) == len(MEDIAPIPE):
         program, names = "mediapipe", list(MEDIAPIPE)
     sizes = content["images"][0] if _has(content, "images") and content["images"] else {}
-    within = [part for part in content.values() if isinstance(part, dict)]  # meta, metadata, video_info, …
+    within = [
+        part for part in content.values() if _has(part, "fps") or _has(part, "width")
+    ]  # meta, metadata, …
     rate, size = settings({key: value for part in [*within, sizes, content] for key, value in part.items()})
     return detections(program, where, rows, span, names=list(map(str, names)), frame_rate_hz=rate, image_size=size,
                       notes=notes)  # fmt: skip

@@ -17,6 +17,12 @@ from pipeline.formats.points.csv.table import coordinates, read_table, role_of, 
 
 _CONFIDENCE = ("confidence", "score", "visibility", "likelihood", "conf", "vis", "prob", "c", "p", "v")
 
+_ROLES = {
+    **dict.fromkeys(("bodypart", "body_part", "joint_name", "landmark_name", "keypoint_name"), "point"),
+    **dict.fromkeys(("video", "video_name"), "person"),  # films one below the other
+}
+"""What columns are that are none of these in tables of markers."""
+
 
 def read_csv(path: Path) -> Detections:
     """Read CSV: wide (``left_knee_x, left_knee_y``, …) or long (``frame, keypoint, x, y``).
@@ -30,7 +36,10 @@ def read_csv(path: Path) -> Detections:
         rate, size = settings(content)
         if rate or size[0]:
             table.notes.append(f"Frame rate and image size are those of {beside.name}.")
-    roles = {role_of(title)[0]: column for column, title in reversed(list(enumerate(table.header)))}
+    roles = {
+        role or _ROLES.get(plain, ""): column
+        for column, (role, plain) in reversed(list(enumerate(map(role_of, table.header))))
+    }
     if "time" in roles:
         set_to_seconds(table, roles["time"])
         times = table.numbers([roles["time"]])

@@ -187,15 +187,15 @@ def test_wide_and_long_tables_say_the_same(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("suffix", "comma"), [("csv", ","), ("tsv", "\t"), ("txt", ";")])
 def test_a_table_with_a_box_around_the_person(frame: str, suffix: str, comma: str, tmp_path: Path) -> None:
     rows = [
-        f"{frame},x,y,w,h,left_knee_x,left_knee_y,left_knee_vis",
-        "3,9,9,9,9,1,2,.5",
-        "5,9,9,9,9,3,4,.7",
+        f"video_name,{frame},x,y,w,h,left_knee_x,left_knee_y,left_knee_vis",
+        "a,3,9,9,9,9,1,2,.5",
+        "b,5,9,9,9,9,3,4,.7",
         "",
     ]
     path = tmp_path / f"a.{suffix}"
     path.write_text("\n".join(rows).replace(",", comma), encoding="utf-8")
     found = keypoints.read(path)
-    assert (found.names, found.frame.tolist()) == (("left_knee",), [3, 5])
+    assert (found.names, found.frame.tolist(), *found.identity) == (("left_knee",), [3, 5], "a", "b")
     np.testing.assert_array_equal(found.points[:, 0], [[1, 2], [3, 4]])
     assert found.confidence.tolist() == [[0.5], [0.7]]
 

@@ -32,15 +32,11 @@ _ROLES = {
         *(f"frame_{kind}" for kind in ("number", "index", "idx", "id", "num", "no")),
     },
     "point": {
-        *("joint", "point", "marker", "name", "label", "landmark", "keypoint", "bodypart", "body_part"),
-        *(
-            f"{point}_{kind}"
-            for point in ("joint", "landmark", "keypoint")
-            for kind in ("id", "index", "name")
-        ),
+        *("joint", "point", "marker", "name", "label", "landmark", "keypoint"),
+        *(f"{point}_{number}" for point in ("joint", "landmark", "keypoint") for number in ("id", "index")),
     },
     "unit": {"unit", "units"},
-    "person": {"person", "person_id", "subject", "subject_id", "track", "track_id", "video", "video_name"},
+    "person": {"person", "person_id", "subject", "subject_id", "track", "track_id"},
 }
 _MOST_ABOVE = 50
 """Lines of words in front of the header."""
