@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
 
 USUAL_SIZES = tuple(
@@ -16,6 +17,8 @@ USUAL_SIZES = tuple(
 MOST_OUTSIDE = 0.1
 """Share of keypoints that may lie outside of the image by more than 6 % of its size, unless with width and height
 exchanged half as many do: detectors guess feet below the picture, but not most of all."""
+
+_HIPS = [number for number, joint in enumerate(WALKER15.joints) if joint.endswith("_hip")]
 
 
 def in_pixels(
@@ -35,9 +38,18 @@ def in_pixels(
     Raises
     ------
     InvalidInput
-        If the coordinates are shares of an image whose size is not known, or pixels that are not in it.
+        If the coordinates are shares of an image whose size is not known, pixels that are not in it, or not from its
+        corner.
     """
     known = pixels[np.isfinite(pixels).all(axis=-1)]
+    hips = pixels[:, _HIPS].mean(axis=1)
+    hips = hips[np.isfinite(hips).all(axis=-1)]
+    if len(hips) and np.median(np.abs(hips)) < 0.01 * np.median(np.abs(known)):
+        raise InvalidInput(
+            "the points are counted from the middle of the hips, and say nothing of the image",
+            expected="landmarks in the image, as MediaPipe's pose_landmarks",
+            received="hips at 0, 0 throughout, as in its pose_world_landmarks",
+        )
     if len(known) and (known[:, 1] < 0).mean() > 0.95:
         pixels, known = pixels * [1, -1], known * [1, -1]
         notes.append("Rows are negative: they were counted upwards from the upper edge, and are turned.")

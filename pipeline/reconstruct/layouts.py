@@ -22,6 +22,8 @@ from pipeline.validation import InvalidInput, require_choice
 FOLDER = CONF / "keypoints"
 LONGER = {133: 17, 136: 26}
 """Layouts of whole bodies that begin with a smaller one: number of points and of those that are used."""
+FEWEST = 14
+"""Names that differ in their number alone, from which on points are told by it: kp0, kp1, …"""
 LEAST_SEEN = 0.2
 """Joints that fewer detections have say nothing of the order: a head may be out of the picture."""
 _NEEDED = [f"{side}_{joint}" for side in ("left", "right") for joint in ("hip", "knee", "ankle")]
@@ -92,18 +94,26 @@ _OF_APPLE = {
 """Names of Apple's Vision, which are those of the segments below the joints."""
 
 
+_PARTS = {"eye", "ear", "shoulder", "elbow", "wrist", "hip", "knee", "ankle", "heel"}
+
+
 def canonical(name: str) -> str:
     """A name of a point as layouts write it.
 
     Examples
     --------
-    >>> canonical("LKnee"), canonical("RBigToe"), canonical("knee_l"), canonical("left_leg_joint")
-    ('left_knee', 'right_big_toe', 'left_knee', 'left_knee')
+    >>> canonical("LKnee"), canonical("RBigToe"), canonical("knee_l"), canonical("left_leg_joint"), canonical("rhip")
+    ('left_knee', 'right_big_toe', 'left_knee', 'left_knee', 'right_hip')
     """
     words = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+", name.replace("_", " "))
     joined = [word.lower() for word in words]
     sides = {"l": "left", "r": "right", "left": "left", "right": "right"}
-    if joined and joined[0] not in sides and joined[0][0] in "lr" and words[0][:2].isupper():
+    if (
+        joined
+        and joined[0] not in sides
+        and joined[0][0] in "lr"
+        and (words[0][:2].isupper() or joined[0][1:] in _PARTS)
+    ):
         joined = [joined[0][0], joined[0][1:], *joined[1:]]
     side = [sides[word] for word in joined if word in sides]
     rest = "_".join(word for word in joined if word not in sides)
@@ -135,16 +145,25 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
     known = layouts()
     if wanted:
         require_choice("input.layout", wanted, known)
-    K = found.points.shape[1]
-    words = {name.rstrip("0123456789") for name in found.names}
-    if found.names and (len(words) > 1 or found.names[0] in words):  # not kp0, kp1, …
-        apart = (k for k, letters in enumerate(zip(*found.names, strict=False)) if len(set(letters)) > 1)
-        before = next(apart, 0)  # anna:, PoseLandmark.
-        names = {canonical(name[before:]): number for number, name in enumerate(found.names)}
+    stems = [name.rstrip("0123456789") for name in found.names]
+    numbered = [k for k, stem in enumerate(stems) if stems.count(stem) >= FEWEST]  # kp0, kp1, … beside others
+    numbered.sort(key=lambda k: int(found.names[k][len(stems[k]) :] or -1))
+    points = found.points[:, numbered] if numbered else found.points
+    K = points.shape[1]
+    in_turn = np.array(numbered or range(K))
+    if found.names and not numbered:
+        sided = [name for name in found.names if canonical(name).startswith(("left_", "right_"))]
+        apart = (k for k, letters in enumerate(zip(*sided, strict=False)) if len(set(letters)) > 1)
+        before = "".join(sided[:1])[: next(apart, 0)]  # anna:, PoseLandmark.
+        names = {canonical(name.removeprefix(before)): k for k, name in enumerate(found.names)}
         best, order, rank = None, np.empty(0, dtype=int), (0, 0)
         for layout in [known[wanted]] if wanted else known.values():
             where = np.array([names.get(canonical(point), -1) for point in layout.points])
-            if (own := ((where >= 0).sum(), -len(where))) > rank and all(joint in names for joint in _NEEDED):
+            if (
+                (own := ((where >= 0).sum(), -len(where))) > rank
+                and all(joint in names for joint in _NEEDED)
+                and not (layout.measured and -1 in where and not wanted)  # a part may be anybody's
+            ):
                 best, order, rank = layout, where, own  # the smallest that has as many of the names
         if best is None:
             raise InvalidInput(
@@ -159,11 +178,12 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
         if len(known[wanted].points) != used:
             what, expected = "the number of points is not that of input.layout", len(known[wanted].points)
             raise InvalidInput(what, expected=f"{expected} for {wanted}", received=K)
-        return known[wanted], np.arange(len(known[wanted].points)), f"{wanted}: as input.layout says"
+        return known[wanted], in_turn[:used], f"{wanted}: as input.layout says"
     if not fitting:
         counts = ", ".join(sorted({f"{len(layout.points)} ({layout.name})" for layout in known.values()}))
         raise InvalidInput("no layout has this number of points", expected=counts, received=K)
-    scores = [_upright(layout, found.points) for layout in fitting]
+    upright = [_upright(layout, points) for layout in fitting]
+    scores = np.nan_to_num(upright)
     best = fitting[np.argmax(scores)]
     why = f"{best.name}: {K} points"
     if used != K:
@@ -171,18 +191,18 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
     if len(fitting) > 1:
         others = ", ".join(layout.name for layout in fitting if layout is not best)
         why += f", and heads above hips above ankles as in no other order ({others})"
-        ordered = sorted(scores)
-        if ordered[-1] - ordered[-2] < 0.2:
-            raise InvalidInput(
-                "the order of the points is not clear",
-                expected="input.layout=" + " or ".join(layout.name for layout in fitting),
-                received=f"{K} points",
-            )
-    return best, np.arange(len(best.points)), why
+    first, second = sorted([0.0, *scores])[:-3:-1]
+    if first - second < 0.2 and not (len(fitting) == 1 and np.isnan(upright[0])):
+        raise InvalidInput(
+            "the order of the points is not clear: heads must be above hips above ankles in one layout alone",
+            expected="points with names, or input.layout=" + " or ".join(layout.name for layout in fitting),
+            received=f"{K} points",
+        )
+    return best, in_turn[:used], why
 
 
 def _upright(layout: Layout, points: np.ndarray) -> float:
-    """Share of detections in which the head is above shoulders, hips, knees and ankles, those seen, in this order."""
+    """Share of detections with head, shoulders, hips, knees and ankles, those seen, one above the other; or NaN."""
 
     def height(kind: str) -> np.ndarray:
         columns = [
@@ -197,7 +217,7 @@ def _upright(layout: Layout, points: np.ndarray) -> float:
     rows = rows[:, np.isfinite(rows).mean(axis=0) > LEAST_SEEN]
     whole = np.isfinite(rows).all(axis=1)
     if rows.shape[1] < 3 or not whole.any():
-        return 0.0
+        return float("nan")
     steps = np.diff(rows[whole], axis=1)
     return float(max((steps > 0).all(axis=1).mean(), (steps < 0).all(axis=1).mean()))
 

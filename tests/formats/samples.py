@@ -232,6 +232,8 @@ def _keypoints() -> list[Sample]:
         "mediapipe.json": json.dumps({"fps": 30, "frames": [{"landmarks": [mark] * 33}] * 2}).encode(),
         "wide.csv": b"frame,time_s,left_knee_x,left_knee_y,left_knee_score\n0,0,1,2,0.5\n1,0.1,,,\n2,0.2,3,4,0.7\n",
         "long.csv": b"frame,person,keypoint,x,y,score\n0,a,left_knee,1,2,0.5\n2,b,left_knee,3,4,0.7\n",
+        "box.tsv": b"frame_idx\tx\ty\tlhip_x\tlhip_y\tlhip_vis\n0\t9\t9\t1\t2\t0.5\n2\t9\t9\t3\t4\t0.7\n",
+        "times.txt": b"timestamp,joint,x,y\n0,1,1,2\n0,2,5,6\n0.1,1,3,4\n0.1,2,7,8\n",
         "pixels.trc": px.encode(),
         "array.npy": array.getvalue(),
     }

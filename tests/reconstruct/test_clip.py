@@ -109,6 +109,13 @@ def test_other_coordinates_are_the_same_pixels(
     assert any(note in said for said in notes)
 
 
+def test_points_about_the_hips_are_refused() -> None:
+    pixels = clip(45.0, ERROR).pixels
+    for scale in (1.0, 0.003):
+        with pytest.raises(InvalidInput, match="counted from the middle of the hips"):
+            in_pixels(scale * (pixels - pixels[:, [9, 12]].mean(axis=1, keepdims=True)), SIZE, [])
+
+
 def test_an_image_that_does_not_hold_the_keypoints_is_refused() -> None:
     pixels = clip(45.0, ERROR).pixels + np.array(SIZE) / 2.0
     with pytest.raises(InvalidInput, match="are width and height exchanged"):
@@ -283,13 +290,21 @@ def _numbered(layout: str) -> Detections:
 
 
 @pytest.mark.parametrize(
-    "layout", ["coco17", "h36m17", "body25", "coco18", "halpe26", "walker15", "mediapipe33"]
+    "layout", ["coco17", "h36m17", "body25", "body25b", "coco18", "halpe26", "walker15", "mediapipe33"]
 )
 def test_layouts_are_recognised_by_number_and_place(layout: str) -> None:
     found, order, why = layouts.recognise(_numbered(layout))
     assert found.name == layout
     assert order.tolist() == list(range(len(found.points)))
     assert layout in why
+
+
+def test_points_in_an_order_that_is_not_known_are_refused() -> None:
+    found = _numbered("walker15")
+    found = replace(found, points=np.roll(found.points, 7, axis=1))
+    with pytest.raises(InvalidInput, match=r"order of the points is not clear.*input\.layout=walker15"):
+        layouts.recognise(found)
+    assert layouts.recognise(found, "walker15")[0].name == "walker15"
 
 
 def test_an_unknown_number_of_points_is_refused() -> None:
@@ -300,13 +315,15 @@ def test_an_unknown_number_of_points_is_refused() -> None:
         layouts.recognise(found, "coco12")
 
 
-@pytest.mark.parametrize("written", [str, str.upper, "PoseLandmark.{}".format, "anna:{}".format])
+@pytest.mark.parametrize("written", [str, str.upper, "PoseLandmark.{}".format, "anna:{}".format, str.lower])
 def test_names_decide_where_there_are_some(written: Callable[[str], str]) -> None:
     names = ["LHip", "RHip", "left_knee", "right_knee", "LAnkle", "RAnkle", "LShoulder", "RShoulder", "Nose"]
     names = list(map(written, names))
+    names.append("com")
     found = detections("trc", "a.trc", [(0, "", np.arange(3.0 * len(names)).reshape(-1, 3))], 1, names=names)
     layout, order, _ = layouts.recognise(found)
     assert order[layout.points.index("left_knee")] == 2
+    assert not layout.measured  # whose hips, nobody knows
     short = detections("trc", "a.trc", [(0, "", np.arange(15.0).reshape(5, 3))], 1, names=names[:5])
     with pytest.raises(InvalidInput, match="hips, knees and ankles"):
         layouts.recognise(short)
@@ -317,6 +334,12 @@ def test_names_of_a_small_layout_are_not_those_of_a_large_one_and_numbers_are_no
     for names in (points, [f"kp{k}" for k in range(17)]):
         found, order, _ = layouts.recognise(replace(_numbered("coco17"), names=tuple(names)))
         assert (found.name, order.tolist()) == ("coco17", list(range(17)))
+    by_letters, whole = [0, 1, *range(10, 17), *range(2, 10)], _numbered("coco17")
+    points = np.concatenate([whole.points[:, :1], whole.points[:, by_letters]], axis=1)
+    found, order, _ = layouts.recognise(
+        replace(whole, points=points, names=("box", *(f"kp{k}" for k in by_letters)))
+    )
+    assert (found.name, order.tolist()) == ("coco17", [1 + by_letters.index(k) for k in range(17)])
 
 
 def test_right_offsets_are_mirror_images() -> None:

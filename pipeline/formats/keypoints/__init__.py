@@ -16,7 +16,7 @@ from pipeline.formats.keypoints.contract import MEDIAPIPE, Detections, detection
 
 READERS = {
     ".json": people_json.read,
-    ".csv": tables.read_csv,
+    **dict.fromkeys((".csv", ".tsv", ".txt"), tables.read_csv),
     ".trc": tables.read_trc,
     ".npy": tables.read_array,
     ".npz": tables.read_array,

@@ -170,11 +170,20 @@ def _shape_of(content: Any) -> str:
 _PROGRAMS = {"images": "coco", "image_id": "alphapose", "bodies": "alphapose", "instances": "mmpose"}
 """Who writes files with these keys."""
 _FRAMES = ("instance_info", "frames", "annotations", "results", "data", "predictions")
-_PEOPLE = ("people", "instances", "bodies", "annots", "persons", "poses", "detections", "predictions")
+_PEOPLE = ("people", "instances", "bodies", "annots", "persons", "poses", "pose", "detections", "predictions")
 _POINTS = (
     "pose_keypoints_2d", "keypoints", "pose_landmarks", "poseLandmarks", "landmarks", "landmark", "joints",
 )  # fmt: skip
-_WHICH_FRAME = ("frame_id", "frame", "frame_index", "frame_number", "image_id", "image", "file_name")
+_WHICH_FRAME = (
+    "frame_id",
+    "frame",
+    "frame_index",
+    "frame_idx",
+    "frame_number",
+    "image_id",
+    "image",
+    "file_name",
+)
 _WHO = ("idx", "track_id", "person_id", "personID", "instance_id")
 _SURE = ("visibility", "score", "confidence", "likelihood", "conf", "visible", "presence")
 _NAME = ("name", "part", "label", "keypoint")
@@ -224,7 +233,7 @@ def _is_points(value: Any) -> bool:
     """Whether something is all points of somebody, not one of them."""
     if isinstance(value, dict):
         return (_has(value, "x", "y") and isinstance(value["x"], list)) or (
-            len(value) > 1 and not _has(value, "x", "y") and all(map(_is_mark, value.values()))
+            not _has(value, "x", "y") and sum(map(_is_mark, value.values())) > 5  # joints, and whatever else
         )
     flat = isinstance(value, list) and not _is_mark(value) and not isinstance((*value, [])[0], list | dict)
     return flat or (isinstance(value, list) and len(value) > 1 and _is_mark(value[0]))
@@ -266,6 +275,7 @@ def _points(value: Any, scores: Any, place: str) -> tuple[list[str], np.ndarray]
     if _has(value, "x", "y"):
         value, scores = list(zip(value["x"], value["y"], strict=True)), _first(value, _SURE)
     elif isinstance(value, dict):
+        value = {name: mark for name, mark in value.items() if _is_mark(mark) and "box" not in name.lower()}
         names, value = list(value), list(value.values())
     if value and isinstance(value[0], dict):
         value = [mark | mark.get("position", {}) for mark in value]
@@ -319,7 +329,10 @@ def _detections(
     if not names and rows and len(rows[0][2]) == len(MEDIAPIPE):
         program, names = "mediapipe", list(MEDIAPIPE)
     sizes = content["images"][0] if _has(content, "images") and content["images"] else {}
-    rate, size = settings(sizes | content)
+    within = [
+        part for part in content.values() if _has(part, "fps") or _has(part, "width")
+    ]  # meta, metadata, …
+    rate, size = settings({key: value for part in [*within, sizes, content] for key, value in part.items()})
     return detections(program, where, rows, span, names=list(map(str, names)), frame_rate_hz=rate, image_size=size,
                       notes=notes)  # fmt: skip
 

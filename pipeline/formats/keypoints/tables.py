@@ -16,7 +16,13 @@ from pipeline.formats.points.cells import Rows
 from pipeline.formats.points.csv.table import coordinates, read_table, role_of, set_to_seconds
 from pipeline.formats.points.even_times import unit_of_times
 
-_CONFIDENCE = ("confidence", "score", "visibility", "likelihood", "conf", "c", "p", "v")
+_CONFIDENCE = ("confidence", "score", "visibility", "likelihood", "conf", "vis", "prob", "c", "p", "v")
+
+_ROLES = {
+    **dict.fromkeys(("bodypart", "body_part", "joint_name", "landmark_name", "keypoint_name"), "point"),
+    **dict.fromkeys(("video", "video_name"), "person"),  # films one below the other
+}
+"""What columns are that are none of these in tables of markers."""
 
 
 def read_csv(path: Path) -> Detections:
@@ -31,10 +37,14 @@ def read_csv(path: Path) -> Detections:
         rate, size = settings(content)
         if rate or size[0]:
             table.notes.append(f"Frame rate and image size are those of {beside.name}.")
-    roles = {role_of(title)[0]: column for column, title in reversed(list(enumerate(table.header)))}
-    if not rate and "time" in roles:
+    roles = {
+        role or _ROLES.get(plain, ""): column
+        for column, (role, plain) in reversed(list(enumerate(map(role_of, table.header))))
+    }
+    if "time" in roles:
         set_to_seconds(table, roles["time"])
         times = table.numbers([roles["time"]])
+    if "time" in roles and not rate:
         steps = np.diff(np.unique(times[np.isfinite(times)]))
         step = float(np.median(steps)) if len(steps) else np.inf
         unit = unit_of_times(step) if 1.5 < step < np.inf else ("seconds", 1.0)
@@ -48,9 +58,13 @@ def read_csv(path: Path) -> Detections:
     if not whole:
         expected = "columns such as left_knee_x and left_knee_y, or keypoint, x and y"
         raise damaged("no keypoints in the table", table.where, expected, ", ".join(table.header[:6]))
+    if len(whole) > 1 and "point" not in roles:
+        whole.pop("", None)  # of a box around somebody
     count, is_long = len(table.cells), "" in whole
     people = table.texts(roles["person"]) if "person" in roles else [""] * count
     frames = _frames(table, roles["frame"]) if "frame" in roles else np.arange(count)
+    if is_long and "frame" not in roles and "time" in roles:
+        frames, roles["frame"] = np.unique(times.ravel(), return_inverse=True)[1], roles["time"]
     names, which = list(whole), [0] * count
     body, bodies = list(range(count)), count
     if is_long:

@@ -134,6 +134,10 @@ WRITTEN = {
     "columns": [[{"name": "person", "keypoints": {"x": POINTS[:, 0].tolist(), "y": POINTS[:, 1].tolist(),
                   "visible": [0.9] * 17}}]] * 2,
     "all at once": {"keypoints": [flat()] * 2},
+    "within a pose": {"metadata": {"fps": 30}, "frames": [{"frame_idx": k, "pose": IN_TURN} for k in (3, 4)]},
+    "named, beside others": [
+        {"frame": k, "bbox": [1, 2, 3, 4], "note": "", **dict(zip(NAMED, objects("conf"), strict=True))} for k in (3, 4)
+    ],
 }  # fmt: skip
 
 
@@ -149,6 +153,14 @@ def test_points_under_whatever_keys(written: str, lines: bool, tmp_path: Path) -
     np.testing.assert_allclose(found.confidence, 0.9)
     assert found.names == (tuple(NAMED) if written == "coco" or "named" in written else ())
     assert found.image_size == ((640, 480) if written == "coco" else (0, 0))
+
+
+def test_rate_and_size_within_a_json(tmp_path: Path) -> None:
+    names = {f"p{k}": {"x": 0.1 * k, "y": 0.5, "visibility": 0.9} for k in range(17)}
+    frames = [{"frame_idx": 0, "time_s": 0.0, "landmarks": names}, {"frame_idx": 1, "landmarks": {}}]
+    meta = {"fps": 25.0, "width": 640, "height": 480, "n_frames": 2}
+    found = keypoints.read(write(tmp_path / "a.json", {"meta": meta, "subject": None, "frames": frames}))
+    assert (found.n_frames, found.frame_rate_hz, found.image_size) == (2, 25.0, (640, 480))
 
 
 def test_mediapipe_as_json(tmp_path: Path) -> None:
@@ -169,6 +181,31 @@ def test_wide_and_long_tables_say_the_same(tmp_path: Path) -> None:
     assert one.frame.tolist() == other.frame.tolist() == [0, 2]
     np.testing.assert_array_equal(one.points, other.points)
     np.testing.assert_array_equal(one.confidence, other.confidence)
+
+
+@pytest.mark.parametrize("frame", ["frame_idx", "frame_no", "Frame Number", "Frame No."])
+@pytest.mark.parametrize(("suffix", "comma"), [("csv", ","), ("tsv", "\t"), ("txt", ";")])
+def test_a_table_with_a_box_around_the_person(frame: str, suffix: str, comma: str, tmp_path: Path) -> None:
+    rows = [
+        f"video_name,{frame},x,y,w,h,left_knee_x,left_knee_y,left_knee_vis",
+        "a,3,9,9,9,9,1,2,.5",
+        "b,5,9,9,9,9,3,4,.7",
+        "",
+    ]
+    path = tmp_path / f"a.{suffix}"
+    path.write_text("\n".join(rows).replace(",", comma), encoding="utf-8")
+    found = keypoints.read(path)
+    assert (found.names, found.frame.tolist(), *found.identity) == (("left_knee",), [3, 5], "a", "b")
+    np.testing.assert_array_equal(found.points[:, 0], [[1, 2], [3, 4]])
+    assert found.confidence.tolist() == [[0.5], [0.7]]
+
+
+def test_a_long_table_with_times_in_place_of_frames(tmp_path: Path) -> None:
+    rows = [f"{time},{name},{x},2,0.5" for time, x in ((0.0, 1), (0.04, 3)) for name in ("hip", "knee")]
+    (tmp_path / "a.csv").write_text("\n".join(["timestamp,body_part,x,y,prob", *rows, ""]), encoding="utf-8")
+    found = keypoints.read(tmp_path / "a.csv")
+    assert (found.names, found.frame.tolist(), found.frame_rate_hz) == (("hip", "knee"), [0, 1], 25.0)
+    assert found.points[:, 1].tolist() == [[1, 2], [3, 2]]
 
 
 def test_rate_and_size_beside_a_table(tmp_path: Path) -> None:

@@ -27,7 +27,11 @@ _ROLES = {
         ),
         "seconds",
     },
-    "frame": {"frame", "frame#", "frame_number", "frame_index", "frame_id"},
+    "frame": {
+        "frame",
+        "frame#",
+        *(f"frame_{kind}" for kind in ("number", "index", "idx", "id", "num", "no")),
+    },
     "point": {
         *("joint", "point", "marker", "name", "label", "landmark", "keypoint"),
         *(f"{point}_{number}" for point in ("joint", "landmark", "keypoint") for number in ("id", "index")),
@@ -94,7 +98,7 @@ def coordinates(
 
 def role_of(title: str) -> tuple[str, str]:
     """Return what a column is besides a coordinate, nothing if it is not, and its title in small letters."""
-    plain = _BRACKETED.sub(r"_\1", title).lower()
+    plain = _BRACKETED.sub(r"_\1", title).lower().replace(" ", "_").rstrip(".")
     return next((role for role, titles in _ROLES.items() if plain in titles), ""), plain
 
 
