@@ -85,7 +85,7 @@ with publish(FOLDER / "one_walker", having="tutorial") as published:
         WALKER15.bones,
         caption=f"Five instants of a cycle, seen from the side; computed from 30° alone, {off_mm:.1f} mm off in depth.",
     )
-    published.manifest({"tutorial": "one walker", "off_mm": off_mm})
+    published.facts = {"tutorial": "one walker", "off_mm": off_mm}
 
 # %% [markdown]
 # ## 3. A question of your own
@@ -157,7 +157,7 @@ with publish(FOLDER / "answer", having="tutorial") as published:
         {"table": answer},
         caption=f"Forty walkers held out, thirteen views, {DRAWS} draws; bands: nine tenths of the draws.",
     )
-    published.manifest({"tutorial": "number of walkers", "draws": DRAWS})
+    published.facts = {"tutorial": "number of walkers", "draws": DRAWS}
 mean_mm = answer.pivot(index="walkers", columns="method", values="mean")
 better = mean_mm.index[mean_mm["map"] < mean_mm["null"]]
 print(

@@ -37,9 +37,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pipeline.recordings.recording import Recorder, Recording
+    from pipeline.recordings.recording import Recording
 
-__all__ = ["Recorder", "Recording"]
+__all__ = ["Recording"]
 
 
 def __getattr__(name: str) -> Any:

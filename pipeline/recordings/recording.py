@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -408,7 +408,3 @@ def _path(words: str) -> str:
 def _ordinate(chart: Chart, values: np.ndarray) -> np.ndarray:
     """Values as the recording shows them: their logarithm where the chart's ordinate is logarithmic."""
     return np.log10(values) if chart.log_y else values
-
-
-Recorder = Callable[..., Recording]
-"""Begins the recording of one figure, given further words of its description, and its timeline if that is not time."""

@@ -37,7 +37,10 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from pipeline.pictures import Picture as Picture
-    from pipeline.recordings import Recorder as Recorder
+    from pipeline.recordings import Recording
+
+    Recorder = Callable[..., Recording]
+    """Begins the recording of one figure, given further words of its description, and its timeline if not time."""
 else:  # a figure is written without matplotlib and rerun, which only its annotations name
     Picture = Recorder = Any
 
