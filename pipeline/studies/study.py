@@ -39,8 +39,8 @@ if TYPE_CHECKING:
     from pipeline.pictures import Picture as Picture
     from pipeline.recordings import Recording
 
+    # Begins the recording of one figure, given further words of its description, and its timeline if not time.
     Recorder = Callable[..., Recording]
-    """Begins the recording of one figure, given further words of its description, and its timeline if not time."""
 else:  # a figure is written without matplotlib and rerun, which only its annotations name
     Picture = Recorder = Any
 
