@@ -68,7 +68,7 @@ def weighted_means(values: np.ndarray, cluster: np.ndarray, weights: np.ndarray)
     count = np.bincount(cluster, minlength=clusters)
     with np.errstate(invalid="ignore", divide="ignore"):
         held = (weights @ count).reshape(-1, *[1] * (total.ndim - 1))
-        return np.asarray(np.tensordot(weights, total, axes=1) / np.where(held > 0, held, np.nan))
+        return np.tensordot(weights, total, axes=1) / np.where(held > 0, held, np.nan)
 
 
 def weighted_medians(values: np.ndarray, cluster: np.ndarray, weights: np.ndarray) -> np.ndarray:

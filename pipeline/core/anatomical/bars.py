@@ -34,7 +34,7 @@ GROUP_OF_JOINT = np.array(
 def at_instants(coefficients: np.ndarray, phases: int) -> np.ndarray:
     """Positions (…, K) of coefficients (…, 1 + 2H) at K equally spaced phases."""
     basis = fourier.cycle_basis(fourier.equal_phases(phases), coefficients.shape[-1])
-    return np.asarray(coefficients @ basis.T)
+    return coefficients @ basis.T
 
 
 def deviation_at_instants(covariance: np.ndarray, blocks: int, phases: int) -> np.ndarray:

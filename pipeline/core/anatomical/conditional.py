@@ -75,7 +75,7 @@ def inverse(matrix: np.ndarray) -> np.ndarray:
     half, _ = lapack.dpotri(factor, lower=1, overwrite_c=1)
     whole = half + half.T  # each has zeros in place of the other triangle
     whole[np.diag_indices_from(whole)] /= 2.0
-    return np.asarray(whole)
+    return whole
 
 
 @dataclass(frozen=True)

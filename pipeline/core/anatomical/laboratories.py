@@ -71,7 +71,7 @@ def concentration(weights: np.ndarray, laboratories: np.ndarray) -> float:
     0.5
     """
     _, of = np.unique(laboratories, return_inverse=True)
-    return min(float((np.bincount(of, weights) ** 2).sum()), 1.0)
+    return min((np.bincount(of, weights) ** 2).sum(), 1.0)
 
 
 def definitions(differences: Differences = Differences(), *, across: bool = True) -> np.ndarray:
@@ -114,7 +114,7 @@ def unfamiliar(
     constant = np.zeros((*prior.mean.shape, *prior.mean.shape))
     constant[:, :, 0, :, :, 0] = definitions(differences)
     L = share * (constant.reshape(C.shape) + differences.size**2 * np.outer(mean, mean))
-    own = 0.5 * share * float((offset[_PLACED] ** 2).mean())
+    own = 0.5 * share * (offset[_PLACED] ** 2).mean()
     if len(known):
         walks = require_shape("the known walks", np.stack(known), ("K", prior.mean.shape[-1], JOINTS, 3))
         alike, own_ways = COMMON * L, (1.0 - COMMON) * L
@@ -178,7 +178,7 @@ def learn_differences(
         by_chance = own @ drawn - own**2 @ drawn / own.sum()
         between = max((spread - by_chance) / (own.sum() - (own**2).sum() / own.sum()), 0.0)
         contrasts = own.sum() - 1.0
-        return float(np.sqrt((worth * before**2 + contrasts * 2.0 * between) / (worth + contrasts)))
+        return np.sqrt((worth * before**2 + contrasts * 2.0 * between) / (worth + contrasts))
 
     groups = [_PLACED & (number == GROUP_OF_JOINT) for number in range(len(GROUPS))]
     return Differences(

@@ -116,7 +116,7 @@ def person_weights(people: np.ndarray) -> np.ndarray:
     [0.5, 0.25, 0.25]
     """
     _, of, counts = np.unique(people, return_inverse=True, return_counts=True)
-    return np.asarray(1.0 / (len(counts) * counts[of]))
+    return 1.0 / (len(counts) * counts[of])
 
 
 class Walks:
@@ -157,7 +157,7 @@ class Walks:
                 "a prior needs two walks or more, with positive weights that sum to one",
                 received=f"{len(some)} walks, weights that sum to {weights.sum():g}",
             )
-        size = float(1.0 / (weights**2).sum())
+        size = 1.0 / (weights**2).sum()
         w = np.tile(weights, len(self._rows)) / len(self._rows)
         rows = self._rows[:, some].reshape(len(w), -1)
         mean = w @ rows
@@ -254,7 +254,7 @@ def bone_lengths(walkers: np.ndarray) -> np.ndarray:
     """Lengths (…, 16, K) of the bones at the phases of the cycle, of walkers (…, 15, 3, 1 + 2H)."""
     across = walkers[..., BONES[:, 1], :, :] - walkers[..., BONES[:, 0], :, :]
     basis = fourier.cycle_basis(fourier.equal_phases(PHASES), walkers.shape[-1])
-    return np.asarray(np.linalg.norm(across @ basis.T, axis=-2))
+    return np.linalg.norm(across @ basis.T, axis=-2)
 
 
 def image_axes(view_angles_rad: np.ndarray) -> np.ndarray:

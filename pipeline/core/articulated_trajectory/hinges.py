@@ -99,7 +99,7 @@ def flexion(upper: np.ndarray, lower: np.ndarray, axis: np.ndarray, sense: float
         for name, value in (("upper", upper), ("lower", lower), ("axis", axis))
     ]
     a, b, h = (value / np.maximum(np.linalg.norm(value, axis=1, keepdims=True), 1e-12) for value in arrays)
-    return np.asarray(sense * (np.cross(a, b) * h).sum(axis=1))
+    return sense * (np.cross(a, b) * h).sum(axis=1)
 
 
 def wrong_share(bend: np.ndarray) -> float:
@@ -112,7 +112,7 @@ def wrong_share(bend: np.ndarray) -> float:
     """
     known = bend[np.isfinite(bend)]
     total = np.abs(known).sum()
-    return float(np.maximum(-known, 0.0).sum() / total) if total > 1e-9 else 0.5
+    return (np.maximum(-known, 0.0).sum() / total) if total > 1e-9 else 0.5
 
 
 def resolve_mirrors(hinge: Hinge, tree: LimbTree, choose: Callable[[LimbTree, str], LimbChoice]) -> LimbTree:

@@ -137,7 +137,7 @@ class BoxSearch:
         untried = self._tree.levels[:depth, 1] == 0
         if entering:
             untried[-1] = True
-        return float(min(bounds[-1], bounds[:depth][untried].min(initial=np.inf)))
+        return min(bounds[-1], bounds[:depth][untried].min(initial=np.inf))
 
     def run(self, best: np.ndarray, values: np.ndarray, gap: float, allowance: float, work: int) -> None:
         """As of `Search`; work is counted in sweeps."""
@@ -239,8 +239,8 @@ class SuffixSearch:
     def lower_bound(self) -> float:
         """As of `Search`."""
         if self.finished:
-            return float(self._tree.ends[1])
-        return float(min(self._tree.rest[self._tree.counts[kernels.START] + 1], self._tree.ends[1]))
+            return self._tree.ends[1]
+        return min(self._tree.rest[self._tree.counts[kernels.START] + 1], self._tree.ends[1])
 
     def run(self, best: np.ndarray, values: np.ndarray, gap: float, allowance: float, work: int) -> None:
         """As of `Search`; work is counted in nodes."""

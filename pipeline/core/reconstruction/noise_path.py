@@ -97,7 +97,7 @@ class NoisePath:
         form = self._rotated @ y
         form -= 2.0 * rotated_linear[..., None]
         path = constant[:, None] + np.einsum("ank,ank->ak", form, y)
-        return np.asarray(path @ self._between)
+        return path @ self._between
 
 
 def error_path(

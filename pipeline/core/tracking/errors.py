@@ -54,7 +54,7 @@ def best_phase(performance: np.ndarray, mean_performance: np.ndarray) -> np.ndar
     )
     known = np.isfinite(performance).all(axis=-1)
     if not known.any(axis=1).all():
-        raise InvalidInput("no joint is known", where=f"frame {int((~known.any(axis=1)).argmax())}")
+        raise InvalidInput("no joint is known", where=f"frame {(~known.any(axis=1)).argmax()}")
     there = np.where(known[..., None], performance, 0.0)
     weights = np.broadcast_to(known[..., None], there.shape).reshape(len(there), -1).astype(float)
     of_mean = mean_performance.reshape(len(mean_performance), -1)

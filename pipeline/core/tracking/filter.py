@@ -21,7 +21,7 @@ from pipeline.core.tracking.likelihood import Likelihood
 from pipeline.core.tracking.prediction import Dynamics, Walk
 from pipeline.validation import InvalidInput, require_range
 
-_UNDERFLOW = float(np.log(np.nextafter(0.0, 1.0)))
+_UNDERFLOW = np.log(np.nextafter(0.0, 1.0))
 """Logarithm of the smallest positive double: what is less likely has a weight of zero."""
 
 
@@ -109,7 +109,7 @@ def track(
         x = walk.posture(state)
         if likelihood.seen[frame].any():
             value = likelihood.log_density(to_joints(x), frame)
-            best = float(value.max())
+            best = value.max()
             # Where nobody has an image there is no telling them apart, so the prediction stands.
             evidence[frame] = -np.inf
             if np.isfinite(value).any():
@@ -140,7 +140,7 @@ def _require_sizes(
         raise InvalidInput(
             "to_joints and the image have different joints",
             expected=f"({len(walk.mean)}, {likelihood.joints}, 3) for {len(walk.mean)} postures",
-            received=str(joints.shape),
+            received=joints.shape,
         )
     if not np.isfinite(joints).all():
         sample = int((~np.isfinite(joints)).any(axis=(1, 2)).argmax())

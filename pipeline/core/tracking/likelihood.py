@@ -68,7 +68,7 @@ class Likelihood:
         require_range("view_angle_rad", self.view_angle_rad)
         noise = np.asarray(self.noise, dtype=float)
         require_shape("noise", noise, image.shape[1:2] if noise.ndim else ())
-        require_range("noise", float(require_finite("noise", noise).min()), above=0)
+        require_range("noise", require_finite("noise", noise).min(), above=0)
         object.__setattr__(self, "image", image)
         object.__setattr__(self, "noise", np.broadcast_to(noise, image.shape[1:2]))
         object.__setattr__(self, "seen", np.isfinite(image).all(axis=-1))

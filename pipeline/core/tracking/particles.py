@@ -25,9 +25,9 @@ def normalise(log_weights: np.ndarray) -> tuple[np.ndarray, float]:
     >>> np.exp(log_weights).round(12).tolist(), round(float(np.exp(total)), 12)
     ([0.25, 0.75], 4.0)
     """
-    most = float(np.max(log_weights))
+    most = np.max(log_weights)
     # Relative to the largest, which may be minus infinity: then there is nothing to normalise.
-    total = most + float(np.log(np.exp(log_weights - most).sum())) if np.isfinite(most) else most
+    total = most + np.log(np.exp(log_weights - most).sum()) if np.isfinite(most) else most
     if not np.isfinite(total):
         raise InvalidInput("weights cannot be normalised", expected="one above zero, all finite")
     return log_weights - total, total
@@ -41,7 +41,7 @@ def effective_sample_size(log_weights: np.ndarray) -> float:
     >>> effective_sample_size(np.log([0.5, 0.5, 1e-300]))
     2.0
     """
-    return float(1.0 / np.exp(2.0 * log_weights).sum())
+    return 1.0 / np.exp(2.0 * log_weights).sum()
 
 
 def resample_systematically(log_weights: np.ndarray, offset: float) -> np.ndarray:

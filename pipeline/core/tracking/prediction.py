@@ -82,7 +82,7 @@ class Walk:
         self.mean, self.sd = _checked_model(mean, standard_deviation)
         _require_in_range(dynamics, prior)
         self.prior, self.dynamics = prior, dynamics
-        self.last = float(len(self.mean) - 1)
+        self.last = len(self.mean) - 1.0
         size = np.ones(self.mean.shape[1]) if prior else np.sqrt((self.sd**2).mean(axis=0))
         self.step = dynamics.diffusion * size
         self.keep = np.sqrt(max(0.0, 1.0 - dynamics.diffusion**2)) if prior else 1.0
@@ -104,7 +104,7 @@ class Walk:
         if outside.any():
             low, high = (ndtr((edge - centre[outside]) / step[outside]) for edge in (-self.bound, self.bound))
             e[outside] = ndtri(low + generator.random(len(low)) * (high - low))
-        return innovations, float(outside.any(axis=1).mean())
+        return innovations, outside.any(axis=1).mean()
 
     def apply(self, state: np.ndarray | None, innovations: np.ndarray) -> np.ndarray:
         """States that follow from states by innovations; those of the first frame follow from none."""
@@ -163,7 +163,7 @@ def learnt_diffusion(performances: np.ndarray, mean: np.ndarray, standard_deviat
     if not power > 0:
         raise InvalidInput("the performances do not deviate from their mean", where="learnt diffusion")
     rho = (z[:, 1:] * z[:, :-1]).sum() / power
-    return float(np.sqrt(max(0.0, 1.0 - rho**2)))
+    return np.sqrt(max(0.0, 1.0 - rho**2))
 
 
 def _checked_model(mean: np.ndarray, sd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -171,9 +171,7 @@ def _checked_model(mean: np.ndarray, sd: np.ndarray) -> tuple[np.ndarray, np.nda
     require_shape("standard deviation", sd, require_shape("mean", mean, ("P", "b")).shape)
     require_range("samples of the mean", len(mean), at_least=2)
     require_finite("mean", mean)
-    require_range(
-        "least standard deviation", float(require_finite("standard deviation", sd).min()), at_least=0
-    )
+    require_range("least standard deviation", require_finite("standard deviation", sd).min(), at_least=0)
     return mean, sd
 
 
@@ -190,6 +188,4 @@ def _require_in_range(d: Dynamics, prior: bool) -> None:
         ("first phase", d.start_phase, 0 <= first <= final <= 1, "0 <= low <= high <= 1"),
     ):
         if not right:
-            raise InvalidInput(
-                f"out of range: {name}", where="dynamics", expected=expected, received=str(value)
-            )
+            raise InvalidInput(f"out of range: {name}", where="dynamics", expected=expected, received=value)

@@ -121,7 +121,7 @@ def _observations(
         raise InvalidInput(
             "the observation has another size than the model",
             expected=f"({2 * points + trailing},) or (A, {2 * points + trailing})",
-            received=str(observed.shape),
+            received=observed.shape,
         )
     require_range("observations", len(rows), at_least=1)
     require_finite("the observation", rows)

@@ -62,8 +62,8 @@ class Eigenwalkers:
             self.fold_mean[walker],
             self.fold_components[walker],
             self.fold_eigenvalues[walker],
-            float(self.fold_total_variance[walker]),
-            float(self.fold_last_scale[walker]),
+            self.fold_total_variance[walker],
+            self.fold_last_scale[walker],
         )
 
     @property

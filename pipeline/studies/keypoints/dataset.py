@@ -62,9 +62,9 @@ class FilmedWalkers:
         """Return one walk as the training takes it."""
         return TrainingWalk(
             self.walker[number],
-            float(self.frequency_hz[number]),
+            self.frequency_hz[number],
             self.aperiodic_variance[number],
-            float(self.height_mm[number]),
+            self.height_mm[number],
         )
 
 
