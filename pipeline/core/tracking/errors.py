@@ -1,7 +1,7 @@
 """Errors of a track in mm, and those that the mean performance alone would have.
 
 The action model without an image is its mean performance; the question is at which phase.  With a constant rate
-(`linear_phase`) nothing of the performer is used but the duration; at the best phase of each frame (`best_phase`)
+nothing of the performer is used but the duration; at the best phase of each frame (`best_phase`)
 it is the least error that any timing of the mean performance can have.
 """
 
@@ -12,17 +12,6 @@ import numpy as np
 from pipeline.core.choice import first_lowest
 from pipeline.skeleton import PELVIS
 from pipeline.validation import InvalidInput, require_shape
-
-
-def linear_phase(frames: int, samples: int) -> np.ndarray:
-    """Phases (T,) of the mean performance when both ends are aligned and the rate is constant [mozerov2006 7].
-
-    Examples
-    --------
-    >>> linear_phase(5, 9).tolist()
-    [0.0, 2.0, 4.0, 6.0, 8.0]
-    """
-    return np.linspace(0.0, samples - 1.0, frames)
 
 
 def best_phase(performance: np.ndarray, mean_performance: np.ndarray) -> np.ndarray:

@@ -20,7 +20,6 @@ from pipeline.core.tracking import (
     best_phase,
     joint_error,
     learnt_diffusion,
-    linear_phase,
     particles,
     track,
 )
@@ -462,7 +461,7 @@ def test_a_body_without_joints_is_lost_and_the_prediction_stands() -> None:
 
 def test_a_held_out_performance_is_tracked_without_noise() -> None:
     """Many particles: within a few millimetres, at another rate than the model's."""
-    x = interpolate(performances(0, 25)[0], linear_phase(45, 60) ** 1.2 / 59**0.2)
+    x = interpolate(performances(0, 25)[0], np.linspace(0.0, 59.0, 45) ** 1.2 / 59**0.2)
     true = limbs(x)
     likelihood = Likelihood(camera.project(true, VIEW), VIEW, 10.0)
     mean, _ = model(performances(0, 25)[1:])
