@@ -29,7 +29,7 @@ def run() -> list[Row]:
 
     def ours(folds: int = len(rows)) -> list[viewpoint.ViewEstimate]:
         return [
-            viewpoint.estimate(model, seen(walker))
+            viewpoint.estimate(model, seen(walker), method="least_squares")
             for model, walker in zip(models[:folds], rows[:folds], strict=True)
         ]
 

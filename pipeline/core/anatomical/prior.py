@@ -21,7 +21,7 @@ import numpy as np
 
 from pipeline.core import fourier
 from pipeline.skeleton import WALKER15
-from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
+from pipeline.validation import require_finite
 
 JOINTS = len(WALKER15.joints)
 
@@ -129,9 +129,6 @@ class Walks:
     """
 
     def __init__(self, coefficients: np.ndarray, *, mirror: bool) -> None:
-        coefficients = require_shape(
-            "the walks", np.asarray(coefficients, dtype=float), ("R", "B", JOINTS, 3)
-        )
         require_finite("the walks", coefficients)
         images = (coefficients, fourier.mirrored(coefficients)) if mirror else (coefficients,)
         walkers = by_joint(np.stack(images))
@@ -145,18 +142,8 @@ class Walks:
 
         S is their products ``rows^T rows``.  The last is the weights (N,) of the walks and their mirror images.
         Nothing of the other walks reaches them.
-
-        Raises
-        ------
-        InvalidInput
-            If there are fewer than two, or the weights do not sum to one.
+        There are two or more, and the weights sum to one.
         """
-        weights = require_shape("the weights", np.asarray(weights, dtype=float), (len(some),))
-        if len(some) < 2 or not np.isclose(weights.sum(), 1.0) or (weights <= 0).any():
-            raise InvalidInput(
-                "a prior needs two walks or more, with positive weights that sum to one",
-                received=f"{len(some)} walks, weights that sum to {weights.sum():g}",
-            )
         size = 1.0 / (weights**2).sum()
         w = np.tile(weights, len(self._rows)) / len(self._rows)
         rows = self._rows[:, some].reshape(len(w), -1)
@@ -166,17 +153,7 @@ class Walks:
         return mean, rows, w
 
     def fit(self, some: np.ndarray, weights: np.ndarray, shrinkage: Shrinkage) -> Prior:
-        """Learn the prior from some walks (n,) int with these weights (n,), as `centred` has them.
-
-        Raises
-        ------
-        InvalidInput
-            If shares of the covariance are out of range, besides.
-        """
-        a, b = shrinkage.within_harmonic, shrinkage.diagonal
-        require_range("the share of T", a, at_least=0, at_most=1)
-        require_range("the share of diag S", b, at_least=0, at_most=1 - a)
-        require_range("the extra variance", shrinkage.extra_variance, at_least=0, unit="mm²")
+        """Learn the prior from some walks (n,) int with these weights (n,), as `centred` has them."""
         blocks = self._blocks
         mean, rows, w = self.centred(some, weights)
         C = structured_covariance(rows.T @ rows, blocks, shrinkage)

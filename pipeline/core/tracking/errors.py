@@ -11,7 +11,6 @@ import numpy as np
 
 from pipeline.core.choice import first_lowest
 from pipeline.skeleton import PELVIS
-from pipeline.validation import InvalidInput, require_shape
 
 
 def best_phase(performance: np.ndarray, mean_performance: np.ndarray) -> np.ndarray:
@@ -23,27 +22,11 @@ def best_phase(performance: np.ndarray, mean_performance: np.ndarray) -> np.ndar
         Joints in 3D (then this is an oracle) or in the image; NaN where not known.
     mean_performance : (P, J, c)
 
-    Raises
-    ------
-    InvalidInput
-        If the joints disagree, or a frame has none that is known.
-
     Notes
     -----
     Nearest in the mean squared distance of the joints that are known; the earlier on ties; not held to be monotone.
     """
-    performance, mean_performance = (
-        np.asarray(performance, dtype=float),
-        np.asarray(mean_performance, dtype=float),
-    )
-    require_shape(
-        "the performance",
-        performance,
-        ("T", *require_shape("the mean", mean_performance, ("P", "J", "c")).shape[1:]),
-    )
     known = np.isfinite(performance).all(axis=-1)
-    if not known.any(axis=1).all():
-        raise InvalidInput("no joint is known", where=f"frame {(~known.any(axis=1)).argmax()}")
     there = np.where(known[..., None], performance, 0.0)
     weights = np.broadcast_to(known[..., None], there.shape).reshape(len(there), -1).astype(float)
     of_mean = mean_performance.reshape(len(mean_performance), -1)

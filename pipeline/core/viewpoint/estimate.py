@@ -36,6 +36,7 @@ def estimate(
     model: LinearModel,
     observed: np.ndarray,
     *,
+    method: str,
     noise_variance: float | None = None,
     solver: str = "global",
     angle_range_rad: tuple[float, float] = FULL_CIRCLE,
@@ -47,11 +48,12 @@ def estimate(
     ----------
     model : LinearModel
         Of 225 numbers, or of 226 with the frequency last.
-    observed : (150,) or (A, 150)
+    observed : (150,) or (A, 150), or (5, 15, 2) or (A, 5, 15, 2)
         2D Fourier representations in the printed order, horizontal and vertical of each joint together; with a
         model of 226 numbers, (151,) or (A, 151) with the angular frequency in rad/s last.
+    method : {"least_squares", "map"}
     noise_variance : float, optional
-        sigma² in mm² of approach II (MAP); without it approach I, least squares.
+        sigma² in mm²; needed for ``map``.
     solver : {"global", "published"}
         ``published``: trust-region least squares from `start_rad` and the average walker for approach I, the
         best candidate of the grid for approach II, as in appendix B.
@@ -63,12 +65,17 @@ def estimate(
     Raises
     ------
     InvalidInput
-        Unknown solver, sigma² not positive, an empty range, no observation or one of
+        Unknown method or solver, sigma² missing or not positive, an empty range, no observation or one of
         another size than the model's, or values that are not finite.
     """
+    require_choice("method", method, ("least_squares", "map"))
     require_choice("solver", solver, tuple(_GRID_STEP_RAD))
     if noise_variance is not None:
         require_noise_variance(noise_variance)
+    elif method == "map":
+        raise InvalidInput(
+            "MAP needs a noise variance", expected="noise_variance in mm² > 0", received="none"
+        )
     low, high = angle_range_rad
     if not -np.inf < low < high < np.inf:
         raise InvalidInput(
@@ -76,15 +83,16 @@ def estimate(
             expected="low < high",
             received=f"{np.degrees(low):g}..{np.degrees(high):g} deg",
         )
-    white = whiten(model, prior=solver == "published" or noise_variance is not None)
+    sigma2 = noise_variance if method == "map" else None
+    white = whiten(model, prior=solver == "published" or sigma2 is not None)
     across, up, single = _observations(model, white, observed)
     step = _GRID_STEP_RAD[solver]
     if solver == "global":
-        found = global_minimum(Gram(white), across, up, angle_range_rad, step, noise_variance)
-    elif noise_variance is None:
+        found = global_minimum(Gram(white), across, up, angle_range_rad, step, sigma2)
+    elif sigma2 is None:
         found = from_one_start(white, across, up, start_rad)
     else:
-        found = best_candidate(Gram(white), across, up, angle_range_rad, step, noise_variance)
+        found = best_candidate(Gram(white), across, up, angle_range_rad, step, sigma2)
     found = replace(
         found,
         angle_rad=np.pi - np.mod(np.pi - found.angle_rad, 2 * np.pi),  # in (-pi, pi]
@@ -98,6 +106,8 @@ def _observations(
 ) -> tuple[np.ndarray, np.ndarray, bool]:
     """Horizontal (A, 75) and vertical (A, 75 or 76, the scaled frequency last) of the observations."""
     observed = np.asarray(observed, dtype=float)
+    if observed.ndim >= 3 and observed.shape[-1] == 2:
+        observed = observed.reshape(*observed.shape[:-3], -1)
     single = observed.ndim == 1
     rows = np.atleast_2d(observed)
     points = len(white.mean_x)

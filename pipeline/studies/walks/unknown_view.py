@@ -122,6 +122,7 @@ class UnknownView(Sweep):
                 return viewpoint.estimate(
                     fold if isinstance(method, Method) else single,
                     _observed(sample, view),
+                    method="least_squares" if noise is None else "map",
                     noise_variance=noise,
                     solver=solver.value,
                     angle_range_rad=(float(low), float(high)),

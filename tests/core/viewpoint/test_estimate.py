@@ -18,7 +18,7 @@ from pipeline.core.viewpoint.estimate import _observations
 from pipeline.validation import InvalidInput
 from tests.strategies import Fold, angles, folds, seeds, walkers
 
-noise_variances = st.sampled_from([None, 1.0, 70.0, 1e4])
+methods = st.sampled_from([("least_squares", None), ("map", 1.0), ("map", 70.0), ("map", 1e4)])
 
 
 def seen(sample: np.ndarray, angle: float) -> np.ndarray:
@@ -72,17 +72,17 @@ def brute_force(
 
 
 @pytest.mark.parametrize("trailing", [0, 1])
-@pytest.mark.parametrize("noise_variance", [None, 70.0])
+@pytest.mark.parametrize(("method", "noise_variance"), [("least_squares", None), ("map", 70.0)])
 @pytest.mark.parametrize("style", ["generic", "degenerate"])
 def test_the_global_solver_finds_what_a_hundredth_of_a_degree_finds(
-    trailing: int, noise_variance: float | None, style: str
+    trailing: int, method: str, noise_variance: float | None, style: str
 ) -> None:
     generator = np.random.default_rng(trailing)
     people = flatten(walkers(generator, 13, style), generator.uniform(0.7, 1.1, 13) if trailing else None)
     components = 8 if style == "generic" else 4  # no more than the degenerate population has
     model = fit(people[1:], components, scale_last=30.0 if trailing else 1.0)
     observed = seen(people[0], generator.uniform(-np.pi, np.pi))
-    found = viewpoint.estimate(model, observed, noise_variance=noise_variance)
+    found = viewpoint.estimate(model, observed, method=method, noise_variance=noise_variance)
     angle_deg, cost = brute_force(model, observed, noise_variance)
     assert abs(angle_difference_deg(np.degrees(found.angle_rad), angle_deg)) <= 0.01
     assert found.converged
@@ -93,16 +93,19 @@ def test_the_global_solver_finds_what_a_hundredth_of_a_degree_finds(
     np.testing.assert_allclose(found.coefficients, k, rtol=0, atol=1e-6 * np.abs(k).max())
 
 
-@given(seed=seeds, noise_variance=noise_variances, wild=st.sampled_from([20.0, 300.0, 1000.0]))
+@given(seed=seeds, method=methods, wild=st.sampled_from([20.0, 300.0, 1000.0]))
 @settings(max_examples=25, deadline=None)
-def test_no_candidate_of_a_fine_grid_is_better(seed: int, noise_variance: float | None, wild: float) -> None:
+def test_no_candidate_of_a_fine_grid_is_better(
+    seed: int, method: tuple[str, float | None], wild: float
+) -> None:
     """Also for walkers like none that were learnt from, whose cost has several dips of nearly one depth."""
+    name, noise_variance = method
     generator = np.random.default_rng(seed)
     people = flatten(walkers(generator, 21))
     model = fit(people, int(generator.integers(1, 20)))
     strangers = people[:6] + wild * generator.standard_normal((6, 225))
     observed = np.stack([seen(w, generator.uniform(-3, 3)) for w in strangers])
-    found = viewpoint.estimate(model, observed, noise_variance=noise_variance)
+    found = viewpoint.estimate(model, observed, method=name, noise_variance=noise_variance)
     gram = gram_of(model, noise_variance)
     across, up, _ = _observations(model, gram.white, observed)
     fine = np.radians(np.arange(-180, 180, 0.25))
@@ -140,12 +143,12 @@ def test_the_lower_of_two_dips_wins_though_the_lowest_candidate_lies_in_the_othe
 # The function of one angle
 
 
-@given(fold=folds(), angle=angles, true=angles, noise_variance=noise_variances)
+@given(fold=folds(), angle=angles, true=angles, method=methods)
 @settings(max_examples=40, deadline=None)
 def test_the_cost_on_the_grid_and_the_reduced_cost_are_the_printed_one(
-    fold: Fold, angle: float, true: float, noise_variance: float | None
+    fold: Fold, angle: float, true: float, method: tuple[str, float | None]
 ) -> None:
-    model = fold.model
+    model, (_, noise_variance) = fold.model, method
     gram = gram_of(model, noise_variance)
     observed = np.stack(
         [seen(fold.sample, true), seen(fold.sample, true + 1.0), 0.0 * seen(fold.sample, 0.0)]
@@ -215,18 +218,19 @@ def test_the_ends_of_a_range_are_dips_and_those_of_a_circle_are_not() -> None:
 # Recovery and invariance
 
 
-@given(seed=seeds, true=angles, noise_variance=noise_variances, count=st.integers(3, 15))
+@given(seed=seeds, true=angles, method=methods, count=st.integers(3, 15))
 @settings(max_examples=25, deadline=None)
 def test_the_view_of_a_walker_within_the_model_is_recovered(
-    seed: int, true: float, noise_variance: float | None, count: int
+    seed: int, true: float, method: tuple[str, float | None], count: int
 ) -> None:
     generator = np.random.default_rng(seed)
     model = fit(flatten(walkers(generator, count)), count)
+    name, noise_variance = method
     k = generator.standard_normal(len(model.eigenvalues)) * np.sqrt(model.eigenvalues)
     if noise_variance is not None:
         k *= 0.0  # a prior pulls anybody but the average walker, and with the walker the angle
     found = viewpoint.estimate(
-        model, seen(model.mean + k @ model.components, true), noise_variance=noise_variance
+        model, seen(model.mean + k @ model.components, true), method=name, noise_variance=noise_variance
     )
     assert abs(angle_difference_deg(np.degrees(found.angle_rad), np.degrees(true))) < 1e-5
     assert -np.pi < found.angle_rad <= np.pi
@@ -234,17 +238,14 @@ def test_the_view_of_a_walker_within_the_model_is_recovered(
     assert found.cost < 1e-6 * found.runner_up_cost
 
 
-@given(
-    fold=folds(styles=("generic", "tied")),
-    noise_variance=noise_variances,
-    view=st.lists(angles, min_size=2, max_size=8),
-)
+@given(fold=folds(styles=("generic", "tied")), method=methods, view=st.lists(angles, min_size=2, max_size=8))
 @settings(max_examples=25, deadline=None)
 def test_many_observations_at_once_are_each_alone(
-    fold: Fold, noise_variance: float | None, view: list[float]
+    fold: Fold, method: tuple[str, float | None], view: list[float]
 ) -> None:
+    name, noise_variance = method
     observed = np.stack([seen(fold.sample, angle) for angle in view])
-    options: dict[str, Any] = {"noise_variance": noise_variance}
+    options: dict[str, Any] = {"method": name, "noise_variance": noise_variance}
     together = viewpoint.estimate(fold.model, observed, **options)
     assert together.angle_rad.shape == (len(view),)
     assert together.coefficients.shape == (len(view), len(fold.model.eigenvalues))
@@ -258,12 +259,17 @@ def test_many_observations_at_once_are_each_alone(
             assert abs(apart) < 1e-4
 
 
-def test_one_observation_alone_is_estimated_as_among_others() -> None:
+def test_every_shape_of_the_same_observations_agrees() -> None:
     people = walkers(np.random.default_rng(0), 9)
     model = fit(flatten(people[1:]), 6)
-    observed = np.stack([camera.project(people[0], angle).ravel() for angle in (-0.4, 0.9)])
-    flat = viewpoint.estimate(model, observed, noise_variance=70.0)
-    one = viewpoint.estimate(model, observed[1], noise_variance=70.0)
+    blocks = np.stack([camera.project(people[0], angle) for angle in (-0.4, 0.9)])
+    assert blocks.shape == (2, 5, 15, 2)
+    flat = viewpoint.estimate(model, blocks.reshape(2, 150), method="map", noise_variance=70.0)
+    as_blocks = viewpoint.estimate(model, blocks, method="map", noise_variance=70.0)
+    np.testing.assert_array_equal(as_blocks.angle_rad, flat.angle_rad)
+    one = viewpoint.estimate(model, blocks[1], method="map", noise_variance=70.0)
+    other = viewpoint.estimate(model, blocks[1].reshape(150), method="map", noise_variance=70.0)
+    assert one.angle_rad == other.angle_rad
     assert np.ndim(one.angle_rad) == 0
     assert one.coefficients.shape == (6,)
     assert one.angle_rad == pytest.approx(flat.angle_rad[1], abs=1e-9)
@@ -271,10 +277,10 @@ def test_one_observation_alone_is_estimated_as_among_others() -> None:
 
 def test_no_observation_of_anything_is_no_reason_to_fail() -> None:
     model = fit(flatten(walkers(np.random.default_rng(0), 5)), 3)
-    found = viewpoint.estimate(model, np.zeros(150), noise_variance=70.0)
+    found = viewpoint.estimate(model, np.zeros(150), method="map", noise_variance=70.0)
     assert np.isfinite(found.cost)
     still = LinearModel(np.zeros(225), np.eye(225)[:2], np.ones(2), 2.0)  # no view is better than another
-    flat = viewpoint.estimate(still, np.zeros((2, 150)))
+    flat = viewpoint.estimate(still, np.zeros((2, 150)), method="least_squares")
     assert flat.cost.tolist() == [0.0, 0.0]
 
 
@@ -285,7 +291,7 @@ def test_the_runner_up_tells_an_ambiguous_view() -> None:
         people = walkers(np.random.default_rng(3), 12)
         people[..., 1] *= depth
         model = fit(flatten(people[1:]), 8)
-        found = viewpoint.estimate(model, seen(flatten(people)[0], 0.4), noise_variance=70.0)
+        found = viewpoint.estimate(model, seen(flatten(people)[0], 0.4), method="map", noise_variance=70.0)
         ratios.append(float(found.runner_up_cost / found.cost))
     assert 1.0 <= ratios[0] < 1.1 < ratios[1]
 
@@ -304,7 +310,9 @@ def test_a_restricted_range_is_kept_and_its_best_candidate_taken(
     model = fit(people[1:], 5)
     observed = seen(people[0], np.radians(true_deg))
     low, high = np.radians(low_deg), np.radians(low_deg + width_deg)
-    found = viewpoint.estimate(model, observed, noise_variance=70.0, angle_range_rad=(low, high))
+    found = viewpoint.estimate(
+        model, observed, method="map", noise_variance=70.0, angle_range_rad=(low, high)
+    )
     assert np.mod(found.angle_rad - low + 1e-9, 2 * np.pi) <= high - low + 2e-9
     gram = gram_of(model, 70.0)
     across, up, _ = _observations(model, gram.white, observed)
@@ -317,7 +325,8 @@ def test_more_than_a_circle_is_a_circle() -> None:
     people = flatten(walkers(np.random.default_rng(0), 9))
     model, observed = fit(people[1:], 5), seen(people[0], 0.7)
     once, twice = (
-        viewpoint.estimate(model, observed, angle_range_rad=(-np.pi, turns * np.pi)) for turns in (1, 3)
+        viewpoint.estimate(model, observed, method="least_squares", angle_range_rad=(-np.pi, turns * np.pi))
+        for turns in (1, 3)
     )
     assert twice.angle_rad == pytest.approx(once.angle_rad, abs=1e-9)
     assert twice.runner_up_cost == once.runner_up_cost  # the same dip a turn later is no other
@@ -329,8 +338,10 @@ def test_the_published_trust_region_reaches_the_minimum_from_nearby(seed: int) -
     people = flatten(walkers(generator, 15))
     model, true = fit(people[1:], 8), generator.uniform(-1.5, 1.5)
     observed = seen(people[0], true)
-    best = viewpoint.estimate(model, observed)
-    published = viewpoint.estimate(model, observed, solver="published", start_rad=true + 0.2)
+    best = viewpoint.estimate(model, observed, method="least_squares")
+    published = viewpoint.estimate(
+        model, observed, method="least_squares", solver="published", start_rad=true + 0.2
+    )
     assert published.converged
     assert published.angle_rad == pytest.approx(best.angle_rad, abs=1e-3)
     assert published.cost == pytest.approx(best.cost, rel=1e-5)
@@ -344,9 +355,9 @@ def test_the_published_trust_region_may_end_in_another_dip() -> None:
     people = walkers(np.random.default_rng(3), 12)
     people[..., 1] *= 0.1
     model, observed = fit(flatten(people[1:]), 8), seen(flatten(people)[0], 0.4)
-    best = viewpoint.estimate(model, observed)
+    best = viewpoint.estimate(model, observed, method="least_squares")
     found = [
-        viewpoint.estimate(model, observed, solver="published", start_rad=start)
+        viewpoint.estimate(model, observed, method="least_squares", solver="published", start_rad=start)
         for start in np.radians(np.arange(-180, 180, 30))
     ]
     costs = np.array([float(one.cost) for one in found])
@@ -368,6 +379,7 @@ def test_the_published_approach_ii_is_the_best_of_181_whole_degrees(
     found = viewpoint.estimate(
         model,
         observed,
+        method="map",
         noise_variance=70.0,
         solver="published",
         angle_range_rad=(np.radians(range_deg[0]), np.radians(range_deg[1])),
@@ -385,7 +397,7 @@ def test_the_published_approach_ii_is_the_best_of_181_whole_degrees(
 @settings(max_examples=15, deadline=None)
 def test_the_coefficients_rebuild_the_walker_as_the_known_view_does(fold: Fold, true: float) -> None:
     """At the angle that is found, approach II is that of the first experiment at this angle."""
-    found = viewpoint.estimate(fold.model, seen(fold.sample, true), noise_variance=70.0)
+    found = viewpoint.estimate(fold.model, seen(fold.sample, true), method="map", noise_variance=70.0)
     white_observation = seen(fold.sample, true)
     _, k = printed_minimum(fold.model, white_observation, float(found.angle_rad), 70.0)
     np.testing.assert_allclose(found.coefficients, k, rtol=0, atol=1e-7 * max(np.abs(k).max(), 1.0))
@@ -405,8 +417,10 @@ HOLED[3] = np.nan
 @pytest.mark.parametrize(
     ("observed", "options", "sentence"),
     [
-        (SEEN, {"noise_variance": 0.0}, "noise variance .* must be above 0"),
-        (SEEN, {"noise_variance": -1.0}, "noise variance .* must be above 0"),
+        (SEEN, {"method": "bayes"}, r"method must be least_squares or map \(got bayes\)"),
+        (SEEN, {"method": "map"}, "MAP needs a noise variance"),
+        (SEEN, {"method": "map", "noise_variance": 0.0}, "noise variance .* must be above 0"),
+        (SEEN, {"method": "least_squares", "noise_variance": -1.0}, "noise variance .* must be above 0"),
         (SEEN, {"solver": "matlab"}, "solver must be global or published"),
         (SEEN, {"angle_range_rad": (1.0, 1.0)}, "range of view angles is empty"),
         (SEEN, {"angle_range_rad": (0.0, np.inf)}, "range of view angles is empty"),
@@ -424,9 +438,11 @@ HOLED[3] = np.nan
 )
 def test_what_cannot_be_estimated_is_refused(observed: np.ndarray, options: dict, sentence: str) -> None:
     with pytest.raises(InvalidInput, match=sentence):
-        viewpoint.estimate(MODEL, observed, **options)
+        viewpoint.estimate(MODEL, observed, **({"method": "least_squares"} | options))
 
 
 def test_a_model_with_the_frequency_needs_it_observed() -> None:
     with pytest.raises(InvalidInput, match=r"expected \(151,\) or \(A, 151\), received \(150,\)"):
-        viewpoint.estimate(WITH_FREQUENCY, SEEN)
+        viewpoint.estimate(WITH_FREQUENCY, SEEN, method="least_squares")
+    with pytest.raises(InvalidInput, match="another size than the model"):
+        viewpoint.estimate(WITH_FREQUENCY, SEEN.reshape(5, 15, 2), method="least_squares")
