@@ -64,7 +64,7 @@ def concentration(weights: np.ndarray, laboratories: np.ndarray) -> float:
     0.5
     """
     _, of = np.unique(laboratories, return_inverse=True)
-    return min((np.bincount(of, weights) ** 2).sum(), 1.0)
+    return min(float((np.bincount(of, weights) ** 2).sum()), 1.0)
 
 
 def definitions(differences: Differences = Differences(), *, across: bool = True) -> np.ndarray:

@@ -109,4 +109,4 @@ def lowest_phase(cost: Callable[[float], float], degree: int) -> float:
     slope = 1j * order * series[1:]
     stationary = np.append(np.angle(np.roots(np.concatenate([slope[::-1], [0.0], slope.conj()]))), 0.0)
     varying = (np.exp(1j * stationary[:, None] * order) @ series[1:]).real
-    return stationary[first_lowest(varying)]
+    return float(stationary[first_lowest(varying)])

@@ -29,6 +29,9 @@ from pipeline.core.refinement.spherical import SphericalTrajectory
 from pipeline.core.trajectory_basis import soft_ridge
 from pipeline.validation import InvalidInput
 
+TOLERANCE = 1e-8
+"""Largest move of an unknown, rad, in the last step."""
+
 LENGTH_FACTOR = 2.0
 """How far a free length may go from the given one, up or down, unless told otherwise."""
 
@@ -91,7 +94,6 @@ def refine(
     length_factor: float = LENGTH_FACTOR,
     cutoff: float | None = None,
     max_iterations: int = 500,
-    tolerance: float = 1e-8,
     names: Sequence[str] | None = None,
 ) -> Refinement:
     """Trajectories of all joints that minimise the reprojection error over the whole tree [park2011 5].
@@ -126,8 +128,6 @@ def refine(
         pixels to the radian; a hard basis by default.
     max_iterations : int
         Steps to try, at least one.
-    tolerance : float
-        Largest move of an unknown, rad, in the last step, see Notes.
     names : sequence of str, optional
         Names of the J joints, for messages.
 
@@ -140,7 +140,7 @@ def refine(
     Notes
     -----
     Printed with the distance itself, which is not smooth where it matters; its square is summed.  It has converged
-    when a step next to undamped moves no unknown by more than `tolerance`, and has been taken, or when the residuals
+    when a step next to undamped moves no unknown by more than `TOLERANCE`, and has been taken, or when the residuals
     are rounding.  Such a step is one of Newton's method, whose error is of the order of its square.
     """
     called = list(map(str, range(len(parents)))) if names is None else list(names)
@@ -148,9 +148,7 @@ def refine(
     if paths is None:
         turns = [None] * len(lengths) if charts is None else charts
         starts = zip(np.moveaxis(directions, 1, 0), turns, called[1:], strict=True)
-        paths = [
-            starting_path(d, basis, chart=chart, cutoff=cutoff, called=name) for d, chart, name in starts
-        ]
+        paths = [starting_path(d, basis, chart=at, cutoff=cutoff, called=name) for d, at, name in starts]
     start = np.stack([np.concatenate([path.coefficients_theta, path.coefficients_phi]) for path in paths])
     unknowns = np.column_stack([start, np.zeros(len(start))]) if free_lengths else start
     given = reprojection.observe(
@@ -168,7 +166,7 @@ def refine(
         given = _softened(given, unknowns, cutoff)
     bound = np.full_like(unknowns, np.inf)
     bound[:, 2 * basis.shape[1] :] = np.log(length_factor)
-    found = minimise(given, unknowns, bound, max_iterations=max_iterations, tolerance=tolerance)
+    found = minimise(given, unknowns, bound, max_iterations=max_iterations, tolerance=TOLERANCE)
     return _refinement(given, root, *found)
 
 

@@ -31,7 +31,7 @@ def effective_sample_size(log_weights: np.ndarray) -> float:
     >>> effective_sample_size(np.log([0.5, 0.5, 1e-300]))
     2.0
     """
-    return 1.0 / np.exp(2.0 * log_weights).sum()
+    return float(1.0 / np.exp(2.0 * log_weights).sum())
 
 
 def resample_systematically(log_weights: np.ndarray, offset: float) -> np.ndarray:

@@ -278,7 +278,7 @@ def test_the_minimum_is_that_of_an_outside_solver() -> None:
     """SciPy's trust region with differences for derivatives, on noisy images."""
     one = body(4, frames=24, components=4, noise_px=1.0)
     start = one.start(1, 0.01)
-    found = one.refined(start, tolerance=1e-12)
+    found = one.refined(start)
     given, _ = observed(one)
 
     def residuals(flat: np.ndarray) -> np.ndarray:
@@ -369,7 +369,7 @@ def test_the_world_may_be_turned(seed: int) -> None:
     start = one.start(seed, 0.01)
     turn = Rotation.random(rng=np.random.default_rng(seed)).as_matrix()
     turned = Pinhole(one.camera.intrinsics, one.camera.rotation @ turn.T, one.camera.centre @ turn.T)
-    options: dict[str, Any] = {"charts": None, "tolerance": 1e-12, "cutoff": 3.0}
+    options: dict[str, Any] = {"charts": None, "cutoff": 3.0}
     here = one.refined(start, **options)
     there = one.refined(start @ turn.T, camera=turned, root=one.root @ turn.T, **options)
     assert here.converged
