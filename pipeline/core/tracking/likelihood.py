@@ -65,11 +65,6 @@ class Likelihood:
         """T."""
         return len(self.image)
 
-    @property
-    def joints(self) -> int:
-        """J."""
-        return self.image.shape[1]
-
     @cached_property
     def log_peak(self) -> np.ndarray:
         """Logarithm of the density of images that fit exactly (T,); 0 with no joint seen."""
