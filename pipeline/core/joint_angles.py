@@ -16,6 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline.skeleton import WALKER15
+from pipeline.validation import require_shape
 
 JOINT_ANGLES = ("hip", "knee", "shoulder", "elbow")
 """Order of the angles; of each first the left, then the right one."""
@@ -56,6 +57,8 @@ def flexion(positions: np.ndarray) -> np.ndarray:
         Hip and shoulder from -π to π, knee and elbow from 0 to π.  NaN where a segment has no length, or the trunk
         lies along the axis of hips or shoulders.
     """
+    positions = np.asarray(positions, dtype=float)
+    require_shape("positions", positions, (*positions.shape[:-2], len(WALKER15.joints), 3))
     at = {name: positions[..., number, :] for number, name in enumerate(WALKER15.joints)}
     trunk = at["sternum"] - at["pelvis"]
     result = np.empty((*positions.shape[:-2], len(JOINT_ANGLES), len(SIDES)))
@@ -95,6 +98,6 @@ def angle_errors(found: np.ndarray, true: np.ndarray) -> tuple[np.ndarray, np.nd
     >>> float(np.round(rmse, 12)), float(np.round(offset_free, 12))
     (0.2, 0.0)
     """
-    off = np.angle(np.exp(1j * (found - true)))
+    off = np.angle(np.exp(1j * (np.asarray(found) - np.asarray(true))))
     square, mean = (off**2).mean(axis=-1), off.mean(axis=-1)
     return np.sqrt(square), np.sqrt(np.maximum(((off - mean[..., None]) ** 2).mean(axis=-1), 0.0))

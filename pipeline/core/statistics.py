@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from pipeline.validation import InvalidInput, require_shape
+
 
 def angle_difference_deg(estimated: np.ndarray | float, true: np.ndarray | float) -> np.ndarray:
     """Signed difference of angles in [-180, 180), degrees.
@@ -46,14 +48,25 @@ def rank_correlation(a: np.ndarray, b: np.ndarray) -> float:
     ----------
     a, b : (N,)
 
+    Raises
+    ------
+    InvalidInput
+        If they are not of one length, or hold NaN.
+
     Examples
     --------
-    >>> float(rank_correlation(np.array([1.0, 2.0, 30.0]), np.array([0.1, 0.2, 0.3])))
+    >>> rank_correlation([1.0, 2.0, 30.0], [0.1, 0.2, 0.3])
     1.0
     """
-    if (a == a[0]).all() or (b == b[0]).all():
+    x = require_shape("the first series to be ranked", np.asarray(a, dtype=float), ("N",))
+    y = require_shape("the second series to be ranked", np.asarray(b, dtype=float), x.shape)
+    if not x.size or np.isnan(x).any() or np.isnan(y).any():
+        raise InvalidInput(
+            "a series to be ranked is empty or holds NaN", expected="numbers; infinity is the largest"
+        )
+    if (x == x[0]).all() or (y == y[0]).all():
         return 0.0
     # A seventh of the time to start the program, and only figures of limbs rank anything.
     from scipy.stats import spearmanr
 
-    return spearmanr(a, b).statistic
+    return float(spearmanr(x, y).statistic)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from pipeline.core import statistics
 from pipeline.core.statistics import rank_correlation
+from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
 degrees = st.floats(min_value=-720, max_value=720)
@@ -93,3 +94,9 @@ def test_only_the_order_counts(pairs: list[tuple[int, int]]) -> None:
     a, b = np.array(pairs, dtype=float).T
     assert rank_correlation(np.exp(a), b**3) == pytest.approx(rank_correlation(a, b), abs=1e-12)
     assert rank_correlation(-a, b) == pytest.approx(-rank_correlation(a, b), abs=1e-12)
+
+
+@pytest.mark.parametrize(("a", "b"), [([1.0, 2.0], [1.0]), ([], []), ([1.0, np.nan], [1.0, 2.0])])
+def test_what_cannot_be_ranked_is_refused(a: list[float], b: list[float]) -> None:
+    with pytest.raises(InvalidInput, match="rank"):
+        rank_correlation(a, b)

@@ -26,6 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pipeline.core.binary_quadratic import kernels
+from pipeline.validation import InvalidInput, require_range, require_shape
 
 TABLE = 256
 """Frames up to which A is kept: of more, a row is longer than what it saves."""
@@ -33,9 +34,12 @@ TABLE = 256
 _ORTHONORMAL = 1e-12
 """Entries of G below this are rounding: the basis is hard."""
 
+_NORM = 1e-9
+"""How far the squared spectral norm of a basis may be above one."""
+
 
 class Programme(NamedTuple):
-    """One programme in the form that the kernels read: contiguous, never written to.
+    """One programme in the form that the kernels read: checked, contiguous, never written to.
 
     Attributes
     ----------
@@ -112,24 +116,52 @@ class Programme(NamedTuple):
 def programme_of(
     basis: np.ndarray, middle: np.ndarray, half_chord: np.ndarray, *, relax_below: float = 0.0
 ) -> Programme:
-    """The programme of these candidates, with all arrays copied.
+    """The programme of these candidates, with all arrays copied and checked.
 
     Parameters
     ----------
     basis : (F, K)
-        B, of a spectral norm of one at most.
+        B.
     middle, half_chord : (F, 3)
         m and u, mm.
     relax_below : float
         Frames whose half chord is shorter, mm, are relaxed.
+
+    Raises
+    ------
+    InvalidInput
+        If shapes disagree, a number is not finite, or the basis has a spectral norm above one.
     """
     basis, middle, half_chord = (
         np.array(value, dtype=float, order="C") for value in (basis, middle, half_chord)
     )
+    if basis.ndim != 2 or not 1 <= basis.shape[1] <= len(basis):
+        raise InvalidInput(
+            "the basis is not one of frames by components",
+            expected="shape (F, K), K <= F",
+            received=basis.shape,
+        )
     frames, components = basis.shape
+    given = {"basis": basis, "middle": middle, "half_chord": half_chord}
+    for name, array in given.items():
+        require_shape(name, array, (frames, components if name == "basis" else 3))
+        if (missing := ~np.isfinite(array).all(axis=1)).any():
+            raise InvalidInput(
+                f"the {name} is missing",
+                where="all frames" if missing.all() else f"frame {np.argmax(missing)}",
+                expected="finite numbers: leave missing frames out, and their rows of the basis",
+            )
+    require_range("relax_below", relax_below, at_least=0.0, unit="mm")
     excess = np.eye(components) - basis.T @ basis
     if np.abs(excess).max() < _ORTHONORMAL:
         excess = np.zeros_like(excess)
+    elif not _positive(excess + _NORM * np.eye(components)):
+        norm = np.linalg.norm(basis, ord=2)
+        raise InvalidInput(
+            "the basis is not orthonormal, nor softer than that",
+            expected="columns of spectral norm at most 1",
+            received=f"{norm:.6g}",
+        )
     lengths = np.linalg.norm(half_chord, axis=1)
     kind = np.zeros(frames, dtype=np.int8)
     kind[lengths < relax_below] = kernels.RELAXED
@@ -143,3 +175,12 @@ def programme_of(
     bent = kernels.curvature(basis, half_chord)
     size = np.square(np.abs(middle) + np.abs(half_chord)).sum()
     return Programme(basis, excess, middle, half_chord, kind, bent, coupling, pull, still, size)
+
+
+def _positive(matrix: np.ndarray) -> bool:
+    """Whether a symmetric matrix is positive definite, as far as Cholesky's factors tell."""
+    try:
+        np.linalg.cholesky(matrix)
+    except np.linalg.LinAlgError:
+        return False
+    return True

@@ -102,7 +102,7 @@ def minimise(
     Raises
     ------
     InvalidInput
-        If the time limit is none.
+        If shapes or numbers are not as described.
 
     Notes
     -----
@@ -124,6 +124,7 @@ def minimise(
     (0.75, 1.0, True)
     """
     programme = programme_of(basis, middle, half_chord, relax_below=relax_below)
+    require_range("gap", gap, at_least=0.0)
     require_range("time_limit_s", time_limit_s, at_least=0.0)
     values = programme.with_relaxed(first_signs(programme))
     best = np.array([programme.objective(values)])
@@ -137,7 +138,7 @@ def minimise(
             searcher = suffix
         # A sweep over all frames costs what entering half as many does.
         work = sweeps if searcher is box else max(1, sweeps * programme.frames // 2)
-        searcher.run(best, values, gap, programme.allowance(best[0]), work)
+        searcher.run(best, values, float(gap), programme.allowance(best[0]), work)
         if searcher.finished:
             break
     bounds = [search.lower_bound() for search in (box, suffix) if search is not None]

@@ -1,4 +1,4 @@
-"""What the refinement of a whole body is given: lengths, and where it starts.
+"""What the refinement of a whole body is given: its arrays checked against each other, and where it starts.
 
 Symbols
 -------
@@ -13,16 +13,80 @@ from collections.abc import Sequence
 import numpy as np
 
 from pipeline.core.refinement.spherical import SphericalTrajectory, continuous_angles, fit
-from pipeline.core.trajectory_basis import soft_ridge
-from pipeline.validation import InvalidInput, require_range
+from pipeline.core.trajectory_basis import cosine_basis, soft_ridge
+from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
 
 _START_PENALTY = 1e-4
 """Penalty of the highest coefficient at the start, against frames of weight one: keeps gaps from swinging."""
 
 
+def frames_and_limbs(
+    images: np.ndarray, root: np.ndarray, directions: np.ndarray, lengths: np.ndarray
+) -> tuple[int, int]:
+    """F and L of arrays whose shapes agree.
+
+    Parameters
+    ----------
+    images : (F, J, 2)
+    root : (F, 3)
+    directions : (F, L, 3)
+    lengths : (L,)
+
+    Raises
+    ------
+    InvalidInput
+        If they do not agree, or there is no frame or no limb.
+    """
+    frames, joints, _ = require_shape("images", images, ("F", "J", 2)).shape
+    limbs = int(require_range("joints", joints, at_least=2)) - 1
+    require_range("frames", frames, at_least=1)
+    for name, array, wanted in (
+        ("root", root, (frames, 3)),
+        ("directions", directions, (frames, limbs, 3)),
+        ("lengths", lengths, (limbs,)),
+    ):
+        require_shape(name, array, wanted)
+    return frames, limbs
+
+
+def tree_in_order(parents: Sequence[int] | np.ndarray, joints: int) -> tuple[int, ...]:
+    """Parents (J,) of joints of which the first is the root and every other comes after its parent.
+
+    Raises
+    ------
+    InvalidInput
+        If they are not so.
+    """
+    tree = tuple(int(require_range("parent", parent, at_least=-1, whole=True)) for parent in parents)
+    rooted = len(tree) == joints and tree[0] == -1
+    if not rooted or not all(0 <= parent < joint for joint, parent in enumerate(tree) if joint):
+        raise InvalidInput(
+            "the parents are not those of a tree in order",
+            expected=f"{joints} numbers: -1 for the root, then each parent before its children",
+            received=tree,
+        )
+    return tree
+
+
+def basis_rows(basis: np.ndarray | int, frames: int) -> np.ndarray:
+    """Trajectory basis (F, K), given or made of the first K cosines.
+
+    Raises
+    ------
+    InvalidInput
+        If it has another number of frames, no component, more cosines than frames or a value that is not finite.
+    """
+    if isinstance(basis, int | np.integer):
+        return cosine_basis(frames, int(basis))
+    rows = require_finite("basis", require_shape("basis", np.array(basis, dtype=float), (frames, "K")))
+    require_range("components", rows.shape[1], at_least=1)
+    return rows
+
+
 def named_lengths(lengths: np.ndarray, called: Sequence[str]) -> np.ndarray:
-    """Lengths (L,), each a number above zero; every joint (L + 1,) has a name."""
+    """Lengths (L,), each a number above zero; every joint has a name."""
     lengths = np.array(lengths, dtype=float)
+    require_shape("names", called, (len(lengths) + 1,))
     for name, length in zip(called[1:], lengths, strict=True):
         require_range(f"length of joint {name}", length, above=0.0, unit="mm")
     return lengths

@@ -23,14 +23,17 @@ import numpy as np
 from pipeline.core.pinhole import Pinhole
 from pipeline.core.refinement import reprojection
 from pipeline.core.refinement.equations import minimise
-from pipeline.core.refinement.inputs import named_lengths, starting_path
+from pipeline.core.refinement.inputs import (
+    basis_rows,
+    frames_and_limbs,
+    named_lengths,
+    starting_path,
+    tree_in_order,
+)
 from pipeline.core.refinement.reprojection import Observations
 from pipeline.core.refinement.spherical import SphericalTrajectory
 from pipeline.core.trajectory_basis import soft_ridge
-from pipeline.validation import InvalidInput
-
-TOLERANCE = 1e-8
-"""Largest move of an unknown, rad, in the last step."""
+from pipeline.validation import InvalidInput, require_range, require_shape
 
 LENGTH_FACTOR = 2.0
 """How far a free length may go from the given one, up or down, unless told otherwise."""
@@ -83,17 +86,18 @@ def refine(
     images: np.ndarray,
     camera: Pinhole,
     root: np.ndarray,
-    parents: Sequence[int],
+    parents: Sequence[int] | np.ndarray,
     directions: np.ndarray,
     lengths: np.ndarray,
     *,
-    basis: np.ndarray,
+    basis: np.ndarray | int,
     charts: np.ndarray | None = None,
     paths: Sequence[SphericalTrajectory] | None = None,
     free_lengths: bool = False,
     length_factor: float = LENGTH_FACTOR,
     cutoff: float | None = None,
     max_iterations: int = 500,
+    tolerance: float = 1e-8,
     names: Sequence[str] | None = None,
 ) -> Refinement:
     """Trajectories of all joints that minimise the reprojection error over the whole tree [park2011 5].
@@ -112,8 +116,8 @@ def refine(
         Where to start: relative trajectories of the joints after the root, or their directions; NaN where not known.
     lengths : (L,)
         mm.
-    basis : (F, K)
-        Trajectory basis.
+    basis : (F, K) or int
+        Trajectory basis, or K for the first K cosines.
     charts : (L, 3, 3), optional
         Rotations from the world to the axes of each limb's angles, as an earlier refinement returns them; by default
         the pole of each is farthest from the limb's path.
@@ -128,46 +132,70 @@ def refine(
         pixels to the radian; a hard basis by default.
     max_iterations : int
         Steps to try, at least one.
+    tolerance : float
+        Largest move of an unknown, rad, in the last step, see Notes.
     names : sequence of str, optional
         Names of the J joints, for messages.
 
     Raises
     ------
     InvalidInput
-        If a length is not positive, a limb's direction is known in no frame, nothing was seen, or a joint that was
-        seen starts behind its camera.
+        If shapes disagree, a parent comes after its child, a length is not positive, an option is unknown, a limb's
+        direction is known in no frame, nothing was seen, or a joint that was seen starts behind its camera.
 
     Notes
     -----
     Printed with the distance itself, which is not smooth where it matters; its square is summed.  It has converged
-    when a step next to undamped moves no unknown by more than `TOLERANCE`, and has been taken, or when the residuals
+    when a step next to undamped moves no unknown by more than `tolerance`, and has been taken, or when the residuals
     are rounding.  Such a step is one of Newton's method, whose error is of the order of its square.
     """
-    called = list(map(str, range(len(parents)))) if names is None else list(names)
+    frames, limbs = frames_and_limbs(images, root, directions, lengths)
+    tree = tree_in_order(parents, limbs + 1)
+    called = [str(joint) for joint in range(limbs + 1)] if names is None else list(names)
     lengths = named_lengths(lengths, called)
+    require_range("tolerance", tolerance, above=0.0)
+    require_range("max_iterations", max_iterations, at_least=1, whole=True)
+    require_range("length_factor", length_factor, above=1.0)
+    rows = basis_rows(basis, frames)
     if paths is None:
-        turns = [None] * len(lengths) if charts is None else charts
-        starts = zip(np.moveaxis(directions, 1, 0), turns, called[1:], strict=True)
-        paths = [starting_path(d, basis, chart=at, cutoff=cutoff, called=name) for d, at, name in starts]
-    start = np.stack([np.concatenate([path.coefficients_theta, path.coefficients_phi]) for path in paths])
-    unknowns = np.column_stack([start, np.zeros(len(start))]) if free_lengths else start
-    given = reprojection.observe(
-        images[:, 1:],
-        camera,
-        root,
-        parents=tuple(parent - 1 for parent in parents[1:]),
-        lengths=lengths,
-        charts=np.stack([path.chart for path in paths]),
-        basis=basis,
-        penalty=np.zeros_like(unknowns),
-    )
-    _check_start(given, unknowns, called)
+        turns = [None] * limbs if charts is None else require_shape("charts", charts, (limbs, 3, 3))
+        starts = zip(np.moveaxis(np.asarray(directions, dtype=float), 1, 0), turns, called[1:], strict=True)
+        paths = [starting_path(d, rows, chart=chart, cutoff=cutoff, called=name) for d, chart, name in starts]
+    given, unknowns = _begun(images, camera, root, tree, lengths, paths, rows, free_lengths, called)
     if cutoff is not None:
         given = _softened(given, unknowns, cutoff)
     bound = np.full_like(unknowns, np.inf)
-    bound[:, 2 * basis.shape[1] :] = np.log(length_factor)
-    found = minimise(given, unknowns, bound, max_iterations=max_iterations, tolerance=TOLERANCE)
-    return _refinement(given, root, *found)
+    bound[:, 2 * rows.shape[1] :] = np.log(length_factor)
+    found = minimise(given, unknowns, bound, max_iterations=max_iterations, tolerance=tolerance)
+    return _refinement(given, np.asarray(root, dtype=float), *found)
+
+
+def _begun(
+    images: np.ndarray,
+    camera: Pinhole,
+    root: np.ndarray,
+    tree: Sequence[int],
+    lengths: np.ndarray,
+    paths: Sequence[SphericalTrajectory],
+    rows: np.ndarray,
+    free_lengths: bool,
+    called: Sequence[str],
+) -> tuple[Observations, np.ndarray]:
+    """What was observed, without a penalty, and the unknowns (L, 2 K, or 2 K + 1 with the lengths) of the start."""
+    start = np.stack([np.concatenate([path.coefficients_theta, path.coefficients_phi]) for path in paths])
+    unknowns = np.column_stack([start, np.zeros(len(start))]) if free_lengths else start
+    given = reprojection.observe(
+        np.asarray(images, dtype=float)[:, 1:],
+        camera,
+        np.asarray(root, dtype=float),
+        parents=tuple(parent - 1 for parent in tree[1:]),
+        lengths=lengths,
+        charts=np.stack([path.chart for path in paths]),
+        basis=rows,
+        penalty=np.zeros_like(unknowns),
+    )
+    _check_start(given, unknowns, called)
+    return given, unknowns
 
 
 def _refinement(

@@ -29,12 +29,16 @@ from pipeline.core.synchronization.trellis import (
     allowed_disparities,
     backtrack,
 )
+from pipeline.validation import InvalidInput, require_range, require_shape
 
 _TILE_BYTES = 2**20
 """Size of the arrays that a tile of pairs needs for one sample: what the cache of a processor core holds."""
 
 _KEPT_BYTES = 2**27
 """Size of the costs that a tile keeps for backtracking."""
+
+_LARGEST = 1e140
+"""Magnitude from which sums of squares may be no numbers any more."""
 
 
 @dataclass(frozen=True)
@@ -53,8 +57,59 @@ class AllPairs:
     cost: np.ndarray
 
 
+def same_size(sequences: Sequence[np.ndarray] | np.ndarray, names: Sequence[str] | None = None) -> np.ndarray:
+    """The sequences as one array (M, P, b) of finite numbers.
+
+    Parameters
+    ----------
+    sequences : M arrays (P, b), or one (M, P, b)
+    names : sequence of str, optional
+        What each is called in an error; ``sequence 0`` … by default.
+
+    Raises
+    ------
+    InvalidInput
+        If one is not an array of frames and coordinates, has no frames, differs from the first in frames or
+        dimension, or holds a value that is not finite or too large to be squared.
+    """
+    arrays = [np.asarray(sequence, dtype=float) for sequence in sequences]
+    called = names or [f"sequence {n}" for n in range(len(arrays))]
+    for name, array in zip(called, arrays, strict=True):
+        if array.ndim != 2 or array.size == 0:
+            raise InvalidInput(
+                "not a sequence of postures",
+                where=name,
+                expected="(frames, dimensions), one or more of each",
+                received=array.shape,
+            )
+        if array.shape[1] != arrays[0].shape[1]:
+            raise InvalidInput(
+                "postures have another dimension",
+                where=name,
+                expected=f"{arrays[0].shape[1]}, as {called[0]} has",
+                received=array.shape[1],
+            )
+        if len(array) != len(arrays[0]):
+            raise InvalidInput(
+                "another length: normalise the time of all sequences first",
+                where=name,
+                expected=f"{len(arrays[0])} frames, as {called[0]} has",
+                received=len(array),
+            )
+        # A comparison with NaN is false.
+        usable = np.abs(array) < _LARGEST
+        if not usable.all():
+            frame, coordinate = np.argwhere(~usable)[0]
+            value = array[frame, coordinate]
+            what = "too large to be squared" if np.isfinite(value) else "not finite"
+            raise InvalidInput(
+                f"coordinate {coordinate} of frame {frame} is {what}", where=name, received=f"{value:g}"
+            )
+    return np.stack(arrays) if arrays else np.empty((0, 0, 0))
+
+
 def synchronize_all(
-    sequences: np.ndarray,
+    sequences: Sequence[np.ndarray] | np.ndarray,
     *,
     max_disparity: int,
     smoothness: float,
@@ -66,7 +121,7 @@ def synchronize_all(
 
     Parameters
     ----------
-    sequences : (M, P, b)
+    sequences : (M, P, b), or M arrays (P, b)
         At least two, with linearly normalised time.
     max_disparity, smoothness, penalty, start, steps
         As for `synchronize`.
@@ -74,13 +129,19 @@ def synchronize_all(
     Raises
     ------
     InvalidInput
-        If a switch is none.
+        If there are fewer than two sequences, they differ in length or dimension, a value is not finite (the
+        sequence and the frame are named), or a switch is none.
 
     Notes
     -----
     The disparities are M² P numbers of two bytes; beside them memory does not grow with M.
     """
-    count, frames, dimension = sequences.shape
+    rows = same_size(sequences)
+    if len(rows) < 2:
+        raise InvalidInput(
+            "there is nothing to synchronize with", expected="two or more sequences", received=len(rows)
+        )
+    count, frames, dimension = rows.shape
     nodes = allowed_disparities(
         frames,
         max_disparity=max_disparity,
@@ -90,8 +151,8 @@ def synchronize_all(
         steps=steps,
     )
     # Relative to a posture that there is, and not the mean itself: whole numbers stay whole, and their ties exact.
-    postures = sequences.reshape(-1, dimension)
-    rows = sequences - postures[np.abs(postures - postures.mean(axis=0)).sum(axis=1).argmin()]
+    postures = rows.reshape(-1, dimension)
+    rows = rows - postures[np.abs(postures - postures.mean(axis=0)).sum(axis=1).argmin()]
     dtype = np.int16 if frames <= np.iinfo(np.int16).max else np.int32
     found = AllPairs(np.empty((count, count, frames), dtype=dtype), np.empty((count, count)))
     for n, m, cost, S in _tiles(rows, nodes):
@@ -170,4 +231,13 @@ def median_sequence(distances: np.ndarray) -> int:
     >>> median_sequence(np.array([[0.0, 4.0, 9.0], [4.0, 0.0, 1.0], [9.0, 1.0, 0.0]]))
     1
     """
+    distances = np.asarray(distances, dtype=float)
+    require_range("sequences", len(require_shape("distances", distances, ("M", "M"))), at_least=1)
+    if not (np.isfinite(distances).all() and (distances >= 0).all()):
+        n, m = np.argwhere(~(np.isfinite(distances) & (distances >= 0)))[0]
+        raise InvalidInput(
+            f"the distance of sequences {n} and {m} is none",
+            expected="0 or more",
+            received=f"{distances[n, m]:g}",
+        )
     return int(first_lowest(distances.sum(axis=1), margin=1e-12))

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_range, require_shape
 
 SMOOTHING = 0.03
 """Standard deviation of the smoothing before derivatives are taken, as a part of the duration."""
@@ -29,13 +29,14 @@ def curvature(sequence: np.ndarray, *, where: str = "the performance") -> np.nda
     Raises
     ------
     InvalidInput
-        No movement at all.
+        Fewer than three frames, numbers that are not finite, or no movement at all.
     """
-    r = np.sqrt(sequence.var(axis=0).sum())
-    if not r > 1e-12 * np.abs(sequence).max():
+    x = checked(sequence, where)
+    r = np.sqrt(x.var(axis=0).sum())
+    if not r > 1e-12 * np.abs(x).max():
         raise InvalidInput("nothing moves, so there is no curvature", where=where)
-    duration = len(sequence) - 1
-    smooth = gaussian_filter1d(sequence / r, SMOOTHING * duration, axis=0, mode="nearest")
+    duration = len(x) - 1
+    smooth = gaussian_filter1d(x / r, SMOOTHING * duration, axis=0, mode="nearest")
     # Differences: the derivatives of a sampled Gaussian do not sum to zero, so they would see where x is.
     first = np.gradient(smooth, axis=0) * duration
     second = np.gradient(first, axis=0) * duration
@@ -43,3 +44,27 @@ def curvature(sequence: np.ndarray, *, where: str = "the performance") -> np.nda
     speed = 1.0 + (first**2).sum(axis=1)
     across = speed * (second**2).sum(axis=1) - (first * second).sum(axis=1) ** 2
     return np.sqrt(np.maximum(across, 0.0)) / speed**1.5
+
+
+def checked(sequence: np.ndarray, where: str) -> np.ndarray:
+    """A performance (F, b) of at least three frames, all finite.
+
+    Parameters
+    ----------
+    sequence : (F, b)
+    where : str
+        What an error calls the performance.
+
+    Raises
+    ------
+    InvalidInput
+        If it is not.
+    """
+    x = np.asarray(sequence, dtype=float)
+    require_range(f"frames of {where}", len(require_shape(where, x, ("F", "b"))), at_least=3)
+    wrong = ~np.isfinite(x).all(axis=1)
+    if wrong.any():
+        raise InvalidInput(
+            "a posture has a number that is not finite", where=f"{where}, frame {wrong.argmax()}"
+        )
+    return x

@@ -23,8 +23,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.core.resampling import interpolate
-from pipeline.core.synchronization.curvature import curvature
-from pipeline.validation import InvalidInput
+from pipeline.core.synchronization.curvature import checked, curvature
+from pipeline.validation import InvalidInput, require_range, require_shape
 
 SEPARATION, CONSISTENCY = 0.06, 1.0
 """Least time between key-frames and to the ends, as a part of the duration; weight of agreement, whose unit is the
@@ -83,7 +83,8 @@ def choose_key_frames(sequences: Sequence[np.ndarray], *, count: int = 5) -> Key
     Raises
     ------
     InvalidInput
-        A performance too short for so many key-frames, or without movement.
+        No performances, or of different dimension, too short for so many key-frames, without movement, not finite;
+        or no key-frames.
 
     Notes
     -----
@@ -92,7 +93,9 @@ def choose_key_frames(sequences: Sequence[np.ndarray], *, count: int = 5) -> Key
     begin, which is at the peaks of the mean curvature.  (Several beginnings with the best score kept gave no better
     agreement of timing: a posture is passed on the way down and up.)
     """
-    for number, x in enumerate(sequences):
+    given = _all_checked(sequences)
+    require_range("the number of key-frames", count, at_least=1, whole=True)
+    for number, x in enumerate(given):
         least = (count + 1) * _apart(len(x)) + 1
         if len(x) < least:
             raise InvalidInput(
@@ -101,26 +104,26 @@ def choose_key_frames(sequences: Sequence[np.ndarray], *, count: int = 5) -> Key
                 expected=f"{least} frames",
                 received=len(x),
             )
-    bends = [curvature(x, where=f"performance {number}") for number, x in enumerate(sequences)]
+    bends = [curvature(x, where=f"performance {number}") for number, x in enumerate(given)]
     bends = [c / c.max() for c in bends]
     # To begin with: the peaks of the mean curvature over relative time, and the postures there.
     grid = np.linspace(0.0, 1.0, _GRID)
     common = np.mean([interpolate(c, grid * (len(c) - 1)) for c in bends], axis=0)
     peaks = grid[_best(common, count)]
-    postures = [x[np.round(peaks * (len(x) - 1)).astype(int)] for x in sequences]
-    weight = CONSISTENCY / np.mean([x.var(axis=0).sum() for x in sequences])
-    frames = np.zeros((len(sequences), count), dtype=int)
+    postures = [x[np.round(peaks * (len(x) - 1)).astype(int)] for x in given]
+    weight = CONSISTENCY / np.mean([x.var(axis=0).sum() for x in given])
+    frames = np.zeros((len(given), count), dtype=int)
     for iteration in range(1, _ROUNDS + 1):
         before, means = frames, np.mean(postures, axis=0)[:, None]
         frames = np.array(
             [
                 _best(c - weight * ((x - means) ** 2).sum(axis=-1), count)
-                for x, c in zip(sequences, bends, strict=True)
+                for x, c in zip(given, bends, strict=True)
             ]
         )
         if np.array_equal(frames, before):
             return KeyFrames(frames, True, iteration)
-        postures = [x[chosen] for x, chosen in zip(sequences, frames, strict=True)]
+        postures = [x[chosen] for x, chosen in zip(given, frames, strict=True)]
     return KeyFrames(frames, False, _ROUNDS)
 
 
@@ -140,15 +143,25 @@ def resample_by_key_frames(
     Raises
     ------
     InvalidInput
-        Fewer samples than key-frames and ends.
+        Key-frames that do not match the performances, do not increase or are ends, or fewer samples than key-frames
+        and ends.
     """
+    given = _all_checked(sequences)
+    frames = np.asarray(frames)
+    require_shape("key-frames", frames, (len(given), "K"))
     count = frames.shape[1]
     if n_samples < count + 2:
         raise InvalidInput(
             "fewer samples than key-frames and ends", expected=f"{count + 2} or more", received=n_samples
         )
-    ends = np.array([len(x) - 1 for x in sequences])
+    ends = np.array([len(x) - 1 for x in given])
     nodes = np.column_stack([np.zeros_like(ends), frames, ends])
+    steps = np.diff(nodes, axis=1) > 0
+    if not steps.all():
+        raise InvalidInput(
+            "the key-frames do not increase between the ends",
+            where=f"performance {(~steps.all(axis=1)).argmax()}",
+        )
     samples = np.round((frames / ends[:, None]).mean(axis=0) * (n_samples - 1)).astype(int)
     # With few samples two key-frames may round to one: moved apart, forwards and then back from the end.
     order = np.arange(1, count + 1)
@@ -157,7 +170,7 @@ def resample_by_key_frames(
     places = np.concatenate([[0], samples, [n_samples - 1]])
     warp = np.array([np.interp(np.arange(n_samples), places, node) for node in nodes])
     return KeyFrameSynchronization(
-        np.stack([interpolate(x, w) for x, w in zip(sequences, warp, strict=True)]), warp, samples
+        np.stack([interpolate(x, w) for x, w in zip(given, warp, strict=True)]), warp, samples
     )
 
 
@@ -185,3 +198,18 @@ def _best(score: np.ndarray, count: int) -> np.ndarray:
     for k in range(count - 1, 0, -1):
         chosen.append(int(before[k, chosen[-1]]))
     return np.array(chosen[::-1])
+
+
+def _all_checked(sequences: Sequence[np.ndarray]) -> list[np.ndarray]:
+    if not len(sequences):
+        raise InvalidInput("there are no performances", expected="one or more")
+    given = [checked(x, f"performance {number}") for number, x in enumerate(sequences)]
+    for number, x in enumerate(given):
+        if x.shape[1] != given[0].shape[1]:
+            raise InvalidInput(
+                "the performances have different dimensions",
+                where=f"performance {number}",
+                expected=given[0].shape[1],
+                received=x.shape[1],
+            )
+    return given

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from pipeline.core.resampling import interpolate
+from pipeline.core.synchronization.all_pairs import same_size
 from pipeline.core.synchronization.trellis import (
     STEPS,
     accumulate,
@@ -63,7 +64,7 @@ def normalise(sequence: np.ndarray, frames: int) -> np.ndarray:
     Raises
     ------
     InvalidInput
-        If one frame is to hold two ends.
+        If the sequence is empty or holds a value that is not finite, or one frame is to hold two ends.
 
     Notes
     -----
@@ -75,6 +76,7 @@ def normalise(sequence: np.ndarray, frames: int) -> np.ndarray:
     >>> normalise(np.array([[0.0], [1.0], [4.0]]), 5)[:, 0]
     array([0. , 0.5, 1. , 2.5, 4. ])
     """
+    (sequence,) = same_size([sequence], ["the sequence"])
     samples = int(require_range("the number of frames", frames, at_least=1, whole=True))
     last = len(sequence) - 1
     if samples == 1 and last > 0:
@@ -96,6 +98,7 @@ def rate_to_rate(disparity: np.ndarray) -> np.ndarray:
     -----
     Its differences are the rates alpha that [mozerov2006 8] integrates.
     """
+    disparity = np.asarray(disparity)
     return np.arange(disparity.shape[-1]) + disparity
 
 
@@ -108,12 +111,33 @@ def warp(x_m: np.ndarray, disparity: np.ndarray) -> np.ndarray:
     disparity : (…, P) int
         Of one path or of many: ``warp(sequences, found.disparity[n])`` brings all sequences to the rate of n.
 
+    Raises
+    ------
+    InvalidInput
+        If shapes disagree or a disparity is no whole number or leads outside of the sequence.
+
     Examples
     --------
     >>> warp(np.array([[0.0], [1.0], [4.0]]), np.array([0, 1, 0]))[:, 0]
     array([0., 4., 4.])
     """
-    return np.take_along_axis(x_m, rate_to_rate(disparity)[..., None], axis=-2)
+    x_m, disparity = np.asarray(x_m, dtype=float), np.asarray(disparity)
+    if x_m.ndim < 2 or disparity.shape != x_m.shape[:-1] or disparity.dtype.kind not in "iu":
+        raise InvalidInput(
+            "sequence and disparity disagree",
+            expected="x_m (…, P, b) and whole numbers (…, P)",
+            received=f"x_m {x_m.shape} and {disparity.dtype} {disparity.shape}",
+        )
+    tau = rate_to_rate(disparity)
+    outside = (tau < 0) | (tau >= tau.shape[-1])
+    if outside.any():
+        p = int(np.argwhere(outside)[0][-1])
+        raise InvalidInput(
+            f"the disparity of sample {p} leads outside of the sequence",
+            expected=f"samples 0 to {tau.shape[-1] - 1}",
+            received=tau[outside][0],
+        )
+    return np.take_along_axis(x_m, tau[..., None], axis=-2)
 
 
 def synchronization_distance(
@@ -128,10 +152,16 @@ def synchronization_distance(
     smoothness : float
         mu.
     penalty : {"change", "as_printed"}
+
+    Raises
+    ------
+    InvalidInput
+        If the sequences cannot be compared, or as `warp`.
     """
+    x_n, x_m = same_size([x_n, x_m], ["x_n", "x_m"])
     nodes = allowed_disparities(len(x_n), max_disparity=len(x_n), smoothness=smoothness, penalty=penalty)
     misfit = ((x_n - warp(x_m, disparity)) ** 2).sum(axis=1)
-    return nodes.distances_so_far(misfit, disparity)[-1]
+    return nodes.distances_so_far(misfit, np.asarray(disparity))[-1]
 
 
 def disparity_space_image(x_n: np.ndarray, x_m: np.ndarray, *, max_disparity: int) -> np.ndarray:
@@ -143,11 +173,18 @@ def disparity_space_image(x_n: np.ndarray, x_m: np.ndarray, *, max_disparity: in
     max_disparity : int
         D, as it is given: the image of a band wider than the sequence has columns of infinities.
 
+    Raises
+    ------
+    InvalidInput
+        If the sequences cannot be compared, or the largest disparity is no whole number.
+
     Notes
     -----
     Infinite outside of x_m.
     """
-    band, frames = max_disparity, len(x_n)
+    x_n, x_m = same_size([x_n, x_m], ["x_n", "x_m"])
+    band = int(require_range("the largest disparity", max_disparity, at_least=0, whole=True))
+    frames = len(x_n)
     image = np.empty((frames, 2 * band + 1))
     # windows[p, :, d + D] is x_m(p + d); what lies outside is overwritten below.
     windows = sliding_window_view(np.pad(x_m, ((band, band), (0, 0))), 2 * band + 1, axis=0)
@@ -208,6 +245,7 @@ def synchronize(
     >>> synchronize(x_n, x_m, max_disparity=2, smoothness=0.1).disparity.tolist()
     [0, -1, -1, -1, 0, 0]
     """
+    x_n, x_m = same_size([x_n, x_m], ["x_n", "x_m"])
     nodes = allowed_disparities(
         len(x_n),
         max_disparity=max_disparity,

@@ -226,5 +226,9 @@ def test_by_key_frames_is_choosing_and_resampling() -> None:
 
 
 def test_by_key_frames_refuses_as_its_pieces_do() -> None:
+    with pytest.raises(InvalidInput, match="there are no performances"):
+        by_key_frames([])
+    with pytest.raises(InvalidInput, match="the number of key-frames must be"):
+        by_key_frames(action(1), count=0)
     with pytest.raises(InvalidInput, match="fewer samples than key-frames and ends"):
         by_key_frames(action(1), samples=6, count=5)

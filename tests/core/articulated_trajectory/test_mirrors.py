@@ -16,7 +16,6 @@ from pipeline.core.articulated_trajectory import mirrors as mirror_search
 from pipeline.core.limb_chain import Chain, forward
 from pipeline.core.pinhole import Pinhole
 from pipeline.core.refinement import Refinement
-from pipeline.core.trajectory_basis import cosine_basis
 from pipeline.synthetic.limbs import angular_limb, smooth_series
 from pipeline.validation import InvalidInput
 from tests.core.cameras import still
@@ -65,7 +64,7 @@ class Seen:
             [-1, 0, 1, 2],
             np.stack([tree.choices[limb].directions for limb in ARM.limbs], axis=1),
             LENGTHS,
-            basis=cosine_basis(FRAMES, SMOOTH.components),
+            basis=SMOOTH.components,
             max_iterations=10,
         )
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import itertools
 import tracemalloc
+from collections.abc import Callable
+from types import SimpleNamespace
 
 import numba.core.caching
 import numpy as np
@@ -352,6 +354,50 @@ def test_where_nothing_can_be_kept_kernels_are_compiled_all_the_same(monkeypatch
     assert kernel(1.5) == 3.0
 
 
-def test_a_time_that_is_none_is_refused() -> None:
-    with pytest.raises(InvalidInput, match="time_limit_s must be"):
-        minimise(cosine_basis(6, 2), np.zeros((6, 3)), np.ones((6, 3)), time_limit_s=np.nan)
+FINE = SimpleNamespace(basis=cosine_basis(6, 2), middle=np.zeros((6, 3)), half_chord=np.ones((6, 3)))
+HOLE = np.where(np.arange(6)[:, None] == 4, np.nan, np.zeros((6, 3)))
+REFUSED: dict[str, tuple[Callable[[], object], str]] = {
+    "missing frame": (lambda: minimise(FINE.basis, HOLE, FINE.half_chord), "^frame 4: the middle is missing"),
+    "missing chord": (lambda: minimise(FINE.basis, FINE.middle, HOLE), "^frame 4: the half_chord is missing"),
+    "all missing": (
+        lambda: minimise(FINE.basis, np.full((6, 3), np.nan), FINE.half_chord),
+        "^all frames: the middle is missing",
+    ),
+    "infinite": (
+        lambda: minimise(FINE.basis, np.where(np.isnan(HOLE), np.inf, 0.0), FINE.half_chord),
+        "^frame 4: ",
+    ),
+    "other frames": (
+        lambda: minimise(FINE.basis, FINE.middle[:5], FINE.half_chord),
+        r"middle must have shape .* \(got \(5, 3\)\)",
+    ),
+    "more components than frames": (
+        lambda: minimise(np.ones((2, 3)) / 9, FINE.middle[:2], FINE.half_chord[:2]),
+        r"K <= F, received \(2, 3\)",
+    ),
+    "no components": (lambda: minimise(FINE.basis[:, :0], FINE.middle, FINE.half_chord), r"\(6, 0\)"),
+    "not orthonormal": (
+        lambda: minimise(1.1 * FINE.basis, FINE.middle, FINE.half_chord),
+        "at most 1, received 1.1",
+    ),
+    "basis of NaN": (
+        lambda: minimise(np.where(FINE.basis > 0.5, np.nan, FINE.basis), FINE.middle, FINE.half_chord),
+        "^frame 0: the basis is missing",
+    ),
+    "negative gap": (lambda: minimise(FINE.basis, FINE.middle, FINE.half_chord, gap=-1), "gap must be"),
+    "time limit of NaN": (
+        lambda: minimise(FINE.basis, FINE.middle, FINE.half_chord, time_limit_s=np.nan),
+        "time_limit_s must be",
+    ),
+    "negative chord": (
+        lambda: minimise(FINE.basis, FINE.middle, FINE.half_chord, relax_below=-1.0),
+        "relax_below must be",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_is_no_programme_is_refused_in_one_sentence(case: str) -> None:
+    attempt, sentence = REFUSED[case]
+    with pytest.raises(InvalidInput, match=sentence):
+        attempt()

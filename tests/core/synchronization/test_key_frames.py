@@ -203,8 +203,18 @@ def refused(sentence: str) -> pytest.RaisesExc:
 
 def test_bad_performances_are_refused_in_one_sentence() -> None:
     good = trapezoids(np.linspace(0, 1, 80))
+    missing = good.copy()
+    missing[7, 1] = np.nan
+    with refused("there are no performances (expected one or more)"):
+        choose_key_frames([])
+    with refused("performance 1, frame 7: a posture has a number that is not finite"):
+        choose_key_frames([good, missing])
+    with refused("performance 1: the performances have different dimensions (expected 2, received 1)"):
+        choose_key_frames([good, good[:, :1]])
     with refused("performance 1: nothing moves, so there is no curvature"):
         choose_key_frames([good, np.ones((80, 2))])
+    with refused("frames of the performance must be at least 3 (got 2)"):
+        curvature(good[:2])
     with refused(
         "performance 0: too short for 5 key-frames that are 0.06 of the duration apart "
         "(expected 7 frames, received 6)"
@@ -214,5 +224,13 @@ def test_bad_performances_are_refused_in_one_sentence() -> None:
 
 def test_bad_choices_are_refused_in_one_sentence() -> None:
     good = trapezoids(np.linspace(0, 1, 80))
+    with refused("the number of key-frames must be a whole number at least 1 (got 0)"):
+        choose_key_frames([good], count=0)
+    with refused("key-frames must have shape (1, K) (got (2, 1))"):
+        resample_by_key_frames([good], np.array([[3], [4]]), 10)
+    with refused("performance 0: the key-frames do not increase between the ends"):
+        resample_by_key_frames([good], np.array([[3, 3]]), 10)
+    with refused("performance 0: the key-frames do not increase between the ends"):
+        resample_by_key_frames([good], np.array([[3, 79]]), 10)
     with refused("fewer samples than key-frames and ends (expected 4 or more, received 3)"):
         resample_by_key_frames([good], np.array([[3, 9]]), 3)

@@ -99,7 +99,7 @@ def test_no_path_of_all_is_cheaper_and_ties_go_to_the_straightest_from_the_end(
     found = synchronize(x_n, x_m, **switch)
     assert found.cost == best
     assert tuple(found.disparity) == expected
-    pairs = synchronize_all(np.array(sequences), **switch)
+    pairs = synchronize_all(sequences, **switch)
     assert pairs.cost[0, 1] == best
     assert tuple(pairs.disparity[0, 1]) == expected
 
@@ -144,7 +144,7 @@ def test_one_pair_and_all_pairs_equal_the_plain_double_loop(
         "penalty": penalty,
         "start": start,
     }
-    pairs = synchronize_all(np.array(sequences), **switch)
+    pairs = synchronize_all(sequences, **switch)
     for n, m in itertools.permutations(range(3), 2):
         path, cost = plain_loop(sequences[n], sequences[m], **switch)
         found = synchronize(sequences[n], sequences[m], **switch)
@@ -179,9 +179,9 @@ def test_without_smoothness_it_is_dynamic_time_warping_with_the_asymmetric_step_
     assert synchronize(x_n, x_m, max_disparity=window, smoothness=0).cost == pytest.approx(
         expected, rel=1e-12
     )
-    assert synchronize_all(np.stack([x_n, x_m]), max_disparity=window, smoothness=0).cost[
-        0, 1
-    ] == pytest.approx(expected, rel=1e-9)
+    assert synchronize_all([x_n, x_m], max_disparity=window, smoothness=0).cost[0, 1] == pytest.approx(
+        expected, rel=1e-9
+    )
 
 
 # --- warps whose truth is known ---------------------------------------------------------------------------
@@ -242,7 +242,7 @@ def test_a_sequence_with_itself_has_no_disparity_and_no_cost(
     found = synchronize(x, x.copy(), **switch)
     assert not found.disparity.any()
     assert found.cost == 0.0
-    pairs = synchronize_all(np.stack([x, performance(generator, frames, dimension), x]), **switch)
+    pairs = synchronize_all([x, performance(generator, frames, dimension), x], **switch)
     for n, m in ((0, 0), (1, 1), (0, 2), (2, 0)):
         assert not pairs.disparity[n, m].any()
         assert pairs.cost[n, m] == 0.0
@@ -377,7 +377,7 @@ def test_a_step_longer_than_the_sequence_takes_no_memory() -> None:
 def test_the_distance_is_not_symmetric() -> None:
     generator = np.random.default_rng(0)
     found = synchronize_all(
-        np.stack([performance(generator, 50) for _ in range(4)]), max_disparity=16, smoothness=0.5
+        [performance(generator, 50) for _ in range(4)], max_disparity=16, smoothness=0.5
     ).cost
     apart = np.abs(found - found.T)[~np.eye(4, dtype=bool)]
     assert apart.min() > 0
@@ -521,6 +521,43 @@ def test_a_warp_takes_samples_at_the_shifted_times_of_one_or_of_many() -> None:
 GOOD = np.zeros((6, 2))
 
 
+def with_gap(value: float) -> np.ndarray:
+    broken = GOOD.copy()
+    broken[4, 1] = value
+    return broken
+
+
+@pytest.mark.parametrize(
+    ("x_m", "sentence"),
+    [
+        (with_gap(np.nan), "coordinate 1 of frame 4 is not finite (received nan)"),
+        (with_gap(-np.inf), "coordinate 1 of frame 4 is not finite (received -inf)"),
+        (with_gap(1e200), "coordinate 1 of frame 4 is too large to be squared (received 1e+200)"),
+        (GOOD[:, :1], "postures have another dimension (expected 2, as x_n has, received 1)"),
+        (
+            GOOD[:5],
+            "another length: normalise the time of all sequences first "
+            "(expected 6 frames, as x_n has, received 5)",
+        ),
+        (
+            GOOD[:0],
+            "not a sequence of postures (expected (frames, dimensions), one or more of each, received (0, 2))",
+        ),
+        (
+            GOOD[:, 0],
+            "not a sequence of postures (expected (frames, dimensions), one or more of each, received (6,))",
+        ),
+    ],
+)
+def test_a_sequence_that_cannot_be_used_is_named_with_its_frame(x_m: np.ndarray, sentence: str) -> None:
+    with pytest.raises(InvalidInput) as told:
+        synchronize(GOOD, x_m, max_disparity=2, smoothness=1.0)
+    assert str(told.value) == f"x_m: {sentence}"
+    with pytest.raises(InvalidInput) as told:
+        synchronize_all([GOOD, GOOD, x_m], max_disparity=2, smoothness=1.0)
+    assert str(told.value) == f"sequence 2: {sentence.replace('x_n', 'sequence 0')}"
+
+
 @pytest.mark.parametrize(
     ("name", "value", "sentence"),
     [
@@ -566,16 +603,50 @@ def test_a_switch_that_is_none_is_refused_in_a_sentence(name: str, value: Any, s
     told: dict[str, Any] = {"max_disparity": 2, "smoothness": 1.0, name: value}
     for call in (
         lambda: synchronize(GOOD, GOOD, **told),
-        lambda: synchronize_all(np.stack([GOOD, GOOD]), **told),
+        lambda: synchronize_all([GOOD, GOOD], **told),
     ):
         with pytest.raises(InvalidInput) as raised:
             call()
         assert str(raised.value) == sentence
 
 
+@pytest.mark.parametrize("count", [0, 1])
+def test_one_alone_has_nothing_to_be_synchronized_with(count: int) -> None:
+    with pytest.raises(InvalidInput, match=r"there is nothing to synchronize with .* two or more"):
+        synchronize_all(np.zeros((count, 5, 2)), max_disparity=2, smoothness=1.0)
+
+
+@pytest.mark.parametrize(
+    ("costs", "sentence"),
+    [
+        (np.zeros((2, 3)), r"distances must have shape \(M, M\) \(got \(2, 3\)\)"),
+        (np.zeros((0, 0)), r"sequences must be at least 1"),
+        (np.array([[0.0, np.nan], [1.0, 0.0]]), "the distance of sequences 0 and 1 is none .* received nan"),
+        (np.array([[0.0, 1.0], [-1.0, 0.0]]), "the distance of sequences 1 and 0 is none .* received -1"),
+    ],
+)
+def test_distances_that_are_none_have_no_median(costs: np.ndarray, sentence: str) -> None:
+    with pytest.raises(InvalidInput, match=sentence):
+        median_sequence(costs)
+
+
+def test_a_warp_that_leaves_the_sequence_or_does_not_fit_is_refused() -> None:
+    with pytest.raises(
+        InvalidInput, match=r"disparity of sample 5 leads outside .* samples 0 to 5, received 6"
+    ):
+        warp(GOOD, np.array([0, 0, 0, 0, 0, 1]))
+    with pytest.raises(InvalidInput, match=r"leads outside .* received -1"):
+        warp(GOOD, np.array([-1, 0, 0, 0, 0, 0]))
+    for wrong in (np.zeros(5, dtype=int), np.zeros(6)):
+        with pytest.raises(InvalidInput, match="sequence and disparity disagree"):
+            warp(GOOD, wrong)
+
+
 def test_time_that_cannot_be_normalised_is_refused() -> None:
     with pytest.raises(InvalidInput, match="one frame cannot hold both ends"):
         normalise(GOOD, 1)
+    with pytest.raises(InvalidInput, match="the sequence: coordinate 1 of frame 4 is not finite"):
+        normalise(with_gap(np.nan), 5)
     for wrong in (0, 2.5):
         with pytest.raises(InvalidInput, match="the number of frames must be a whole number at least 1"):
             normalise(GOOD, wrong)  # type: ignore[arg-type]
