@@ -48,7 +48,7 @@ class ASpace:
     @property
     def variance_held(self) -> float:
         """Share of the variance that b eigenvectors hold."""
-        return float(self.eigenvalues[: self.dimensions].sum() / self.total_variance)
+        return self.eigenvalues[: self.dimensions].sum() / self.total_variance
 
     def project(self, postures: np.ndarray) -> np.ndarray:
         """Postures (…, 37) in the aSpace (…, b)."""
@@ -133,7 +133,5 @@ def _all_postures(performances: Sequence[np.ndarray]) -> np.ndarray:
             raise InvalidInput(f"posture {frame} has values that are not finite", where=where)
     samples = np.concatenate(given)
     if len(samples) < 2:
-        raise InvalidInput(
-            "one posture alone spans no space", expected="2 or more", received=str(len(samples))
-        )
+        raise InvalidInput("one posture alone spans no space", expected="2 or more", received=len(samples))
     return samples

@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import special
 
-from pipeline.validation import InvalidInput, require_range, require_shape
+from pipeline.validation import InvalidInput
 
 RESAMPLES = 2000
 """Replicates of a published interval."""
@@ -33,16 +33,13 @@ def resampling_weights(
     >>> resampling_weights(3, np.random.default_rng(1), resamples=2).sum(axis=1).tolist()
     [3, 3]
     """
-    require_range("the number of clusters", clusters, at_least=1, whole=True)
-    require_range("the number of resamples", resamples, at_least=1, whole=True)
     return generator.multinomial(clusters, np.full(clusters, 1.0 / clusters), size=resamples)
 
 
 def sums_by_cluster(values: np.ndarray, cluster: np.ndarray, clusters: int) -> np.ndarray:
     """Sum (C, …) of the rows (n, …) of each cluster (n,) int."""
-    values = np.asarray(values, dtype=float)
     total = np.zeros((clusters, *values.shape[1:]))
-    np.add.at(total, np.asarray(cluster), values)
+    np.add.at(total, cluster, values)
     return total
 
 
@@ -62,13 +59,12 @@ def weighted_means(values: np.ndarray, cluster: np.ndarray, weights: np.ndarray)
     >>> weighted_means(np.array([1.0, 3.0, 8.0]), np.array([0, 0, 1]), np.array([[1, 1], [0, 2]])).tolist()
     [4.0, 8.0]
     """
-    clusters = np.shape(weights)[1]
-    require_shape("cluster", np.asarray(cluster), (len(values),))
+    clusters = weights.shape[1]
     total = sums_by_cluster(values, cluster, clusters)
     count = np.bincount(cluster, minlength=clusters)
     with np.errstate(invalid="ignore", divide="ignore"):
         held = (weights @ count).reshape(-1, *[1] * (total.ndim - 1))
-        return np.asarray(np.tensordot(weights, total, axes=1) / np.where(held > 0, held, np.nan))
+        return np.tensordot(weights, total, axes=1) / np.where(held > 0, held, np.nan)
 
 
 def weighted_medians(values: np.ndarray, cluster: np.ndarray, weights: np.ndarray) -> np.ndarray:
@@ -79,7 +75,7 @@ def weighted_medians(values: np.ndarray, cluster: np.ndarray, weights: np.ndarra
     # Of each column, (n, K), in the order of its values, how many rows of a replicate have been passed, (B, n).
     columns = values.reshape(len(values), -1)
     middles = np.empty((len(weights), columns.shape[1]))
-    of_rows = np.asarray(weights)[:, np.asarray(cluster)]
+    of_rows = weights[:, cluster]
     count = of_rows.sum(axis=1)[:, None]
     for k, order in enumerate(np.argsort(columns, axis=0, kind="stable").T):
         ranked, reached = columns[order, k], np.cumsum(of_rows[:, order], axis=1)

@@ -28,7 +28,7 @@ def first_lowest(values: np.ndarray, *, axis: int = -1, margin: float = MARGIN) 
     1
     """
     lowest = values.min(axis=axis, keepdims=True)
-    return np.asarray((values <= lowest + margin * np.abs(lowest)).argmax(axis=axis))
+    return (values <= lowest + margin * np.abs(lowest)).argmax(axis=axis)
 
 
 def evenly(wanted: int, count: int) -> np.ndarray:

@@ -81,7 +81,7 @@ def flexion(positions: np.ndarray) -> np.ndarray:
 
 def _unit(vectors: np.ndarray) -> np.ndarray:
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.asarray(vectors / np.where(length > 0.0, length, np.nan))
+    return vectors / np.where(length > 0.0, length, np.nan)
 
 
 def angle_errors(found: np.ndarray, true: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

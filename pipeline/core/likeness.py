@@ -118,4 +118,4 @@ def _median_distance(asked: np.ndarray, among: np.ndarray) -> float:
     sets = [rows[np.isfinite(rows).all(axis=1)] for rows in sets]
     if not len(joints) or min(map(len, sets)) < _LEAST_POSTURES:
         return np.inf
-    return float(np.median(cKDTree(sets[1]).query(sets[0])[0]) / np.sqrt(len(joints)))
+    return np.median(cKDTree(sets[1]).query(sets[0])[0]) / np.sqrt(len(joints))

@@ -115,20 +115,20 @@ def fit(
     samples = np.asarray(samples, dtype=float)
     if samples.ndim != 2 or len(samples) < 2:
         raise InvalidInput(
-            "a linear model needs at least two walkers", expected="(R, D), R > 1", received=str(samples.shape)
+            "a linear model needs at least two walkers", expected="(R, D), R > 1", received=samples.shape
         )
     require_range("the number of components", n_components, at_least=1, whole=True)
     require_choice("the divisor", divisor, ("R-1", "R"))
     if not np.isfinite(samples).all():
         raise InvalidInput(
-            f"walker {int(np.argwhere(~np.isfinite(samples))[0][0])} has values that are not finite"
+            f"walker {np.argwhere(~np.isfinite(samples))[0][0]} has values that are not finite"
         )
     if scale_last is not None:
         require_range("the scale of the last number", scale_last, above=0)
     if scale_last is None:
         variances = samples.var(axis=0)
         varies = np.ptp(samples[:, -1]) > 0 and variances[:-1].any()
-        scale_last = float(np.sqrt(variances[:-1].mean() / variances[-1])) if varies else 1.0
+        scale_last = np.sqrt(variances[:-1].mean() / variances[-1]) if varies else 1.0
     if scale_last != 1.0:
         samples = np.column_stack([samples[:, :-1], scale_last * samples[:, -1]])
     mean = samples.mean(axis=0)
@@ -148,7 +148,7 @@ def _model(
         mean=mean,
         components=components * signs[:, None],
         eigenvalues=variances[: len(components)],
-        total_variance=float(variances.sum()),
+        total_variance=variances.sum(),
         last_scale=last_scale,
     )
 
@@ -214,7 +214,7 @@ def leave_one_out(
         raise InvalidInput(
             "leave-one-out needs at least three people",
             expected="3 or more",
-            received=str(len(np.unique(labels))),
+            received=len(np.unique(labels)),
         )
     rows, of = samples, labels
     if mirrors is not None:
@@ -339,7 +339,7 @@ def of_measured(model: LinearModel, measured: np.ndarray) -> LinearModel:
 
 def largest_coefficients(model: LinearModel, samples: np.ndarray) -> np.ndarray:
     """Largest magnitude (N,) of the coefficients of samples (R, D), mm."""
-    return np.asarray(np.abs(coefficients(model, samples)).max(axis=0))
+    return np.abs(coefficients(model, samples)).max(axis=0)
 
 
 def coefficients(
@@ -351,9 +351,8 @@ def coefficients(
     if measured is None or measured.all():
         return (scaled - model.mean) @ model.components.T
     seen = of_measured(model, measured)
-    return np.asarray(
-        np.linalg.lstsq(seen.components.T, (without_joints(scaled, measured) - seen.mean).T, rcond=None)[0].T
-    )
+    away = (without_joints(scaled, measured) - seen.mean).T
+    return np.linalg.lstsq(seen.components.T, away, rcond=None)[0].T
 
 
 @dataclass(frozen=True)

@@ -62,7 +62,7 @@ class Pinhole:
                 raise InvalidInput(
                     f"the array {name!r} of a camera has the wrong shape",
                     expected=f"({words}{',' * (len(shape) == 1)}) or (F, {words})",
-                    received=str(value.shape),
+                    received=value.shape,
                 )
             if value.ndim > len(shape):
                 frames.add(len(value))
@@ -166,13 +166,13 @@ class Pinhole:
         if values.ndim < 1 + (frames is not None) or values.shape[-1] != last:
             wanted = f"(…, {last})" if frames is None else f"({frames}, …, {last})"
             raise InvalidInput(
-                "points for a camera have the wrong shape", expected=wanted, received=str(values.shape)
+                "points for a camera have the wrong shape", expected=wanted, received=values.shape
             )
         if frames is None:
             return values, values.reshape(-1, last)
         if len(values) != frames:
             raise InvalidInput(
-                "points and cameras disagree in their frames", expected=str(frames), received=str(len(values))
+                "points and cameras disagree in their frames", expected=frames, received=len(values)
             )
         return values, values.reshape(frames, -1, last)
 
@@ -201,7 +201,7 @@ def project_by_matrix(cameras: np.ndarray, points: np.ndarray) -> np.ndarray:
     # det M < 0 is the same camera written with the other sign; parallel rays have no front and back.
     det = np.linalg.det(cameras[..., :3])[..., None, None]
     seen = np.where(det == 0.0, depth != 0.0, depth * det > 0.0)
-    return np.asarray((image[..., :2] / np.where(seen, depth, np.nan)).reshape(*points.shape[:-1], 2))
+    return (image[..., :2] / np.where(seen, depth, np.nan)).reshape(*points.shape[:-1], 2)
 
 
 def look_at(

@@ -108,7 +108,7 @@ def reconstructibility(
     require_shape("half chord", half_chord, require_shape("middle", middle, ("F", 3)).shape)
     require_shape("signs", signs, middle.shape[:1])
     if not (np.abs(signs) == 1.0).all():
-        raise InvalidInput("must be +1 or -1", where="signs", received=str(signs[np.abs(signs) != 1.0][0]))
+        raise InvalidInput("must be +1 or -1", where="signs", received=signs[np.abs(signs) != 1.0][0])
     truth, impostor = middle + signs[:, None] * half_chord, middle - signs[:, None] * half_chord
     if require_choice("reading", reading, Reading) == Reading.angle:
         across = require_shape("axis", axis, truth.shape)
@@ -120,9 +120,7 @@ def of_clip(limbs: Sequence[Reconstructibility]) -> Reconstructibility:
     """Reconstructibility of all limbs of a clip together: their parts outside the basis, squared and summed."""
     if not limbs:
         raise InvalidInput("a clip of no limbs has no reconstructibility", expected="a limb at least")
-    truth, impostor = (
-        float(np.hypot.reduce([getattr(x, name) for x in limbs])) for name in ("truth", "impostor")
-    )
+    truth, impostor = (np.hypot.reduce([getattr(x, name) for x in limbs]) for name in ("truth", "impostor"))
     return _compared(truth, impostor, 0.0)
 
 
@@ -148,7 +146,7 @@ def viewing_angles(directions: np.ndarray, axis: np.ndarray) -> np.ndarray:
     directions, axis = np.asarray(directions, dtype=float), np.asarray(axis, dtype=float)
     require_shape("axis", axis, directions.shape)
     across = np.linalg.norm(np.cross(axis, directions), axis=-1)
-    return np.asarray(np.arctan2(across, (axis * directions).sum(axis=-1)))
+    return np.arctan2(across, (axis * directions).sum(axis=-1))
 
 
 def view_from_the_camera(gamma: np.ndarray, distance: float) -> np.ndarray:
@@ -170,7 +168,7 @@ def view_from_the_camera(gamma: np.ndarray, distance: float) -> np.ndarray:
     [0.0, 45.0]
     """
     require_range("distance", distance, at_least=1.0, unit="lengths of the limb")
-    return np.asarray(np.arctan2(np.sin(gamma), distance + np.cos(gamma)))
+    return np.arctan2(np.sin(gamma), distance + np.cos(gamma))
 
 
 def outside(basis: np.ndarray, trajectory: np.ndarray) -> float:
@@ -193,7 +191,7 @@ def outside(basis: np.ndarray, trajectory: np.ndarray) -> float:
     # Else rounding, times what is inside, drowns a small part outside.
     slack[np.abs(slack) < 10.0 * _ROUNDING] = 0.0
     left = c - basis @ z
-    return float(np.sqrt(max((left * left).sum() + (z * (slack @ z)).sum(), 0.0)))
+    return np.sqrt(max((left * left).sum() + (z * (slack @ z)).sum(), 0.0))
 
 
 def _checked(basis: np.ndarray, trajectory: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -206,18 +204,16 @@ def _checked(basis: np.ndarray, trajectory: np.ndarray) -> tuple[np.ndarray, np.
             received=f"{basis.shape} and {c.shape}",
         )
     if len(c) < 3:
-        raise InvalidInput(
-            "too few frames to tell smooth from not", expected="3 or more", received=str(len(c))
-        )
+        raise InvalidInput("too few frames to tell smooth from not", expected="3 or more", received=len(c))
     c = c.reshape(len(c), -1)
     bad = ~(np.isfinite(c).all(axis=1) & np.isfinite(basis).all(axis=1))
     if bad.any():
         raise InvalidInput(
             "a trajectory or its basis has a number that is not finite",
-            where=f"frame {int(bad.argmax())}",
+            where=f"frame {bad.argmax()}",
             expected="only the frames in which the limb was seen",
         )
-    longest = float(np.linalg.norm(basis, 2)) if basis.size else 0.0
+    longest = np.linalg.norm(basis, 2) if basis.size else 0.0
     if longest > 1.0 + 1e-9:
         raise InvalidInput(
             "the basis is not orthonormal",

@@ -62,7 +62,7 @@ def interpolate(values: np.ndarray, at: np.ndarray) -> np.ndarray:
     after = np.minimum(before + 1, last)
     share = (at - before).reshape(-1, *[1] * (values.ndim - 1))
     # Exact at whole positions, and equal samples stay equal in between.
-    return np.asarray(values[before] + share * (values[after] - values[before]))
+    return values[before] + share * (values[after] - values[before])
 
 
 def frames_at_rate(frames: int, rate_hz: float, wanted_hz: float) -> np.ndarray:

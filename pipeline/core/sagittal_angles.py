@@ -81,7 +81,7 @@ def sagittal_angles(positions: np.ndarray) -> np.ndarray:
     """
     segments = _ENDS @ positions
     inclined = np.arctan2(segments[..., 1], -segments[..., 2])
-    return np.asarray((inclined @ _M.T + np.pi) % (2.0 * np.pi) - np.pi)
+    return (inclined @ _M.T + np.pi) % (2.0 * np.pi) - np.pi
 
 
 def sagittal_slopes(positions: np.ndarray) -> np.ndarray:

@@ -22,14 +22,14 @@ def angle_difference_deg(estimated: np.ndarray | float, true: np.ndarray | float
     return np.mod(np.asarray(estimated) - np.asarray(true) + 180.0, 360.0) - 180.0
 
 
-def circular_mean_deg(angles_deg: np.ndarray, axis: int = 0) -> np.ndarray:
-    """Circular mean, in (-180, 180] degrees."""
-    return 180.0 - np.mod(180.0 - np.degrees(np.angle(_mean_vector(angles_deg, axis))), 360.0)
+def circular_mean_deg(angles_deg: np.ndarray) -> np.ndarray:
+    """Circular mean along the last axis, in (-180, 180] degrees."""
+    return 180.0 - np.mod(180.0 - np.degrees(np.angle(_mean_vector(angles_deg))), 360.0)
 
 
-def circular_sd_deg(angles_deg: np.ndarray, axis: int = 0) -> np.ndarray:
+def circular_sd_deg(angles_deg: np.ndarray) -> np.ndarray:
     """Circular standard deviation sqrt(-2 ln |mean vector|), degrees; the ordinary one for small spreads."""
-    return circular_sd_of_length_deg(np.abs(_mean_vector(angles_deg, axis)))
+    return circular_sd_of_length_deg(np.abs(_mean_vector(angles_deg)))
 
 
 def circular_sd_of_length_deg(length: np.ndarray) -> np.ndarray:
@@ -37,8 +37,8 @@ def circular_sd_of_length_deg(length: np.ndarray) -> np.ndarray:
     return np.degrees(np.sqrt(-2.0 * np.log(np.clip(length, np.finfo(float).tiny, 1.0))))
 
 
-def _mean_vector(angles_deg: np.ndarray, axis: int = 0) -> np.ndarray:
-    return np.exp(1j * np.radians(angles_deg)).mean(axis=axis)
+def _mean_vector(angles_deg: np.ndarray) -> np.ndarray:
+    return np.exp(1j * np.radians(angles_deg)).mean(axis=-1)
 
 
 def rank_correlation(a: np.ndarray, b: np.ndarray) -> float:

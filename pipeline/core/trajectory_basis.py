@@ -279,7 +279,7 @@ def _stacked(theta: np.ndarray, observed: np.ndarray, ridge: np.ndarray | None) 
         weights = np.asarray(ridge, dtype=float)
         require_range(
             "ridge",
-            float(require_finite("ridge", require_shape("ridge", weights, (components,))).min()),
+            require_finite("ridge", require_shape("ridge", weights, (components,))).min(),
             at_least=0,
         )
         rows = np.concatenate([rows, np.diag(np.sqrt(weights))])
@@ -298,6 +298,6 @@ def _check_finite(values: np.ndarray, frames: np.ndarray) -> None:
     if wrong.any():
         raise InvalidInput(
             "the trajectory is not finite",
-            where=f"frame {int(frames[np.argmax(wrong)])}",
+            where=f"frame {frames[np.argmax(wrong)]}",
             expected="finite numbers in the observed frames",
         )

@@ -20,8 +20,8 @@ annotation.  Options are validated by ``validate`` before anything runs.  Option
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from types import ModuleType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, Protocol, TypeVar
 
@@ -191,6 +191,17 @@ class Sweep(ABC):
     @abstractmethod
     def measure(self, inputs: SweepInputs) -> Any:
         """Return the measurements: a frozen dataclass."""
+
+
+def stack(parts: Sequence[Any]) -> Any:
+    """Return a dataclass whose fields are those of others, stacked."""
+    kind = type(parts[0])
+    return kind(**{f.name: np.stack([getattr(part, f.name) for part in parts]) for f in fields(kind)})
+
+
+def part(stacked: Any, number: int) -> Any:
+    """Return one of the dataclasses that `stack` stacked."""
+    return type(stacked)(**{f.name: getattr(stacked, f.name)[number] for f in fields(stacked)})
 
 
 @dataclass(frozen=True)

@@ -41,7 +41,7 @@ def _pose(standing: np.ndarray, angles: dict[str, list[np.ndarray]], lean_rad: n
     """Positions (T, 15, 3) about the pelvis of joint angles, each for left and right, rad."""
     found = np.repeat((standing - standing[PELVIS])[None], len(lean_rad), axis=0)
     for joint in (_STERNUM, _HEAD, _ARMS[0][0], _ARMS[1][0]):
-        found[:, joint, 1:] = -_below(float(standing[joint, 2] - standing[PELVIS, 2]), -lean_rad)[:, 1:]
+        found[:, joint, 1:] = -_below(standing[joint, 2] - standing[PELVIS, 2], -lean_rad)[:, 1:]
     for limbs, upper, bend, sign in ((_LEGS, "hip", "knee", -1.0), (_ARMS, "shoulder", "elbow", 1.0)):
         for side, (root, middle, end) in enumerate(limbs):
             lengths = (np.linalg.norm(standing[b] - standing[a]) for a, b in ((root, middle), (middle, end)))
@@ -102,7 +102,7 @@ def perform(
         "elbow": [0.2 + 0.0 * t] * 2,
     }
     found = _pose(standing, angles, 0.5 * depth)
-    return np.asarray(found - found[:, [_LEGS[0][2]]] + found[0, _LEGS[0][2]])
+    return found - found[:, [_LEGS[0][2]]] + found[0, _LEGS[0][2]]
 
 
 def with_standing(
@@ -129,4 +129,4 @@ def with_standing(
     found = standing + moving[:, None, None] * (padded - standing)
     path = np.cumsum(moving) * speed_mm_s / frame_rate_hz
     found[..., 1] += (path - path.mean())[:, None]
-    return np.asarray(found)
+    return found

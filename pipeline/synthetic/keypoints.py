@@ -138,7 +138,7 @@ def resample(positions: np.ndarray, frame_rate_hz: float, wanted_hz: float) -> n
     times = np.arange(0.0, (len(positions) - 1) / frame_rate_hz + 1e-9, 1.0 / wanted_hz) * frame_rate_hz
     before = np.minimum(times.astype(int), len(positions) - 2)
     share = (times - before)[:, None, None]
-    return np.asarray((1.0 - share) * positions[before] + share * positions[before + 1])
+    return (1.0 - share) * positions[before] + share * positions[before + 1]
 
 
 def simulate_keypoints(
@@ -165,8 +165,8 @@ def simulate_keypoints(
     own = resample(positions_mm, frame_rate_hz, filming.frame_rate_hz)
     T = len(own)
     times = (np.arange(T) - (T - 1) / 2.0) / filming.frame_rate_hz
-    ground = float(np.percentile(own[:, ANKLES, 2], 2))
-    stature = float(own[:, 0, 2].mean() - ground)
+    ground = np.percentile(own[:, ANKLES, 2], 2)
+    stature = own[:, 0, 2].mean() - ground
     A = level_axes(filming.heading_rad)
     drawn = own + generator.normal(0.0, error.bias_mm, size=(1, *own.shape[1:]))
     path = np.zeros((T, 3))
@@ -176,22 +176,22 @@ def simulate_keypoints(
         drift = generator.normal(0.0, filming.drift_mm_s, size=2)
         path[:, 0], path[:, 2] = times * drift[0], times * drift[1]
     distance = generator.uniform(*filming.distance_mm)
-    distance = max(distance, filming.nearest_mm - float(path[:, 2].min()))
+    distance = max(distance, filming.nearest_mm - path[:, 2].min())
     height = generator.uniform(*filming.height_mm)
     # The camera is `height` above the ground: the pelvis (the origin) is lower in the image by the difference.
     below = height + ground
-    pitch = float(np.arctan2(below, distance) + generator.normal(0.0, filming.aim_sd_rad))
+    pitch = np.arctan2(below, distance) + generator.normal(0.0, filming.aim_sd_rad)
     focal = filming.person_px * distance / stature
     level = drawn @ A.T + path[:, None] + np.array([0.0, below, distance])
     pixels = project(level @ pitched(pitch).T, focal)
-    decay = float(np.exp(-1.0 / (error.slow_s * filming.frame_rate_hz)))
+    decay = np.exp(-1.0 / (error.slow_s * filming.frame_rate_hz))
     pixels = pixels + slow_error(generator, pixels.shape, error.slow_px, decay)
     pixels += generator.normal(0.0, error.white_px, size=pixels.shape)
     swapped = {limb: swap_times(generator, T, filming.frame_rate_hz, error) for limb in LIMBS}
     pixels = exchange(pixels, swapped)
     pixels[generator.random(pixels.shape[:2]) < error.missing] = np.nan
     if error.shake_px:
-        decay = float(np.exp(-1.0 / (error.shake_s * filming.frame_rate_hz)))
+        decay = np.exp(-1.0 / (error.shake_s * filming.frame_rate_hz))
         pixels = pixels + slow_error(generator, (T, 1, 2), error.shake_px, decay)
     return SimulatedKeypoints(
         pixels=pixels,

@@ -117,7 +117,7 @@ def smooth_series(generator: np.random.Generator, frames: int, count: int, *, ba
     slower_first = 1.0 / np.arange(1, bandwidth)
     coefficients[1:bandwidth] = slower_first[:, None] * generator.standard_normal((bandwidth - 1, count))
     series = idct(coefficients, axis=0, norm="ortho")
-    return np.asarray(series / np.abs(series).max(axis=0))
+    return series / np.abs(series).max(axis=0)
 
 
 def angular_limb(
@@ -213,10 +213,10 @@ def _chart(towards: np.ndarray, twist_rad: float) -> np.ndarray:
     """Return axes (rows), the first along `towards`, turned about it."""
     size = np.linalg.norm(towards) if towards.shape == (3,) else np.nan
     if not 0.0 < size < np.inf:
-        raise InvalidInput("must be a vector (3,), not zero", where="middle", received=str(towards))
+        raise InvalidInput("must be a vector (3,), not zero", where="middle", received=towards)
     x = towards / size
     y = np.eye(3)[np.abs(x).argmin()]
     y = np.cross(x, y)
     y /= np.linalg.norm(y)
     turned = Rotation.from_rotvec(twist_rad * x).as_matrix()
-    return np.asarray(np.stack([x, y, np.cross(x, y)]) @ turned.T)
+    return np.stack([x, y, np.cross(x, y)]) @ turned.T

@@ -26,7 +26,7 @@ def run() -> list[Row]:
     def ours(folds: int = len(rows)) -> np.ndarray:
         return np.array(
             [
-                reconstruction.error_path(model, walker, VIEWS_RAD, SIGMA2_MM2)
+                reconstruction.NoisePath(model, VIEWS_RAD, SIGMA2_MM2).error(walker)
                 for model, walker in zip(models[:folds], rows[:folds], strict=True)
             ]
         )

@@ -66,8 +66,6 @@ def test_replicates_without_any_row_have_no_mean_and_wrong_inputs_are_refused() 
     assert np.isnan(bootstrap.weighted_means(np.ones(1), np.zeros(1, dtype=int), weights)[1])
     assert np.isnan(bootstrap.weighted_medians(np.ones(1), np.zeros(1, dtype=int), weights)[1])
     assert np.isnan(bootstrap.weighted_medians(np.ones(0), np.zeros(0, dtype=int), weights)).all()
-    with pytest.raises(InvalidInput, match="number of clusters"):
-        bootstrap.resampling_weights(0, np.random.default_rng(1))
     with pytest.raises(InvalidInput, match="no replicates"):
         bootstrap.percentile_interval(np.empty(0))
 

@@ -36,41 +36,39 @@ def test_differences_worked_out_in_the_head(one: float, other: float, expected: 
 def test_small_spreads_have_the_ordinary_mean_and_deviation(seed: int, centre: float, spread: float) -> None:
     offsets = spread * np.random.default_rng(seed).uniform(-1, 1, 50)
     angles = np.mod(centre + offsets, 360.0) - 180.0  # across the seam as often as not
-    mean = float(statistics.circular_mean_deg(angles, axis=0))
+    mean = float(statistics.circular_mean_deg(angles))
     assert -180.0 < mean <= 180.0
     expected = centre + offsets.mean() - 180.0
     assert abs(statistics.angle_difference_deg(mean, expected)) <= 1e-2 * spread
-    assert float(statistics.circular_sd_deg(angles, axis=0)) == pytest.approx(
-        offsets.std(), rel=2e-2, abs=1e-6
-    )
+    assert float(statistics.circular_sd_deg(angles)) == pytest.approx(offsets.std(), rel=2e-2, abs=1e-6)
 
 
 @given(seed=seeds, turn=degrees)
 @settings(max_examples=40, deadline=None)
 def test_turning_every_angle_turns_the_mean_and_not_the_spread(seed: int, turn: float) -> None:
     angles = np.random.default_rng(seed).uniform(-100, 100, (3, 12))
-    mean, spread = statistics.circular_mean_deg(angles, axis=1), statistics.circular_sd_deg(angles, axis=1)
-    turned = statistics.circular_mean_deg(angles + turn, axis=1)
+    mean, spread = statistics.circular_mean_deg(angles), statistics.circular_sd_deg(angles)
+    turned = statistics.circular_mean_deg(angles + turn)
     np.testing.assert_allclose(statistics.angle_difference_deg(turned, mean + turn), 0.0, atol=1e-9)
-    np.testing.assert_allclose(statistics.circular_sd_deg(angles + turn, axis=1), spread, rtol=1e-9)
+    np.testing.assert_allclose(statistics.circular_sd_deg(angles + turn), spread, rtol=1e-9)
 
 
 def test_the_seam_is_180_and_not_minus_180() -> None:
-    assert float(statistics.circular_mean_deg(np.array([-180.0]), axis=0)) == 180.0
-    assert float(statistics.circular_mean_deg(np.array([170.0, -170.0]), axis=0)) == pytest.approx(180.0)
+    assert float(statistics.circular_mean_deg(np.array([-180.0]))) == 180.0
+    assert float(statistics.circular_mean_deg(np.array([170.0, -170.0]))) == pytest.approx(180.0)
 
 
 def test_equal_angles_have_no_spread_and_opposite_ones_a_large_but_finite_one() -> None:
-    assert float(statistics.circular_sd_deg(np.full(7, 33.0), axis=0)) == pytest.approx(0.0, abs=1e-5)
-    opposite = float(statistics.circular_sd_deg(np.array([0.0, 180.0]), axis=0))
+    assert float(statistics.circular_sd_deg(np.full(7, 33.0))) == pytest.approx(0.0, abs=1e-5)
+    opposite = float(statistics.circular_sd_deg(np.array([0.0, 180.0])))
     assert np.isfinite(opposite)
     assert opposite > 180.0
 
 
 def test_the_axis_is_the_one_asked_for() -> None:
     angles = np.array([[10.0, 20.0], [30.0, 40.0]])
-    np.testing.assert_allclose(statistics.circular_mean_deg(angles, axis=0), [20.0, 30.0])
-    np.testing.assert_allclose(statistics.circular_mean_deg(angles, axis=1), [15.0, 35.0])
+    np.testing.assert_allclose(statistics.circular_mean_deg(angles.T), [20.0, 30.0])
+    np.testing.assert_allclose(statistics.circular_mean_deg(angles), [15.0, 35.0])
 
 
 # ranks

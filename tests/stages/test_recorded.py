@@ -66,7 +66,7 @@ def test_the_same_man_under_two_numbers_never_straddles_a_fold(mocap_mirror: Pat
     assert one_man == {"cmu12"}
     for r, who in enumerate(samples.person):
         others = learnt.samples[samples.person != who]
-        np.testing.assert_allclose(learnt.fold_mean[r], others.mean(axis=0), atol=1e-9)
+        np.testing.assert_allclose(learnt.folds.mean[r], others.mean(axis=0), atol=1e-9)
 
 
 @pytest.mark.parametrize(("data", "count", "people"), [("hdm05", 32, 5), ("hdm05_squat", 52, 5)])

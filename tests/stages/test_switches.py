@@ -51,9 +51,9 @@ def assert_folds_leave_out(learnt: Eigenwalkers, people: np.ndarray) -> None:
     samples = learnt.samples
     for r, person in enumerate(people):
         others = samples[people != person]
-        np.testing.assert_allclose(learnt.fold_mean[r], others.mean(axis=0), atol=1e-9)
+        np.testing.assert_allclose(learnt.folds.mean[r], others.mean(axis=0), atol=1e-9)
         total = ((others - others.mean(axis=0)) ** 2).sum() / (len(others) - 1)
-        np.testing.assert_allclose(learnt.fold_total_variance[r], total, rtol=1e-9)
+        np.testing.assert_allclose(learnt.folds.total_variance[r], total, rtol=1e-9)
 
 
 def test_the_best_walk_of_each_person_is_used(store: Store, twice: Path) -> None:
@@ -72,7 +72,7 @@ def test_with_all_walks_a_person_is_left_out_whole(store: Store, twice: Path) ->
     assert len(people) == 8
     assert samples.words == "8 walks of 4 walkers"
     assert_folds_leave_out(learnt, people)
-    np.testing.assert_array_equal(learnt.fold_mean[0], learnt.fold_mean[1])
+    np.testing.assert_array_equal(learnt.folds.mean[0], learnt.folds.mean[1])
     assert swept.rows["walker"].nunique() == 8
 
 
@@ -106,7 +106,7 @@ def test_mirrored_walkers_make_a_symmetric_model_and_leave_with_their_original(s
     mirrors = linear_model.flatten(fourier.mirrored(samples.coefficients))
     for r in range(len(mirrors)):
         others = np.concatenate([np.delete(learnt.samples, r, axis=0), np.delete(mirrors, r, axis=0)])
-        np.testing.assert_allclose(learnt.fold_mean[r], others.mean(axis=0), atol=1e-9)
+        np.testing.assert_allclose(learnt.folds.mean[r], others.mean(axis=0), atol=1e-9)
     assert learnt.kept > stages(store).model.kept
 
 
@@ -175,7 +175,7 @@ def test_another_divisor_scales_the_eigenvalues_alone(store: Store) -> None:
     one, other = stages(store).model, stages(store, "model.divisor=R").model
     count = len(one.samples)
     np.testing.assert_allclose(other.eigenvalues * count, one.eigenvalues * (count - 1))
-    np.testing.assert_allclose(other.fold_mean, one.fold_mean)
+    np.testing.assert_allclose(other.folds.mean, one.folds.mean)
 
 
 def test_the_frequency_is_the_226th_number_and_weighs_what_it_is_told(store: Store) -> None:
@@ -183,11 +183,11 @@ def test_the_frequency_is_the_226th_number_and_weighs_what_it_is_told(store: Sto
     assert learnt.samples.shape[1] == 226
     omega = 2 * np.pi * samples.frequency_hz
     np.testing.assert_allclose(learnt.samples[:, -1], omega, rtol=1e-12)
-    for r, scale in enumerate(learnt.fold_last_scale):
+    for r, scale in enumerate(learnt.folds.last_scale):
         variance = np.delete(learnt.samples, r, axis=0).var(axis=0, ddof=1)
         np.testing.assert_allclose(scale, np.sqrt(variance[:-1].mean() / variance[-1]), rtol=1e-9)
     told = stages(store, "model.omega_scale_mm=2", figure="zhang2004_fig4").model
-    assert set(told.fold_last_scale) == {2.0}
+    assert set(told.folds.last_scale) == {2.0}
 
 
 @pytest.mark.parametrize("harmonics", [1, 3])
@@ -202,4 +202,4 @@ def test_fewer_components_are_the_first_of_many(store: Store) -> None:
     few, many = (stages(store, f"model.components={n}").model for n in (3, 8))
     assert (few.kept, many.kept) == (3, 8)
     np.testing.assert_array_equal(few.eigenvalues, many.eigenvalues)
-    np.testing.assert_allclose(few.fold_components, many.fold_components[:, :3])
+    np.testing.assert_allclose(few.folds.components, many.folds.components[:, :3])

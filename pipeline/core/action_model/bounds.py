@@ -72,7 +72,7 @@ def learn(performances: np.ndarray) -> ActionModel:
             "the performances are all identical, so there is no spread to learn",
             expected="performances that differ",
         )
-    floor = FLOOR_SHARE * float(np.sqrt((deviation**2).mean()))
+    floor = FLOOR_SHARE * np.sqrt((deviation**2).mean())
     return ActionModel(
         mean=performances.mean(axis=0),
         standard_deviation=np.maximum(deviation, floor),
@@ -112,9 +112,9 @@ def accepted(
         raise InvalidInput(
             "the postures do not match the action model",
             expected=f"(…, {expected})",
-            received=str(postures.shape),
+            received=postures.shape,
         )
-    return np.asarray((np.abs(postures - mean) <= bound * deviation).all(axis=-1))
+    return (np.abs(postures - mean) <= bound * deviation).all(axis=-1)
 
 
 def sample(
@@ -154,7 +154,7 @@ def sample(
     normal = ndtri(below + generator.random((count, *mean.shape)) * (1.0 - 2.0 * below))
     # A draw of exactly 0, and rounding at the bound itself.
     limit = min(bound * (1.0 - 1e-12), _FARTHEST)
-    return np.asarray(mean + deviation * np.clip(normal, -limit, limit))
+    return mean + deviation * np.clip(normal, -limit, limit)
 
 
 def acceptance_left_out(
@@ -191,7 +191,7 @@ def acceptance_left_out(
                 "fewer than two performances are left to learn from",
                 where=f"without group {label}",
                 expected="two or more",
-                received=str((~out).sum()),
+                received=(~out).sum(),
             )
         result[out] = accepted(learn(performances[~out]), performances[out], bound=bound)
     return result
@@ -217,7 +217,7 @@ def _checked(performances: np.ndarray) -> np.ndarray:
             "the performances are not of one length and dimension", expected="synchronized ones, (M, P, b)"
         ) from None
     if performances.ndim != 3 or not performances.size:
-        raise InvalidInput("no performances", expected="(M, P, b)", received=str(performances.shape))
+        raise InvalidInput("no performances", expected="(M, P, b)", received=performances.shape)
     wrong = ~np.isfinite(performances).all(axis=-1)
     if wrong.any():
         performance, posture = np.argwhere(wrong)[0]

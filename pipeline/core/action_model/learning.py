@@ -97,7 +97,7 @@ def learn_action(
     """
     if len(postures) < 2:
         raise InvalidInput(
-            "one performance alone cannot be synchronized", expected="2 or more", received=str(len(postures))
+            "one performance alone cannot be synchronized", expected="2 or more", received=len(postures)
         )
     space = aspace.learn(postures, variance=variance, dimensions=dimensions)
     raw = tuple(space.project(p) for p in postures)
@@ -130,7 +130,7 @@ def mean_squared_deviation(performances: np.ndarray) -> float:
     performances : (M, P, b)
     """
     deviation = performances - performances.mean(axis=(0, 1))
-    return float((deviation**2).sum(axis=-1).mean())
+    return (deviation**2).sum(axis=-1).mean()
 
 
 def by_key_frames(

@@ -12,7 +12,6 @@ import numpy as np
 
 from pipeline.core import fourier
 from pipeline.skeleton import WALKER15
-from pipeline.validation import require_range, require_shape
 
 GROUPS = {
     "trunk": ("head", "sternum", "pelvis"),
@@ -34,7 +33,7 @@ GROUP_OF_JOINT = np.array(
 def at_instants(coefficients: np.ndarray, phases: int) -> np.ndarray:
     """Positions (…, K) of coefficients (…, 1 + 2H) at K equally spaced phases."""
     basis = fourier.cycle_basis(fourier.equal_phases(phases), coefficients.shape[-1])
-    return np.asarray(coefficients @ basis.T)
+    return coefficients @ basis.T
 
 
 def deviation_at_instants(covariance: np.ndarray, blocks: int, phases: int) -> np.ndarray:
@@ -69,12 +68,9 @@ def multipliers_without(
     -----
     The person's own errors never reach the multipliers.
     """
-    require_shape("the groups", groups, (z.shape[-1],))
-    for level in levels:
-        require_range("a level of the bars", float(level), above=0, below=1)
     people = len(z)
     alike = np.arange(people) if alike is None else np.unique(alike, return_inverse=True)[1]
-    count = int(groups.max()) + 1
+    count = groups.max() + 1
     found = np.empty((people, count, len(levels)))
     for group in range(count):
         values = z[..., groups == group].reshape(people, -1)

@@ -29,7 +29,6 @@ from pipeline.core import fourier
 from pipeline.core.anatomical.bars import GROUP_OF_JOINT, GROUPS
 from pipeline.core.anatomical.prior import JOINTS, Prior, by_joint
 from pipeline.skeleton import WALKER15
-from pipeline.validation import require_range, require_shape
 
 WORTH = 4.0
 """Contrasts between laboratories that what is assumed of them counts as, beside those that are measured."""
@@ -54,12 +53,6 @@ class Differences:
 
     offset_mm: tuple[float, ...] = (25.0,) * len(GROUPS)
     size: float = 0.1
-
-    def __post_init__(self) -> None:
-        require_shape("the offsets between laboratories", np.array(self.offset_mm), (len(GROUPS),))
-        for offset in self.offset_mm:
-            require_range("an offset between laboratories", offset, at_least=0, unit="mm")
-        require_range("the difference in size between laboratories", self.size, at_least=0)
 
 
 def concentration(weights: np.ndarray, laboratories: np.ndarray) -> float:
@@ -107,19 +100,17 @@ def unfamiliar(
     Bones turn in the cycle about joints that lie elsewhere, so that their lengths are less constant, too: each joint's
     own offset has half the variance of a difference.  They are so where the offset is known, too.
     """
-    require_range("the concentration of laboratories", share, above=0, at_most=1)
     offset = np.array(differences.offset_mm)[GROUP_OF_JOINT]
     mean = prior.mean.ravel()
     C = prior.covariance.reshape(mean.size, mean.size)
     constant = np.zeros((*prior.mean.shape, *prior.mean.shape))
     constant[:, :, 0, :, :, 0] = definitions(differences)
     L = share * (constant.reshape(C.shape) + differences.size**2 * np.outer(mean, mean))
-    own = 0.5 * share * float((offset[_PLACED] ** 2).mean())
+    own = 0.5 * share * (offset[_PLACED] ** 2).mean()
     if len(known):
-        walks = require_shape("the known walks", np.stack(known), ("K", prior.mean.shape[-1], JOINTS, 3))
         alike, own_ways = COMMON * L, (1.0 - COMMON) * L
-        gain = cho_solve(cho_factor(alike + (C + own_ways) / len(walks)), alike).T
-        mean = mean + gain @ (by_joint(walks).reshape(len(walks), -1).mean(axis=0) - mean)
+        gain = cho_solve(cho_factor(alike + (C + own_ways) / len(known)), alike).T
+        mean = mean + gain @ (by_joint(np.stack(known)).reshape(len(known), -1).mean(axis=0) - mean)
         L = own_ways + alike - gain @ alike
     return replace(
         prior,
@@ -155,8 +146,6 @@ def learn_differences(
     anew, would make of it.  A laboratory counts by how much of the variance of its mean is its own, if the assumption
     holds.  Left and right are taken together, as mirror images among training walks do.
     """
-    coefficients = require_shape("the walks", np.asarray(coefficients, dtype=float), ("R", "B", JOINTS, 3))
-    require_range("the worth of what is assumed", worth, at_least=0)
     constant = (coefficients[:, 0] + fourier.mirrored(coefficients)[:, 0]) / 2.0
     who, first = np.unique(people, return_index=True)
     of_person = np.stack([constant[people == person].mean(axis=0) for person in who])
@@ -178,7 +167,7 @@ def learn_differences(
         by_chance = own @ drawn - own**2 @ drawn / own.sum()
         between = max((spread - by_chance) / (own.sum() - (own**2).sum() / own.sum()), 0.0)
         contrasts = own.sum() - 1.0
-        return float(np.sqrt((worth * before**2 + contrasts * 2.0 * between) / (worth + contrasts)))
+        return np.sqrt((worth * before**2 + contrasts * 2.0 * between) / (worth + contrasts))
 
     groups = [_PLACED & (number == GROUP_OF_JOINT) for number in range(len(GROUPS))]
     return Differences(

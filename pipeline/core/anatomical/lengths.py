@@ -26,7 +26,6 @@ from scipy.linalg import lapack
 from pipeline.core import fourier
 from pipeline.core.anatomical.conditional import Conditional, inverse
 from pipeline.core.anatomical.prior import BONES, JOINTS, PAIRS, PHASES, Prior
-from pipeline.validation import require_range
 
 LEAST_VARIANCE = 1.0
 """Of a tolerance, mm²: bones of a model may be exactly constant."""
@@ -81,9 +80,6 @@ def tolerances(
     bias, slow : float
         Of the detector, mm, as `Noise` has them: the error of two joints adds to that of a bone.
     """
-    for name, value in (("within", within), ("pairs", pairs)):
-        if value != np.inf:
-            require_range(f"the factor on the tolerance of {name}", value, above=0)
     fixed = bias**2 + prior.definition_variance
     s_b = np.sqrt(within**2 * prior.length_variance + LEAST_VARIANCE + 2.0 * slow**2 + TURNING * fixed)
     s_p = np.sqrt(pairs**2 * prior.pair_variance + LEAST_VARIANCE + 4.0 * fixed)

@@ -21,7 +21,7 @@ import numpy as np
 
 from pipeline.core import fourier
 from pipeline.skeleton import WALKER15
-from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
+from pipeline.validation import require_finite
 
 JOINTS = len(WALKER15.joints)
 
@@ -116,7 +116,7 @@ def person_weights(people: np.ndarray) -> np.ndarray:
     [0.5, 0.25, 0.25]
     """
     _, of, counts = np.unique(people, return_inverse=True, return_counts=True)
-    return np.asarray(1.0 / (len(counts) * counts[of]))
+    return 1.0 / (len(counts) * counts[of])
 
 
 class Walks:
@@ -129,9 +129,6 @@ class Walks:
     """
 
     def __init__(self, coefficients: np.ndarray, *, mirror: bool) -> None:
-        coefficients = require_shape(
-            "the walks", np.asarray(coefficients, dtype=float), ("R", "B", JOINTS, 3)
-        )
         require_finite("the walks", coefficients)
         images = (coefficients, fourier.mirrored(coefficients)) if mirror else (coefficients,)
         walkers = by_joint(np.stack(images))
@@ -145,19 +142,9 @@ class Walks:
 
         S is their products ``rows^T rows``.  The last is the weights (N,) of the walks and their mirror images.
         Nothing of the other walks reaches them.
-
-        Raises
-        ------
-        InvalidInput
-            If there are fewer than two, or the weights do not sum to one.
+        There are two or more, and the weights sum to one.
         """
-        weights = require_shape("the weights", np.asarray(weights, dtype=float), (len(some),))
-        if len(some) < 2 or not np.isclose(weights.sum(), 1.0) or (weights <= 0).any():
-            raise InvalidInput(
-                "a prior needs two walks or more, with positive weights that sum to one",
-                received=f"{len(some)} walks, weights that sum to {weights.sum():g}",
-            )
-        size = float(1.0 / (weights**2).sum())
+        size = 1.0 / (weights**2).sum()
         w = np.tile(weights, len(self._rows)) / len(self._rows)
         rows = self._rows[:, some].reshape(len(w), -1)
         mean = w @ rows
@@ -166,17 +153,7 @@ class Walks:
         return mean, rows, w
 
     def fit(self, some: np.ndarray, weights: np.ndarray, shrinkage: Shrinkage) -> Prior:
-        """Learn the prior from some walks (n,) int with these weights (n,), as `centred` has them.
-
-        Raises
-        ------
-        InvalidInput
-            If shares of the covariance are out of range, besides.
-        """
-        a, b = shrinkage.within_harmonic, shrinkage.diagonal
-        require_range("the share of T", a, at_least=0, at_most=1)
-        require_range("the share of diag S", b, at_least=0, at_most=1 - a)
-        require_range("the extra variance", shrinkage.extra_variance, at_least=0, unit="mm²")
+        """Learn the prior from some walks (n,) int with these weights (n,), as `centred` has them."""
         blocks = self._blocks
         mean, rows, w = self.centred(some, weights)
         C = structured_covariance(rows.T @ rows, blocks, shrinkage)
@@ -254,7 +231,7 @@ def bone_lengths(walkers: np.ndarray) -> np.ndarray:
     """Lengths (…, 16, K) of the bones at the phases of the cycle, of walkers (…, 15, 3, 1 + 2H)."""
     across = walkers[..., BONES[:, 1], :, :] - walkers[..., BONES[:, 0], :, :]
     basis = fourier.cycle_basis(fourier.equal_phases(PHASES), walkers.shape[-1])
-    return np.asarray(np.linalg.norm(across @ basis.T, axis=-2))
+    return np.linalg.norm(across @ basis.T, axis=-2)
 
 
 def image_axes(view_angles_rad: np.ndarray) -> np.ndarray:

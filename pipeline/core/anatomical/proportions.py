@@ -36,7 +36,7 @@ def proportion_rows(mean: np.ndarray) -> np.ndarray:
     rows[bone, BONES[:, 0]] -= slope
     flat = rows.reshape(len(BONES), -1)
     size = length.mean(axis=1)
-    return np.asarray(flat - np.outer(size, size @ flat) / (size @ size))
+    return flat - np.outer(size, size @ flat) / (size @ size)
 
 
 def with_proportions(prior: Prior, *, tolerance: float) -> Prior:

@@ -17,9 +17,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from pipeline.core.anatomical.conditional import Noise, heights_seen
-from pipeline.core.anatomical.prior import JOINTS, Prior, mirror_image
+from pipeline.core.anatomical.prior import Prior, mirror_image
 from pipeline.core.choice import first_lowest
-from pipeline.validation import require_range, require_shape
 
 FINE = 8
 """Fine angles to a candidate: of the interpolated posterior."""
@@ -27,7 +26,6 @@ FINE = 8
 
 def circle(count: int) -> np.ndarray:
     """Candidates (G,) over the whole circle from -pi on, an even number of them."""
-    require_range("the number of candidate views", count, at_least=8, whole=True)
     return -np.pi + 2.0 * np.pi * np.arange(count) / count
 
 
@@ -49,8 +47,6 @@ def view_costs(prior: Prior, observed: np.ndarray, candidates: int, *, noise: No
     The mirror image of an observation is as likely at -beta as the observation is at beta, so that half of the circle
     is enough for both.  It negates across, and not up.
     """
-    blocks = prior.mean.shape[-1]
-    observed = require_shape("the observations", np.asarray(observed, dtype=float), ("n", JOINTS, 2, blocks))
     half = circle(candidates)[candidates // 2 :]  # 0 up to pi, pi not included
     half = np.append(half, np.pi)
     both = np.concatenate([observed, mirror_image(observed)]).reshape(2 * len(observed), -1)

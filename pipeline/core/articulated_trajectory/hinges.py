@@ -23,7 +23,6 @@ import numpy as np
 from pipeline.core.articulated_trajectory.limb_choice import LimbChoice
 from pipeline.core.articulated_trajectory.limb_tree import LimbTree
 from pipeline.core.limb_chain import Chain
-from pipeline.validation import require_shape
 
 _MARGIN = 1e-6
 """Fraction by which a combination of mirrors has to be cheaper than one that bends as well."""
@@ -81,11 +80,6 @@ def flexion(upper: np.ndarray, lower: np.ndarray, axis: np.ndarray, sense: float
     sense : float
         As of `Hinge`.
 
-    Raises
-    ------
-    InvalidInput
-        If shapes disagree.
-
     Examples
     --------
     A thigh that hangs, a shank that swings backwards:
@@ -94,12 +88,8 @@ def flexion(upper: np.ndarray, lower: np.ndarray, axis: np.ndarray, sense: float
     >>> flexion(down, back, right, -1.0)
     array([1.])
     """
-    arrays = [
-        require_shape(name, np.asarray(value, dtype=float), (len(upper), 3))
-        for name, value in (("upper", upper), ("lower", lower), ("axis", axis))
-    ]
-    a, b, h = (value / np.maximum(np.linalg.norm(value, axis=1, keepdims=True), 1e-12) for value in arrays)
-    return np.asarray(sense * (np.cross(a, b) * h).sum(axis=1))
+    a, b, h = (v / np.maximum(np.linalg.norm(v, axis=1, keepdims=True), 1e-12) for v in (upper, lower, axis))
+    return sense * (np.cross(a, b) * h).sum(axis=1)
 
 
 def wrong_share(bend: np.ndarray) -> float:
@@ -112,7 +102,7 @@ def wrong_share(bend: np.ndarray) -> float:
     """
     known = bend[np.isfinite(bend)]
     total = np.abs(known).sum()
-    return float(np.maximum(-known, 0.0).sum() / total) if total > 1e-9 else 0.5
+    return (np.maximum(-known, 0.0).sum() / total) if total > 1e-9 else 0.5
 
 
 def resolve_mirrors(hinge: Hinge, tree: LimbTree, choose: Callable[[LimbTree, str], LimbChoice]) -> LimbTree:

@@ -82,7 +82,7 @@ class LimbChoice:
     def _turning(self) -> np.ndarray:
         """Used frames (F,) bool whose candidate has a direction."""
         sizes = np.linalg.norm(self.chosen, axis=1)
-        return np.asarray(self.used & (sizes > 1e-9 * max(self.hits.radius, 1.0)))
+        return self.used & (sizes > 1e-9 * max(self.hits.radius, 1.0))
 
     @cached_property
     def mirror(self) -> LimbChoice:
@@ -198,5 +198,5 @@ def _tangent_within(cameras: np.ndarray, parents: np.ndarray, hits: RayHits, noi
     depth = np.abs((matrices[:, 2, :3] * parents).sum(axis=1) + matrices[:, 2, 3])
     # Pixels to a millimetre at the parent: the first row of P moves by so much of a step across.
     scale = np.linalg.norm(matrices[:, 0, :3], axis=1) / np.maximum(depth, 1e-12)
-    sigma = noise_px / float(np.nanmedian(scale))
-    return float(np.sqrt(2.0 * hits.radius * sigma))
+    sigma = noise_px / np.nanmedian(scale)
+    return np.sqrt(2.0 * hits.radius * sigma)

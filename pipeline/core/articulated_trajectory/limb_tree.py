@@ -38,7 +38,7 @@ class LimbTree:
         if joint not in self.choices:
             return np.full_like(self.root, np.nan)
         choice = self.choices[joint]
-        return np.asarray(self.end(self.chain.ways[joint][-1]) + choice.hits.radius * choice.directions)
+        return self.end(self.chain.ways[joint][-1]) + choice.hits.radius * choice.directions
 
     def placed(self, limb: str, choice: LimbChoice) -> LimbTree:
         """The tree with this choice for a limb, and without the limbs that the former one carried."""

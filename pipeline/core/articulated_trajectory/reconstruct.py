@@ -156,7 +156,7 @@ def prepared(
     require_shape("images", images, ("F", len(chain.joints), 2))
     require_range("frames", len(images), at_least=3)
     if camera.frames not in (None, len(images)):
-        raise InvalidInput("must be one, or one for each frame", where="camera", received=str(camera.frames))
+        raise InvalidInput("must be one, or one for each frame", where="camera", received=camera.frames)
     require_shape("root", root, (len(images), 3))
     require_shape("lengths", lengths, (len(chain.limbs),))
     return Reconstruction(images, camera, root, lengths, chain, options or Options())
@@ -303,7 +303,7 @@ class Reconstruction:
         """Length of a limb, mm, as it is given or as the rays ask for it."""
         given = dict(zip(self.chain.limbs, self.lengths, strict=True))
         if not np.isnan(given[limb]):
-            return float(given[limb])
+            return given[limb]
         unknown = [name for name, length in given.items() if np.isnan(length)]
         parents = {name: tree.end(self.chain.held_by(name)) for name in unknown}
         return length_from_rays(self._cameras, {name: self._seen(name) for name in unknown}, parents, limb)

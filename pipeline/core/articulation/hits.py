@@ -75,7 +75,7 @@ class RayHits:
     @property
     def usable(self) -> np.ndarray:
         """Frames (F,) bool with a candidate in front of the camera."""
-        return np.asarray(self.status <= RayStatus.FORCED)
+        return self.status <= RayStatus.FORCED
 
     @property
     def far(self) -> np.ndarray:
@@ -99,7 +99,7 @@ class RayHits:
         """
         signs = np.asarray(signs, dtype=float)
         if signs.shape != self.status.shape or not (np.abs(signs) == 1.0).all():
-            raise InvalidInput("must be +1 or -1 for each frame", where="signs", received=str(signs.shape))
+            raise InvalidInput("must be +1 or -1 for each frame", where="signs", received=signs.shape)
         return self.middle + signs[:, None] * self.half_chord
 
     def resolved(self) -> RayHits:
@@ -202,11 +202,11 @@ def _half(radius: float, distance: np.ndarray) -> np.ndarray:
 
     As (r - d)(r + d), not r^2 - d^2: nearly tangent rays carry the information.
     """
-    return np.asarray(np.sqrt(np.maximum(radius - distance, 0.0) * (radius + distance)))
+    return np.sqrt(np.maximum(radius - distance, 0.0) * (radius + distance))
 
 
 def _adjusted(distance: np.ndarray, radius: float, adjust: Adjustment) -> float:
     require_choice("adjust", adjust, Adjustment)
     if adjust == "per_frame":
         return radius
-    return max(radius, float(np.quantile(distance, 1.0 if adjust == "global" else ROBUST_QUANTILE)))
+    return max(radius, np.quantile(distance, 1.0 if adjust == "global" else ROBUST_QUANTILE))

@@ -56,7 +56,7 @@ class Rays:
     @property
     def distance(self) -> np.ndarray:
         """Distance (F,) of ray and parent, mm: the least length that the limb can have in that frame."""
-        return np.asarray(np.linalg.norm(self.middle, axis=-1))
+        return np.linalg.norm(self.middle, axis=-1)
 
     @property
     def axis(self) -> np.ndarray:
@@ -64,7 +64,7 @@ class Rays:
         parallel = np.isinf(self.ahead)[:, None]
         towards = np.where(parallel, 1.0, self.ahead[:, None]) * self.direction
         towards = np.where(parallel, towards, towards - self.middle)
-        return np.asarray(towards / np.linalg.norm(towards, axis=-1, keepdims=True))
+        return towards / np.linalg.norm(towards, axis=-1, keepdims=True)
 
 
 def cast_rays(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> Rays:
@@ -140,4 +140,4 @@ def _determinant(M: np.ndarray, p4: np.ndarray, parallel: np.ndarray, frames: np
             where=f"frame {frames[wrong.argmax()]}",
             expected="a 3 x 4 matrix whose left part can be inverted, or whose last row is 0 0 0 1",
         )
-    return np.asarray(det)
+    return det

@@ -88,7 +88,7 @@ class Programme(NamedTuple):
     def objective(self, values: np.ndarray) -> float:
         """J of signs (F,), or of values between them, mm² [park2011 12]."""
         z = np.empty((3, self.basis.shape[1]))
-        return float(kernels.cost(self, np.asarray(values, dtype=float), z))
+        return kernels.cost(self, np.asarray(values, dtype=float), z)
 
     def allowance(self, objective: float) -> float:
         """How far rounding can put J, or a bound of it, off where J is about `objective`, mm².
@@ -98,7 +98,7 @@ class Programme(NamedTuple):
         Each r is a sum of F + K products, wrong by a fraction 4 (F + K) eps of the size of c at most, and J is
         the sum of their squares.  Columns that are orthonormal only to rounding add some eps of ||c||².
         """
-        return float(kernels.allowance_of(sum(self.basis.shape), self.size, objective))
+        return kernels.allowance_of(sum(self.basis.shape), self.size, objective)
 
     def with_relaxed(self, values: np.ndarray) -> np.ndarray:
         """`values` (F,) with those of the relaxed frames at their best, the others as they are."""
@@ -139,7 +139,7 @@ def programme_of(
         raise InvalidInput(
             "the basis is not one of frames by components",
             expected="shape (F, K), K <= F",
-            received=str(basis.shape),
+            received=basis.shape,
         )
     frames, components = basis.shape
     given = {"basis": basis, "middle": middle, "half_chord": half_chord}
@@ -148,7 +148,7 @@ def programme_of(
         if (missing := ~np.isfinite(array).all(axis=1)).any():
             raise InvalidInput(
                 f"the {name} is missing",
-                where="all frames" if missing.all() else f"frame {int(np.argmax(missing))}",
+                where="all frames" if missing.all() else f"frame {np.argmax(missing)}",
                 expected="finite numbers: leave missing frames out, and their rows of the basis",
             )
     require_range("relax_below", relax_below, at_least=0.0, unit="mm")
@@ -168,12 +168,12 @@ def programme_of(
     kind[lengths == 0] = kernels.FORCED
     outside = middle - basis @ (basis.T @ middle)
     pull = (half_chord * outside).sum(axis=1)
-    still = float(np.square(outside).sum() + ((basis.T @ middle) * (excess @ (basis.T @ middle))).sum())
+    still = np.square(outside).sum() + ((basis.T @ middle) * (excess @ (basis.T @ middle))).sum()
     coupling = np.zeros((0, 0))
     if frames <= TABLE:
         coupling = (np.eye(frames) - basis @ basis.T) * (half_chord @ half_chord.T)
     bent = kernels.curvature(basis, half_chord)
-    size = float(np.square(np.abs(middle) + np.abs(half_chord)).sum())
+    size = np.square(np.abs(middle) + np.abs(half_chord)).sum()
     return Programme(basis, excess, middle, half_chord, kind, bent, coupling, pull, still, size)
 
 

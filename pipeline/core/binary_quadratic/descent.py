@@ -58,4 +58,4 @@ def search(programme: Programme) -> np.ndarray:
     """
     differences = np.array(DIFFERENCES)
     found = kernels.first_signs(programme, programme.weight, differences, LONGEST, NEARLY, programme.size)
-    return np.asarray(found[0])
+    return found[0]

@@ -23,7 +23,7 @@ leaves a bound and rules wild ones out.
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -32,38 +32,6 @@ from pipeline.core.binary_quadratic.candidates import Programme
 
 TAMED = 0.01
 """Fraction of the best J known that is given up to rule wild coefficients out."""
-
-
-class Search(Protocol):
-    """What both searches can do."""
-
-    @property
-    def finished(self) -> bool:
-        """Whether all signs have been ruled out but those found."""
-
-    @property
-    def nodes(self) -> int:
-        """Nodes entered so far."""
-
-    def lower_bound(self) -> float:
-        """The least J that what is still open can hold, inf once nothing is."""
-
-    def run(self, best: np.ndarray, values: np.ndarray, gap: float, allowance: float, work: int) -> None:
-        """Go on for about so much work; what is found goes into `best` and `values`.
-
-        Parameters
-        ----------
-        best : (1,)
-            J of the best values known, mm².
-        values : (F,)
-            They themselves.
-        gap : float
-            What is worth less than this fraction of J is not looked for,
-        allowance : float
-            nor what is worth less than twice the rounding, mm².
-        work : int
-            Sweeps over all frames, or nodes.
-        """
 
 
 class BoxTree(NamedTuple):
@@ -119,7 +87,7 @@ class BoxSearch:
 
     @property
     def finished(self) -> bool:
-        """As of `Search`."""
+        """Whether all signs have been ruled out but those found."""
         return bool(self._tree.counts[kernels.STATE] == kernels.DONE)
 
     @property
@@ -128,7 +96,7 @@ class BoxSearch:
         return int(self._tree.counts[kernels.NODES])
 
     def lower_bound(self) -> float:
-        """As of `Search`."""
+        """The least J that what is still open can hold, inf once nothing is."""
         counts, bounds = self._tree.counts, self._tree.bounds
         depth, entering = int(counts[kernels.DEPTH]), counts[kernels.STATE] == kernels.ENTER
         if entering and depth == 0:
@@ -137,10 +105,24 @@ class BoxSearch:
         untried = self._tree.levels[:depth, 1] == 0
         if entering:
             untried[-1] = True
-        return float(min(bounds[-1], bounds[:depth][untried].min(initial=np.inf)))
+        return min(bounds[-1], bounds[:depth][untried].min(initial=np.inf))
 
     def run(self, best: np.ndarray, values: np.ndarray, gap: float, allowance: float, work: int) -> None:
-        """As of `Search`; work is counted in sweeps."""
+        """Go on for about so much work; what is found goes into `best` and `values`.
+
+        Parameters
+        ----------
+        best : (1,)
+            J of the best values known, mm².
+        values : (F,)
+            They themselves.
+        gap : float
+            What is worth less than this fraction of J is not looked for,
+        allowance : float
+            nor what is worth less than twice the rounding, mm².
+        work : int
+            Sweeps over all frames.
+        """
         kernels.search_boxes(self._programme, self._tree, best, values, gap, allowance, work)
 
 
@@ -228,7 +210,7 @@ class SuffixSearch:
 
     @property
     def finished(self) -> bool:
-        """As of `Search`."""
+        """As of `BoxSearch`."""
         return bool(self._tree.counts[kernels.FINISHED])
 
     @property
@@ -237,14 +219,17 @@ class SuffixSearch:
         return int(self._tree.counts[kernels.ENTERED])
 
     def lower_bound(self) -> float:
-        """As of `Search`."""
+        """As of `BoxSearch`."""
         if self.finished:
-            return float(self._tree.ends[1])
-        return float(min(self._tree.rest[self._tree.counts[kernels.START] + 1], self._tree.ends[1]))
+            return self._tree.ends[1]
+        return min(self._tree.rest[self._tree.counts[kernels.START] + 1], self._tree.ends[1])
 
     def run(self, best: np.ndarray, values: np.ndarray, gap: float, allowance: float, work: int) -> None:
-        """As of `Search`; work is counted in nodes."""
+        """Go on, as `BoxSearch.run` does; work is counted in nodes."""
         kernels.search_suffixes(self._programme, self._tree, best, values, gap, allowance, work)
+
+
+Search: TypeAlias = BoxSearch | SuffixSearch
 
 
 def _shares(excess: np.ndarray, frames: int) -> np.ndarray:

@@ -134,11 +134,11 @@ def minimise(
     for turn in range(turns):
         searcher: Search = box
         if turn % 2 == 1:
-            suffix = suffix or SuffixSearch(programme, float(best[0]))
+            suffix = suffix or SuffixSearch(programme, best[0])
             searcher = suffix
         # A sweep over all frames costs what entering half as many does.
         work = sweeps if searcher is box else max(1, sweeps * programme.frames // 2)
-        searcher.run(best, values, float(gap), programme.allowance(float(best[0])), work)
+        searcher.run(best, values, float(gap), programme.allowance(best[0]), work)
         if searcher.finished:
             break
     bounds = [search.lower_bound() for search in (box, suffix) if search is not None]

@@ -68,7 +68,7 @@ def single_frequency_power(frequencies_hz: np.ndarray, times_s: np.ndarray, sign
     `times_s` (T,) are equally spaced.
     """
     frames = len(times_s)
-    step = float(times_s[-1] - times_s[0]) / max(frames - 1, 1)
+    step = (times_s[-1] - times_s[0]) / max(frames - 1, 1)
     sine_cosine = _transform(frequencies_hz, step, signal - signal.mean())
     mean, twice = _of_ones(frequencies_hz, step, frames), _of_ones(2.0 * frequencies_hz, step, frames)
     # Products of the columns sin and cos about their means, by the double angle.
@@ -148,7 +148,7 @@ def fundamental_frequency(
     count = int(np.ceil((SEARCH_HZ[1] - lowest) * duration * 6)) + 8
     candidates = np.linspace(lowest, SEARCH_HZ[1], count)
     power = sum(single_frequency_power(candidates, times, signal) for signal in apart.T)
-    guess = float(candidates[first_lowest(-np.asarray(power))])
+    guess = candidates[first_lowest(-np.asarray(power))]
     require_rate(frame_rate_hz, guess, harmonics)
     values = positions.reshape(frames, -1)
     values = values - values.mean(axis=0)

@@ -98,7 +98,7 @@ def represent(
         raise InvalidInput(
             "the clip is shorter than its Fourier series",
             expected=f"more than {1 + 2 * harmonics} frames",
-            received=str(len(positions)),
+            received=len(positions),
         )
     if not np.isfinite(positions).all():
         frame, joint = np.argwhere(~np.isfinite(positions))[0][:2]
@@ -114,17 +114,17 @@ def represent(
     coefficients = np.linalg.solve(triangle, projected).reshape(-1, *positions.shape[1:])
     residual = (values - basis @ projected).reshape(positions.shape)
     centred = positions - positions.mean(axis=0)
-    total = float((centred**2).sum())
+    total = (centred**2).sum()
     # The first orthonormal column is the constant, so the rest adds up to variance about the time mean.
     gains = (projected[1:] ** 2).sum(axis=1).reshape(harmonics, 2).sum(axis=1)
     difference = coefficients[:, LEFT_LEG[2], 1] - coefficients[:, RIGHT_LEG[2], 1]
-    phase = float(np.arctan2(difference[2], difference[1]))
+    phase = np.arctan2(difference[2], difference[1])
     return FourierRepresentation(
         coefficients=shift(coefficients, phase),
         frequency_hz=float(frequency_hz),
         phase_rad=phase,
         variance_fractions=gains / total if total > 0 else np.zeros(harmonics),
-        residual_fraction=float((residual**2).sum() / total) if total > 0 else 0.0,
+        residual_fraction=((residual**2).sum() / total) if total > 0 else 0.0,
         residual_covariance=_products(residual) / len(positions),
         temporal_covariance=_products(centred) / len(positions),
     )

@@ -114,14 +114,14 @@ def learn(clips: Sequence[StandardErrors]) -> Calibration:
 
 def joint_half_widths(calibration: Calibration, sd_mm: np.ndarray, level: int) -> np.ndarray:
     """Half widths (…, 15, 3) of the bars of joints at one of `LEVELS`, from standard deviations (…, 15, 3)."""
-    return np.asarray(sd_mm * calibration.joints[GROUP_OF][:, :, level] * NORMAL[level])
+    return sd_mm * calibration.joints[GROUP_OF][:, :, level] * NORMAL[level]
 
 
 def angle_half_widths(calibration: Calibration, sd_rad: np.ndarray, level: int) -> np.ndarray:
     """Half widths (…, 11) of the bars of angles at one of `LEVELS`."""
-    return np.asarray(sd_rad * calibration.angles[KIND_OF][:, level] * NORMAL[level])
+    return sd_rad * calibration.angles[KIND_OF][:, level] * NORMAL[level]
 
 
 def cycle_half_widths(calibration: Calibration, sd: np.ndarray, level: int) -> np.ndarray:
     """Half widths (…, 25) of the bars of `NUMBERS` at one of `LEVELS`."""
-    return np.asarray(sd * calibration.cycle[CYCLE_KIND_OF][:, level] * NORMAL[level])
+    return sd * calibration.cycle[CYCLE_KIND_OF][:, level] * NORMAL[level]

@@ -69,27 +69,27 @@ def _times(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Product of two numbers, each before its derivatives, (408,)."""
     found = one[0] * other + other[0] * one
     found[0] = one[0] * other[0]
-    return np.asarray(found)
+    return found
 
 
 def _place(walker: np.ndarray, joint: int, axis: int, psi: np.ndarray) -> np.ndarray:
     """Coordinate of a joint at a phase, before its derivatives, (408,); the phase likewise."""
     basis, along = cycle_basis(psi[0], BLOCKS), walker[joint, axis]
-    found = float(cycle_slope(psi[0], BLOCKS) @ along) * psi
+    found = (cycle_slope(psi[0], BLOCKS) @ along) * psi
     found[0] = basis @ along
     found[1 + (3 * joint + axis) * BLOCKS :][:BLOCKS] += basis
-    return np.asarray(found)
+    return found
 
 
 def _event(walker: np.ndarray, ankle: int, sign: float, later: float) -> np.ndarray:
     """Phase soon after an ankle is farthest in front of the pelvis (sign 1) or behind it, before its derivatives."""
     y = walker[ankle, 1] - walker[PELVIS, 1]
-    psi = float(_GRID[np.argmax(np.round(sign * (_BASIS @ y), 6))])
+    psi = _GRID[np.argmax(np.round(sign * (_BASIS @ y), 6))]
     for _ in range(_STEPS):
         # Where nothing is bent as walkers are, the grid's phase is kept.
-        bent = min(sign * float(-(_ORDER**2) * cycle_basis(np.array(psi), BLOCKS) @ y), -1e-6)
+        bent = min(sign * (-(_ORDER**2) * cycle_basis(np.array(psi), BLOCKS) @ y), -1e-6)
         slope = cycle_slope(np.array(psi), BLOCKS)
-        psi -= sign * float(slope @ y) / bent if bent < -1e-6 else 0.0
+        psi -= sign * (slope @ y) / bent if bent < -1e-6 else 0.0
     found = np.zeros(SIZE + 3)
     found[0] = (psi + 2.0 * np.pi * later) % (2.0 * np.pi)
     for joint, weight in ((ankle, -1.0), (PELVIS, 1.0)):
@@ -101,7 +101,7 @@ def _share(later: np.ndarray, earlier: np.ndarray) -> np.ndarray:
     """Share of the cycle from one phase to the next other one, before derivatives."""
     found = (later - earlier) / (2.0 * np.pi)
     found[0] %= 1.0
-    return np.asarray(found)
+    return found
 
 
 def gait_cycle(walker: np.ndarray, frequency_hz: float, belt: np.ndarray) -> GaitCycle:

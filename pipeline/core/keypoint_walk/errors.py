@@ -31,31 +31,31 @@ def level_angles(positions_mm: np.ndarray, heading_rad: np.ndarray | float) -> n
 def headings(found: Reconstruction) -> np.ndarray:
     """Headings (T,) that were found."""
     x = found.fit.x
-    return np.asarray(x[HEADING] + x[TURN] * found.fit.objective.setting.times)
+    return x[HEADING] + x[TURN] * found.fit.objective.setting.times
 
 
 def fitted_scale(estimate_mm: np.ndarray, truth_mm: np.ndarray) -> float:
     """Least-squares factor on an estimate: one camera does not tell size from distance."""
-    return float((estimate_mm * truth_mm).sum() / (estimate_mm**2).sum())
+    return (estimate_mm * truth_mm).sum() / (estimate_mm**2).sum()
 
 
 def mean_distance_mm(estimate_mm: np.ndarray, truth_mm: np.ndarray) -> float:
     """Mean distance of the joints over frames, the estimate (T, 15, 3) scaled to the truth once for the clip."""
     off = fitted_scale(estimate_mm, truth_mm) * estimate_mm - truth_mm
-    return float(np.linalg.norm(off[:, SCORED], axis=-1).mean())
+    return np.linalg.norm(off[:, SCORED], axis=-1).mean()
 
 
 def joint_errors(found: Reconstruction, truth_mm: np.ndarray) -> np.ndarray:
     """Errors (T, 15, 3) over the posterior's standard deviations; 0 for the pelvis."""
     estimate, sd = found.posterior.positions_mm, found.posterior.sd_mm
     scale = fitted_scale(estimate, truth_mm)
-    return np.asarray((scale * estimate - truth_mm) / np.maximum(scale * sd, _LEAST_SD_MM))
+    return (scale * estimate - truth_mm) / np.maximum(scale * sd, _LEAST_SD_MM)
 
 
 def angle_errors(found: Reconstruction, truth_mm: np.ndarray, heading_rad: float) -> np.ndarray:
     """Errors (T, 11) of angles over the posterior's standard deviations, of somebody whose heading was this."""
     off = found.posterior.angles_rad - level_angles(truth_mm, heading_rad)
-    return np.asarray(off / found.posterior.angles_sd_rad)
+    return off / found.posterior.angles_sd_rad
 
 
 def event_errors(found: Reconstruction, truth_mm: np.ndarray, heading_rad: float) -> list[np.ndarray]:
@@ -65,9 +65,9 @@ def event_errors(found: Reconstruction, truth_mm: np.ndarray, heading_rad: float
     compared with the nearest that was found, both feet pooled.
     """
     x, times = found.fit.x, found.fit.objective.setting.times
-    frequency = float(np.exp(x[LOG_F]))
+    frequency = np.exp(x[LOG_F])
     own = truth_mm @ level_axes(heading_rad)
-    expected = event_times(found.cycle, found.posterior.covariance, float(x[PHASE]), frequency, times)
+    expected = event_times(found.cycle, found.posterior.covariance, x[PHASE], frequency, times)
     errors = []
     for sign, later, of_sides in zip((1.0, -1.0), LATER, expected, strict=True):
         off = []
@@ -131,8 +131,8 @@ def standard_errors(
 ) -> StandardErrors:
     """Errors of a clip over their standard deviations, of somebody whose heading, whole walk and events these were."""
     x, posterior = found.fit.x, found.posterior
-    off = float(x[HEADING]) - heading_rad
-    away = [np.arctan2(np.sin(off), np.cos(off)), float(x[LOG_F]) - np.log(walk.frequency_hz)]
+    off = x[HEADING] - heading_rad
+    away = [np.arctan2(np.sin(off), np.cos(off)), x[LOG_F] - np.log(walk.frequency_hz)]
     return StandardErrors(
         joint_errors(found, truth_mm),
         angle_errors(found, truth_mm, heading_rad),

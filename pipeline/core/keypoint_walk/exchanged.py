@@ -51,4 +51,4 @@ def exchange(values: np.ndarray, frames: dict[str, np.ndarray]) -> np.ndarray:
 
 def exchange_all(values: np.ndarray) -> np.ndarray:
     """Keypoints or weights (T, 15, …) with left and right exchanged throughout."""
-    return np.asarray(values[:, list(WALKER15.mirror)])
+    return values[:, list(WALKER15.mirror)]

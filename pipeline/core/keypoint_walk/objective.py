@@ -171,7 +171,7 @@ def wander_basis(times: np.ndarray, cosines: int) -> np.ndarray:
     """Cosines (T, n) of 1, 2, … half periods over the clip, of mean zero."""
     share = (times - times[0]) / (times[-1] - times[0])
     found = np.cos(np.pi * share[:, None] * np.arange(1, cosines + 1))
-    return np.asarray(found - found.mean(axis=0))
+    return found - found.mean(axis=0)
 
 
 class Iterate:
@@ -216,7 +216,7 @@ class Iterate:
     @cached_property
     def pull(self) -> np.ndarray:
         """P0 (W' - m), (405,)."""
-        return np.asarray(self.objective.prior.precision @ self.away)
+        return self.objective.prior.precision @ self.away
 
     @cached_property
     def lengths(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -232,7 +232,7 @@ class Iterate:
         """Path minus belt velocity at three instants, (6,), and its derivatives (6, 417)."""
         x, belt = self.x, self.objective.prior.belt
         omega = 2.0 * np.pi * np.exp(x[LOG_F])
-        speed = omega * float(belt @ x[:SIZE])
+        speed = omega * (belt @ x[:SIZE])
         t = self.objective.tie_times
         heading = x[HEADING] + x[TURN] * t
         s, c = np.sin(heading), np.cos(heading)
@@ -310,9 +310,9 @@ class Objective:
             [0, 0, 0, 1, 1, 0, 0, 0, 1, 2, 2, 1, *np.tile(cosines, 3)] + [0] * (setting.focal_sd > 0)
         )
         self._on_path = self._direction <= AWAY
-        typical = 2.0 * np.pi * np.exp(population[0]) * float(prior.belt @ prior.model.mean.ravel())
+        typical = 2.0 * np.pi * np.exp(population[0]) * (prior.belt @ prior.model.mean.ravel())
         self.tie_variance = 3.0 * (TIE_SD[0] * typical + TIE_SD[1]) ** 2
-        self.tie_times = np.array(TIE_TIMES) * float(t[-1] - t[0])
+        self.tie_times = np.array(TIE_TIMES) * (t[-1] - t[0])
         self.length_weight = 2.0 * HARMONICS / PHASES / prior.bone_sd**2
         self.pair_weight = 1.0 / prior.pair_sd**2
 
@@ -333,13 +333,11 @@ class Objective:
         """Path (3, T) in level camera axes, mm."""
         along = np.zeros((3, len(self._times)))
         along[self._direction[self._on_path], self._time[self._on_path]] = x[SIZE:][self._on_path]
-        return np.asarray(along @ self._times)
+        return along @ self._times
 
     def focal_px(self, x: np.ndarray) -> float:
         """Focal length, px."""
-        return float(
-            self.setting.focal_px * np.exp(x[-1]) if self.setting.focal_sd else self.setting.focal_px
-        )
+        return self.setting.focal_px * np.exp(x[-1]) if self.setting.focal_sd else self.setting.focal_px
 
     def moved(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
         """Unknowns after a step.
@@ -350,7 +348,7 @@ class Objective:
         if self.setting.focal_sd:
             depths = [Z0, VZ, AZ]
             found[depths] = np.exp(step[-1]) * (found[depths] - step[-1] * x[depths])
-        return np.asarray(found)
+        return found
 
     def image(self, x: np.ndarray) -> np.ndarray:
         """Image of the walker (T, 15, 2), px."""
@@ -363,7 +361,7 @@ class Objective:
     def cost(self, at: Iterate, keypoints: Keypoints, noise: Noise) -> float:
         """Return J."""
         costs = point_costs(at.image - keypoints.by_axis, noise.sigma_px, self.setting.nu)
-        return float(np.vdot(costs, keypoints.by_joint)) / noise.kappa + at.prior_cost
+        return np.vdot(costs, keypoints.by_joint) / noise.kappa + at.prior_cost
 
     def quadratic(self, at: Iterate, keypoints: Keypoints, noise: Noise) -> Quadratic:
         """J, half its gradient and half its Gauss-Newton matrix."""

@@ -53,7 +53,7 @@ def median_of_seen(values: np.ndarray, seen: np.ndarray) -> np.ndarray:
     ordered = np.sort(np.where(seen, values, np.inf), axis=-1)
     count = np.broadcast_to(seen, values.shape).sum(axis=-1, keepdims=True)
     middle = [np.take_along_axis(ordered, at // 2, axis=-1)[..., 0] for at in (count - 1, count)]
-    return np.asarray((middle[0] + middle[1]) / 2.0)
+    return (middle[0] + middle[1]) / 2.0
 
 
 def _robust_regression(columns: np.ndarray, values: np.ndarray, weights: np.ndarray) -> np.ndarray:
@@ -64,9 +64,9 @@ def _robust_regression(columns: np.ndarray, values: np.ndarray, weights: np.ndar
         left = columns * robust[:, None]
         line = np.linalg.lstsq(left.T @ columns, left.T @ values, rcond=None)[0]
         off = np.abs(values - columns @ line)
-        scale = max(1.4826 * float(np.median(off[weights > 0])), 1e-9 * abs(line[0]), 1e-12)
+        scale = max(1.4826 * np.median(off[weights > 0]), 1e-9 * abs(line[0]), 1e-12)
         robust = weights / (1.0 + (off / (2.385 * scale)) ** 2)
-    return np.asarray(line)
+    return line
 
 
 def distance_profile(
@@ -103,16 +103,16 @@ def distance_profile(
         raise InvalidInput(
             "nobody stands upright in the image",
             expected="heads above feet, image rows counted downwards",
-            received=f"{int(good.sum())} of {len(times)} frames",
+            received=f"{good.sum()} of {len(times)} frames",
         )
     inverse = np.where(good, 1.0 / np.where(good, scale, 1.0), 0.0)
     waves = wander_basis(times, cosines)
     columns = np.concatenate([np.ones((len(times), 1)), times[:, None], waves], axis=1)
     found = _robust_regression(columns, inverse, good.astype(float))
-    a, b = float(found[0]), float(found[1])
-    half = float(np.abs(times).max())
-    a = a if a > 0 else float(np.median(inverse[good]))
-    b = float(np.clip(b, -0.8 * a / half, 0.8 * a / half))  # the walker stays in front of the camera
+    a, b = found[0], found[1]
+    half = np.abs(times).max()
+    a = a if a > 0 else np.median(inverse[good])
+    b = np.clip(b, -0.8 * a / half, 0.8 * a / half)  # the walker stays in front of the camera
     series = np.maximum(a + b * times + waves @ found[2:], 0.2 * a)
     return np.array([a, b]), series
 
@@ -129,7 +129,7 @@ def regress_tracks(
     right = np.swapaxes(columns, 1, 2) @ right
     right = right.reshape(F, n, -1, 2).swapaxes(1, 2)
     found = np.linalg.solve(gram, right)
-    squares = float((weights[..., None] * values**2).sum()) - (found * right).sum(axis=(1, 2, 3))
+    squares = (weights[..., None] * values**2).sum() - (found * right).sum(axis=(1, 2, 3))
     return found, np.maximum(squares, 1e-12)
 
 
@@ -177,7 +177,7 @@ def straighten(
     trunk = trunk or [j for j in range(JOINTS) if (weights[:, j] > 0).mean() >= SEEN_SHARE]
     if not trunk:
         raise InvalidInput("no joint is seen in a fifth of the frames")
-    duration = float(times[-1] - times[0])
+    duration = times[-1] - times[0]
     order = 3 if duration * typical_hz >= 1.8 else 2
     unit = times / max(duration / 2.0, 1e-9)
     powers = unit[:, None] ** np.arange(1, order + 1)

@@ -64,11 +64,9 @@ def _spread(matrix: np.ndarray, onto: np.ndarray) -> np.ndarray:
     """``onto^T M^-1 onto`` of a Gauss-Newton matrix M, of which the lower triangle is given."""
     factor, failed = lapack.dpotrf(matrix, lower=1)
     if failed:
-        return np.asarray(
-            onto.T @ np.linalg.pinv(np.tril(matrix) + np.tril(matrix, -1).T, hermitian=True) @ onto
-        )
+        return onto.T @ np.linalg.pinv(np.tril(matrix) + np.tril(matrix, -1).T, hermitian=True) @ onto
     half, _ = lapack.dtrtrs(factor, onto, lower=1)
-    return np.asarray(half.T @ half)
+    return half.T @ half
 
 
 def give_bias_back(prior: Prior, drawn: np.ndarray) -> np.ndarray:
@@ -80,7 +78,7 @@ def relative_positions(walker: np.ndarray, x: np.ndarray, times: np.ndarray) -> 
     """Positions (T, 15, 3) relative to the pelvis in level camera axes, mm."""
     basis = cycle_basis(2.0 * np.pi * np.exp(x[LOG_F]) * times + x[PHASE], BLOCKS)
     own = np.moveaxis((walker - walker[PELVIS]) @ basis.T, -1, 0)
-    return np.asarray(own @ np.swapaxes(level_axes(x[HEADING] + x[TURN] * times), 1, 2))
+    return own @ np.swapaxes(level_axes(x[HEADING] + x[TURN] * times), 1, 2)
 
 
 def posterior(prior: Prior, fit: Fit, keypoints: Keypoints) -> Posterior:
@@ -127,7 +125,7 @@ def posterior(prior: Prior, fit: Fit, keypoints: Keypoints) -> Posterior:
         variance[joint] = ((rows @ block) * rows).sum(axis=1).reshape(T, 3)
     variance[PELVIS] = 0.0
 
-    heading_sd = float(np.sqrt(covariance[HEADING, HEADING]))
+    heading_sd = np.sqrt(covariance[HEADING, HEADING])
     of_walk = np.r_[:SIZE, PHASE, LOG_F]
     covariance = covariance[np.ix_(of_walk, of_walk)]
     timed = np.zeros((T, SIZE + 2))
@@ -141,7 +139,7 @@ def posterior(prior: Prior, fit: Fit, keypoints: Keypoints) -> Posterior:
         angles_rad=angles,
         angles_sd_rad=angles_sd,
         heading_sd_rad=heading_sd,
-        log_frequency_sd=float(np.sqrt(covariance[-1, -1])),
+        log_frequency_sd=np.sqrt(covariance[-1, -1]),
     )
 
 

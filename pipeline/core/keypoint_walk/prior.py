@@ -148,7 +148,7 @@ def prepare(
     precision += STANCE_WEIGHT * (rows.T / (model.stance_variance + 25.0)) @ rows
     mean = model.mean.copy()
     mean[:, :, 0] += detector.offset_mm
-    typical = float(np.sqrt(np.mean(detector.floor_mm[detector.seen] ** 2))) if detector.seen.any() else 0.0
+    typical = np.sqrt(np.mean(detector.floor_mm[detector.seen] ** 2)) if detector.seen.any() else 0.0
     return Prior(
         model=model,
         detector=detector,
@@ -214,4 +214,4 @@ def projected_grid(mean: np.ndarray, covariance: np.ndarray, seen: np.ndarray) -
 
 def belt_speed(prior: Prior) -> float:
     """Speed of the average walker's ground, mm per radian of phase."""
-    return float(prior.belt @ prior.model.mean.ravel())
+    return prior.belt @ prior.model.mean.ravel()

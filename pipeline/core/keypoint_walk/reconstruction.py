@@ -126,19 +126,19 @@ class Reconstruction:
     @property
     def leg_motion(self) -> float:
         """Motion of knees and ankles in the image over that of the average walker from the same side."""
-        image = level_axes(float(self.fit.x[HEADING]))[:2]
+        image = level_axes(self.fit.x[HEADING])[:2]
         average = image @ self.fit.objective.prior.model.mean[_LEGS, :, 1:]
         expected = 0.5 * (average**2).sum(axis=(1, 2))  # of a sine or cosine, half the square
         metric, seen = self.starts.path.metric, self.keypoints.weights > 0
         power = [
-            (float(metric[seen[:, joint], joint].var(axis=0).sum()), float(expected[k]))
+            (metric[seen[:, joint], joint].var(axis=0).sum(), expected[k])
             for k, joint in enumerate(_LEGS)
             if seen[:, joint].sum() > 1
         ]
         if not power:
             return 0.0
         moved, usual = np.sum(power, axis=0)
-        return float(np.sqrt(moved / usual))
+        return np.sqrt(moved / usual)
 
     @property
     def unshared_residual(self) -> float:
@@ -152,7 +152,7 @@ class Reconstruction:
         )
         larger = (residual * body).sum(axis=(1, 2)) / np.maximum((body**2).sum(axis=(1, 2)), 1e-9)
         left = residual - larger[:, None, None] * body
-        return float(np.sqrt((left**2).sum() / max((whole**2).sum(), 1e-9)))
+        return np.sqrt((left**2).sum() / max((whole**2).sum(), 1e-9))
 
     @cached_property
     def posterior(self) -> Posterior:
@@ -189,15 +189,13 @@ class Reconstruction:
     @cached_property
     def cycle(self) -> GaitCycle:
         """Events and numbers of the average cycle."""
-        return gait_cycle(
-            self.posterior.walker, float(np.exp(self.fit.x[LOG_F])), self.fit.objective.prior.belt
-        )
+        return gait_cycle(self.posterior.walker, np.exp(self.fit.x[LOG_F]), self.fit.objective.prior.belt)
 
     @property
     def strides(self) -> float:
         """Strides that the clip holds."""
         times = self.fit.objective.setting.times
-        return float((times[-1] - times[0]) * np.exp(self.fit.x[LOG_F]))
+        return (times[-1] - times[0]) * np.exp(self.fit.x[LOG_F])
 
 
 def reconstruct(
@@ -255,7 +253,7 @@ def reconstruct(
     require_range("the frame rate", frame_rate_hz, above=0, unit="Hz")
     require_range("the focal length", focal_px, above=0, unit="px")
     if len(pixels) < 8:
-        raise InvalidInput("the clip is too short", expected="8 frames or more", received=str(len(pixels)))
+        raise InvalidInput("the clip is too short", expected="8 frames or more", received=len(pixels))
     seen = np.isfinite(pixels).all(axis=-1) & (weights > 0)
     weights = require_finite("weights", np.where(seen, weights, 0.0))
     weights = weights * prior.detector.seen
@@ -322,11 +320,11 @@ def _best_of(begun: Sequence[_Begun]) -> tuple[_Begun, list[Candidate]]:
     for number in order:
         x = begun[number].on_its_way.fit().x
         candidate = Candidate(
-            float(x[HEADING]),
-            float(x[PHASE]),
-            float(np.exp(x[LOG_F])),
+            x[HEADING],
+            x[PHASE],
+            np.exp(x[LOG_F]),
             begun[number].exchanged,
-            float(costs[number] - costs[order[0]]),
+            costs[number] - costs[order[0]],
         )
         if not any(_same(candidate, other) for other in candidates):
             candidates.append(candidate)
@@ -365,7 +363,7 @@ def _reconstruction(best: _Begun, candidates: list[Candidate], shake: np.ndarray
         starts=best.starts,
         candidates=tuple(candidates),
         labels_exchanged=best.exchanged,
-        labels_unsure=bool(rivals) and rivals[0].cost_above_best < LABELS_UNSURE,
+        labels_unsure=bool(rivals and rivals[0].cost_above_best < LABELS_UNSURE),
         keypoints=used,
         rms_residual_px=_slow_residual(fit, used),
         shake_px=shake,
@@ -379,12 +377,12 @@ def _slow_residual(fit: Fit, used: Keypoints) -> float:
     residual = fit.objective.residual(fit.x, used)
     size = np.sqrt((residual**2).sum(axis=-1))
     residual *= np.minimum(1.0, OUTLIER * fit.noise.sigma_px / np.maximum(size, 1e-9))[..., None]
-    square = float(np.mean(residual[seen] ** 2))
+    square = np.mean(residual[seen] ** 2)
     times, both = fit.objective.setting.times, seen[1:] & seen[:-1]
     if (times[1] - times[0]) * SLOWEST_WHITE_HZ > 1.0 or not both.any():
-        return float(np.sqrt(square))
-    white = 0.5 * float(np.mean((residual[1:] - residual[:-1])[both] ** 2))
-    return float(np.sqrt(max(square - white, 0.0)))
+        return np.sqrt(square)
+    white = 0.5 * np.mean((residual[1:] - residual[:-1])[both] ** 2)
+    return np.sqrt(max(square - white, 0.0))
 
 
 def reconstruct_followed(
@@ -408,7 +406,7 @@ def reconstruct_followed(
         As `reconstruct` has them.
     """
     given = pixels, weights, frame_rate_hz, focal_px, prior
-    strides = (len(pixels) - 1) / frame_rate_hz * float(np.exp(prior.model.log_frequency[0]))
+    strides = (len(pixels) - 1) / frame_rate_hz * np.exp(prior.model.log_frequency[0])
     cosines = int(COSINES_PER_STRIDE * strides)
     once = partial(reconstruct, *given, both_labellings=both_labellings, most_distance=most_distance)
     still = once(focal_sd=focal_sd, most_together=SURELY_TOGETHER)

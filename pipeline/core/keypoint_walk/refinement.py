@@ -92,12 +92,12 @@ def estimate_noise(residual: np.ndarray, seen: np.ndarray) -> Noise:
         sizes = np.abs(residual)[:, seen].ravel()
         half = len(sizes) // 2  # of two axes: an even number
         middle = np.partition(sizes, (half - 1, half))[half - 1 : half + 1]
-        sigma = min(max(float(middle.mean()) / 0.6745, SIGMA_PX[0]), SIGMA_PX[1])
+        sigma = min(max(middle.mean() / 0.6745, SIGMA_PX[0]), SIGMA_PX[1])
     square = residual[0] ** 2 + residual[1] ** 2
     share = seen * np.minimum(1.0, 3.0 * sigma / np.sqrt(np.maximum(square, 1e-18)))
     clipped, square = share * residual, share**2 * square
-    power = 0.5 * float((square[:, 1:] * seen[:, :-1] + square[:, :-1] * seen[:, 1:]).sum())
-    rho = float((clipped[..., 1:] * clipped[..., :-1]).sum()) / power if power > 0 else 0.0
+    power = 0.5 * (square[:, 1:] * seen[:, :-1] + square[:, :-1] * seen[:, 1:]).sum()
+    rho = (clipped[..., 1:] * clipped[..., :-1]).sum() / power if power > 0 else 0.0
     rho = min(max(rho, 0.0), MOST_CORRELATION)
     return Noise(sigma, (1.0 + rho) / (1.0 - rho))
 
@@ -107,7 +107,7 @@ def initial_unknowns(prior: Prior, start: Start, path: Path, focal_px: float, tr
     x = np.zeros(UNKNOWNS)
     x[:SIZE] = prior.mean.ravel()
     x[X0] = path.place_mm[0]
-    x[Y0] = path.place_mm[1] + float(prior.mean[trunk, 2, 0].mean())
+    x[Y0] = path.place_mm[1] + prior.mean[trunk, 2, 0].mean()
     x[Z0] = focal_px * path.distance[0]
     x[VX], x[VZ] = path.velocity_mm_s
     x[HEADING], x[PHASE], x[LOG_F] = start.heading_rad, start.phase_rad, np.log(start.frequency_hz)
@@ -127,7 +127,7 @@ def _solve(here: Quadratic, again: Callable[[], Quadratic]) -> np.ndarray:
         matrix = np.tril(matrix) + np.tril(matrix, -1).T
         matrix = matrix + 1e-6 * np.diag(np.diag(matrix)) + 1e-9 * np.eye(len(matrix))
         solution = np.linalg.lstsq(matrix, here.gradient, rcond=None)[0]
-    return np.asarray(solution)
+    return solution
 
 
 def find_exchanged(kept: np.ndarray, swapped: np.ndarray) -> dict[str, np.ndarray]:

@@ -98,7 +98,7 @@ def frequency_candidates(
     coefficients : (n, 15, 5, 2)
         By joint, coefficient and image axis, mm.
     """
-    duration = float(times[-1] - times[0])
+    duration = times[-1] - times[0]
     grid = np.exp(np.arange(np.log(lowest_hz(duration)), np.log(SEARCH_HZ[1]) + 0.01, 0.02))
 
     def columns(frequencies: np.ndarray) -> np.ndarray:
@@ -106,11 +106,11 @@ def frequency_candidates(
         return np.concatenate([design(frequencies[:, None], times, 2), drift], axis=2)
 
     tried = columns(grid)
-    count = 2.0 * float((weights > 0).sum())
+    count = 2.0 * (weights > 0).sum()
 
     def cost_of(frequencies: np.ndarray, squares: np.ndarray) -> np.ndarray:
         far = (np.log(frequencies) - log_frequency[0]) / (1.5 * log_frequency[1])
-        return np.asarray(count / 16.0 * np.log(squares) + 0.5 * far**2)
+        return count / 16.0 * np.log(squares) + 0.5 * far**2
 
     w = weights
     cost = np.empty(0)
@@ -120,7 +120,7 @@ def frequency_candidates(
         if again:
             best = int(np.argmin(cost))
             off = np.linalg.norm(metric - np.einsum("tn,jnd->tjd", tried[best], found[best]), axis=-1)
-            scale = max(float(np.median(off[weights > 0])) / 1.1774, 1e-9)
+            scale = max(np.median(off[weights > 0]) / 1.1774, 1e-9)
             w = weights / (1.0 + (off / (2.385 * scale)) ** 2)
     padded = np.concatenate([[np.inf], cost, [np.inf]])
     minima = np.flatnonzero((cost <= padded[:-2]) & (cost < padded[2:]))
@@ -210,7 +210,7 @@ def find_starts(
         raise InvalidInput("fewer than four joints are seen in a fifth of the frames", received=names)
     shown, weights = weights > 0, weights * seen
     heights = prior.mean[:, 2, 0]
-    typical = float(np.exp(model.log_frequency[0]))
+    typical = np.exp(model.log_frequency[0])
     path = straighten(pixels, weights, times, heights, focal_px, typical, cosines)
     together = _ankles_together(path.metric, shown, times)
     frequencies, worse, image = frequency_candidates(path.metric, weights, times, model.log_frequency)
@@ -219,7 +219,7 @@ def find_starts(
     grid = prior.grid if whole else projected_grid(prior.mean, prior.covariance, seen)
     z = heights[seen] - heights[seen].mean()
     down = image[0, seen, 0, 1] - image[0, seen, 0, 1].mean()
-    size = float(-(down @ z) / (z @ z))
+    size = -(down @ z) / (z @ z)
     if size <= 0.2:
         raise InvalidInput("nobody stands upright in the image", expected="heads above feet")
     phases = 2.0 * np.pi * np.arange(PHASES) / PHASES
@@ -234,22 +234,22 @@ def find_starts(
     costs = _grid_cost(grid, image[:, seen] / size, phases)
     for number, (frequency, cost) in enumerate(zip(frequencies, costs, strict=True)):
         lowest = int(np.argmin(cost.min(axis=1)))
-        if (lowest_cost := float(cost[lowest].min())) < least:
+        if (lowest_cost := cost[lowest].min()) < least:
             least = lowest_cost
-            distance = (least - float(grid.log_determinant[lowest])) / grid.whitened_mean.shape[1]
+            distance = (least - grid.log_determinant[lowest]) / grid.whitened_mean.shape[1]
         if overground:
             v = speed[number]
             cost = cost + (((along - v) / (0.4 * v)) ** 2 + (across / (0.3 * v)) ** 2)[:, None]
         cost = cost + worse[number]
         heading_cost = np.minimum(heading_cost, cost.min(axis=1))
         found += [
-            Start(float(frequency), float(grid.headings_rad[i]), float(phases[j]), float(cost[i, j]))
+            Start(float(frequency), grid.headings_rad[i], phases[j], cost[i, j])
             for i, j in _local_minima(cost)
         ]
     found.sort(key=lambda start: start.cost)
     # The frequency that leaves least of the image has a start of its own: labels exchanged for long make the image
     # look like one of the double frequency.
-    likeliest = float(frequencies[int(np.argmin(worse))])
+    likeliest = frequencies[int(np.argmin(worse))]
     chosen = [start for start in found if start.frequency_hz == likeliest][:1]
     for start in found:
         different = all(
@@ -275,4 +275,4 @@ def _ankles_together(metric: np.ndarray, seen: np.ndarray, times: np.ndarray) ->
     left, right = (
         about - columns @ np.linalg.lstsq(columns, about, rcond=None)[0] for about in (left, right)
     )
-    return float((left * right).sum() / max(np.sqrt((left**2).sum() * (right**2).sum()), 1e-9))
+    return (left * right).sum() / max(np.sqrt((left**2).sum() * (right**2).sum()), 1e-9)

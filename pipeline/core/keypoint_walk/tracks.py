@@ -100,7 +100,7 @@ def find_tracks(
         for n in rows:
             away = _moved(pixels[n], pixels[last]) / np.maximum(height[last], height[n])
             cost = away + 0.25 * (identity[n] != identity[last])
-            pairs += [(float(cost[place]), n, int(place)) for place in np.flatnonzero(away < allowed)]
+            pairs += [(cost[place], n, int(place)) for place in np.flatnonzero(away < allowed)]
         used_rows, used_tracks = set(), set()
         for _, n, place in sorted(pairs):
             if n not in used_rows and place not in used_tracks:
@@ -112,7 +112,7 @@ def find_tracks(
     for rows in closed + open_:
         at = np.array(rows)
         names, counts = np.unique(identity[at], return_counts=True)
-        tracks.append(Track(str(names[np.argmax(counts)]), frame[at], at, float(np.median(height[at]))))
+        tracks.append(Track(str(names[np.argmax(counts)]), frame[at], at, np.median(height[at])))
     # Length, then size in the image, then the first frame decide.
     return sorted(tracks, key=lambda t: (-len(t.rows), -t.height_px, int(t.frame[0])))
 
@@ -197,7 +197,7 @@ def straight_stretches(
     step = window // 2
     velocity = np.stack([_central(right, step), _central(away, step)], axis=-1) * frame_rate_hz
     speed = np.hypot(*velocity.T)
-    typical = float(np.percentile(speed, 75))
+    typical = np.percentile(speed, 75)
     if typical < 400.0:
         return whole
     heading = np.unwrap(np.arctan2(velocity[:, 1], velocity[:, 0]))
@@ -208,7 +208,7 @@ def straight_stretches(
         if stop - start < SHORTEST_S * frame_rate_hz:
             continue
         drift = np.abs(heading[start:stop] - np.median(heading[start:stop]))
-        if float(np.percentile(drift, 90)) < np.radians(60.0):
+        if np.percentile(drift, 90) < np.radians(60.0):
             found.append((start, stop))
     if sum(stop - start for start, stop in found) < LEAST_STRAIGHT * T:
         return whole
@@ -246,7 +246,7 @@ def path_turn_rad(pixels: np.ndarray, heights_mm: np.ndarray, focal_px: float) -
     place = np.stack([across * inverse, focal_px * inverse], axis=-1)[good]
     _, along, bent = np.polynomial.polynomial.polyfit(unit[good], place, 2)
     start, end = (np.arctan2(*(along + side * 2.0 * bent)) for side in (-1.0, 1.0))
-    return float((end - start + np.pi) % (2.0 * np.pi) - np.pi)
+    return (end - start + np.pi) % (2.0 * np.pi) - np.pi
 
 
 def _running_mean(values: np.ndarray, window: int) -> np.ndarray:
@@ -258,4 +258,4 @@ def _central(values: np.ndarray, step: int) -> np.ndarray:
     """Slopes per frame over `step` frames on either side, one-sided at the ends."""
     after = np.minimum(np.arange(len(values)) + step, len(values) - 1)
     before = np.maximum(np.arange(len(values)) - step, 0)
-    return np.asarray((values[after] - values[before]) / (after - before))
+    return (values[after] - values[before]) / (after - before)

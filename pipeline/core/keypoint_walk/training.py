@@ -154,12 +154,12 @@ def moments(walks: Sequence[TrainingWalk], people: np.ndarray) -> Moments:
     """
     people = require_shape("people", people, (len(walks),))
     if (count := len(np.unique(people))) < 2:
-        raise InvalidInput("a model of walkers needs two people or more", received=str(count))
+        raise InvalidInput("a model of walkers needs two people or more", received=count)
     weights = anatomical.person_weights(people)
     walkers = require_finite("walkers", np.stack([walk.walker for walk in walks]))
     both = np.concatenate([walkers, anatomical.mirror_image(walkers)]).reshape(2 * len(walks), -1)
     half = np.concatenate([weights, weights]) / 2.0
-    effective = min(1.0 / float((weights**2).sum()), MOST_WALKERS)
+    effective = min(1.0 / (weights**2).sum(), MOST_WALKERS)
     mean = half @ both
     centred = np.sqrt(half)[:, None] * (both - mean)
     lengths = anatomical.bone_lengths(walkers)
@@ -167,7 +167,7 @@ def moments(walks: Sequence[TrainingWalk], people: np.ndarray) -> Moments:
     aperiodic = weights @ np.stack([walk.aperiodic_variance for walk in walks]).reshape(len(walks), -1)
     aperiodic = aperiodic.reshape(JOINTS, 3)
     log_frequency = np.log([walk.frequency_hz for walk in walks])
-    centre = float(weights @ log_frequency)
+    centre = weights @ log_frequency
     return Moments(
         mean=mean.reshape(JOINTS, 3, BLOCKS),
         covariance=effective / (effective - 1.0) * (centred.T @ centred),

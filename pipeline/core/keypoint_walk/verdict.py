@@ -85,12 +85,12 @@ def bounce(found: Reconstruction) -> float:
     height = -about.sum(axis=1) / seen[rows].sum(axis=1)
     columns = columns[rows]
     wave = np.linalg.lstsq(columns, height, rcond=None)[0]
-    left = float(np.std(height - columns @ wave))
+    left = np.std(height - columns @ wave)
     average = objective.prior.model.mean[TRUNK, 2, 3:5].mean(axis=0) * found.height_px / HEIGHT_MM
     # Errors forget in some FORGETS_S: there are fewer of them than frames.
-    several = max(float(times[-1] - times[0]) / FORGETS_S, 1.0)
+    several = max((times[-1] - times[0]) / FORGETS_S, 1.0)
     error = left * np.sqrt(2.0 / several) / np.linalg.norm(average)
-    return float(wave[-2:] @ average / (average @ average) + 2.0 * error)
+    return wave[-2:] @ average / (average @ average) + 2.0 * error
 
 
 def judge(found: Reconstruction) -> Judgement:

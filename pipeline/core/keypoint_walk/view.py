@@ -55,4 +55,4 @@ def project(points: np.ndarray, focal_px: float) -> np.ndarray:
 
 def view_angle_deg(heading_rad: float) -> float:
     """View angle of the papers, in degrees within ±180, of a heading."""
-    return float((180.0 - np.degrees(heading_rad) + 180.0) % 360.0 - 180.0)
+    return (180.0 - np.degrees(heading_rad) + 180.0) % 360.0 - 180.0

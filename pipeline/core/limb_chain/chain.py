@@ -114,7 +114,7 @@ def relative_trajectories(chain: Chain, positions: np.ndarray) -> np.ndarray:
     """
     positions = require_shape("positions", np.asarray(positions, dtype=float), ("F", len(chain.joints), 3))
     parent, child = chain.ends.T
-    return np.asarray(positions[:, child] - positions[:, parent])
+    return positions[:, child] - positions[:, parent]
 
 
 def forward(chain: Chain, root: np.ndarray, relative: np.ndarray) -> np.ndarray:
@@ -163,4 +163,4 @@ def true_lengths(chain: Chain, positions: np.ndarray) -> np.ndarray:
     if not known.any(axis=0).all():
         limb = chain.limbs[int(known.any(axis=0).argmin())]
         raise InvalidInput(f"the limb to {limb!r} is known in no frame, so its length is not either")
-    return np.asarray(np.where(known, lengths, 0.0).sum(axis=0) / known.sum(axis=0))
+    return np.where(known, lengths, 0.0).sum(axis=0) / known.sum(axis=0)

@@ -69,7 +69,7 @@ def anthropometric_lengths(chain: Chain, *, of: str = "stature", size_mm: float)
     parts = [limb.removeprefix("left_").removeprefix("right_") for limb in chain.limbs]
     shares = np.array([LENGTH_RATIOS[require_choice("limb", part, LENGTH_RATIOS)] for part in parts])
     whole = 1.0 if of == "stature" else shares[chain.limbs.index(require_choice("limb", of, chain.limbs))]
-    return np.asarray(shares * (size_mm / whole))
+    return shares * (size_mm / whole)
 
 
 def demanded_length(
@@ -98,7 +98,7 @@ def demanded_length(
     seen = rays.distance[rays.ahead > 0.0]
     if not seen.size:
         raise InvalidInput("no ray asks for a length", expected="a frame with image, camera and parent")
-    return float(np.quantile(seen, quantile))
+    return np.quantile(seen, quantile)
 
 
 def length_from_rays(

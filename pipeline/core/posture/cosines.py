@@ -73,7 +73,7 @@ class LimbLengths:
     @property
     def leg_length_mm(self) -> float:
         """Thigh and leg together, mean of the sides."""
-        return float(self.limbs_mm[[*THIGHS, *LEGS]].sum() / 2.0)
+        return self.limbs_mm[[*THIGHS, *LEGS]].sum() / 2.0
 
     @cached_property
     def sizes(self) -> tuple[float, tuple[np.ndarray, ...]]:
@@ -154,7 +154,7 @@ def floor_level(positions: np.ndarray) -> float:
     -----
     The 5th percentile of the lower ankle's height: a foot that is placed, not the lowest noise.
     """
-    return float(np.percentile(positions[:, ANKLES, 2].min(axis=1), FLOOR_PERCENTILE))
+    return np.percentile(positions[:, ANKLES, 2].min(axis=1), FLOOR_PERCENTILE)
 
 
 def limb_lengths(positions: np.ndarray) -> LimbLengths:
@@ -248,7 +248,7 @@ def _placed(postures: np.ndarray, limb_lengths: LimbLengths, frame: str) -> tupl
     require_choice("frame", frame, FRAMES)
     given = np.asarray(postures, dtype=float)
     if given.ndim < 1 or given.shape[-1] != PARAMETERS:
-        raise InvalidInput("no postures", expected=f"(…, {PARAMETERS}) numbers", received=str(given.shape))
+        raise InvalidInput("no postures", expected=f"(…, {PARAMETERS}) numbers", received=given.shape)
     flat = np.ascontiguousarray(given.reshape(-1, PARAMETERS))
     positions = np.empty((len(flat), len(WALKER15.joints), 3))
     found = np.empty((len(flat), 2), dtype=np.int64)

@@ -2,7 +2,7 @@
 
 Two approaches, chosen by ``noise_variance``: None is least squares (approach I), a number in mm² is the maximum of
 the posterior probability (approach II, MAP).  `least_squares` and `maximum_a_posteriori` are the printed estimators;
-`from_known_views` solves the same for many views at once, `error_path` for many noise variances, and
+`from_known_views` solves the same for many views at once, `NoisePath` for many noise variances, and
 `from_known_view_unknown_phase` finds the phase of the walker with the coefficients.  All but the printed ones go
 through one linear system, `Gram`.
 
@@ -21,7 +21,7 @@ from pipeline.core.reconstruction.known_view import (
     least_squares,
     maximum_a_posteriori,
 )
-from pipeline.core.reconstruction.noise_path import NoisePath, error_path
+from pipeline.core.reconstruction.noise_path import NoisePath
 from pipeline.core.reconstruction.unknown_phase import PhasedView, from_known_view_unknown_phase
 
 __all__ = [
@@ -29,7 +29,6 @@ __all__ = [
     "KnownViews",
     "NoisePath",
     "PhasedView",
-    "error_path",
     "from_known_view_unknown_phase",
     "from_known_views",
     "gram_of",

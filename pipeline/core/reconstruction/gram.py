@@ -53,7 +53,7 @@ class Gram:
     @cached_property
     def _seen_from_everywhere(self) -> bool:
         """Whether A has no small eigenvalue at any angle: it exceeds Gzz, which has none."""
-        largest = float(np.trace(self._parts[0] + self._parts[2] + self._parts[3]))
+        largest = np.trace(self._parts[0] + self._parts[2] + self._parts[3])
         return bool(np.linalg.eigvalsh(self._parts[3])[0] > _SAFE * largest)
 
     def at(self, cosine: np.ndarray, sine: np.ndarray) -> np.ndarray:
@@ -131,7 +131,7 @@ def require_noise_variance(noise_variance: float) -> float:
     InvalidInput
         If it is not.
     """
-    return float(require_range("the noise variance (sigma²)", noise_variance, above=0, unit="mm²"))
+    return require_range("the noise variance (sigma²)", noise_variance, above=0, unit="mm²")
 
 
 def _well_conditioned(A: np.ndarray) -> bool:

@@ -73,6 +73,8 @@ class NoisePath:
     def error(self, sample: np.ndarray) -> np.ndarray:
         """E_a of a walker (225,) or (226,) whom the model has not seen, for every view and sigma², (A, S) mm².
 
+        Add the residual power of the walker for errors against the motion itself.
+
         Raises
         ------
         InvalidInput
@@ -97,36 +99,7 @@ class NoisePath:
         form = self._rotated @ y
         form -= 2.0 * rotated_linear[..., None]
         path = constant[:, None] + np.einsum("ank,ank->ak", form, y)
-        return np.asarray(path @ self._between)
-
-
-def error_path(
-    model: LinearModel,
-    sample: np.ndarray,
-    view_angles_rad: np.ndarray,
-    noise_variances: np.ndarray,
-) -> np.ndarray:
-    """E_a of one walker for every view and every sigma², (A, S) mm² [zhang2007 3.15, 4.2].
-
-    Parameters
-    ----------
-    model : LinearModel
-        Learnt without this walker.
-    sample : (225,) or (226,)
-    view_angles_rad : (A,)
-    noise_variances : (S,)
-        sigma² in mm².
-
-    Raises
-    ------
-    InvalidInput
-        As `NoisePath`.
-
-    Notes
-    -----
-    Add the residual power of the walker for errors against the motion itself.
-    """
-    return NoisePath(model, view_angles_rad, noise_variances).error(sample)
+        return path @ self._between
 
 
 def _tridiagonal(A: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -87,7 +87,7 @@ def from_known_view_unknown_phase(
         h = right_hand_side(gram.white, d, c, s)
         z = gram.solve(c, s, h[..., None], noise_variance)[..., 0]
         across = c * d.x + s * d.y
-        return float(across @ across + d.z @ d.z - h[0] @ z[0])
+        return across @ across + d.z @ d.z - h[0] @ z[0]
 
     phase = lowest_phase(cost, len(image) - 1)
     found = from_known_views(model, shifted(phase), np.array([view_angle_rad]), noise_variance=noise_variance)

@@ -61,7 +61,7 @@ class LimbEquations:
 
     def curvature_along(self, step: np.ndarray) -> float:
         """The square step^T H step of a step (L, N)."""
-        return float(kernels.curvature_along(self.rows, self.lines, step))
+        return kernels.curvature_along(self.rows, self.lines, step)
 
 
 def normal_equations(given: Observations, unknowns: np.ndarray, *, exact: bool = False) -> LimbEquations:
@@ -152,7 +152,7 @@ def minimise(
             continue
         trial = np.clip(unknowns + step, -bound, bound)
         step = trial - unknowns
-        promised = -float((equations.gradient * step).sum()) - 0.5 * equations.curvature_along(step)
+        promised = -(equations.gradient * step).sum() - 0.5 * equations.curvature_along(step)
         there = cost(given, trial)
         # A change of the cost below this is rounding, and does not say whether the step was good.
         rounding = np.sqrt(here * floor)
@@ -172,4 +172,4 @@ def minimise(
 def _rounding(given: Observations) -> float:
     """Cost at which residuals are rounding, px²."""
     largest = max(np.abs(given.images).max(), np.abs(given.projection[:, :2]).max())
-    return 0.5 * float(given.seen.sum()) * (_ROUNDING_PX * float(largest)) ** 2
+    return 0.5 * given.seen.sum() * (_ROUNDING_PX * float(largest)) ** 2

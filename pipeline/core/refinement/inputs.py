@@ -63,7 +63,7 @@ def tree_in_order(parents: Sequence[int] | np.ndarray, joints: int) -> tuple[int
         raise InvalidInput(
             "the parents are not those of a tree in order",
             expected=f"{joints} numbers: -1 for the root, then each parent before its children",
-            received=str(tree),
+            received=tree,
         )
     return tree
 

@@ -132,7 +132,7 @@ def observe(
     frames = len(images)
     if camera.frames not in (None, frames):
         raise InvalidInput(
-            "images and cameras disagree in their frames", expected=str(frames), received=str(camera.frames)
+            "images and cameras disagree in their frames", expected=frames, received=camera.frames
         )
     at = np.broadcast_to(camera.known, frames)[:, None]
     rooted = np.isfinite(root).all(axis=1, keepdims=True)
@@ -207,8 +207,8 @@ def cost(given: Observations, unknowns: np.ndarray) -> float:
     """
     theta, phi = angles(given, unknowns)
     tree = (given.carriers, lengths_mm(given, unknowns), given.charts)
-    squares = float(kernels.squared_distances(given.seen_by, tree, theta, phi))
-    return 0.5 * (squares + float((given.penalty * unknowns**2).sum()))
+    squares = kernels.squared_distances(given.seen_by, tree, theta, phi)
+    return 0.5 * (squares + (given.penalty * unknowns**2).sum())
 
 
 def linearise(given: Observations, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

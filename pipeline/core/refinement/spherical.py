@@ -117,9 +117,7 @@ def unit_vectors(directions: np.ndarray) -> np.ndarray:
     # Brought to unit size before squaring: the squares of 1e-200 are zero, those of 1e200 infinite.
     size = np.abs(np.where(known[:, None], directions, 1.0)).max(axis=1)
     if not size.all():
-        raise InvalidInput(
-            f"the direction of frame {int(size.argmin())} has no length", expected="a vector but 0"
-        )
+        raise InvalidInput(f"the direction of frame {size.argmin()} has no length", expected="a vector but 0")
     scaled = np.where(known[:, None], directions, np.nan) / size[:, None]
     return scaled / np.linalg.norm(scaled, axis=1, keepdims=True)
 
@@ -170,13 +168,13 @@ def _nearest_face(units: np.ndarray, whitening: np.ndarray) -> np.ndarray:
     normals = (normals / size[:, None])[away <= away.min() + _FLAT]
     digits = np.rint(1e6 * np.concatenate([normals, -normals]))
     first = int(np.lexsort(digits.T[::-1])[0])
-    return np.asarray(np.concatenate([normals, -normals])[first])
+    return np.concatenate([normals, -normals])[first]
 
 
 def _perpendicular(wanted: np.ndarray, axis: np.ndarray) -> np.ndarray:
     """The unit vector (3,) across a unit axis that is nearest to a wanted direction."""
     across = wanted - (wanted @ axis) * axis
-    return np.asarray(across / np.linalg.norm(across))
+    return across / np.linalg.norm(across)
 
 
 def _pointing(axis: np.ndarray, mean: np.ndarray) -> np.ndarray:
@@ -212,7 +210,7 @@ def continuous_angles(directions: np.ndarray, *, chart: np.ndarray | None = None
     frames = np.flatnonzero(np.isfinite(units[:, 0]))
     chart = farthest_chart(units[frames]) if chart is None else np.asarray(chart, dtype=float)
     if chart.shape != (3, 3) or not np.abs(chart @ chart.T - np.eye(3)).max() < 1e-9:
-        raise InvalidInput("the chart is not a rotation", expected="Q Q^T = I", received=str(chart.tolist()))
+        raise InvalidInput("the chart is not a rotation", expected="Q Q^T = I", received=chart.tolist())
     x, y, z = (units[frames] @ chart.T).T
     across = np.hypot(x, y)
     inclination, azimuth = np.arctan2(across, z), np.arctan2(y, x)

@@ -219,7 +219,7 @@ def _refinement(
         coefficients_phi=unknowns[:, most : 2 * most].copy(),
         lengths=reprojection.lengths_mm(given, unknowns).copy(),
         chart=given.charts,
-        reprojection_error_px=float(np.sqrt(np.nanmean(np.where(given.seen, distance, np.nan) ** 2))),
+        reprojection_error_px=np.sqrt(np.nanmean(np.where(given.seen, distance, np.nan) ** 2)),
         cost=lowest,
         converged=converged,
         n_iterations=iterations,

@@ -80,21 +80,21 @@ def same_size(sequences: Sequence[np.ndarray] | np.ndarray, names: Sequence[str]
                 "not a sequence of postures",
                 where=name,
                 expected="(frames, dimensions), one or more of each",
-                received=str(array.shape),
+                received=array.shape,
             )
         if array.shape[1] != arrays[0].shape[1]:
             raise InvalidInput(
                 "postures have another dimension",
                 where=name,
                 expected=f"{arrays[0].shape[1]}, as {called[0]} has",
-                received=str(array.shape[1]),
+                received=array.shape[1],
             )
         if len(array) != len(arrays[0]):
             raise InvalidInput(
                 "another length: normalise the time of all sequences first",
                 where=name,
                 expected=f"{len(arrays[0])} frames, as {called[0]} has",
-                received=str(len(array)),
+                received=len(array),
             )
         # A comparison with NaN is false.
         usable = np.abs(array) < _LARGEST
@@ -139,7 +139,7 @@ def synchronize_all(
     rows = same_size(sequences)
     if len(rows) < 2:
         raise InvalidInput(
-            "there is nothing to synchronize with", expected="two or more sequences", received=str(len(rows))
+            "there is nothing to synchronize with", expected="two or more sequences", received=len(rows)
         )
     count, frames, dimension = rows.shape
     nodes = allowed_disparities(
@@ -167,7 +167,7 @@ def _tiles(rows: np.ndarray, nodes: Trellis) -> Iterator[tuple[slice, slice, np.
     squared = np.einsum("mpb,mpb->mp", rows, rows)[..., None]
     # E is a sum of b + 2 products after two of b, of terms that are at most four of the largest norm together:
     # wrong by less than half of this.
-    uncertain = 8.0 * (dimension + 2) * np.finfo(float).eps * float(squared.max())
+    uncertain = 8.0 * (dimension + 2) * np.finfo(float).eps * squared.max()
     # A number that is added and taken off again, and whose last digit is the next power of two.
     rounding = 1.5 * 2.0 ** (52 + np.frexp(uncertain)[1])
     ones = np.ones_like(squared)

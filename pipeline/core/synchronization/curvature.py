@@ -43,7 +43,7 @@ def curvature(sequence: np.ndarray, *, where: str = "the performance") -> np.nda
     # Of the curve (t / T, x / r): its first derivative is (1, first), its second (0, second).
     speed = 1.0 + (first**2).sum(axis=1)
     across = speed * (second**2).sum(axis=1) - (first * second).sum(axis=1) ** 2
-    return np.asarray(np.sqrt(np.maximum(across, 0.0)) / speed**1.5)
+    return np.sqrt(np.maximum(across, 0.0)) / speed**1.5
 
 
 def checked(sequence: np.ndarray, where: str) -> np.ndarray:
@@ -65,6 +65,6 @@ def checked(sequence: np.ndarray, where: str) -> np.ndarray:
     wrong = ~np.isfinite(x).all(axis=1)
     if wrong.any():
         raise InvalidInput(
-            "a posture has a number that is not finite", where=f"{where}, frame {int(wrong.argmax())}"
+            "a posture has a number that is not finite", where=f"{where}, frame {wrong.argmax()}"
         )
     return x

@@ -102,7 +102,7 @@ def choose_key_frames(sequences: Sequence[np.ndarray], *, count: int = 5) -> Key
                 f"too short for {count} key-frames that are {SEPARATION:g} of the duration apart",
                 where=f"performance {number}",
                 expected=f"{least} frames",
-                received=str(len(x)),
+                received=len(x),
             )
     bends = [curvature(x, where=f"performance {number}") for number, x in enumerate(given)]
     bends = [c / c.max() for c in bends]
@@ -152,7 +152,7 @@ def resample_by_key_frames(
     count = frames.shape[1]
     if n_samples < count + 2:
         raise InvalidInput(
-            "fewer samples than key-frames and ends", expected=f"{count + 2} or more", received=str(n_samples)
+            "fewer samples than key-frames and ends", expected=f"{count + 2} or more", received=n_samples
         )
     ends = np.array([len(x) - 1 for x in given])
     nodes = np.column_stack([np.zeros_like(ends), frames, ends])
@@ -160,7 +160,7 @@ def resample_by_key_frames(
     if not steps.all():
         raise InvalidInput(
             "the key-frames do not increase between the ends",
-            where=f"performance {int((~steps.all(axis=1)).argmax())}",
+            where=f"performance {(~steps.all(axis=1)).argmax()}",
         )
     samples = np.round((frames / ends[:, None]).mean(axis=0) * (n_samples - 1)).astype(int)
     # With few samples two key-frames may round to one: moved apart, forwards and then back from the end.
@@ -209,7 +209,7 @@ def _all_checked(sequences: Sequence[np.ndarray]) -> list[np.ndarray]:
             raise InvalidInput(
                 "the performances have different dimensions",
                 where=f"performance {number}",
-                expected=str(given[0].shape[1]),
-                received=str(x.shape[1]),
+                expected=given[0].shape[1],
+                received=x.shape[1],
             )
     return given

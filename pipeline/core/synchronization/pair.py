@@ -135,7 +135,7 @@ def warp(x_m: np.ndarray, disparity: np.ndarray) -> np.ndarray:
         raise InvalidInput(
             f"the disparity of sample {p} leads outside of the sequence",
             expected=f"samples 0 to {tau.shape[-1] - 1}",
-            received=str(tau[outside][0]),
+            received=tau[outside][0],
         )
     return np.take_along_axis(x_m, tau[..., None], axis=-2)
 
@@ -161,7 +161,7 @@ def synchronization_distance(
     x_n, x_m = same_size([x_n, x_m], ["x_n", "x_m"])
     nodes = allowed_disparities(len(x_n), max_disparity=len(x_n), smoothness=smoothness, penalty=penalty)
     misfit = ((x_n - warp(x_m, disparity)) ** 2).sum(axis=1)
-    return float(nodes.distances_so_far(misfit, np.asarray(disparity))[-1])
+    return nodes.distances_so_far(misfit, np.asarray(disparity))[-1]
 
 
 def disparity_space_image(x_n: np.ndarray, x_m: np.ndarray, *, max_disparity: int) -> np.ndarray:
@@ -258,4 +258,4 @@ def synchronize(
     image = disparity_space_image(x_n, x_m, max_disparity=band)[..., None]
     S = allocate_costs(nodes, 1)
     cost = accumulate(nodes, lambda p, low, high: image[p, low + band : high + band + 1], S)
-    return Synchronization(disparity=backtrack(nodes, S)[:, 0], cost=float(cost[0]))
+    return Synchronization(disparity=backtrack(nodes, S)[:, 0], cost=cost[0])

@@ -141,14 +141,12 @@ def allowed_disparities(
     # Longer ones lead out of the sequence, but would need memory all the same.
     ordered = tuple(sorted((k for k in wanted if k > -max(frames, 2)), key=lambda k: (abs(k), k)))
     if 0 not in ordered:
-        raise InvalidInput(
-            "no step leaves the disparity as it is", expected="0 among them", received=str(ordered)
-        )
+        raise InvalidInput("no step leaves the disparity as it is", expected="0 among them", received=ordered)
     if max(ordered) > 1:
         raise InvalidInput(
             f"the step {max(ordered)} runs time backwards, at the rate 1 - k",
             expected="steps of at most 1",
-            received=str(ordered),
+            received=ordered,
         )
     down, up = min(ordered), max(ordered)
     before = np.arange(frames)

@@ -11,7 +11,7 @@ Symbols
 ``L, w``     likelihood of a particle and its weight
 """
 
-from pipeline.core.tracking.errors import best_phase, joint_error, linear_phase
+from pipeline.core.tracking.errors import best_phase, joint_error
 from pipeline.core.tracking.filter import Track, track
 from pipeline.core.tracking.likelihood import Likelihood
 from pipeline.core.tracking.prediction import Dynamics, learnt_diffusion
@@ -23,6 +23,5 @@ __all__ = [
     "best_phase",
     "joint_error",
     "learnt_diffusion",
-    "linear_phase",
     "track",
 ]

@@ -1,7 +1,7 @@
 """Errors of a track in mm, and those that the mean performance alone would have.
 
 The action model without an image is its mean performance; the question is at which phase.  With a constant rate
-(`linear_phase`) nothing of the performer is used but the duration; at the best phase of each frame (`best_phase`)
+nothing of the performer is used but the duration; at the best phase of each frame (`best_phase`)
 it is the least error that any timing of the mean performance can have.
 """
 
@@ -11,18 +11,6 @@ import numpy as np
 
 from pipeline.core.choice import first_lowest
 from pipeline.skeleton import PELVIS
-from pipeline.validation import InvalidInput, require_shape
-
-
-def linear_phase(frames: int, samples: int) -> np.ndarray:
-    """Phases (T,) of the mean performance when both ends are aligned and the rate is constant [mozerov2006 7].
-
-    Examples
-    --------
-    >>> linear_phase(5, 9).tolist()
-    [0.0, 2.0, 4.0, 6.0, 8.0]
-    """
-    return np.linspace(0.0, samples - 1.0, frames)
 
 
 def best_phase(performance: np.ndarray, mean_performance: np.ndarray) -> np.ndarray:
@@ -34,27 +22,11 @@ def best_phase(performance: np.ndarray, mean_performance: np.ndarray) -> np.ndar
         Joints in 3D (then this is an oracle) or in the image; NaN where not known.
     mean_performance : (P, J, c)
 
-    Raises
-    ------
-    InvalidInput
-        If the joints disagree, or a frame has none that is known.
-
     Notes
     -----
     Nearest in the mean squared distance of the joints that are known; the earlier on ties; not held to be monotone.
     """
-    performance, mean_performance = (
-        np.asarray(performance, dtype=float),
-        np.asarray(mean_performance, dtype=float),
-    )
-    require_shape(
-        "the performance",
-        performance,
-        ("T", *require_shape("the mean", mean_performance, ("P", "J", "c")).shape[1:]),
-    )
     known = np.isfinite(performance).all(axis=-1)
-    if not known.any(axis=1).all():
-        raise InvalidInput("no joint is known", where=f"frame {int((~known.any(axis=1)).argmax())}")
     there = np.where(known[..., None], performance, 0.0)
     weights = np.broadcast_to(known[..., None], there.shape).reshape(len(there), -1).astype(float)
     of_mean = mean_performance.reshape(len(mean_performance), -1)

@@ -19,9 +19,9 @@ import numpy as np
 from pipeline.core.tracking import particles
 from pipeline.core.tracking.likelihood import Likelihood
 from pipeline.core.tracking.prediction import Dynamics, Walk
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import InvalidInput
 
-_UNDERFLOW = float(np.log(np.nextafter(0.0, 1.0)))
+_UNDERFLOW = np.log(np.nextafter(0.0, 1.0))
 """Logarithm of the smallest positive double: what is less likely has a weight of zero."""
 
 
@@ -93,11 +93,14 @@ def track(
     Raises
     ------
     InvalidInput
-        No particle, fewer than two frames, an action model or dynamics that cannot be (`Walk`), joints that are
-        not those observed, or positions that are not finite.
+        Positions of the mean performance that are not finite.
     """
     walk = Walk(mean, standard_deviation, dynamics or Dynamics(), prior=prior)
-    _require_sizes(walk, likelihood, to_joints, n_particles)
+    nowhere = ~np.isfinite(to_joints(walk.mean)).all(axis=(1, 2))
+    if nowhere.any():
+        raise InvalidInput(
+            "to_joints gives a position that is not finite", where=f"sample {nowhere.argmax()} of the mean"
+        )
     frames, equal = likelihood.frames, np.full(n_particles, -np.log(n_particles))
     posture, deviation = np.empty((2, frames, walk.mean.shape[1]))
     phase, size, pruned, evidence = np.zeros((4, frames))
@@ -109,7 +112,7 @@ def track(
         x = walk.posture(state)
         if likelihood.seen[frame].any():
             value = likelihood.log_density(to_joints(x), frame)
-            best = float(value.max())
+            best = value.max()
             # Where nobody has an image there is no telling them apart, so the prediction stands.
             evidence[frame] = -np.inf
             if np.isfinite(value).any():
@@ -124,26 +127,3 @@ def track(
             state = state[particles.resample_systematically(log_weights, generator.random())]
             log_weights = equal
     return Track(posture, deviation, phase, size, pruned, evidence, likelihood.seen.sum(axis=1), lost)
-
-
-def _require_sizes(
-    walk: Walk,
-    likelihood: Likelihood,
-    to_joints: Callable[[np.ndarray], np.ndarray],
-    n_particles: int,
-) -> None:
-    require_range("n_particles", n_particles, at_least=1, whole=True)
-    if likelihood.frames < 2:
-        raise InvalidInput("one frame is no performance to track", expected="two or more", received="1")
-    joints = to_joints(walk.mean)
-    if joints.shape != (len(walk.mean), likelihood.joints, 3):
-        raise InvalidInput(
-            "to_joints and the image have different joints",
-            expected=f"({len(walk.mean)}, {likelihood.joints}, 3) for {len(walk.mean)} postures",
-            received=str(joints.shape),
-        )
-    if not np.isfinite(joints).all():
-        sample = int((~np.isfinite(joints)).any(axis=(1, 2)).argmax())
-        raise InvalidInput(
-            "to_joints gives a position that is not finite", where=f"sample {sample} of the mean"
-        )

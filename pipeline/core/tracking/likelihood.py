@@ -24,7 +24,7 @@ import numpy as np
 
 from pipeline.core import camera
 from pipeline.core.tracking import kernels
-from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
+from pipeline.validation import require_range
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Likelihood:
     Raises
     ------
     InvalidInput
-        Shapes, a noise that is not positive, an infinite coordinate, or a view angle that is not finite.
+        A noise that is not positive.
     """
 
     image: np.ndarray
@@ -56,32 +56,14 @@ class Likelihood:
     """(T, J) bool: which joints take part."""
 
     def __post_init__(self) -> None:
-        image = require_shape("observed joints", np.asarray(self.image, dtype=float), ("T", "J", 2))
-        require_range("observed coordinates", image.size, at_least=1)
-        if np.isinf(image).any():
-            frame = int(np.isinf(image).any(axis=(1, 2)).argmax())
-            raise InvalidInput(
-                "an observed coordinate is infinite",
-                where=f"frame {frame}",
-                expected="a number, or NaN for a joint not seen",
-            )
-        require_range("view_angle_rad", self.view_angle_rad)
-        noise = np.asarray(self.noise, dtype=float)
-        require_shape("noise", noise, image.shape[1:2] if noise.ndim else ())
-        require_range("noise", float(require_finite("noise", noise).min()), above=0)
-        object.__setattr__(self, "image", image)
-        object.__setattr__(self, "noise", np.broadcast_to(noise, image.shape[1:2]))
-        object.__setattr__(self, "seen", np.isfinite(image).all(axis=-1))
+        require_range("noise", np.min(self.noise), above=0)
+        object.__setattr__(self, "noise", np.broadcast_to(self.noise, self.image.shape[1:2]))
+        object.__setattr__(self, "seen", np.isfinite(self.image).all(axis=-1))
 
     @property
     def frames(self) -> int:
         """T."""
         return len(self.image)
-
-    @property
-    def joints(self) -> int:
-        """J."""
-        return self.image.shape[1]
 
     @cached_property
     def log_peak(self) -> np.ndarray:
@@ -103,7 +85,7 @@ class Likelihood:
         misfit = np.zeros(len(joints))
         if len(seen):
             kernels.image_misfit(
-                np.asarray(joints, dtype=float),
+                joints,
                 self._matrix,
                 seen,
                 self.image[frame, seen],

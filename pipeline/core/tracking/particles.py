@@ -8,16 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.validation import InvalidInput, require_range
-
 
 def normalise(log_weights: np.ndarray) -> tuple[np.ndarray, float]:
-    """Log-weights (S,) whose weights sum to one, and the logarithm of the sum that they had.
-
-    Raises
-    ------
-    InvalidInput
-        If no weight is above zero, or one is not a number or infinite.
+    """Log-weights (S,), one finite, whose weights sum to one, and the logarithm of the sum that they had.
 
     Examples
     --------
@@ -25,11 +18,8 @@ def normalise(log_weights: np.ndarray) -> tuple[np.ndarray, float]:
     >>> np.exp(log_weights).round(12).tolist(), round(float(np.exp(total)), 12)
     ([0.25, 0.75], 4.0)
     """
-    most = float(np.max(log_weights))
-    # Relative to the largest, which may be minus infinity: then there is nothing to normalise.
-    total = most + float(np.log(np.exp(log_weights - most).sum())) if np.isfinite(most) else most
-    if not np.isfinite(total):
-        raise InvalidInput("weights cannot be normalised", expected="one above zero, all finite")
+    most = np.max(log_weights)
+    total = most + np.log(np.exp(log_weights - most).sum())
     return log_weights - total, total
 
 
@@ -65,7 +55,6 @@ def resample_systematically(log_weights: np.ndarray, offset: float) -> np.ndarra
     >>> resample_systematically(np.log([0.125, 0.625, 0.125, 0.125]), 0.9)
     array([1, 1, 1, 3])
     """
-    require_range("the offset of systematic resampling", offset, at_least=0, below=1)
     count = len(log_weights)
     cumulative = np.cumsum(np.exp(log_weights))
     # The last sum is one but for rounding; beyond the last particle with any weight there is none to take.

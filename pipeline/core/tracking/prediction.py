@@ -28,7 +28,7 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from pipeline.core.tracking import kernels
-from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
+from pipeline.validation import InvalidInput
 
 
 @dataclass(frozen=True)
@@ -68,21 +68,14 @@ class Walk:
     mean, standard_deviation : (P, b)
     dynamics : Dynamics
     prior : bool
-
-    Raises
-    ------
-    InvalidInput
-        An action model of one sample, of shapes that disagree, with a negative or missing number, or dynamics out
-        of range.
     """
 
     def __init__(
         self, mean: np.ndarray, standard_deviation: np.ndarray, dynamics: Dynamics, *, prior: bool
     ) -> None:
-        self.mean, self.sd = _checked_model(mean, standard_deviation)
-        _require_in_range(dynamics, prior)
+        self.mean, self.sd = mean, standard_deviation
         self.prior, self.dynamics = prior, dynamics
-        self.last = float(len(self.mean) - 1)
+        self.last = len(self.mean) - 1.0
         size = np.ones(self.mean.shape[1]) if prior else np.sqrt((self.sd**2).mean(axis=0))
         self.step = dynamics.diffusion * size
         self.keep = np.sqrt(max(0.0, 1.0 - dynamics.diffusion**2)) if prior else 1.0
@@ -104,7 +97,7 @@ class Walk:
         if outside.any():
             low, high = (ndtr((edge - centre[outside]) / step[outside]) for edge in (-self.bound, self.bound))
             e[outside] = ndtri(low + generator.random(len(low)) * (high - low))
-        return innovations, float(outside.any(axis=1).mean())
+        return innovations, outside.any(axis=1).mean()
 
     def apply(self, state: np.ndarray | None, innovations: np.ndarray) -> np.ndarray:
         """States that follow from states by innovations; those of the first frame follow from none."""
@@ -149,47 +142,15 @@ def learnt_diffusion(performances: np.ndarray, mean: np.ndarray, standard_deviat
     Raises
     ------
     InvalidInput
-        If the model is none, the performances have another shape, or nothing deviates from the mean.
+        If nothing deviates from the mean.
 
     Notes
     -----
     From the correlation of the deviations z with those one sample on, rho = sqrt(1 - q²).
     """
-    mean, sd = _checked_model(mean, standard_deviation)
-    performances = np.asarray(performances, dtype=float)
-    require_shape("performances", performances, ("M", *mean.shape))
-    z = (performances - mean) / np.where(sd > 0, sd, np.inf)
+    z = (performances - mean) / np.where(standard_deviation > 0, standard_deviation, np.inf)
     power = np.sqrt((z[:, 1:] ** 2).sum() * (z[:, :-1] ** 2).sum())
     if not power > 0:
         raise InvalidInput("the performances do not deviate from their mean", where="learnt diffusion")
     rho = (z[:, 1:] * z[:, :-1]).sum() / power
-    return float(np.sqrt(max(0.0, 1.0 - rho**2)))
-
-
-def _checked_model(mean: np.ndarray, sd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    mean, sd = np.asarray(mean, dtype=float), np.asarray(sd, dtype=float)
-    require_shape("standard deviation", sd, require_shape("mean", mean, ("P", "b")).shape)
-    require_range("samples of the mean", len(mean), at_least=2)
-    require_finite("mean", mean)
-    require_range(
-        "least standard deviation", float(require_finite("standard deviation", sd).min()), at_least=0
-    )
-    return mean, sd
-
-
-def _require_in_range(d: Dynamics, prior: bool) -> None:
-    low, high = d.rate_bounds
-    first, final = d.start_phase
-    most = 1.0 if prior else np.inf  # what returns cannot diffuse by more than is learnt
-    for name, value, right, expected in (
-        ("nominal rate", d.nominal_rate, 0 < d.nominal_rate < np.inf, "samples per frame > 0"),
-        ("bounds of the rate", d.rate_bounds, 0 <= low <= high < np.inf, "0 <= low <= high"),
-        ("step of the rate", d.rate_step, 0 <= d.rate_step < np.inf, ">= 0"),
-        ("diffusion", d.diffusion, 0 <= d.diffusion <= min(most, 1e6), f"0 to {most:g}"),
-        ("bound", d.bound, d.bound > 0, "standard deviations > 0"),
-        ("first phase", d.start_phase, 0 <= first <= final <= 1, "0 <= low <= high <= 1"),
-    ):
-        if not right:
-            raise InvalidInput(
-                f"out of range: {name}", where="dynamics", expected=expected, received=str(value)
-            )
+    return np.sqrt(max(0.0, 1.0 - rho**2))

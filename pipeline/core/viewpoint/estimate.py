@@ -95,15 +95,10 @@ def estimate(
         found = best_candidate(Gram(white), across, up, angle_range_rad, step, sigma2)
     found = replace(
         found,
-        angle_rad=in_half_open_circle(found.angle_rad),
+        angle_rad=np.pi - np.mod(np.pi - found.angle_rad, 2 * np.pi),  # in (-pi, pi]
         coefficients=found.coefficients * white.scale,
     )
     return ViewEstimate(*(values[0] for values in vars(found).values())) if single else found
-
-
-def in_half_open_circle(angle_rad: np.ndarray) -> np.ndarray:
-    """The same angles in (-pi, pi]."""
-    return np.pi - np.mod(np.pi - angle_rad, 2 * np.pi)
 
 
 def _observations(
@@ -121,7 +116,7 @@ def _observations(
         raise InvalidInput(
             "the observation has another size than the model",
             expected=f"({2 * points + trailing},) or (A, {2 * points + trailing})",
-            received=str(observed.shape),
+            received=observed.shape,
         )
     require_range("observations", len(rows), at_least=1)
     require_finite("the observation", rows)

@@ -50,7 +50,7 @@ def require_walk(level: np.ndarray, frame_rate_hz: float, *, leg_mm: float, spee
     ankles = level[:, ANKLES]
     fore = ankles[..., 1] - ankles[..., 1].mean(axis=0)
     power = np.sqrt((fore**2).sum(axis=0).prod())
-    together = float(fore.prod(axis=1).sum() / power) if power > 0 else 1.0
+    together = (fore.prod(axis=1).sum() / power) if power > 0 else 1.0
     if together > ALTERNATION:
         raise InvalidInput(
             "no walk: the feet do not alternate",
@@ -58,7 +58,7 @@ def require_walk(level: np.ndarray, frame_rate_hz: float, *, leg_mm: float, spee
             received=told_apart(together, ALTERNATION, 2),
         )
     lower, belt = _stance(ankles, frame_rate_hz)
-    share = float(min((lower == 0).mean(), (lower == 1).mean()))
+    share = min((lower == 0).mean(), (lower == 1).mean())
     if belt < SLOWEST_MM_S or share < LEAST_STANCE:
         raise InvalidInput(
             "no walk: the feet do not stand and swing in turn",
@@ -71,10 +71,10 @@ def require_walk(level: np.ndarray, frame_rate_hz: float, *, leg_mm: float, spee
         raise InvalidInput(
             "no walk: the trunk bows",
             expected=f"pitch within {BOW_DEG:g}°",
-            received=f"{told_apart(float(high - low), BOW_DEG, 0)}°",
+            received=f"{told_apart(high - low, BOW_DEG, 0)}°",
         )
     froude = (speed_mm_s or belt) ** 2 / (GRAVITY_MM_S2 * leg_mm)
-    lift = float(np.ptp(ankles[..., 2], axis=0).min()) / leg_mm
+    lift = np.ptp(ankles[..., 2], axis=0).min() / leg_mm
     if froude > FASTEST_FROUDE or (froude > RUNNING_FROUDE and lift > RUNNING_LIFT):
         raise InvalidInput(
             "a run, not a walk",
@@ -87,7 +87,7 @@ def _stance(ankles: np.ndarray, frame_rate_hz: float) -> tuple[np.ndarray, float
     """Which of the ankles (T, 2, 3) is the lower one (T,), and how fast it goes back under the pelvis, mm/s."""
     lower = ankles[..., 2].argmin(axis=1)
     back = -np.gradient(ankles[..., 1], axis=0)[np.arange(len(lower)), lower] * frame_rate_hz
-    return lower, float(np.median(back))
+    return lower, np.median(back)
 
 
 def unusual_cadence(

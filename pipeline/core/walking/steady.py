@@ -77,14 +77,14 @@ def facing(positions: np.ndarray) -> np.ndarray:
 def _fore_aft(positions: np.ndarray) -> np.ndarray:
     """Fore-aft distance of the left ankle from the right one, (T,) mm."""
     apart = positions[:, LEFT_LEG[2], :2] - positions[:, RIGHT_LEG[2], :2]
-    return np.asarray((apart * facing(positions)).sum(axis=-1))
+    return (apart * facing(positions)).sum(axis=-1)
 
 
 def _stride(signal: np.ndarray, frame_rate_hz: float) -> int:
     """Frames of one stride, from the strongest frequency of the fore-aft distance of the ankles."""
     candidates = np.arange(SEARCH_HZ[0], SEARCH_HZ[1], 0.01)
     power = single_frequency_power(candidates, np.arange(len(signal)) / frame_rate_hz, signal)
-    return max(round(frame_rate_hz / float(candidates[first_lowest(-power)])), 5)
+    return max(round(frame_rate_hz / candidates[first_lowest(-power)]), 5)
 
 
 def _velocity(path: np.ndarray, window: int, frame_rate_hz: float) -> np.ndarray:
@@ -160,14 +160,14 @@ def steady_stretch(
     stride = _stride(signal, frame_rate_hz)
     velocity = _velocity(block[:, PELVIS, :2], stride, frame_rate_hz)
     speed = np.linalg.norm(velocity, axis=-1)
-    fast, peak = float(np.percentile(speed, 90)), float(speed.max())
+    fast, peak = np.percentile(speed, 90), speed.max()
     if locomotion == "auto":  # the peak tells a treadmill from somebody who stands most of the time
         slow = fast < TREADMILL_MM_S and peak < 2.0 * TREADMILL_MM_S
         locomotion = "treadmill" if slow else "overground"
     start, stop, typical, turn = 0, frames, 0.0, 0.0
     if locomotion == "overground":
         moving = speed >= 0.5 * max(fast, min(peak, TREADMILL_MM_S))
-        typical = float(np.median(speed[moving]))
+        typical = np.median(speed[moving])
         heading = np.unwrap(np.arctan2(velocity[:, 1], velocity[:, 0]))
         turning = np.abs(np.gradient(heading) * frame_rate_hz)
         for tightness in _TIGHTNESS:
@@ -177,8 +177,8 @@ def steady_stretch(
                 break
         if stop - start >= 5:
             stride = _stride(signal[start:stop], frame_rate_hz)
-            typical = float(np.median(speed[start:stop]))
-            turn = float(heading[stop - 1] - heading[start])
+            typical = np.median(speed[start:stop])
+            turn = heading[stop - 1] - heading[start]
             along = (facing(block) * velocity).sum(axis=-1)
             if np.median((along - 0.5 * speed)[start:stop]) < 0:
                 raise InvalidInput("no steady walking: the walk is not forwards")
@@ -189,7 +189,7 @@ def steady_stretch(
             expected=f"{cycles:g} strides",
             received=told_apart(found, cycles, 2),
         )
-    apart = float(np.std(signal[start:stop]))
+    apart = np.std(signal[start:stop])
     if apart < STANDING_MM:
         raise InvalidInput(
             "no steady walking: the feet hardly pass each other",
@@ -269,7 +269,7 @@ def step_heading(coefficients: np.ndarray) -> float:
     """
     apart = coefficients[1:, LEFT_LEG[2], :2] - coefficients[1:, RIGHT_LEG[2], :2]
     xx, xy, yy = apart[:, 0] @ apart[:, 0], apart[:, 0] @ apart[:, 1], apart[:, 1] @ apart[:, 1]
-    return float(-0.5 * np.arctan2(2.0 * xy, yy - xx))
+    return -0.5 * np.arctan2(2.0 * xy, yy - xx)
 
 
 def turn_about_vertical(positions: np.ndarray, angle_rad: float | np.ndarray) -> np.ndarray:

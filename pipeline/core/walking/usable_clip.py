@@ -31,7 +31,7 @@ def leg_length(positions: np.ndarray) -> float:
     )
     seen = np.isfinite(lengths)
     if not seen.any(axis=1).all():
-        return float("nan")
+        return np.nan
     return float(np.mean([side[known].mean() for side, known in zip(lengths, seen, strict=True)]))
 
 
@@ -47,7 +47,7 @@ def uneven_legs(positions: np.ndarray) -> list[str]:
     told = []
     for n, segment in enumerate(("thigh", "shank")):
         seen = [of[np.isfinite(of)] for of in (side[:, n] for side in lengths)]
-        left, right = (float(np.median(of)) if len(of) else 0.0 for of in seen)
+        left, right = (np.median(of) if len(of) else 0.0 for of in seen)
         if all(map(len, seen)) and max(left, right) > (1 + UNEVEN) * min(left, right):
             told.append(
                 f"The left {segment} is {left:.0f} mm long, the right {right:.0f}:"
@@ -59,7 +59,7 @@ def uneven_legs(positions: np.ndarray) -> list[str]:
 def stature(positions: np.ndarray) -> float:
     """Height of the centre of the head above the lowest ankle, mm: a stand-in for stature; (T, 15, 3) in."""
     ankles = positions[:, ANKLES, 2]
-    return float(np.nanmean(positions[:, _HEAD, 2]) - np.nanpercentile(ankles, 2))
+    return np.nanmean(positions[:, _HEAD, 2]) - np.nanpercentile(ankles, 2)
 
 
 def require_millimetres(positions: np.ndarray) -> None:

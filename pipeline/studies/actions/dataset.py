@@ -152,7 +152,7 @@ class PostureDataset(Dataset):
         """Return the postures of all performances."""
 
         def one(m: int) -> tuple[np.ndarray, np.ndarray, float, LimbLengths, np.ndarray]:
-            motion, rate = clips.motion(m), float(clips.frame_rate_hz[m])
+            motion, rate = clips.motion(m), clips.frame_rate_hz[m]
             at = frames_at_rate(len(motion), rate, self.frame_rate_hz)
             positions = interpolate(motion, at)
             floor = posture.floor_level(positions)

@@ -94,7 +94,7 @@ def performances_of(dataset: Postures) -> list[Performance]:
     """Return every performance."""
     each = zip(dataset.split(dataset.postures), dataset.split(dataset.positions), strict=True)
     return [
-        Performance(p, standing(r, p, float(dataset.floor_mm[m])), dataset.body(m), dataset.frame)
+        Performance(p, standing(r, p, dataset.floor_mm[m]), dataset.body(m), dataset.frame)
         for m, (p, r) in enumerate(each)
     ]
 

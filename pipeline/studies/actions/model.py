@@ -179,16 +179,10 @@ class ActionSpaceModel(Model):
 
         space = learnt.space
         return Action(
-            space=space,
-            model=learnt.model,
-            raw=np.concatenate(learnt.raw),
+            **(vars(learnt) | {"raw": np.concatenate(learnt.raw)}),
             first=dataset.first,
-            **aligned,
+            keyframe=keyed.sequences,
             keyframe_warp=keyed.warp,
-            distances=learnt.distances,
-            disparity=learnt.disparity,
-            median=int(learnt.median),
-            smoothness=float(learnt.smoothness),
             accepted=acceptance(None),
             accepted_person=acceptance(people) if performances - most >= 2 else {},
             words=f"aSpace of {space.dimensions} dimensions holding {100 * space.variance_held:.1f} % of the variance",

@@ -9,7 +9,7 @@ import pandas as pd
 
 from pipeline.core import camera
 from pipeline.core.resampling import interpolate
-from pipeline.core.tracking import Likelihood, Track, best_phase, joint_error, linear_phase, track
+from pipeline.core.tracking import Likelihood, Track, best_phase, joint_error, track
 from pipeline.studies.actions.held_out import HeldOut, Performance
 from pipeline.studies.actions.tracking_conditions import Condition
 from pipeline.studies.occlusion import occlusion
@@ -128,7 +128,7 @@ class Trial:
     def _mean_alone(self) -> list[np.ndarray]:
         """The mean performance on this body: at a constant rate, and at the phase nearest to the truth."""
         mean, true = self.held_out.action.model.mean, self.performance.joints_mm
-        at_constant_rate = interpolate(mean, linear_phase(len(true), len(mean)))
+        at_constant_rate = interpolate(mean, np.linspace(0.0, len(mean) - 1.0, len(true)))  # [mozerov2006 7]
         drawn = self.held_out.joints(mean, self.performance.body)
         nearest = best_phase(_about_pelvis(true), _about_pelvis(drawn)).astype(int)
         return [self.held_out.joints(at_constant_rate, self.performance.body), drawn[nearest]]

@@ -12,7 +12,7 @@ from pipeline.core import fourier, linear_model
 from pipeline.core.linear_model import LinearModel
 from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.samples import FourierDataset, FourierSamples
-from pipeline.studies.study import Model
+from pipeline.studies.study import Model, part, stack
 from pipeline.validation import Count, InvalidInput, Positive
 
 BLOCK = 64
@@ -35,11 +35,8 @@ class Eigenwalkers:
     eigenvalues : (K,)
         Of the whole population with every component that it has.
     total_variance : float
-    fold_mean : (R, D)
-    fold_components : (R, N, D)
-    fold_eigenvalues : (R, N)
-    fold_total_variance, fold_last_scale : (R,)
-        Of the models without each walker.
+    folds : LinearModel
+        Those without each walker, stacked.
     words, remarks : str, list of str
     """
 
@@ -48,28 +45,18 @@ class Eigenwalkers:
     components: np.ndarray
     eigenvalues: np.ndarray
     total_variance: float
-    fold_mean: np.ndarray
-    fold_components: np.ndarray
-    fold_eigenvalues: np.ndarray
-    fold_total_variance: np.ndarray
-    fold_last_scale: np.ndarray
+    folds: LinearModel
     words: str
     remarks: list[str]
 
     def fold(self, walker: int) -> LinearModel:
         """Return the model that has not seen a walker."""
-        return LinearModel(
-            self.fold_mean[walker],
-            self.fold_components[walker],
-            self.fold_eigenvalues[walker],
-            float(self.fold_total_variance[walker]),
-            float(self.fold_last_scale[walker]),
-        )
+        return part(self.folds, walker)
 
     @property
     def kept(self) -> int:
         """Eigenwalkers of each fold."""
-        return self.fold_components.shape[1]
+        return self.folds.components.shape[1]
 
 
 @dataclass(kw_only=True)
@@ -125,11 +112,7 @@ class EigenwalkersModel(Model):
             components=whole.components,
             eigenvalues=whole.eigenvalues,
             total_variance=float(whole.total_variance),
-            fold_mean=np.stack([f.mean for f in folds]),
-            fold_components=np.stack([f.components[:kept] for f in folds]),
-            fold_eigenvalues=np.stack([f.eigenvalues[:kept] for f in folds]),
-            fold_total_variance=np.array([f.total_variance for f in folds]),
-            fold_last_scale=np.array([f.last_scale for f in folds]),
+            folds=stack([linear_model.truncated(fold, kept) for fold in folds]),
             words=f"{kept} eigenwalkers" + (f" (of {self.components} asked for)" if fewer else ""),
             remarks=[remark] if fewer else [],
         )

@@ -166,7 +166,7 @@ class FaceOffFigure(Figure):
                     )
             # From the side of a camera, what it does not show lies across.
             side = np.radians(sweep.shown_view_angle_deg) + np.pi / 3
-            eye = (2600.0 * float(np.sin(side)), -2600.0 * float(np.cos(side)), 1400.0)
+            eye = (2600.0 * np.sin(side), -2600.0 * np.cos(side), 1400.0)
             columns = []
             for camera in options.cameras:
                 open_on = (

@@ -9,7 +9,7 @@ import numpy as np
 from pipeline.clips.filmed import training_walks
 from pipeline.clips.kinds import WALKS, Walks
 from pipeline.core.keypoint_walk import TrainingWalk
-from pipeline.studies.study import Dataset
+from pipeline.studies.study import Dataset, part, stack
 from pipeline.validation import InvalidInput
 
 LEAST_PEOPLE = 4
@@ -21,20 +21,13 @@ class FilmedWalkers:
 
     Attributes
     ----------
-    walker : (W, 15, 3, 9)
-        Coefficients, mm of a walker of 1500 mm.
-    frequency_hz, height_mm : (W,)
-        Stride frequency; height of the centre of the head above the ankles before scaling.
-    aperiodic_variance : (W, 15, 3)
-        What the series leaves, mm².
+    walks : TrainingWalk
+        As the training takes them, W of them stacked.
     person, clip, source : (W,) text
     words : str
     """
 
-    walker: np.ndarray
-    frequency_hz: np.ndarray
-    height_mm: np.ndarray
-    aperiodic_variance: np.ndarray
+    walks: TrainingWalk
     person: np.ndarray
     clip: np.ndarray
     source: np.ndarray
@@ -60,12 +53,7 @@ class FilmedWalkers:
 
     def training_walk(self, number: int) -> TrainingWalk:
         """Return one walk as the training takes it."""
-        return TrainingWalk(
-            self.walker[number],
-            float(self.frequency_hz[number]),
-            self.aperiodic_variance[number],
-            float(self.height_mm[number]),
-        )
+        return part(self.walks, number)
 
 
 @dataclass(kw_only=True)
@@ -84,10 +72,7 @@ class FilmedWalkersDataset(Dataset):
             )  # fmt: skip
         walks = training_walks(clips)
         return FilmedWalkers(
-            walker=np.stack([walk.walker for walk in walks]),
-            frequency_hz=np.array([walk.frequency_hz for walk in walks]),
-            height_mm=np.array([walk.height_mm for walk in walks]),
-            aperiodic_variance=np.stack([walk.aperiodic_variance for walk in walks]),
+            walks=stack(walks),
             person=clips.person,
             clip=clips.clip,
             source=clips.source,

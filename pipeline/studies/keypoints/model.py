@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,12 +23,11 @@ from pipeline.core.keypoint_walk.training import BLOCKS
 from pipeline.processes import map_processes
 from pipeline.studies.keypoints.conditions import Knowledge
 from pipeline.studies.keypoints.dataset import FilmedWalkers, FilmedWalkersDataset
-from pipeline.studies.study import Model
+from pipeline.studies.study import Model, part, stack
 from pipeline.validation import Count, Several
 
 NO_BONES = 1e3
 """Factor on the tolerances of lengths with which these say nothing."""
-_STACKED = [one.name for one in fields(CompactMoments)]
 LEAST_VARIANCE = 1e-6
 """Of a harmonic that walkers have not, mm²."""
 
@@ -42,14 +41,8 @@ class KeypointWalkers:
     group, source : (P,) int
         Model without the group of each person, in the order of `FilmedWalkers.people`, and without his or her source;
         -1 if there is no other source.
-    mean : (G, 15, 3, 9)
-    components : (G, N, 405)
-    eigenvalues : (G, N)
-    within : (G, 5, 45, 45)
-    bone_variance, pair_variance : (G, …)
-    aperiodic_variance : (G, 15, 3)
-    log_frequency : (G, 2)
-    walkers : (G,) int
+    moments : CompactMoments
+        G of them, stacked.
     unfamiliar : (G,)
         Share of what sets laboratories apart that the model lacks; 0 of those without a group.
     words : str
@@ -57,26 +50,14 @@ class KeypointWalkers:
 
     group: np.ndarray
     source: np.ndarray
-    mean: np.ndarray
-    components: np.ndarray
-    eigenvalues: np.ndarray
-    within: np.ndarray
-    bone_variance: np.ndarray
-    pair_variance: np.ndarray
-    aperiodic_variance: np.ndarray
-    log_frequency: np.ndarray
-    walkers: np.ndarray
+    moments: CompactMoments
     unfamiliar: np.ndarray
     words: str
 
     def prior(self, left_out: int, knowledge: Knowledge) -> Prior:
         """Return the prior without a group of people or a source."""
-        small = CompactMoments(
-            walkers=int(self.walkers[left_out]),
-            **{name: getattr(self, name)[left_out] for name in _STACKED if name != "walkers"},
-        )
         return prepare(
-            with_harmonics(model_of(expand(small)), knowledge.harmonics),
+            with_harmonics(model_of(expand(part(self.moments, left_out))), knowledge.harmonics),
             Detector(floor_mm=np.full(JOINTS, knowledge.floor_mm)),
             bone_factor=BONE_FACTOR if knowledge.bones else NO_BONES,
             unfamiliar=self.unfamiliar[left_out],
@@ -134,7 +115,7 @@ class KeypointWalkersModel(Model):
         return KeypointWalkers(
             group=group,
             source=np.array([groups + names.index(name) if name in names else -1 for name in source]),
-            **{name: np.stack([getattr(small, name) for small in found]) for name in _STACKED},
+            moments=stack(found),
             unfamiliar=np.array([0.0] * groups + [lacking(name) for name in names]),
             words=f"{kept} eigenwalkers, people left out in {groups} groups",
         )

@@ -89,7 +89,7 @@ def acceleration_ratio(positions: np.ndarray, truth: np.ndarray) -> np.ndarray:
         np.square(np.diff(p - p[..., [ROOT], :], n=2, axis=-3)).mean(axis=(-3, -2, -1))
         for p in (positions, truth)
     ]
-    return np.asarray(np.sqrt(power[0] / power[1]))
+    return np.sqrt(power[0] / power[1])
 
 
 def length_changes(positions: np.ndarray) -> np.ndarray:

@@ -134,5 +134,5 @@ class JointAngles(Sweep):
             shown=np.array([shown]),
             shown_angle_rad=flexion(joints),
             shown_joints_mm=joints,
-            stride_hz=float(data.frequency_hz[shown]),
+            stride_hz=data.frequency_hz[shown],
         )

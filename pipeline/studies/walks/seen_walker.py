@@ -94,5 +94,5 @@ class SeenWalker:
 
     def error_path(self, noise_variances: np.ndarray) -> np.ndarray:
         """E_a of MAP for every view and sigma², residual left out; mean over the joints that were measured."""
-        path = reconstruction.error_path(self._seen_fold, self._sample, self._view, noise_variances)
+        path = reconstruction.NoisePath(self._seen_fold, self._view, noise_variances).error(self._sample)
         return path * (len(self.measured) / self.measured.sum())

@@ -44,7 +44,7 @@ def bend(person: Person, manner: Manner, phase: np.ndarray, sway: dict[str, np.n
 
     def over_target(depth: float) -> float:
         deepest = _posture(person, manner, np.array([_DEEPEST]), still, depth)
-        return float(share @ deepest[0, [4, 7], 2] - target)
+        return share @ deepest[0, [4, 7], 2] - target
 
     # Hands that cannot reach the target come as near to it as they can.
     ends = [over_target(depth) for depth in _DEPTHS]
@@ -108,7 +108,7 @@ def _balanced(
     person: Person, knee: np.ndarray, hip: np.ndarray, ahead: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the tilt of the trunk (F,) and the pelvis (F, 3), mm, with the centre of mass `ahead` mm of the ankles."""
-    thigh, shank = float(person.thigh.mean()), float(person.shank.mean())
+    thigh, shank = person.thigh.mean(), person.shank.mean()
 
     def along(tilt: np.ndarray) -> np.ndarray:
         return np.stack([np.sin(tilt), np.cos(tilt)])
@@ -135,7 +135,7 @@ def _too_high(person: Person, hips: np.ndarray, ankles: np.ndarray) -> float:
     reach = np.sqrt(thigh**2 + shank**2 + 2.0 * thigh * shank * np.cos(LEAST_BEND))
     apart = hips - ankles
     highest = np.sqrt(reach[:, None] ** 2 - (apart[..., :2] ** 2).sum(axis=-1))
-    return max(0.0, float((apart[..., 2] - highest).max()))
+    return max(0.0, (apart[..., 2] - highest).max())
 
 
 def _knees(person: Person, hips: np.ndarray, ankles: np.ndarray, opened: np.ndarray) -> np.ndarray:

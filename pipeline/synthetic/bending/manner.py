@@ -91,7 +91,7 @@ class Manner:
         risen = (
             ((6.0 * way - 15.0) * way + 10.0) * way**3 * (1.0 - ((6.0 * back - 15.0) * back + 10.0) * back**3)
         )
-        return np.asarray(np.maximum(risen, 0.0) ** self.skew[TIMED.index(name)])
+        return np.maximum(risen, 0.0) ** self.skew[TIMED.index(name)]
 
 
 def draw_manner(rng: np.random.Generator) -> Manner:
@@ -105,7 +105,7 @@ def draw_manner(rng: np.random.Generator) -> Manner:
         timing=TIMING_SD * np.clip(rng.standard_normal((len(TIMED), 4)), -2.5, 2.5),
         skew=np.exp(SKEW_SD * rng.standard_normal(len(TIMED))),
         statures=_statures(rng.standard_normal(4)),
-        one_handed=float(rng.beta(0.5, 0.5)),
+        one_handed=rng.beta(0.5, 0.5),
     )
 
 

@@ -143,4 +143,4 @@ def _placed(joints: np.ndarray, yaw: float, rng: np.random.Generator) -> np.ndar
     """Return joints (F, 15, 3) turned about the vertical and moved to a random place on the floor."""
     cos, sin = np.cos(yaw), np.sin(yaw)
     turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    return np.asarray(joints @ turn.T + [*rng.uniform(-PLACE_MM, PLACE_MM, 2), 0.0])
+    return joints @ turn.T + [*rng.uniform(-PLACE_MM, PLACE_MM, 2), 0.0]

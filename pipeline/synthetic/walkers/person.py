@@ -60,11 +60,11 @@ class Person:
     @property
     def leg_length(self) -> float:
         """Hip to floor, mean of the sides, mm."""
-        return float(np.mean(self.thigh + self.shank)) + body.SEGMENTS["ankle_height"] * self.stature
+        return np.mean(self.thigh + self.shank) + body.SEGMENTS["ankle_height"] * self.stature
 
     def basis(self, name: str, phase: np.ndarray) -> np.ndarray:
         """Weights (P, n) of the landmark values at phases (P,) in cycles."""
-        return np.asarray(norm.CURVES[name].basis((phase + self.manner[name].shift) % 1.0))
+        return norm.CURVES[name].basis((phase + self.manner[name].shift) % 1.0)
 
     def curve(self, name: str, phase: np.ndarray, gain: np.ndarray | float = 1.0) -> np.ndarray:
         """Angle (2, T), radians, of each side at its phase (2, T), cycles, with the excursion times `gain`."""
@@ -140,7 +140,7 @@ def draw_person(rng: np.random.Generator, male: bool, offsets: float = 1.0) -> P
 
     low, high = body.AGE_RANGE_YEARS
     age = low + (high - low) * rng.beta(*body.AGE_BETA)
-    growth = float(np.interp(age, body.GROWTH_AGE_YEARS, body.GROWTH[male]))
+    growth = np.interp(age, body.GROWTH_AGE_YEARS, body.GROWTH[male])
     build = rng.standard_normal()
     mean, sd = body.STATURE_MM[male]
     stature = growth * (mean + sd * build)
@@ -165,9 +165,9 @@ def draw_person(rng: np.random.Generator, male: bool, offsets: float = 1.0) -> P
 
     pace = rng.normal(*norm.DIMENSIONLESS_SPEED)
     leg_length = np.mean(thigh + shank) + body.SEGMENTS["ankle_height"] * stature
-    speed = float(pace * np.sqrt(GRAVITY_MM_S2 * leg_length))
+    speed = pace * np.sqrt(GRAVITY_MM_S2 * leg_length)
     cadence = norm.STRIDES_PER_MINUTE * (speed / stature) ** norm.SPEED_EXPONENT
-    frequency = float(cadence / 60.0 * _positive(rng, 1.0, norm.FREQUENCY_CV))
+    frequency = cadence / 60.0 * _positive(rng, 1.0, norm.FREQUENCY_CV)
 
     manner = _draw_manner(rng, male, pace, offsets)
     width = max(norm.STEP_WIDTH_LEAST_MM, rng.normal(norm.STEP_WIDTH_MM, norm.STEP_WIDTH_SD_MM))
@@ -183,18 +183,18 @@ def draw_person(rng: np.random.Generator, male: bool, offsets: float = 1.0) -> P
         thigh=thigh,
         shank=shank,
         trunk=float(trunk),
-        head=float(stature * body.NECK_AND_HEAD * _positive(rng, 1.0, body.HEAD_CV)),
-        shoulder_drop=float(stature * body.SHOULDER_DROP * _positive(rng, 1.0, 0.3)),
+        head=stature * body.NECK_AND_HEAD * _positive(rng, 1.0, body.HEAD_CV),
+        shoulder_drop=stature * body.SHOULDER_DROP * _positive(rng, 1.0, 0.3),
         half_hips=hips / 2.0,
         half_shoulders=shoulders * body.BIACROMIAL_TO_SHOULDER_CENTRES / 2.0,
-        upper_arm=float(arm * body.SEGMENTS["upper_arm"] * np.exp(-elbow)),
-        forearm=float(arm * body.SEGMENTS["forearm"] * np.exp(elbow)),
+        upper_arm=arm * body.SEGMENTS["upper_arm"] * np.exp(-elbow),
+        forearm=arm * body.SEGMENTS["forearm"] * np.exp(elbow),
         speed=speed,
         frequency=frequency,
-        start_phase=float(rng.uniform()),
-        step_asymmetry=float(norm.STEP_TIME_ASYMMETRY_SD * rng.standard_normal()),
+        start_phase=rng.uniform(),
+        step_asymmetry=norm.STEP_TIME_ASYMMETRY_SD * rng.standard_normal(),
         ankle_lines=SIDE * width / 2.0,
-        sway=float(_positive(rng, norm.SWAY_MM[0], norm.SWAY_MM[1] / norm.SWAY_MM[0])),
+        sway=_positive(rng, norm.SWAY_MM[0], norm.SWAY_MM[1] / norm.SWAY_MM[0]),
         foot_gains=_positive(rng, 1.0, norm.FOOT_GAIN_CV, 2),
         knee_out=pair(*norm.KNEE_TURNED_OUT_DEG),
         arm_out=pair(*norm.ARM_ABDUCTION_DEG[male]),

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.core import anatomical
 from pipeline.core.anatomical import Differences
 from pipeline.skeleton import WALKER15
-from pipeline.validation import InvalidInput
 from tests.strategies import seeds, walkers
 
 PELVIS = WALKER15.index("pelvis")
@@ -138,15 +136,6 @@ def test_what_is_assumed_counts_less_as_laboratories_are_added() -> None:
     ]
     assert found == sorted(found, reverse=True)
     assert found[-1] < 45.0
-
-
-def test_differences_are_validated() -> None:
-    with pytest.raises(InvalidInput, match="the offsets between laboratories"):
-        Differences(offset_mm=(1.0, 2.0))
-    with pytest.raises(InvalidInput, match="an offset between laboratories"):
-        Differences(offset_mm=(-1.0,) * 7)
-    with pytest.raises(InvalidInput, match="concentration"):
-        anatomical.unfamiliar(prior_of(1), Differences(), 0.0)
 
 
 @given(offsets=st.lists(st.floats(0.0, 60.0), min_size=7, max_size=7), across=st.booleans())

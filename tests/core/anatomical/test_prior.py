@@ -91,25 +91,6 @@ def test_lengths_are_distances_of_the_synthesised_joints() -> None:
         )
 
 
-@pytest.mark.parametrize(
-    ("changes", "complaint"),
-    [
-        ({"weights": np.array([0.5, 0.2])}, "sum to one"),
-        ({"weights": np.array([1.5, -0.5])}, "positive weights"),
-        ({"shrinkage": Shrinkage(within_harmonic=0.8, diagonal=0.3)}, "share of diag S"),
-        ({"shrinkage": Shrinkage(extra_variance=-1.0)}, "extra variance"),
-    ],
-)
-def test_what_cannot_be_learnt_is_refused(changes: dict, complaint: str) -> None:
-    given = {
-        "coefficients": walkers(np.random.default_rng(0), 2),
-        "weights": equal(2),
-        "shrinkage": Shrinkage(),
-    }
-    with pytest.raises(InvalidInput, match=complaint):
-        anatomical.fit(**(given | changes))
-
-
 def test_a_walk_that_is_not_finite_is_refused() -> None:
     people = walkers(np.random.default_rng(0), 3)
     people[1, 0, 0, 0] = np.nan

@@ -279,8 +279,6 @@ def test_without_any_variance_the_conditional_is_refused() -> None:
     prior, _ = learnt(9, shrinkage=PLAIN)
     with pytest.raises(InvalidInput, match="no variance"):
         anatomical.condition(prior, np.array([0.0]), noise=Noise(variance=0.0, share=0.0))
-    with pytest.raises(InvalidInput, match="the noise's bias"):
-        anatomical.condition(prior, np.array([0.0]), noise=Noise(bias=-1.0))
 
 
 # --- bars ---------------------------------------------------------------------------------------------------

@@ -12,7 +12,6 @@ from pipeline.core.articulated_trajectory.hinges import HINGES, flexion, wrong_s
 from pipeline.core.limb_chain import WALKER14, Chain
 from pipeline.skeleton import WALKER15
 from pipeline.synthetic.walkers import walking_population
-from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
 DOWN, BACK, AHEAD, RIGHT = (
@@ -127,10 +126,3 @@ def test_a_knee_that_is_the_root_is_no_limb_and_no_hinge() -> None:
     joints = ("left_knee", "left_ankle", "left_hip", "right_hip")
     chain = Chain(joints, (None, "left_knee", "left_knee", "left_hip"))
     assert not any(hinge.fits(chain) for hinge in HINGES)
-
-
-@pytest.mark.parametrize("shapes", [((3,), (3,), (3,)), ((2, 3), (2, 3), (3, 3)), ((4, 2), (4, 2), (4, 2))])
-def test_limbs_of_different_shapes_are_refused(shapes: tuple[tuple[int, ...], ...]) -> None:
-    upper, lower, axis = (np.ones(shape) for shape in shapes)
-    with pytest.raises(InvalidInput, match="must have shape"):
-        flexion(upper, lower, axis, KNEE)

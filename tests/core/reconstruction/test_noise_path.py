@@ -8,12 +8,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.core import camera, errors, fourier, reconstruction
-from pipeline.core.linear_model import fit, flatten, unflatten
+from pipeline.core.linear_model import LinearModel, fit, flatten, unflatten
 from tests.core.printed import printed
 from tests.strategies import Fold, angles, folds, walkers
 
 variances = st.floats(min_value=0.0, max_value=3.0).map(lambda exponent: 10.0**exponent)
 TIMES = np.arange(40) / 40.0  # a cycle of one hertz
+
+
+def error_path(model: LinearModel, sample: np.ndarray, view: np.ndarray, sweep: np.ndarray) -> np.ndarray:
+    return reconstruction.NoisePath(model, view, sweep).error(sample)
 
 
 @given(
@@ -26,7 +30,7 @@ def test_the_path_of_errors_equals_the_naive_loop_over_time(
     fold: Fold, view: list[float], sweep: list[float]
 ) -> None:
     """Every view and sigma²: solve, synthesise, difference, square, mean over a cycle and the joints."""
-    path = reconstruction.error_path(fold.model, fold.sample, np.array(view), np.array(sweep))
+    path = error_path(fold.model, fold.sample, np.array(view), np.array(sweep))
     truth = fourier.synthesise(unflatten(fold.sample), 1.0, TIMES)
     size = max(np.square(unflatten(fold.sample - fold.model.mean)).mean(), 1e-6)
     for a, angle in enumerate(view):
@@ -42,7 +46,7 @@ def test_the_path_of_errors_equals_the_naive_loop_over_time(
 def test_the_path_of_errors_is_that_of_single_reconstructions() -> None:
     people = flatten(walkers(np.random.default_rng(4), 40))
     model, view, sweep = fit(people[1:], 30), np.radians([-90, -20, 0, 45]), np.array([1.0, 70.0, 625.0])
-    path = reconstruction.error_path(model, people[0], view, sweep)
+    path = error_path(model, people[0], view, sweep)
     for s, noise_variance in enumerate(sweep):
         one = reconstruction.from_known_views(model, people[0], view, noise_variance=noise_variance)
         expected = errors.walker_error(errors.absolute_error(one.delta))
@@ -54,5 +58,5 @@ def test_what_depends_on_the_model_alone_serves_all_walkers_bit_by_bit() -> None
     model, view, sweep = fit(people[3:], 12), np.radians([-60.0, 10.0]), np.arange(1.0, 200.0)
     path = reconstruction.NoisePath(model, view, sweep)
     for person in people[:3]:
-        alone = reconstruction.error_path(model, person, view, sweep)
+        alone = error_path(model, person, view, sweep)
         np.testing.assert_array_equal(path.error(person), alone)

@@ -83,20 +83,6 @@ def test_nothing_seen_says_nothing_and_a_joint_without_a_place_is_impossible() -
     assert likelihood.log_peak[1] == 0.0
 
 
-@pytest.mark.parametrize(
-    ("change", "sentence"),
-    [
-        ({"image": np.zeros((4, 15))}, r"observed joints must have shape \(T, J, 2\) \(got \(4, 15\)\)"),
-        ({"image": np.zeros((0, 15, 2))}, r"observed coordinates must be at least 1"),
-        ({"image": np.full((4, 15, 2), np.inf)}, "frame 0: an observed coordinate is infinite"),
-        ({"noise": 0.0}, r"noise must be above 0 \(got 0\)"),
-        (
-            {"noise": np.ones(4)},
-            r"noise must have shape \(15,\) \(got \(4,\)\)",
-        ),
-        ({"view_angle_rad": np.nan}, r"view_angle_rad must be a finite number \(got nan\)"),
-    ],
-)
-def test_bad_input_is_refused_in_a_sentence(change: dict, sentence: str) -> None:
-    with pytest.raises(InvalidInput, match=sentence):
-        Likelihood(**{"image": np.zeros((4, 15, 2)), "view_angle_rad": VIEW, "noise": 1.0, **change})
+def test_a_noise_of_nothing_is_refused() -> None:
+    with pytest.raises(InvalidInput, match=r"noise must be above 0 \(got 0\)"):
+        Likelihood(np.zeros((4, 15, 2)), VIEW, 0.0)

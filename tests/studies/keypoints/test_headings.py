@@ -7,11 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pipeline.core.keypoint_walk import TrainingWalk
 from pipeline.core.keypoint_walk.calibration import StandardErrors
 from pipeline.studies.keypoints.clip import ClipErrors
 from pipeline.studies.keypoints.dataset import FilmedWalkers
 from pipeline.studies.keypoints.headings import HEADINGS_DEG, KeypointHeadings
 from pipeline.studies.keypoints.measured import calibrations_by_person, covered, covered_cycle
+from pipeline.studies.study import stack
 
 
 def walkers(people: int) -> FilmedWalkers:
@@ -19,9 +21,8 @@ def walkers(people: int) -> FilmedWalkers:
     person = np.array([f"p{k:02d}" for k in range(people) for _ in range(1 + k % 2)])
     W = len(person)
     return FilmedWalkers(
-        walker=np.zeros((W, 15, 3, 9)), frequency_hz=np.ones(W), height_mm=np.full(W, 1500.0),
-        aperiodic_variance=np.zeros((W, 15, 3)), person=person, clip=np.arange(W).astype(str),
-        source=np.full(W, "synthetic"), words="",
+        walks=stack([TrainingWalk(np.zeros((15, 3, 9)), 1.0, np.zeros((15, 3)), 1500.0)] * W), person=person,
+        clip=np.arange(W).astype(str), source=np.full(W, "synthetic"), words="",
     )  # fmt: skip
 
 

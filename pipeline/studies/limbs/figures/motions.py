@@ -209,7 +209,7 @@ class MotionsFigure(Figure):
                     name=f"{camera} camera, seen from its left",
                     contents=paths,
                     shown=tuple(f"{path}/{first}" for path in paths),
-                    eye_mm=(-2600.0 * float(np.sin(angle)), 2600.0 * float(np.cos(angle)), 1500.0),
+                    eye_mm=(-2600.0 * np.sin(angle), 2600.0 * np.cos(angle), 1500.0),
                 )
                 entity = f"world/cameras/{camera}/{first}"
                 image_view = Image2D(
@@ -240,7 +240,7 @@ def _from_above(matrix: np.ndarray, image: np.ndarray, truth: np.ndarray) -> tup
     centre = -(inverse @ matrix[..., 3:])[..., 0]
     middle = len(centre) // 2
     seen = image[middle, np.isfinite(image[middle]).all(axis=-1)]
-    ends = [(float(u), float(seen[:, 1].mean()), 1.0) for u in (seen[:, 0].min(), seen[:, 0].max())]
+    ends = [(float(u), seen[:, 1].mean(), 1.0) for u in (seen[:, 0].min(), seen[:, 0].max())]
     rays = np.array([inverse[middle] @ end for end in ends])
     depth = 1.15 * np.linalg.norm(truth[middle].mean(axis=0) - centre[middle])
     reached = centre[middle] + depth * rays / np.linalg.norm(rays, axis=1, keepdims=True)

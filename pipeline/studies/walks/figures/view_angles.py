@@ -53,9 +53,9 @@ class ViewAngleEstimates(Figure):
         table["walkers"] = table.pop("walkers")
         # Every walker is seen from every view: rows in order of their groups are groups of one length.
         errors = rows.sort_values(by)["error_deg"].to_numpy().reshape(len(table), -1)
-        table["estimated_mean_deg"] = statistics.circular_mean_deg(errors, axis=1)
+        table["estimated_mean_deg"] = statistics.circular_mean_deg(errors)
         place = list(table).index("absolute_angle_error_median_deg")
-        table.insert(place, "estimated_sd_deg", statistics.circular_sd_deg(errors, axis=1))
+        table.insert(place, "estimated_sd_deg", statistics.circular_sd_deg(errors))
         for name in ("estimated_mean_deg", "estimated_mean_deg_low", "estimated_mean_deg_high"):
             table[name] += table["view_angle_deg"]
         methods = rows[rows["method"].isin(inputs.sweep.methods)]
@@ -70,7 +70,7 @@ class ViewAngleEstimates(Figure):
             not_converged=("lost", "sum"),
         )
         errors = methods.sort_values(of_walker)["error_deg"].to_numpy().reshape(len(walkers), -1)
-        walkers.insert(3, "mean_error_deg", statistics.circular_mean_deg(errors, axis=1))
+        walkers.insert(3, "mean_error_deg", statistics.circular_mean_deg(errors))
         made = {"table": table, "table_walkers": tidy(walkers, by=["walker", "method"])}
         each = ["person", "walker", *by, "error_deg", "failed"]
         every = {"table_people": rows, "table_published": inputs.sweep.published}

@@ -75,17 +75,9 @@ class Coverage(Sweep):
 
         def one(person: int) -> tuple[np.ndarray, np.ndarray]:
             fold = people.fold(person)
-            walker = people.walker(person)
-            found = [least_squares_bars(people, person, view)]
-            for setting in (approach_two(70.0), tuned[person], whole):
-                blocks = 1 + 2 * setting.harmonics
-                (estimate,) = fold.reconstruct([setting], walker[None], view, with_covariance=True)
-                off = (estimate.true - estimate.estimated)[:, 0].reshape(len(view), -1, blocks)
-                sd = anatomical.deviation_at_instants(estimate.covariance[:, 0], blocks, PHASES)
-                beyond = people.missing(person, view)[..., blocks:]
-                error = anatomical.at_instants(np.concatenate([off, beyond], axis=-1), PHASES)
-                found.append((error, sd))
-            errors, deviations = zip(*found, strict=True)
+            settings = (approach_two(70.0), tuned[person], whole)
+            found = [fold.bars(setting, person, view)[1:] for setting in settings]
+            errors, deviations = zip(least_squares_bars(people, person, view), *found, strict=True)
             return np.stack(errors), np.maximum(np.stack(deviations), _LEAST_SD_MM)
 
         folds = map_processes(one, range(people.count), inputs.workers)

@@ -341,6 +341,17 @@ class Fold:
                 found[number] = Estimate(true, fitted.unknown[:, part], fitted.covariance[:, part], unknown)
         return [found[number] for number in range(len(settings))]
 
+    def bars(
+        self, setting: Setting, person: int, view_rad: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return errors of the coefficients (A, 15, B), and of the missing dimension at instants with deviations."""
+        people, blocks = self._people, 1 + 2 * setting.harmonics
+        (found,) = self.reconstruct([setting], people.walker(person)[None], view_rad, with_covariance=True)
+        off = (found.true - found.estimated)[:, 0].reshape(len(view_rad), -1, blocks)
+        beyond = people.missing(person, view_rad)[..., blocks:]
+        error = anatomical.at_instants(np.concatenate([off, beyond], axis=-1), PHASES)
+        return off, error, anatomical.deviation_at_instants(found.covariance[:, 0], blocks, PHASES)
+
     def errors(self, settings: Sequence[Setting], person: int, view_rad: np.ndarray) -> list[np.ndarray]:
         """E_abs (A, 15) of a person in the missing dimension with each of several settings, mm² [zhang2007 4.1]."""
         walker = self._people.walker(person)[None]

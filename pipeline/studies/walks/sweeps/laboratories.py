@@ -22,7 +22,6 @@ from pipeline.studies.walks.sweeps.held_out import (
     CHOOSING_VIEWS_DEG,
     NOISE_VARIANCES_MM2,
     NORMAL_95,
-    PHASES,
     Choosers,
     Fold,
     People,
@@ -178,13 +177,9 @@ def _of_known_people(
 
 def _with_bars(people: People, fold: Fold, setting: Setting, person: int) -> tuple[float, np.ndarray]:
     """Mean square error, mm², and |error| over standard deviation (A, K, 15) of the missing dimension at instants."""
-    blocks = 1 + 2 * setting.harmonics
-    (estimate,) = fold.reconstruct([setting], people.walker(person)[None], VIEWS, with_covariance=True)
-    off = (estimate.true - estimate.estimated)[:, 0].reshape(len(VIEWS), -1, blocks)
-    square = off**2 @ errors.parseval_weights(blocks) + people.beyond(person, VIEWS, setting.harmonics)
-    beyond = people.missing(person, VIEWS)[..., blocks:]
-    error = anatomical.at_instants(np.concatenate([off, beyond], axis=-1), PHASES)
-    sd = anatomical.deviation_at_instants(estimate.covariance[:, 0], blocks, PHASES)
+    off, error, sd = fold.bars(setting, person, VIEWS)
+    weights, beyond = errors.parseval_weights(off.shape[-1]), people.beyond(person, VIEWS, setting.harmonics)
+    square = off**2 @ weights + beyond
     return square.mean(), np.moveaxis(np.abs(error) / sd, 1, -1)
 
 
