@@ -64,31 +64,14 @@ def at_equal_intervals(
     InvalidInput
         If times do not increase, are too coarse, contradict the declared rate, or leave nearly everything out.
     """
+    times_s = _in_seconds(times_s, declared_hz, place, notes)
     steps = np.diff(times_s)
-    wrong = np.flatnonzero(~(steps > 0)) if np.isfinite(times_s[0]) else np.array([-1])
-    if wrong.size:
-        k = int(wrong[0]) + 1
-        raise damaged(
-            "the time does not follow the line before", place(k), "seconds that increase", f"{times_s[k]:g} s"
-        )
     if not steps.size:
         if declared_hz is None:
             raise damaged(
                 "the frame rate is unknown", place(0), "two frames or more, or a rate in the header"
             )
         return positions, declared_hz
-    if len(steps) > 1 and steps.min() > 1.5:
-        step = float(np.median(steps))
-        if (found := unit_of_times(step, declared_hz)) is None:
-            raise damaged(
-                "times may be microseconds or ticks of 100 ns",
-                place(1),
-                "the option frame_rate_hz",
-                f"frames {step:g} apart",
-            )
-        unit, size = found
-        notes.append(f"The times are taken as {unit}: frames are {step:g} apart.")
-        times_s, steps = times_s / size, steps / size
     mean, duration = float(steps.mean()), float(times_s[-1] - times_s[0])
     # Times that are uniform as they are printed are exact.
     rounding = _rounding(times_s) if np.abs(steps / mean - 1).max() > 1e-6 else 0.0
@@ -131,6 +114,32 @@ def at_equal_intervals(
         f"they were resampled to {rate:.6g} Hz."
     )
     return _interpolated(times_s, positions, grid), rate
+
+
+def _in_seconds(
+    times: np.ndarray, declared_hz: float | None, place: Callable[[int], str], notes: list[str]
+) -> np.ndarray:
+    """Times that increase, in seconds."""
+    steps = np.diff(times)
+    wrong = np.flatnonzero(~(steps > 0)) if np.isfinite(times[0]) else np.array([-1])
+    if wrong.size:
+        k = int(wrong[0]) + 1
+        raise damaged(
+            "the time does not follow the line before", place(k), "seconds that increase", f"{times[k]:g} s"
+        )
+    if len(steps) < 2 or steps.min() <= 1.5:
+        return times
+    step = float(np.median(steps))
+    if (found := unit_of_times(step, declared_hz)) is None:
+        raise damaged(
+            "times may be microseconds or ticks of 100 ns",
+            place(1),
+            "the option frame_rate_hz",
+            f"frames {step:g} apart",
+        )
+    unit, size = found
+    notes.append(f"The times are taken as {unit}: frames are {step:g} apart.")
+    return times / size
 
 
 def _rounding(times_s: np.ndarray) -> float:
