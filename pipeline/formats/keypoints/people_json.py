@@ -186,9 +186,10 @@ _WHICH_FRAME = (
 )
 _WHO = ("idx", "track_id", "person_id", "personID", "instance_id")
 _SURE = ("visibility", "score", "confidence", "likelihood", "conf", "visible", "presence")
+_SCORES = ("keypoint_scores", "scores", "confidence", "confidences", "score")
 _NAME = ("name", "part", "label", "keypoint")
 """Keys of all frames, of the people in one, of somebody's points; of a frame's name, of a person's, of how sure a
-point is, of its name."""
+point is, of all points, of a point's name."""
 
 
 def _first(item: Any, keys: Iterable[str]) -> Any:
@@ -266,7 +267,8 @@ def _people(item: Any, place: str) -> list[tuple[str, list[str], np.ndarray]]:
         and isinstance((*points, 0)[0], dict | list)
     ):
         return [(inner or who, names, found) for inner, names, found in _people(points, place)]
-    return [(who, *_points(points, _first(item, ("keypoint_scores", "scores")), place))]
+    scores = next((item[key] for key in _SCORES if isinstance(item.get(key), list)), None)
+    return [(who, *_points(points, scores, place))]
 
 
 def _points(value: Any, scores: Any, place: str) -> tuple[list[str], np.ndarray]:
@@ -288,6 +290,8 @@ def _points(value: Any, scores: Any, place: str) -> tuple[list[str], np.ndarray]
         width = len(value[0])
         flat = [number for mark in value for number in mark]
         table = numbers(flat, place, width)[:, [0, 1, *([] if width < 3 else [-1])]]
+    elif isinstance(value, list) and len(value) == 2 * len(scores or ()):
+        table = numbers(value, place, 2)
     else:
         table = numbers(value, place)
     if scores or table.shape[1] == 2:

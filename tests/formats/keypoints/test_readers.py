@@ -124,6 +124,8 @@ WRITTEN = {
     "alphapose open": {f"{k}.jpg": {"people": [{"pose_keypoints_2d": flat()}]} for k in (0, 1)},
     "lists": [{"frame": k, "landmarks": MARKS.tolist()} for k in (3, 4)],
     "lists alone": [MARKS.tolist()] * 2,
+    "confidences beside pairs": [{"keypoints": POINTS.tolist(), "confidence": [0.9] * 17, "score": 0.5}] * 2,
+    "confidences beside numbers": [{"keypoints": POINTS.ravel().tolist(), "confidence": [0.9] * 17}] * 2,
     "objects": [objects("visibility")] * 2,
     "objects of tasks": [{"pose_landmarks": [objects("visibility")]}] * 2,
     "objects of a browser": [{"poseLandmarks": objects("visibility")}] * 2,
