@@ -269,8 +269,8 @@ def _longest(
         raise InvalidInput("a frame is incomplete", where=path, received=f"{count} rows")
     positions = np.column_stack([table[axis][rows] for axis in "xyz"]).reshape(-1, len(WALKER15.joints), 3)
     times = table["time_s"][rows][:: len(WALKER15.joints)]
-    rate = (len(times) - 1) / (times[-1] - times[0])
-    return positions.astype(float), rate, stretches[numbers[counts.argmax()]]
+    rate = (len(times) - 1) / float(times[-1] - times[0])
+    return positions.astype(float), rate, stretches[int(numbers[counts.argmax()])]
 
 
 def steady(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import pytest
 from pipeline import formats
 from pipeline.cli.export import export
 from pipeline.cli.inspect import inspect, summary
+from pipeline.cli.walkers import keypoint_walk
 from pipeline.core import fourier
 from pipeline.formats import bvh, c3d
 from pipeline.formats.points import trc
@@ -148,6 +150,19 @@ def test_a_reconstruction_alone_is_a_walk_again(figure: Path, tmp_path: Path, na
     assert found.mapping == "walker15"
     assert found.strides == pytest.approx(4, abs=0.1)
     assert any("14 of 15 joints; estimated in walks: head" in line for line in found.lines)
+
+
+def test_joints_that_another_program_has_written_again(walk: np.ndarray, tmp_path: Path) -> None:
+    """Numbers of stretches have become 0.0; without times there is no rate."""
+    (tmp_path / "summary.json").write_text(json.dumps({"verdict": "walk", "stretches": [{"strides": 2.0}]}))
+    for rate in (HZ, np.inf):
+        rows = [[0.0, frame / rate, *joint] for frame, joints in enumerate(walk) for joint in joints]
+        np.savetxt(tmp_path / "joints.csv", rows, delimiter=",", header="stretch,time_s,x,y,z", comments="")
+        if rate == HZ:
+            stride_hz = fourier.represent(walk, HZ).frequency_hz
+            assert keypoint_walk(tmp_path).stride_hz == pytest.approx(stride_hz, rel=0.01)
+    with pytest.raises(InvalidInput, match=r"joints\.csv"):
+        keypoint_walk(tmp_path)
 
 
 @pytest.mark.parametrize("name", ["b.c3d", "b.trc", "b.bvh", "b.csv", "wide.csv", "b.npz"])
