@@ -267,7 +267,10 @@ def _people(item: Any, place: str) -> list[tuple[str, list[str], np.ndarray]]:
         and isinstance((*points, 0)[0], dict | list)
     ):
         return [(inner or who, names, found) for inner, names, found in _people(points, place)]
-    scores = next((item[key] for key in _SCORES if isinstance(item.get(key), list)), None)
+    every = (item.get(key) for key in _SCORES)
+    scores = next(
+        (one for one in every if isinstance(one, list) and np.size(one) > 1), None
+    )  # not the person's
     return [(who, *_points(points, scores, place))]
 
 

@@ -41,6 +41,8 @@ def read_csv(path: Path) -> Detections:
         role or _ROLES.get(plain, ""): column
         for column, (role, plain) in reversed(list(enumerate(map(role_of, table.header))))
     }
+    if rate and ("frame" in roles or "point" not in roles):
+        roles.pop("time", None)  # they say nothing more
     if "time" in roles:
         set_to_seconds(table, roles["time"])
         times = table.numbers([roles["time"]])
@@ -49,7 +51,7 @@ def read_csv(path: Path) -> Detections:
         step = float(np.median(steps)) if len(steps) else np.inf
         unit = unit_of_times(step) if 1.5 < step < np.inf else ("seconds", 1.0)
         rate = unit[1] / step if unit else 0.0
-        if step > 1.5 and unit:
+        if 1.5 < step < np.inf and unit:
             table.notes.append(f"The times are taken as {unit[0]}.")
     columns: dict[str, dict[str, int]] = {}
     for point, kind, _, number in coordinates(table.header, "xy", _CONFIDENCE):

@@ -104,6 +104,15 @@ def test_mmpose_with_names_and_scores(tmp_path: Path) -> None:
     np.testing.assert_allclose(found.confidence, 0.5)
 
 
+def test_a_single_score_is_of_the_whole_person(tmp_path: Path) -> None:
+    rows = [{"frame": frame, "keypoints": flat(), "score": [0.9]} for frame in range(2)]
+    found = keypoints.read(write(tmp_path / "a.json", rows))
+    rows = [{"frame": frame, "keypoints": flat()} for frame in range(2)]
+    np.testing.assert_array_equal(
+        found.confidence, keypoints.read(write(tmp_path / "a.json", rows)).confidence
+    )
+
+
 MARKS = np.column_stack([POINTS, np.linspace(-1, 1, 17), np.full(17, 0.9)])
 NAMED = [f"part_{k}" for k in range(17)]
 
@@ -218,6 +227,11 @@ def test_rate_and_size_beside_a_table(tmp_path: Path) -> None:
     folder = keypoints.read(tmp_path)
     assert (folder.frame_rate_hz, folder.points.tolist()) == (25.0, found.points.tolist())
     assert folder.notes[0] == "Of the folder a.csv is read; files without keypoints beside it: a.json."
+    (tmp_path / "a.csv").write_text("time,left_knee_x,left_knee_y\nat once,1,2\n,3,4\n", encoding="utf-8")
+    assert keypoints.read(tmp_path / "a.csv").frame_rate_hz == 25.0  # times say nothing more
+    (tmp_path / "a.csv").write_text("time,x,y\n0,1,2\n1,3,4\n", encoding="utf-8")
+    with pytest.raises(InvalidInput, match="needs the columns frame and keypoint"):
+        keypoints.read(tmp_path / "a.csv")
     write(
         tmp_path / "a.json",
         [{"image_id": 0, "keypoints": [1, 2, 1]}, {"image_id": 1, "keypoints": [3, 4, 1]}],
