@@ -23,7 +23,7 @@ def shortened(kind: Kind) -> Kind:
     ... class Walk:
     ...     positions_mm: np.ndarray
     ...     frame_rate_hz: float
-    >>> Walk(np.zeros((200, 15, 3)), 100.0)
+    >>> Walk(np.zeros((200, 15, 3)), np.float64(100.0))
     Walk(positions_mm: (200, 15, 3), frame_rate_hz=100.0)
     """
     kind.__repr__ = _short  # type: ignore[assignment]
@@ -38,11 +38,11 @@ def _short(thing: Any) -> str:
 
 
 def _part(name: str, value: Any) -> str:
-    if hasattr(value, "shape"):
-        return f"{name}: {tuple(value.shape)}"
+    if shape := getattr(value, "shape", None):
+        return f"{name}: {tuple(shape)}"
     if is_dataclass(value):
         return f"{name}: {type(value).__name__}"
-    text = repr(value)
+    text = repr(value if shape is None else value.item())
     if len(text) > _LONGEST and hasattr(value, "__len__"):
         return f"{name}: {len(value)} {'characters' if isinstance(value, str) else 'items'}"
     return f"{name}={text}"
