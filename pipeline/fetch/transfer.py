@@ -171,7 +171,7 @@ class Transfer:
                 raise _Failed(f"longer than {size} bytes")
             if len(content) == size:
                 return content
-            failure: Exception = EOFError(f"{len(content)} of {size} bytes")
+            failure: Exception = urllib.error.URLError(f"{len(content)} of {size} bytes")
         except urllib.error.HTTPError as error:
             error.close()
             self.silences[host] = 0
