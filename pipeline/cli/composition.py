@@ -98,7 +98,7 @@ def _typed(composed: Any, overrides: Sequence[str]) -> Experiment:
     experiment: Experiment = OmegaConf.to_object(composed)  # type: ignore[assignment]
     _refuse_additions(experiment, "")
     # Results of a copy that keeps the name of its original would take the original's place.
-    files = split_named(overrides)[0]
+    files = [name.strip("[]' ") for name in split_named(overrides)[0]]
     if files and experiment.name not in files and not any(item.startswith("name=") for item in overrides):
         where = f"conf/experiment/{files[-1]}.yaml, name"
         raise InvalidInput("must be that of the file", where, files[-1], experiment.name)

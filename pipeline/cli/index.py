@@ -98,7 +98,7 @@ def refuse_slips(arguments: Sequence[str]) -> None:
     for key, value in given:
         if key == "experiment":
             _require(key, value, presets())
-            preset = (CONF / "experiment" / f"{value}.yaml").read_text(encoding="utf-8")
+            preset = (CONF / "experiment" / f"{value}.yaml").read_text(encoding="utf-8", errors="replace")
             chosen |= dict(_CHOSEN.findall(preset))
     for key, value in given:
         if key in index["groups"]:

@@ -164,6 +164,10 @@ def test_a_broken_preset_is_refused_in_a_sentence(
     assert re.search(words, sentence(caught.value))
 
 
+def test_a_preset_may_stand_in_brackets() -> None:
+    assert composition.composed(["experiment=[zhang2007_fig5]"]).name == "zhang2007_fig5"
+
+
 def test_a_paper_that_does_not_exist_is_refused() -> None:
     experiment = compose(["experiment=zhang2007_fig5"])
     experiment.paper = "nobody1999"

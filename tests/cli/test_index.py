@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -157,3 +158,13 @@ def test_the_command_line_asks_the_index(
     said = say("status", "experiment=zhang2007_fig5", "sweep.truht=motion")
     assert (said.status, said.out) == (1, "")
     assert said.err.startswith("sweep.truht: there is no such option")
+
+
+def test_a_preset_that_is_not_utf8_is_left_to_its_composition(
+    indexed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(index.CONF, tmp_path / "conf")
+    (tmp_path / "conf" / "experiment" / "mine.yaml").write_bytes(b"title: caf\xe9\n")
+    for module in ("index", "presets"):
+        monkeypatch.setattr(f"pipeline.cli.{module}.CONF", tmp_path / "conf")
+    index.refuse_slips(["experiment=mine"])
