@@ -102,7 +102,7 @@ def write(
 
     for root in children[-1]:
         joint(root, 0)
-    lines += ["MOTION", f"Frames: {len(positions)}", f"Frame Time: {1.0 / frame_rate_hz!r}"]
+    lines += ["MOTION", f"Frames: {len(positions)}", f"Frame Time: {1.0 / float(frame_rate_hz)!r}"]
     columns = []
     for k in order:
         of_parent = turns[above[k]] if above[k] >= 0 else np.broadcast_to(np.eye(3), turns[k].shape)
