@@ -114,10 +114,11 @@ def _remarks_on(clips: Clips) -> list[str]:
 
 
 def attempt(experiment: Experiment, folder: Path, at: Callable[[str], None], *, early: bool = False) -> Made:
-    """Make a figure and return it, or why it could not be made.
+    """Make a figure and return it, or why it could not be made; it comes early also where it is the first.
 
     A store of its own remembers the artefacts of one figure: memory does not grow with the number of figures.
     """
+    early |= not folder.parent.exists()
     try:
         return make_figure(
             experiment, folder, store=Store(Path(experiment.results), core_lent), at=at, early=early
