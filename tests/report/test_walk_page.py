@@ -110,13 +110,16 @@ def test_a_page_that_would_be_too_large_is_refused(tmp_path: Path) -> None:
 def test_a_browser_draws_it(browser: str, tmp_path: Path) -> None:
     path = tmp_path / "walk.html"
     write_walk_page(path, page(60))
-    command = [
-        browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'user'}", "--dump-dom",
-        "--enable-logging=stderr", "--virtual-time-budget=3000", path.as_uri(),
-    ]  # fmt: skip
-    ran = subprocess.run(command, capture_output=True, text=True, check=True, timeout=600)
-    assert "CONSOLE" not in ran.stderr, ran.stderr
-    assert re.search(r'id="frame-now">\d+, \d', ran.stdout)
+    for budget_ms in (3_000, 10_000, 30_000, 100_000):  # a busy machine may not come to the first frame
+        command = [
+            browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'user'}",
+            "--dump-dom", "--enable-logging=stderr", f"--virtual-time-budget={budget_ms}", path.as_uri(),
+        ]  # fmt: skip
+        ran = subprocess.run(command, capture_output=True, text=True, check=True, timeout=600)
+        assert "CONSOLE" not in ran.stderr, ran.stderr
+        if drawn := re.search(r'id="frame-now">\d+, \d', ran.stdout):
+            break
+    assert drawn
     assert ran.stdout.count("<polyline") == 2 * 2  # angles, sides
     assert ran.stdout.count('class="walkers"') == 2
     assert re.search(r'class="larger">−6 ± 3<', ran.stdout)
