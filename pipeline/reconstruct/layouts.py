@@ -95,6 +95,7 @@ _OF_APPLE = {
 
 
 _PARTS = {"eye", "ear", "shoulder", "elbow", "wrist", "hip", "knee", "ankle", "heel"}
+"""What follows an l or r that is written small and without a separator: ``rhip``."""
 
 
 def canonical(name: str) -> str:

@@ -153,10 +153,8 @@ def _directions(vectors: np.ndarray) -> np.ndarray:
 def _least_turn(before: np.ndarray, after: np.ndarray) -> np.ndarray:
     """The rotations (T, 3, 3) by the smallest angle from one direction (T, 3) to the other; none where one is zero."""
     a, b = _directions(before), _directions(after)
-    axis, plus = (
-        np.cross(a, b),
-        0.5 * ((a + b) ** 2).sum(axis=1),
-    )  # 1 + the cosine, to all digits if it is small
+    axis = np.cross(a, b)
+    plus = 0.5 * ((a + b) ** 2).sum(axis=1)  # 1 + the cosine, to all digits if it is small
     cross = np.zeros((len(a), 3, 3))
     cross[:, [2, 0, 1], [1, 2, 0]] = axis
     cross[:, [1, 2, 0], [2, 0, 1]] = -axis

@@ -35,15 +35,14 @@ def read(path: str | Path) -> Detections:
     """
     path = Path(path)
     if path.is_dir():
-        inside = sorted(
-            file for file in path.iterdir() if file.suffix.lower() in READERS and file.name[0] != "."
-        )
-        tables = [file for file in inside if file.suffix.lower() != ".json"]
-        beside = [file for file in inside if file not in tables]
-        if len(tables) == 1 and not any(map(people_json.holds_keypoints, beside)):
-            found = read(tables[0])
+        files = sorted(file for file in path.iterdir() if file.is_file() and file.name[0] != ".")
+        beside = [file for file in files if file.suffix.lower() == ".json"]
+        # A text may be anything.
+        alone = [file for file in files if file.suffix.lower() in READERS.keys() - {".json", ".txt"}]
+        if len(alone) == 1 and not any(map(people_json.holds_keypoints, beside)):
+            found = read(alone[0])
             aside = ", ".join(file.name for file in beside) or "none"
-            note = f"Of the folder {tables[0].name} is read; files without keypoints beside it: {aside}."
+            note = f"Of the folder {alone[0].name} is read; files without keypoints beside it: {aside}."
             return replace(found, notes=(note, *found.notes))
         return read_one(path, people_json.read_folder)
     if not path.is_file():

@@ -224,6 +224,8 @@ def test_rate_and_size_beside_a_table(tmp_path: Path) -> None:
     write(tmp_path / "a.json", {"fps": 25, "width": 640, "height": 480})
     found = keypoints.read(tmp_path / "a.csv")
     assert (found.frame_rate_hz, found.image_size) == (25.0, (640, 480))
+    (tmp_path / "README.txt").write_text("of whom this is\n", encoding="utf-8")
+    (tmp_path / "b.csv").mkdir()
     folder = keypoints.read(tmp_path)
     assert (folder.frame_rate_hz, folder.points.tolist()) == (25.0, found.points.tolist())
     assert folder.notes[0] == "Of the folder a.csv is read; files without keypoints beside it: a.json."
