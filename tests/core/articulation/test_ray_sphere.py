@@ -55,8 +55,12 @@ def as_printed(
         for a in (P, parent, np.append(pixel, 1.0))
     )
     M = P[:, :3]
-    adjugate = np.stack([np.cross(M[1], M[2]), np.cross(M[2], M[0]), np.cross(M[0], M[1])], axis=1)
-    inverse = adjugate / (M[0] * np.cross(M[1], M[2])).sum()
+    # Of fractions numpy has a cross product from 2.3 on.
+    across = [
+        np.roll(a, -1) * np.roll(b, -2) - np.roll(a, -2) * np.roll(b, -1)
+        for a, b in zip(np.roll(M, -1, 0), np.roll(M, -2, 0), strict=True)
+    ]
+    inverse = np.stack(across, axis=1) / (M[0] * across[0]).sum()
     C = -(inverse * P[:, 3]).sum(axis=1)
     v = (inverse * homogeneous).sum(axis=1)
     dC = C - parent
