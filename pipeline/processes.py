@@ -79,12 +79,12 @@ def processes_for(wanted: int) -> int:
     return min(wanted, max(usable_cores(), 2))
 
 
-def share_cores(spare: Semaphore, owed: int = 0) -> None:
+def share_cores(spare: Semaphore, not_returned: int = 0) -> None:
     """Take the helpers of this process from a count of spare cores, of which it owes some."""
-    _Share.spare, _Share.not_returned = spare, owed
+    _Share.spare, _Share.not_returned = spare, not_returned
 
 
-def cores_owed() -> int:
+def cores_not_returned() -> int:
     """Return how many cores this process has lent to others and used again before they came back."""
     return _Share.not_returned
 

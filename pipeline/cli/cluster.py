@@ -224,7 +224,7 @@ def _watch(
 ) -> list[Made]:
     """Wait until all jobs have ended, submit again those that were lost, and return what became of the figures."""
     made: list[Made] = []
-    wait_s, told = 1.0, ""
+    wait_s, printed = 1.0, ""
     while running:
         seen = states()
         for name, job in list(running.items()):
@@ -250,9 +250,9 @@ def _watch(
             elif isinstance(ended, Failure):  # the figures that need it make it themselves
                 console.print(Text(f"{name}: {ended.sentence}", style="yellow"), soft_wrap=True)
         now = ", ".join(f"{n} {state.lower()}" for state, n in sorted(Counter((seen or {}).values()).items()))
-        if now and now != told and console.is_terminal:
+        if now and now != printed and console.is_terminal:
             console.print(f"jobs: {now}")
-        told = now
+        printed = now
         if running:
             time.sleep(wait_s)
             wait_s = min(wait_s * 1.2, _MOST_WAIT_S)

@@ -126,15 +126,15 @@ def claims(arguments: Sequence[str]) -> int:
         return {"rows": claim_rows(verdicts), "file": "" if named else file_digest(file)}
 
     content = tables.digests(folder, presets())
-    told = user_cache.remembered(("claims", one.data, bool(named), *figures, *content), judge)
-    if not named and not (file.is_file() and file_digest(file) == told["file"]):
-        told = judge()
-    out.print(claims_table(told["rows"], out.width))
-    for row in told["rows"]:
+    answer = user_cache.remembered(("claims", one.data, bool(named), *figures, *content), judge)
+    if not named and not (file.is_file() and file_digest(file) == answer["file"]):
+        answer = judge()
+    out.print(claims_table(answer["rows"], out.width))
+    for row in answer["rows"]:
         if row["why"]:
             out.print(Text(f"{row['claim']}: {row['agreement']}: {row['why']}"), soft_wrap=True)
     out.print(f"{one.data}, {one.scale}")
-    out.print("\n".join(counts_by_kind(told["rows"])))
+    out.print("\n".join(counts_by_kind(answer["rows"])))
     return 0
 
 

@@ -52,8 +52,8 @@ def compose(overrides: Sequence[str]) -> Experiment:
             return kept if _whole(kept) == made[0] else None
         return None
 
-    said = ("experiment", *overrides, os.environ.get("MOCAP_MIRROR"), usable_cores())
-    kept = user_cache.remembered(said, plain, of=_rests_on)
+    key = ("experiment", *overrides, os.environ.get("MOCAP_MIRROR"), usable_cores())
+    kept = user_cache.remembered(key, plain, of=_rests_on)
     experiment = made[0] if made else _whole(kept)
     if results:
         experiment.results = results[-1].partition("=")[2]

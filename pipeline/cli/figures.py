@@ -171,12 +171,12 @@ def report(
     complaints = Console(stderr=True, highlight=False)
     for trace in dict.fromkeys(failure.traceback for failure in failures if failure.traceback):
         complaints.print(Text(trace), soft_wrap=True)
-    told: dict[str, list[str]] = {}
+    by_sentence: dict[str, list[str]] = {}
     for failure in failures:
-        told.setdefault(failure.sentence, []).append(failure.figure)
-    for words, figures in told.items():
+        by_sentence.setdefault(failure.sentence, []).append(failure.figure)
+    for words, figures in by_sentence.items():
         complaints.print(Text(f"refused ({', '.join(figures)}): {words}", style="red"), soft_wrap=True)
-    return list(told)
+    return list(by_sentence)
 
 
 def _make_in_turn(jobs: Jobs, display: Display) -> list[Made]:

@@ -24,7 +24,7 @@ from typing import Any
 
 from pipeline.cli.progress import Display
 from pipeline.cli.summary import Failure, Made
-from pipeline.processes import CAN_FORK, cores_owed, die_with_parent, share_cores
+from pipeline.processes import CAN_FORK, cores_not_returned, die_with_parent, share_cores
 from pipeline.storage.sealed_folders import remove_stale
 from pipeline.storage.store import Store
 from pipeline.studies.experiment import Experiment
@@ -73,18 +73,18 @@ def make_side_by_side(jobs: Jobs, make: Make, display: Display, *, processes: in
     queue = deque(range(len(jobs)))
     workers: dict[int, _Worker] = {}
 
-    def begin(slot: int, owed: int = 0) -> None:
+    def begin(slot: int, not_returned: int = 0) -> None:
         """Begin the next figure in a slot, or give its core to the others."""
         if queue:
             figure = queue.popleft()
             ours, its = _CONTEXT.Pipe()
-            given = (its, *jobs[figure], make, spare, owed, os.getpid())
+            given = (its, *jobs[figure], make, spare, not_returned, os.getpid())
             process = _CONTEXT.Process(target=_work, args=given)
             process.start()
             its.close()
             workers[slot] = _Worker(process, ours, figure)
             display.began(slot, figure)
-        elif not owed:
+        elif not not_returned:
             spare.release()
 
     gc.freeze()  # or a collection in a worker writes to what it shares with this process, which is then copied
@@ -102,22 +102,22 @@ def make_side_by_side(jobs: Jobs, make: Make, display: Display, *, processes: in
                 for slot, worker in list(workers.items()):
                     if worker.pipe not in ready:
                         continue
-                    owed = 0
+                    not_returned = 0
                     try:
-                        told = worker.pipe.recv()
-                        if isinstance(told, str):
-                            display.at(slot, told)
+                        message = worker.pipe.recv()
+                        if isinstance(message, str):
+                            display.at(slot, message)
                             continue
-                        told, owed = told
+                        message, not_returned = message
                     except (EOFError, OSError):
-                        told = _dead(worker, jobs[worker.figure][0].name)
+                        message = _dead(worker, jobs[worker.figure][0].name)
                     worker.pipe.close()
                     worker.process.kill()  # which has nothing left to do, but may be long about it
                     worker.process.join()
                     del workers[slot]
-                    found[worker.figure] = told
-                    display.ended(slot, worker.figure, told)
-                    begin(slot, owed)
+                    found[worker.figure] = message
+                    display.ended(slot, worker.figure, message)
+                    begin(slot, not_returned)
         except BaseException:
             _end(workers.values(), jobs)
             raise
@@ -127,32 +127,38 @@ def make_side_by_side(jobs: Jobs, make: Make, display: Display, *, processes: in
 @contextmanager
 def _told_to_end() -> Iterator[Connection]:
     """Let signals be read from a connection: raised anywhere, they could leave a worker that is not in the list."""
-    told, signals = _CONTEXT.Pipe(duplex=False)
+    receiver, signals = _CONTEXT.Pipe(duplex=False)
     before = {}
     in_main_thread = threading.current_thread() is threading.main_thread()  # elsewhere there are none
     try:
         for number in (signal.SIGINT, signal.SIGTERM) if in_main_thread else ():
             before[number] = signal.signal(number, lambda *_: signals.send(None))
-        yield told
+        yield receiver
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-    if told.poll():  # when all was done
+    if receiver.poll():  # when all was done
         raise KeyboardInterrupt
 
 
 def _work(
-    pipe: Connection, experiment: Experiment, folder: Path, make: Make, spare: Any, owed: int, parent: int
+    pipe: Connection,
+    experiment: Experiment,
+    folder: Path,
+    make: Make,
+    spare: Any,
+    not_returned: int,
+    parent: int,
 ) -> None:
     """Make a figure; send each stage that begins, and what became of it with the cores that it still owes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which then ends its workers
     signal.signal(signal.SIGTERM, _interrupt)
     sys.stdout, sys.stderr = sys.__stdout__, sys.__stderr__  # not the display's
     die_with_parent(parent)
-    share_cores(spare, owed)
+    share_cores(spare, not_returned)
     with suppress(KeyboardInterrupt):  # who tells a whole group to end tells us twice
         with suppress(KeyboardInterrupt, BrokenPipeError):  # the parent has ended, or ends us
-            pipe.send((make(experiment, folder, pipe.send), cores_owed()))
+            pipe.send((make(experiment, folder, pipe.send), cores_not_returned()))
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
 
 

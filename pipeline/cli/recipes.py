@@ -86,8 +86,8 @@ def recipes(names: Sequence[str], common: Sequence[str], *, steps: bool = False)
         # The user's folder is named as it is called here and now.
         return None if any(isinstance(one.data, FolderData) for one in experiments) else [*map(asdict, made)]
 
-    said = ("recipes", *names, "of", *common, os.environ.get("MOCAP_MIRROR"))
-    kept = user_cache.remembered(said, plain)
+    key = ("recipes", *names, "of", *common, os.environ.get("MOCAP_MIRROR"))
+    kept = user_cache.remembered(key, plain)
     found = made or [Recipe(**one) for one in kept]
     return [
         recipe(composed(one.name)) if steps and one.steps is None and (names or not one.lacking) else one

@@ -97,10 +97,10 @@ def states() -> dict[str, str] | None:
     """Return the state of each of this user's jobs that has not ended; None if Slurm does not answer."""
     command = ["squeue", "--me", "-h", "-o", "%i %T"]
     try:
-        said = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+        listing = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     except (OSError, subprocess.CalledProcessError):
         return None
-    return dict(line.split(" ", 1) for line in said.splitlines() if " " in line)
+    return dict(line.split(" ", 1) for line in listing.splitlines() if " " in line)
 
 
 def latest(folder: Path) -> str:

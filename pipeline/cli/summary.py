@@ -199,11 +199,11 @@ def counts_by_kind(rows: Sequence[Row]) -> list[str]:
     lines = []
     for kind, of_kind in groupby((row for row in rows if not row["same_as"]), lambda row: row["kind"]):
         answers = Counter((row["agreement"], row["beyond baseline"]) for row in of_kind)
-        told = []
+        counts = []
         for agreement in _AGREEMENTS:
             count = sum(n for (found, _), n in answers.items() if found == agreement)
             apart = [f"{n} {words}" for b, (_, words) in _BEYOND.items() if (n := answers[agreement, b])]
             if count:
-                told.append(f"{count} {agreement}" + (f" ({', '.join(apart)})" if apart else ""))
-        lines.append(f"{kind}s: " + ", ".join(told))
+                counts.append(f"{count} {agreement}" + (f" ({', '.join(apart)})" if apart else ""))
+        lines.append(f"{kind}s: " + ", ".join(counts))
     return lines

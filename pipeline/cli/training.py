@@ -37,7 +37,7 @@ def train_model(arguments: Sequence[str]) -> int:
     people = len(set(walks.person.tolist()))
     if people > 2 * training.components:
         trained = train(walks, training, lambda words: tell(words, "dim"))
-        said = f"{people} people"
+        sentence = f"{people} people"
     elif folder.resolve() == model_file.SHIPPED:
         raise InvalidInput(
             "must be named: of so few people the model that comes with the package is calibrated, not replaced",
@@ -47,7 +47,9 @@ def train_model(arguments: Sequence[str]) -> int:
         )
     else:
         trained = calibrate(model_file.load(), walks)
-        said = f"the model of {trained.compact.walkers} people, calibrated on {people} of another laboratory"
+        sentence = (
+            f"the model of {trained.compact.walkers} people, calibrated on {people} of another laboratory"
+        )
     model_file.save(trained, folder)
-    tell(f"{said}; written to {folder}")
+    tell(f"{sentence}; written to {folder}")
     return 0

@@ -52,7 +52,7 @@ def computed_again(folder: Path, only: str = "") -> list[str]:
     }
     if not kept:
         raise InvalidInput("no figure to compute again", where=folder, received=only or "none in it")
-    out, told = open_console(), []
+    out, failures = open_console(), []
     here = provenance.provenance()["commit"]
     if others := {m["provenance"]["commit"] for m in kept.values()} - {here}:
         out.print(
@@ -66,10 +66,10 @@ def computed_again(folder: Path, only: str = "") -> list[str]:
             made = with_options(compose(preset), manifest["configuration"])
             made.figure.picture = made.figure.recording = False
             jobs.append((made, Path(results) / manifest["data"] / manifest["scale"] / place.name))
-        told += make_figures(jobs, console=out)
+        failures += make_figures(jobs, console=out)
         for place, (_, made_in) in zip(kept, jobs, strict=True):
             if not (made_in / MANIFEST).is_file():
-                told.append(f"{place.name}: not made again")
+                failures.append(f"{place.name}: not made again")
                 continue
             compared = agreement.compare_again(place, made_in)
             worst = max(compared, key=lambda one: one.difference / one.tolerance)
@@ -81,7 +81,7 @@ def computed_again(folder: Path, only: str = "") -> list[str]:
                 f" at most ({worst.table}; {worst.tolerance:.0e} allowed)",
                 soft_wrap=True,
             )
-            told += wrong
-    for sentence in told:
+            failures += wrong
+    for sentence in failures:
         print(f"{folder}: {sentence}")
-    return told
+    return failures

@@ -36,10 +36,10 @@ def _remark(
     off = np.where(names == names[number], np.nan, limb_differences(limbs[number], limbs))
     near = [other for other in np.argsort(off, kind="stable") if off[other] < LIKE_LIMBS]
     for other in near:
-        told = f"{REMARK} {names[other]} in {clips[other]}: limbs differ by {off[other]:.2f} %"
+        remark = f"{REMARK} {names[other]} in {clips[other]}: limbs differ by {off[other]:.2f} %"
         if off[other] < EQUAL_LIMBS:
-            return told
+            return remark
         apart_mm = posture_difference_mm(shown[number].postures_mm, shown[other].postures_mm)
         if apart_mm < LIKE_POSTURES_MM:
-            return f"{told}, postures by {apart_mm:.0f} mm"
+            return f"{remark}, postures by {apart_mm:.0f} mm"
     return ""

@@ -124,9 +124,9 @@ def _steady_part(
     if steady.heading is Heading.steps:
         # A turn about the vertical moves no frequency and no share of the variance.
         level = walking.turn_about_vertical(level, -walking.step_heading(series.coefficients))
-    whose = {"leg_mm": row["leg_length_mm"], "speed_mm_s": stretch.speed_mm_s}
-    walking.require_walk(level, frame_rate_hz, **whose)
-    doubt = walking.unusual_cadence(level, frame_rate_hz, **whose, frequency_hz=series.frequency_hz)
+    of_walker = {"leg_mm": row["leg_length_mm"], "speed_mm_s": stretch.speed_mm_s}
+    walking.require_walk(level, frame_rate_hz, **of_walker)
+    doubt = walking.unusual_cadence(level, frame_rate_hz, **of_walker, frequency_hz=series.frequency_hz)
     row["reason"] = "; ".join(filter(None, (row["reason"], doubt)))
     row |= {
         "strides": len(level) / frame_rate_hz * series.frequency_hz,

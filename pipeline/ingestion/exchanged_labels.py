@@ -54,10 +54,12 @@ def exchanged_back(motion: MotionCapture, points: Iterable[int]) -> MotionCaptur
             continue
         other = np.concatenate([[False], np.cumsum(changes) % 2 == 1])
         frames = seen[other if other.mean() <= 0.5 else ~other]
-        told = f"{motion.names[pair[0]]} and {motion.names[pair[1]]} {REMARK}: "
+        remark = f"{motion.names[pair[0]]} and {motion.names[pair[1]]} {REMARK}: "
         if len(frames) > MOST * len(seen):
-            notes.append(f"{told}from frame {seen[1:][changes][0]} on their labels differ from those before.")
+            notes.append(
+                f"{remark}from frame {seen[1:][changes][0]} on their labels differ from those before."
+            )
             continue
         positions[np.ix_(frames, pair)] = positions[np.ix_(frames, pair[::-1])]
-        notes.append(f"{told}{len(frames)} frames from {frames[0]} to {frames[-1]} were exchanged back.")
+        notes.append(f"{remark}{len(frames)} frames from {frames[0]} to {frames[-1]} were exchanged back.")
     return replace(motion, positions_mm=positions, notes=tuple(notes))

@@ -184,7 +184,7 @@ def carry(
     seen = np.asarray(motion.valid.any(axis=0))
     there = {plain_name(point): k for k, point in enumerate(posture.names)}
     here = {plain_name(point): k for k, point in enumerate(motion.names) if seen[k]}
-    names, positions, told = [], [], []
+    names, positions, sentences = [], [], []
     for side, other in ("lr", "rl"):
         shared = [
             point for point in there if point[0] == side and other + point[1:] in there and point in here
@@ -215,7 +215,7 @@ def carry(
                 names += [posture.names[k] for k in points]
                 by = ", ".join(motion.names[k] for k in moving[group])
                 rms = factor * np.sqrt(np.mean(residual**2))
-                told.append(f"{', '.join(names[-len(points) :])} by {by} (residual {rms:.1f} mm)")
+                sentences.append(f"{', '.join(names[-len(points) :])} by {by} (residual {rms:.1f} mm)")
     if not names:
         raise InvalidInput(
             "no cluster of the walk carries a marker of the static trial",
@@ -229,7 +229,7 @@ def carry(
         names=(*(motion.names[k] for k in kept), *names),
         positions_mm=together,
         valid=np.isfinite(together).all(axis=-1),
-        notes=(*motion.notes, f"Carried along from the static trial {name}: {'; '.join(told)}."),
+        notes=(*motion.notes, f"Carried along from the static trial {name}: {'; '.join(sentences)}."),
     )
 
 

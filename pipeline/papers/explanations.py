@@ -85,7 +85,7 @@ class Explanation:
     run: Run | None = None
     beside: tuple[str, ...] = ()
 
-    def told(self, name: str, value: float, number: Callable[[str], float] | None) -> str:
+    def in_words(self, name: str, value: float, number: Callable[[str], float] | None) -> str:
         """Return the explanation of a claim, its numbers filled in, with what supports it.
 
         Parameters

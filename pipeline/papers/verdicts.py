@@ -136,7 +136,7 @@ def judge(
     if claim.kind is Kind.CONDITION:
         met = found.value.value in claim.agrees
         agreement, because, beyond = Agreement.MET if met else Agreement.NOT_MET, "", Beyond.NOT_APPLICABLE
-        told = f"{found.value.value:.4g} {claim.unit}".rstrip()
+        numbers = f"{found.value.value:.4g} {claim.unit}".rstrip()
     elif smoke:
         return Verdict(claim, Agreement.NOT_JUDGED, "a small run decides nothing", found)
     elif because := _untestable(claim, found, data_name):
@@ -144,19 +144,19 @@ def judge(
     else:
         agreement, because = _agreement(claim, found.value)
         beyond = _beyond(found)
-        told = f"{found.value} {claim.unit}".rstrip()
-        told += f", baseline {found.baseline}" if found.baseline else ""
-    told += f", bounds {claim.agrees}"
+        numbers = f"{found.value} {claim.unit}".rstrip()
+        numbers += f", baseline {found.baseline}" if found.baseline else ""
+    numbers += f", bounds {claim.agrees}"
     if agreement in (Agreement.AGREES, Agreement.MET):
-        return Verdict(claim, agreement, f"{told}: {claim.reason}", found, beyond)
+        return Verdict(claim, agreement, f"{numbers}: {claim.reason}", found, beyond)
     explanation = claim.explanation(data_name)
     if overridden:
         text = _OVERRIDDEN
     elif explanation is None:
         text = "" if because else "not explained yet"
     else:
-        text = explanation.told(claim.name, found.value.value, number)
-    return Verdict(claim, agreement, f"{told}: {'; '.join(filter(None, [because, text]))}", found, beyond)
+        text = explanation.in_words(claim.name, found.value.value, number)
+    return Verdict(claim, agreement, f"{numbers}: {'; '.join(filter(None, [because, text]))}", found, beyond)
 
 
 def _untestable(claim: Claim, found: Evidence, data_name: str) -> str:

@@ -84,7 +84,7 @@ def numbers(walk: Walk, found: Reconstruction) -> dict[str, dict[str, Any]]:
     half = cycle_half_widths(walk.calibration, sd, LEVEL_95)
     usual, covariance = _usual(prior)
     reach = NORMAL[LEVEL_95] * deviations(usual.slopes, covariance)
-    said = {}
+    numbers = {}
     measures = _MEASURES | ({"length": ("mm", 0.0, scale_mm(walk), 0)} if walk.stature_mm else {})
     for name, kind, measure in map(str.split, _SHOWN.strip().splitlines()):
         unit, added, factor, digits = measures[measure]
@@ -103,8 +103,8 @@ def numbers(walk: Walk, found: Reconstruction) -> dict[str, dict[str, Any]]:
             elif side != "right":
                 middle, wide = factor * usual.values[number] + added, abs(factor) * reach[number]
                 rows["walkers_95"] = [round(float(end), digits) for end in (middle - wide, middle + wide)]
-        said[name] = rows
-    return said
+        numbers[name] = rows
+    return numbers
 
 
 def events(walk: Walk, stretch: Stretch) -> dict[str, dict[str, list[float]]]:
@@ -114,15 +114,15 @@ def events(walk: Walk, stretch: Stretch) -> dict[str, dict[str, list[float]]]:
     x, times = found.fit.x, found.fit.objective.setting.times
     middle = (stretch.first_frame + stretch.last_frame) / 2.0 / walk.frame_rate_hz
     at = event_times(found.cycle, found.posterior.covariance, float(x[PHASE]), float(np.exp(x[LOG_F])), times)
-    said = {}
+    contacts = {}
     for number, (event, of_sides) in enumerate(zip(EVENTS, at, strict=True)):
         wide = walk.calibration.cycle[number, LEVEL_95] * NORMAL[LEVEL_95]
         for side, (when, sd) in zip(SIDES, of_sides, strict=True):
-            said[f"{side}_{event}"] = {
+            contacts[f"{side}_{event}"] = {
                 "time_s": (middle + when).round(3).tolist(),
                 "half_width_95_s": (wide * sd).round(3).tolist(),
             }
-    return said
+    return contacts
 
 
 def curves(walk: Walk, found: Reconstruction) -> dict[str, np.ndarray]:
@@ -168,11 +168,11 @@ def curve_rows(drawn: dict[str, np.ndarray]) -> dict[str, Any]:
     }
 
 
-def number_rows(said: dict[str, dict[str, Any]]) -> dict[str, list[Any]]:
+def number_rows(numbers: dict[str, dict[str, Any]]) -> dict[str, list[Any]]:
     """Columns of the table of numbers: a row to each number and side."""
     rows = [
         (name, side, of[side]["value"], of[side]["half_width_95"], of["unit"])
-        for name, of in said.items()
+        for name, of in numbers.items()
         for side in (*SIDES, "difference", "both")
         if side in of
     ]

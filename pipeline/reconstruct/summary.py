@@ -132,19 +132,19 @@ def view_sd_rad(walk: Walk, found: Reconstruction) -> float:
 
 
 def _stretch(stretch: Stretch, walk: Walk) -> dict[str, Any]:
-    said: dict[str, Any] = {
+    described: dict[str, Any] = {
         "frames": [stretch.first_frame, stretch.last_frame],
         "verdict": str(stretch.judgement.verdict),
         "why": list(stretch.judgement.reasons),
     }
     found = stretch.found
     if found is None:
-        return said
-    said["focal_px"] = _round(found.focal_px, 1)
-    said["residual_percent_of_height"] = _round(found.relative_residual, 2)
-    said["distance_from_walkers"] = _round(found.starts.least_distance, 2)
+        return described
+    described["focal_px"] = _round(found.focal_px, 1)
+    described["residual_percent_of_height"] = _round(found.relative_residual, 2)
+    described["distance_from_walkers"] = _round(found.starts.least_distance, 2)
     if not stretch.walks:
-        return said  # numbers of a walk that is none would only mislead
+        return described  # numbers of a walk that is none would only mislead
     heading = found.fit.x[HEADING]
     half = np.degrees(NORMAL[LEVEL_95] * view_sd_rad(walk, found))
     stride_hz = np.exp(found.fit.x[LOG_F])
@@ -155,7 +155,7 @@ def _stretch(stretch: Stretch, walk: Walk) -> dict[str, Any]:
         for c in found.candidates[1:]
         if c.cost_above_best < (RIVAL_COST if c.labels_exchanged == found.labels_exchanged else LABELS_UNSURE)
     ]
-    said |= {
+    described |= {
         "usable": _usable(found) if stretch.judgement.verdict == Verdict.doubtful else [],
         "strides": _round(found.strides, 1),
         "view_angle_deg": {
@@ -213,20 +213,20 @@ def _stretch(stretch: Stretch, walk: Walk) -> dict[str, Any]:
         "estimated_joints": [j for j, seen in zip(WALKER15.joints, observed(found), strict=True) if not seen],
         "next_time": advice(walk, stretch),
     }
-    return said
+    return described
 
 
 def _usable(found: Reconstruction) -> list[str]:
     """What remains usable of a walk that is doubtful."""
     slow = found.candidates[0].frequency_hz < SLOW_STRIDE_HZ
-    told = {
+    reasons = {
         "cadence, times and speeds are as right as the frame rate": slow,
         "angles and lengths may be off by more than their bars": found.relative_residual > DOUBTFUL_RESIDUAL,
         "angles and lengths are pulled towards those of other walkers": found.starts.least_distance
         > DOUBTFUL_DISTANCE,
         "times and differences of left and right rest on one stride": found.strides < ONE_STRIDE,
     }
-    doubts = [words for words, held in told.items() if held] or [
+    doubts = [words for words, held in reasons.items() if held] or [
         "everything may be off by more than its bars"
     ]
     return [f"Usable: heading{'' if slow else ' and cadence'}; {'; '.join(doubts)}."]
@@ -241,15 +241,15 @@ def _speed(found: Reconstruction, stride_hz: float, stature_mm: float) -> dict[s
     belt = found.fit.objective.prior.belt
     stride = 2.0 * np.pi * (belt @ found.posterior.walker.ravel())  # mm of ground per cycle
     stature = HEIGHT_MM / HEIGHT_SHARE
-    said: dict[str, Any] = {
+    described: dict[str, Any] = {
         "locomotion": _locomotion(found),
         "step_length": {"per_stature": _round(stride / 2.0 / stature, 3)},
         "speed": {"statures_per_s": _round(stride * stride_hz / stature, 3)},
     }
     if stature_mm:
-        said["step_length"]["mm"] = _round(stride / 2.0 / stature * stature_mm, 0)
-        said["speed"]["mm_per_s"] = _round(stride * stride_hz / stature * stature_mm, 0)
-    return said
+        described["step_length"]["mm"] = _round(stride / 2.0 / stature * stature_mm, 0)
+        described["speed"]["mm_per_s"] = _round(stride * stride_hz / stature * stature_mm, 0)
+    return described
 
 
 def _locomotion(found: Reconstruction) -> str:
@@ -293,35 +293,39 @@ def advice(walk: Walk, stretch: Stretch) -> list[str]:
     found = stretch.found
     if found is None:
         return []
-    said = []
+    sentences = []
     heading = abs(np.degrees(found.fit.x[HEADING]))
     if min(heading, 180.0 - heading) < 20.0:
-        said.append("From 30 to 60° to the path depth is better known and the knee's error a fifth smaller.")
+        sentences.append(
+            "From 30 to 60° to the path depth is better known and the knee's error a fifth smaller."
+        )
     if found.strides < 2.0:
-        said.append(f"Only {found.strides:.1f} strides: three or more halve the error of the cadence.")
+        sentences.append(f"Only {found.strides:.1f} strides: three or more halve the error of the cadence.")
     if found.height_px < 250.0:
-        said.append(f"The walker is only {found.height_px:.0f} px high: film nearer or with a longer lens.")
+        sentences.append(
+            f"The walker is only {found.height_px:.0f} px high: film nearer or with a longer lens."
+        )
     if (
         found.starts.overground
         and min(abs(turned_deg(found)), abs(bend := path_bend_deg(found))) > TURNED_DEG
     ):
-        said.append(
+        sentences.append(
             f"The path bends: the heading turned by {bend:+.0f}° on the way, and the view is that of the middle."
             " Film a straight path, or give fewer frames."
         )
     if found.labels_unsure:
-        said.append(
+        sentences.append(
             "Left and right could not be told apart: filming a path towards or past the camera tells them."
         )
     off = np.degrees(off_middle_rad(found))
     if not walk.focal_known and off > OFF_MIDDLE_DEG:
-        said.append(
+        sentences.append(
             f"The walker is {off:.0f}° off the middle of the image, where the view depends on the focal length:"
             " give it (input.focal_px), or film him in the middle."
         )
     elif not walk.focal_known:
-        said.append("Give the focal length in pixels (input.focal_px) if the camera is known.")
-    return said
+        sentences.append("Give the focal length in pixels (input.focal_px) if the camera is known.")
+    return sentences
 
 
 def table_rows(walk: Walk) -> dict[str, list[Any]]:

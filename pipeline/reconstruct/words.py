@@ -19,18 +19,18 @@ def facts(summary: dict[str, Any]) -> list[tuple[str, list[str]]]:
     >>> facts({**found, "recognised": {"layout": "coco17"}})
     [('Verdict', ['Not a walk.', 'The legs hardly move.']), ('Recognised', ['Keypoints are coco17.'])]
     """
-    said = [("Verdict", [VERDICTS[summary["verdict"]], *summary["why"], *summary.get("usable", ())])]
+    sections = [("Verdict", [VERDICTS[summary["verdict"]], *summary["why"], *summary.get("usable", ())])]
     if "view_angle_deg" in summary:
-        said += [("View", _view(summary)), ("Steps", _steps(summary)), ("Gait cycle", _cycle(summary))]
-        said.append(("Labels", _labels(summary)))
-        said.append(("Bars", _bars(summary["bars"])))
+        sections += [("View", _view(summary)), ("Steps", _steps(summary)), ("Gait cycle", _cycle(summary))]
+        sections.append(("Labels", _labels(summary)))
+        sections.append(("Bars", _bars(summary["bars"])))
         if summary["estimated_joints"]:
             names = ", ".join(joint.replace("_", " ") for joint in summary["estimated_joints"])
-            said.append(("Estimated", [f"never seen, estimated from the other joints: {names}"]))
-    said.append(("Recognised", [f"keypoints are {summary['recognised']['layout']}", *summary["notes"]]))
+            sections.append(("Estimated", [f"never seen, estimated from the other joints: {names}"]))
+    sections.append(("Recognised", [f"keypoints are {summary['recognised']['layout']}", *summary["notes"]]))
     if summary.get("next_time"):
-        said.append(("Next time", summary["next_time"]))
-    return [(title, [_sentence(text) for text in texts]) for title, texts in said]
+        sections.append(("Next time", summary["next_time"]))
+    return [(title, [_sentence(text) for text in texts]) for title, texts in sections]
 
 
 def as_markdown(summary: dict[str, Any]) -> str:
@@ -47,8 +47,8 @@ def _sentence(text: str) -> str:
 def _view(summary: dict[str, Any]) -> list[str]:
     view = summary["view_angle_deg"]
     low, high = view["interval_95"]
-    said = [f"the walker goes {view['words']}; 95 %: ±{(high - low) / 2:.0f}°"]
-    return [*said, *(alternative(other) for other in view["alternatives"])]
+    sentences = [f"the walker goes {view['words']}; 95 %: ±{(high - low) / 2:.0f}°"]
+    return [*sentences, *(alternative(other) for other in view["alternatives"])]
 
 
 def alternative(other: dict[str, Any]) -> str:
@@ -94,12 +94,12 @@ def _steps(summary: dict[str, Any]) -> list[str]:
 
 def _labels(summary: dict[str, Any]) -> list[str]:
     labels = summary["labels"]
-    said = []
+    sentences = []
     if labels["exchanged_throughout"]:
-        said.append("the detector's left and right were exchanged throughout, and are put right")
+        sentences.append("the detector's left and right were exchanged throughout, and are put right")
     if labels["unsure"]:
-        said.append("left and right exchanged would explain the keypoints about as well")
+        sentences.append("left and right exchanged would explain the keypoints about as well")
     for limb, frames in labels["exchanged_frames"].items():
         if frames:
-            said.append(f"{limb} exchanged and put right in {len(frames)} frames")
-    return said or ["left and right as the detector gave them"]
+            sentences.append(f"{limb} exchanged and put right in {len(frames)} frames")
+    return sentences or ["left and right as the detector gave them"]

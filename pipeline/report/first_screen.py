@@ -159,5 +159,5 @@ def _counts(results: Published, key: str) -> dict[str, int]:
         if c.get("kind") not in (Kind.CONDITION, Kind.TARGET) and not c.get("same_as")
     ]
     within = {Beyond.YES: _BEYOND, Beyond.NOT_APPLICABLE: _WITHOUT, Beyond.UNKNOWN: _UNKNOWN}
-    told = [within.get(Beyond(b), _ALIKE) if a == Agreement.AGREES else a for a, b in judged]
-    return dict(Counter(answer for answer in told if answer in _ANSWERS))
+    drawn = [within.get(Beyond(b), _ALIKE) if a == Agreement.AGREES else a for a, b in judged]
+    return dict(Counter(answer for answer in drawn if answer in _ANSWERS))

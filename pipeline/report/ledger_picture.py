@@ -143,12 +143,12 @@ def _words(row: Mapping[str, Any]) -> dict[str, Any]:
         "help",
         "same_as",
     )
-    said = {name: row[name] for name in names if row.get(name)}
+    given = {name: row[name] for name in names if row.get(name)}
     return {
         "name": row["claim"],
         "kind": row.get("kind") or "",
         "published": row.get("published"),
-        **said,
+        **given,
         "why": reason(row),
     }
 

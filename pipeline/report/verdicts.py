@@ -91,7 +91,7 @@ def tally(claims: Iterable[Mapping[str, Any]]) -> Tally:
     return [
         (agreement, sum(of_it.values()), [(beyond, of_it[beyond]) for beyond in BEYOND if of_it[beyond]])
         for agreement in map(str, Agreement)
-        if (of_it := Counter({beyond: n for (said, beyond), n in found.items() if said == agreement}))
+        if (of_it := Counter({beyond: n for (one, beyond), n in found.items() if one == agreement}))
     ]
 
 

@@ -15,7 +15,7 @@ from pipeline.storage.typed import result_type
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs
 from pipeline.studies.replicated import POPULATION, without_intervals
-from pipeline.studies.study import NoSweep, Nothing, SweepInputs
+from pipeline.studies.study import NoResult, NoSweep, SweepInputs
 
 
 def count(experiment: Experiment) -> int:
@@ -89,6 +89,6 @@ def _inputs(experiment: Experiment, number: int, store: Store) -> FigureInputs[A
     samples = experiment.dataset.build(ingest.run(experiment, store, number).value, workers=1)
     if isinstance(experiment.sweep, NoSweep):
         learnt = experiment.model.learn(samples, workers=1)
-        return FigureInputs(experiment, None, samples, learnt, Nothing())  # type: ignore[arg-type]
+        return FigureInputs(experiment, None, samples, learnt, NoResult())  # type: ignore[arg-type]
     measured = swept(experiment, number, store).value
     return FigureInputs(experiment, None, samples, None, measured)  # type: ignore[arg-type]

@@ -137,20 +137,20 @@ def packed(arrays: Mapping[str, np.ndarray]) -> bytes:
 
 def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
     """Return what changed between two artefacts of one stage, in phrases."""
-    told = []
+    changes = []
     if before["code"] != now["code"]:
-        told.append("code changed")
+        changes.append("code changed")
     for part in ("libraries", "options"):
         old, new = _leaves(before[part], part), _leaves(now[part], part)
         for path in sorted(old.keys() | new.keys()):
             if old.get(path) != new.get(path):
-                told.append(f"{path} changed {old.get(path, 'absent')} -> {new.get(path, 'absent')}")
+                changes.append(f"{path} changed {old.get(path, 'absent')} -> {new.get(path, 'absent')}")
     gone, came = before["inputs"], now["inputs"]
     fresh = [name for name in came if name not in gone]
-    told += [f"input {name if len(name) < 40 else name[:12] + '…'} changed" for name in fresh]
+    changes += [f"input {name if len(name) < 40 else name[:12] + '…'} changed" for name in fresh]
     if gone != came and not fresh:
-        told.append(f"inputs changed in number or order ({len(gone)} -> {len(came)})")
-    return told
+        changes.append(f"inputs changed in number or order ({len(gone)} -> {len(came)})")
+    return changes
 
 
 def _leaves(value: Any, path: str) -> dict[str, str]:

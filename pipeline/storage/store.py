@@ -203,12 +203,12 @@ class Store:
         found: list[tuple[int, float, list[str]]] = []
         for path in sorted(self.cache.glob(f"{made_from['stage']}-*/{MANIFEST}")):
             with suppress(*_UNREADABLE):  # damaged, which is reported when it is read
-                told = differences(read_manifest(path.parent), made_from)
-                found.append((len(told), -path.stat().st_mtime, told))
+                changes = differences(read_manifest(path.parent), made_from)
+                found.append((len(changes), -path.stat().st_mtime, changes))
         if not found:
             return "first time"
-        count, _, told = min(found)
-        shown = told[:3] + ([f"and {count - 3} more"] if count > 3 else [])
+        count, _, changes = min(found)
+        shown = changes[:3] + ([f"and {count - 3} more"] if count > 3 else [])
         return "; ".join(shown) or "the artefact was removed"
 
     def _place(self, folder: Path, content: bytes, facts: Mapping[str, Any]) -> Artefact | None:

@@ -193,10 +193,10 @@ def compare(path_a: Path, path_b: Path, *, relative: float = 1e-6, absolute: flo
         for i in np.flatnonzero(needed(a[name], b[name], absolute) > relative)
     ]
     differences.sort(key=lambda item: item[0])
-    told = [sentence for _, sentence in differences[:_SHOWN_DIFFERENCES]]
-    if (more := len(differences) - len(told)) > 0:
-        told.append(f"and {more} more cells")
-    return told
+    shown = [sentence for _, sentence in differences[:_SHOWN_DIFFERENCES]]
+    if (more := len(differences) - len(shown)) > 0:
+        shown.append(f"and {more} more cells")
+    return shown
 
 
 def relative_differences(path_a: Path, path_b: Path, *, absolute: float = 1e-9) -> dict[str, float]:

@@ -153,20 +153,20 @@ def _estimate(
     if drawn is None or np.ndim(values) == 0:
         return papers.Estimate(float(value))
     last = drawn.size - drawn.left_out
-    said, left_out = (
+    draws, left_out = (
         part[np.abs(part) < LARGEST] for part in (np.asarray(values)[:last], np.asarray(values)[last:])
     )
-    if len(said) < max(2.0, (1.0 - MOST_SILENT) * last):
+    if len(draws) < max(2.0, (1.0 - MOST_SILENT) * last):
         return papers.Estimate(float(value))
     if drawn.kind == POPULATION:
-        return papers.Estimate(float(value), *bootstrap.mean_interval(said))
+        return papers.Estimate(float(value), *bootstrap.mean_interval(draws))
     if extreme:  # a correction for bias would draw the one end, which is reflected, towards the value
-        low, high = map(float, bootstrap.percentile_interval(said))
+        low, high = map(float, bootstrap.percentile_interval(draws))
     else:
-        low, high = bootstrap.cluster_interval(value, said, left_out, drawn.clusters or max(people or 2, 2))
-    if extreme and said.max() <= value:
+        low, high = bootstrap.cluster_interval(value, draws, left_out, drawn.clusters or max(people or 2, 2))
+    if extreme and draws.max() <= value:
         high = 2.0 * value - low
-    elif extreme and said.min() >= value:
+    elif extreme and draws.min() >= value:
         low = 2.0 * value - high
     return papers.Estimate(float(value), low, high)
 

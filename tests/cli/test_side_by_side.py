@@ -282,14 +282,14 @@ def test_each_figure_has_a_process_of_its_own_and_hands_on_the_cores_that_it_owe
     """The first lends its core, and somebody has it; the second, in its place, pays with the one that is spare."""
 
     def make(experiment: Any, folder: Path, at: Callable[[str], None]) -> Failure:
-        before = processes.cores_owed()
+        before = processes.cores_not_returned()
         if folder.name == "0":
             with processes.core_lent():
                 assert processes._Share.spare.acquire(False)
         else:
             processes._Share.spare.release()
         map_processes(str, range(4), 4)
-        return Failure(folder.name, f"{os.getpid()} {before} {processes.cores_owed()}")
+        return Failure(folder.name, f"{os.getpid()} {before} {processes.cores_not_returned()}")
 
     experiments = [compose([f"experiment={name}"]) for name in ("zhang2007_fig2", "zhang2007_fig5")]
     jobs = [(one, tmp_path / str(number)) for number, one in enumerate(experiments)]

@@ -361,7 +361,7 @@ def test_a_tested_explanation_quotes_a_run_that_was_made_with_its_switch(
     assert run.scale == "full"
     sides = [run.without, *([] if run.switch == "one person" else [run.with_it])]  # of one there is no spread
     assert all(number.known for side in sides for number in side.values()), "with intervals"
-    told = explanation.told(claim.name, 0.0, lambda name: 0.0)
+    told = explanation.in_words(claim.name, 0.0, lambda name: 0.0)
     assert "no number" not in told
     asked = {papers.placeholders("{" + n + "}")[0] for n in papers.placeholders(explanation.text)}
     assert {"with", "without"} <= {name.partition("_")[0] for name in asked}, "both sides of the comparison"

@@ -40,7 +40,7 @@ def test_numbers_of_a_switch_replace_its_old_ones_and_no_others(tmp_path: Path) 
     explained = papers.Explanation(
         support=papers.Support.TESTED, text="{with:.0f}, not {without:.0f}", run=few
     )
-    assert explained.told("x", 0.0, None).startswith("4 [3, 6], not 1 ")
+    assert explained.in_words("x", 0.0, None).startswith("4 [3, 6], not 1 ")
     assert runs["optical", "walks", "few"].overrides == ("data.walkers=3",)
 
 

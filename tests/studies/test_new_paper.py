@@ -65,7 +65,7 @@ FILES = {
         from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
         from pipeline.studies.eigenwalkers.samples import FourierSamples
         from pipeline.studies.figure_inputs import FigureInputs, tidy
-        from pipeline.studies.study import Figure, Nothing
+        from pipeline.studies.study import Figure, NoResult
 
 
         @dataclass(kw_only=True)
@@ -77,7 +77,7 @@ FILES = {
             recording: bool = False
 
             def tables(
-                self, inputs: FigureInputs[FourierSamples, Eigenwalkers, Nothing]
+                self, inputs: FigureInputs[FourierSamples, Eigenwalkers, NoResult]
             ) -> dict[str, pd.DataFrame]:
                 \"\"\"Return ``table``: frequency and root mean square of the fundamental, to each walker.\"\"\"
                 data = inputs.dataset

@@ -15,7 +15,7 @@ from pipeline.clips.kinds import Corpus
 from pipeline.storage.typed import result_type
 from pipeline.studies import registry
 from pipeline.studies.experiment import Experiment, Scale
-from pipeline.studies.study import Grid, NoSweep, Nothing, SweepInputs
+from pipeline.studies.study import Grid, NoResult, NoSweep, SweepInputs
 from pipeline.studies.walks.figures.noise_variance import NoiseVariance
 from pipeline.studies.walks.figures.view_errors import ViewErrors
 from pipeline.studies.walks.known_view import KnownView
@@ -211,7 +211,7 @@ def test_an_option_says_what_it_returns_and_what_it_is_made_of(group: str, optio
 
 def test_without_a_sweep_nothing_is_measured() -> None:
     inputs = SweepInputs(None, None, None, None, workers=1, seed=1)
-    assert NoSweep().measure(inputs) == Nothing()
+    assert NoSweep().measure(inputs) == NoResult()
     assert type(preset("zhang2007_fig2").sweep) is NoSweep
 
 

@@ -204,7 +204,7 @@ def structured_covariance(covariance: np.ndarray, blocks: int, shrinkage: Shrink
     return found
 
 
-def told(prior: Prior, rows: np.ndarray, variances: np.ndarray) -> Prior:
+def conditioned_on_rows(prior: Prior, rows: np.ndarray, variances: np.ndarray) -> Prior:
     """Return a prior to which linear functionals are known to be those of its mean.
 
     Parameters

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline.core import fourier
-from pipeline.core.anatomical.prior import BONES, JOINTS, PHASES, Prior, told
+from pipeline.core.anatomical.prior import BONES, JOINTS, PHASES, Prior, conditioned_on_rows
 
 
 def proportion_rows(mean: np.ndarray) -> np.ndarray:
@@ -41,4 +41,4 @@ def proportion_rows(mean: np.ndarray) -> np.ndarray:
 
 def with_proportions(prior: Prior, *, tolerance: float) -> Prior:
     """Return a prior of walkers with the proportions of the average walker, up to a tolerance in mm."""
-    return told(prior, proportion_rows(prior.mean), np.full(len(BONES), tolerance**2))
+    return conditioned_on_rows(prior, proportion_rows(prior.mean), np.full(len(BONES), tolerance**2))

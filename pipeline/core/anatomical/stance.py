@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline.core import fourier
-from pipeline.core.anatomical.prior import JOINTS, PHASES, Prior, by_joint, told
+from pipeline.core.anatomical.prior import JOINTS, PHASES, Prior, by_joint, conditioned_on_rows
 from pipeline.skeleton import ANKLES
 
 STANCE_PHASES = 8
@@ -52,4 +52,4 @@ def with_stance(prior: Prior, coefficients: np.ndarray, weights: np.ndarray, *, 
     rows, _ = stance_rows(prior.mean)
     values = by_joint(coefficients).reshape(len(coefficients), -1) @ rows.T
     spread = weights @ (values - weights @ values) ** 2 + _LEAST_VARIANCE
-    return told(prior, rows, spread / share)
+    return conditioned_on_rows(prior, rows, spread / share)

@@ -203,13 +203,13 @@ def watch(film: Film) -> Watched:
     motion from the front a step may pass for a stride.  With the same period it may be slow, or slow motion.  So does
     one that is doubtful or of hardly a stride, if another is much nearer: a third of a slow stride may pass for one.
     """
-    told = _watch(film)
-    walked = [stretch for stretch in told.stretches if stretch.walks]
+    as_given = _watch(film)
+    walked = [stretch for stretch in as_given.stretches if stretch.walks]
     slow = bool(walked) and _stride_hz(walked[0]) < SLOW_STRIDE_HZ
     if any(_sure(stretch) for stretch in walked) and not slow:
-        return told
-    if all(stretch.feet_together for stretch in told.stretches):
-        return told
+        return as_given
+    if all(stretch.feet_together for stretch in as_given.stretches):
+        return as_given
     others = [replace(film, frame_rate_hz=factor * film.frame_rate_hz) for factor in OTHER_RATES]
     tried: list[tuple[Stretch, Film]] = []
     for other in others:
@@ -222,18 +222,18 @@ def watch(film: Film) -> Watched:
         ]
     stretch, other = min(tried, key=lambda rate: _off(rate[0]), default=(None, film))
     if stretch is None or not np.isfinite(_off(stretch)):
-        return told
+        return as_given
     if walked:
         assert walked[0].found is not None
         nearer = _off(stretch) < (1.0 if slow else MUCH_NEARER) * walked[0].found.rms_residual_px
         frames = film.frame_rate_hz / _stride_hz(walked[0]), other.frame_rate_hz / _stride_hz(stretch)
         if not nearer or abs(frames[0] / frames[1] - 1.0) < SAME_PERIOD:
-            return told
+            return as_given
     watched = _watch(other, stretch)
     why = f"at {film.frame_rate_hz:g} frames a second nobody walks, at {other.frame_rate_hz:g} somebody does"
     stretches = tuple(_doubted(stretch, why) for stretch in watched.stretches)
-    said = f"The frame rate is taken to be {other.frame_rate_hz:g} Hz: {why}. Give the true one."
-    return Watched(stretches, other.frame_rate_hz, (said, *watched.notes))
+    note = f"The frame rate is taken to be {other.frame_rate_hz:g} Hz: {why}. Give the true one."
+    return Watched(stretches, other.frame_rate_hz, (note, *watched.notes))
 
 
 def _off(stretch: Stretch) -> float:

@@ -44,16 +44,16 @@ def uneven_legs(positions: np.ndarray) -> list[str]:
         mm; NaN where a joint is not known.
     """
     lengths = [np.linalg.norm(np.diff(positions[:, side], axis=1), axis=-1) for side in (LEFT_LEG, RIGHT_LEG)]
-    told = []
+    remarks = []
     for n, segment in enumerate(("thigh", "shank")):
         seen = [of[np.isfinite(of)] for of in (side[:, n] for side in lengths)]
         left, right = (np.median(of) if len(of) else 0.0 for of in seen)
         if all(map(len, seen)) and max(left, right) > (1 + UNEVEN) * min(left, right):
-            told.append(
+            remarks.append(
                 f"The left {segment} is {left:.0f} mm long, the right {right:.0f}:"
                 " is a marker or a name in the wrong place?"
             )
-    return told
+    return remarks
 
 
 def stature(positions: np.ndarray) -> float:

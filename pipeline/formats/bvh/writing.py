@@ -75,8 +75,8 @@ def write(
     )
     offsets = _at_rest(vectors)
     if rest is not None:
-        said = np.isfinite(rest).all(axis=1)
-        offsets[said] = np.linalg.norm(vectors[:, said], axis=-1).mean(axis=0)[:, None] * rest[said]
+        stated = np.isfinite(rest).all(axis=1)
+        offsets[stated] = np.linalg.norm(vectors[:, stated], axis=-1).mean(axis=0)[:, None] * rest[stated]
         offsets[np.array(above) < 0] = 0.0
     turns = _turns(vectors, offsets, above, children)
     places = [rest is None or parent < 0 for parent in above]
@@ -238,11 +238,11 @@ def character(positions: np.ndarray, names: Names) -> Character:
     """Return the character of joints (T, 15, 3) of somebody who walks along z, y up, with these names."""
     require_shape("positions", positions, (len(positions), len(WALKER15.joints), 3))
     at = {joint: positions[:, j] for j, joint in enumerate(WALKER15.joints)}
-    whose = list(Names).index(names)
+    column = list(Names).index(names)
     right = _LIMBS.replace("left", "right").replace("Left", "Right")
     rows = [line.split() for line in f"{_TRUNK}{_LIMBS}{right}".split("\n") if line]
     ours = [row[0] for row in rows]
-    called = [row[whose] for row in rows]
+    called = [row[column] for row in rows]
     parents = [ours.index(row[3]) if row[3] in ours else -1 for row in rows]
     shares = [1.0 if row[0] == "head" and names is Names.ours else float(row[6]) for row in rows]
     points = [at[row[4]] + share * (at[row[5]] - at[row[4]]) for row, share in zip(rows, shares, strict=True)]
@@ -254,7 +254,7 @@ def character(positions: np.ndarray, names: Names) -> Character:
         down = _directions(ankle - knee)
         forwards = _directions(np.cross(at["right_hip"] - at["left_hip"], down))
         ball = ankle + stature * (_FOOT_FORWARD * forwards + _FOOT_DOWN * down)
-        toes = (f"{side}_toes", f"{side.capitalize()}ToeBase", f"{side.capitalize()}Toe")[whose]
+        toes = (f"{side}_toes", f"{side.capitalize()}ToeBase", f"{side.capitalize()}Toe")[column]
         called += [toes, f"{toes}_end"]
         parents += [ours.index(f"{side}_ankle"), len(points)]
         points += [ball, ball + stature * _TOES * forwards]

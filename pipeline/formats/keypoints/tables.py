@@ -78,8 +78,8 @@ def read_csv(path: Path) -> Detections:
         which = [place.setdefault(name, len(place)) for name in table.texts(roles["point"])]
         names = list(place)
         of_body: dict[tuple[int, str], int] = {}
-        whose = zip(frames.tolist(), people, strict=True)
-        body = [of_body.setdefault(key, len(of_body)) for key in whose]
+        keys = zip(frames.tolist(), people, strict=True)
+        body = [of_body.setdefault(key, len(of_body)) for key in keys]
         bodies = len(of_body)
     require_points(bodies, len(names), table.where)
     points = np.full((bodies, len(names), 3), np.nan)

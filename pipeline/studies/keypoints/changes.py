@@ -82,7 +82,7 @@ class KeypointChanges(FilmedClips):
             other = (case.walk + len(dataset.person) // 2) % len(dataset.person)
             walked.append(dataset.training_walk(other))
             people = crossing(generator, inputs.clips, other, walked[1], filmed)
-        seen = see(people, [one.frequency_hz for one in walked], kind.told, prior)
+        seen = see(people, [one.frequency_hz for one in walked], kind.stated, prior)
         return {
             "number": number,
             "person": dataset.people[case.person],

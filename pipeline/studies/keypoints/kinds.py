@@ -54,7 +54,7 @@ class FilmKind:
     level: str = ""
     error: DetectorError = field(default_factory=DetectorError)
     frame_rate_hz: float = 30.0
-    told: float = 1.0
+    stated: float = 1.0
     activity: Activity | None = None
     stands: bool = False
     crossed: bool = False
@@ -69,9 +69,9 @@ FILM_KINDS = (
     FilmKind(kind="stands, walks, stands", stands=True),
     FilmKind(kind="shake", level="25 px", error=DetectorError(shake_px=25.0)),
     FilmKind(kind="noise", level="8 + 8 px", error=DetectorError(white_px=8.0, slow_px=8.0)),
-    FilmKind(kind="frame rate told", level="2 times", told=2.0),
-    FilmKind(kind="frame rate told", level="half", frame_rate_hz=60.0, told=0.5),
-    FilmKind(kind="slow motion", level="4 times", frame_rate_hz=60.0, told=0.25),
+    FilmKind(kind="frame rate told", level="2 times", stated=2.0),
+    FilmKind(kind="frame rate told", level="half", frame_rate_hz=60.0, stated=0.5),
+    FilmKind(kind="slow motion", level="4 times", frame_rate_hz=60.0, stated=0.25),
     FilmKind(kind="crossed by somebody", crossed=True),
     *(FilmKind(kind=str(activity), activity=activity) for activity in Activity),
 )
@@ -148,9 +148,9 @@ class Seen:
     knee_error_deg: float
 
 
-def see(people: list[SimulatedKeypoints], frequencies_hz: list[float], told: float, prior: Prior) -> Seen:
+def see(people: list[SimulatedKeypoints], frequencies_hz: list[float], stated: float, prior: Prior) -> Seen:
     """Look for a walk in the keypoints of everybody, and compare it with the truth of whom it is of."""
-    length, rate = len(people[0].pixels), told * people[0].frame_rate_hz
+    length, rate = len(people[0].pixels), stated * people[0].frame_rate_hz
     rows = np.concatenate([one.pixels for one in people])
     frame = np.tile(np.arange(length), len(people))
     track = find_tracks(frame, np.full(len(rows), ""), rows, rate)[0]

@@ -112,9 +112,9 @@ def test_films_of_walks_and_of_what_is_none_are_told_apart() -> None:
     clips = SimpleNamespace(motion=lambda k: motions()[k], frame_rate_hz=np.full(14, RATE))
     assert len({kind.name for kind in FILM_KINDS}) == len(FILM_KINDS)
     for kind in FILM_KINDS:
-        if kind.told < 1.0 or kind.crossed:  # long films: in the figure
+        if kind.stated < 1.0 or kind.crossed:  # long films: in the figure
             continue
         filmed = film_as(kind, np.random.default_rng(1), clips, 0, walks()[0], 0.6, overground=True)  # type: ignore[arg-type]
-        seen = see([filmed], [walks()[0].frequency_hz], kind.told, prior())
+        seen = see([filmed], [walks()[0].frequency_hz], kind.stated, prior())
         assert (seen.verdict == "not_a_walk") == (kind.activity is not None), kind.name
         assert not seen.wrong_frequency

@@ -17,7 +17,7 @@ from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
-from pipeline.studies.study import Figure, Nothing, Recorder
+from pipeline.studies.study import Figure, NoResult, Recorder
 
 EIGENWALKERS_SHOWN = 3
 
@@ -33,7 +33,7 @@ PUBLISHED = {
     ),
 }
 
-Inputs = FigureInputs[FourierSamples, Eigenwalkers, Nothing]
+Inputs = FigureInputs[FourierSamples, Eigenwalkers, NoResult]
 
 
 @dataclass(kw_only=True)

@@ -78,7 +78,7 @@ class ObservedNoise(Sweep):
                 added[..., 1:] += slow / np.sqrt(people.harmonics) * periodic[person][..., 1:]
                 error.append(added)
             off = np.stack(error, axis=1)  # (A, S, 15, 3, B)
-            told = [
+            informed = [
                 replace(
                     whole,
                     noise=replace(
@@ -89,9 +89,14 @@ class ObservedNoise(Sweep):
                 )
                 for of_frame, bias, slow in CONDITIONS.values()
             ]
-            untold = [whole] * len(told)
-            settings = ([tuned[person]] * len(told), [setting.linear for setting in told], told, untold)
-            found = np.empty((len(METHODS), len(told), 3, len(view)))
+            uninformed = [whole] * len(informed)
+            settings = (
+                [tuned[person]] * len(informed),
+                [setting.linear for setting in informed],
+                informed,
+                uninformed,
+            )
+            found = np.empty((len(METHODS), len(informed), 3, len(view)))
             alike: dict[Setting, dict[tuple[int, Setting], list[int]]] = {}  # by what has its linear part
             for m, of_method in enumerate(settings):  # in the order of the methods
                 for s, setting in enumerate(of_method):
