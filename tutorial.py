@@ -93,7 +93,7 @@ with publish(FOLDER / "one_walker", having="tutorial") as published:
 # How many walkers does the model need?  Forty people are kept aside.  Of the other eighty, n are drawn at random, a
 # model is learnt from them, and the forty are reconstructed from views all around; this is done several times over, so
 # that chance shows.  A number alone says little: beside it stands what one gets **without the method**, the average of
-# the same n walkers for everybody (the *null*).
+# the same n walkers for everybody (the *baseline*).
 
 # %%
 views = np.radians(np.arange(-90.0, 91.0, 15.0))
@@ -116,7 +116,7 @@ for number in (3, 5, 10, 20, 40, 80):
             reconstruction.from_known_views(learnt, walker, views, noise_variance=70.0).delta
             for walker in aside
         ]
-        for method, deltas in (("map", made), ("null", truth - mean)):
+        for method, deltas in (("map", made), ("baseline", truth - mean)):
             off = np.mean([rms_mm(delta) for delta in deltas])
             rows.append({"walkers": number, "draw": turn, "method": method, "rms_error_mm": off})
 
@@ -144,7 +144,7 @@ chart = Chart(
     y="mean",
     band=("low", "high"),
     by="method",
-    styles={"null": Style("their average (null)", "null"), "map": Style("MAP", "map")},
+    styles={"baseline": Style("their average (baseline)", "baseline"), "map": Style("MAP", "map")},
     label="error in depth",
     unit="mm",
     zero=True,
@@ -159,7 +159,7 @@ with publish(FOLDER / "answer", having="tutorial") as published:
     )
     published.facts = {"tutorial": "number of walkers", "draws": DRAWS}
 mean_mm = answer.pivot(index="walkers", columns="method", values="mean")
-better = mean_mm.index[mean_mm["map"] < mean_mm["null"]]
+better = mean_mm.index[mean_mm["map"] < mean_mm["baseline"]]
 print(
     f"From 10 to 80 walkers the error falls from {mean_mm['map'][10]:.1f} to {mean_mm['map'][80]:.1f} mm;"
     f" the last doubling still takes off {mean_mm['map'][40] - mean_mm['map'][80]:.1f} mm."
@@ -167,8 +167,8 @@ print(
 )
 
 # %% [markdown]
-# So the null was worth drawing: with a handful of walkers, the prior trusts them too much, and everybody's average is
-# the better answer.  The next question is yours: is it the variance σ² = 70 mm², which the papers chose for eighty?
+# So the baseline was worth drawing: with a handful of walkers, the prior trusts them too much, and everybody's average
+# is the better answer.  The next question is yours: is it the variance σ² = 70 mm², which the papers chose for eighty?
 # Change `noise_variance` above.
 
 # %% [markdown]

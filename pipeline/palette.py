@@ -32,7 +32,7 @@ ROLES = {
     "reconstruction": "blue",
     "least_squares": "orange",
     "map": "blue",
-    "null": "grey",
+    "baseline": "grey",
     "reference": "grey",
     "published": "black",
     "optimal_path": "orange",
@@ -136,8 +136,8 @@ def style_of(styles: Styles, series: str) -> Style:
 
     Examples
     --------
-    >>> style_of({"map": Style("approach II")}, "map").label, style_of(None, "null").label
-    ('approach II', 'null')
+    >>> style_of({"map": Style("approach II")}, "map").label, style_of(None, "baseline").label
+    ('approach II', 'baseline')
     """
     if isinstance(styles, Style):
         return styles

@@ -43,7 +43,7 @@ def rows_where(table: Table, where: Where, length: int) -> np.ndarray:
 
     Examples
     --------
-    >>> rows_where({"method": ["map", "map", "null"], "fold": [1, 2, 1]}, {"method": "map", "fold": [1, 3]}, 3)
+    >>> rows_where({"method": ["map", "map", "baseline"], "fold": [1, 2, 1]}, {"method": "map", "fold": [1, 3]}, 3)
     array([ True, False, False])
     """
     chosen = np.ones(length, dtype=bool)
@@ -87,9 +87,9 @@ def groups(
 
     Examples
     --------
-    >>> table = {"x": [2, 1, 1], "error": [0.2, 0.1, 0.5], "method": ["map", "map", "null"]}
+    >>> table = {"x": [2, 1, 1], "error": [0.2, 0.1, 0.5], "method": ["map", "map", "baseline"]}
     >>> {name: rows["error"].tolist() for name, rows in groups(table, ["x", "error"], by="method").items()}
-    {'map': [0.1, 0.2], 'null': [0.5]}
+    {'map': [0.1, 0.2], 'baseline': [0.5]}
     """
     taken = {name: column(table, name) for name in columns}
     keys = list(keys)

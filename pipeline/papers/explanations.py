@@ -3,7 +3,7 @@
 An explanation is `Support.SHOWN` if it only says what published tables hold, `Support.TESTED` if the alleged cause was
 changed and the change measured, and `Support.UNTESTED` if nobody did.  A cause is changed either by a switch of
 ``conf/sensitivity.yaml``, whose numbers stand in ``conf/paper/interventions.csv``, or within a figure that measures the
-other condition as well: another camera, the better mirror of every limb, a null.
+other condition as well: another camera, the better mirror of every limb, a baseline.
 """
 
 from __future__ import annotations

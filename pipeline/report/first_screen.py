@@ -28,7 +28,7 @@ _FRAMES, _CYCLES, _FIRST = 20, 5, 12
 """Frames of a cycle, cycles of a turn, and the frame of the still picture."""
 
 _METHODS = {
-    "average_walker": Style("average walker, the same for all", "null"),
+    "average_walker": Style("average walker, the same for all", "baseline"),
     "least_squares": Style("least squares", "least_squares"),
     "map": Style("with a prior (MAP)", "map"),
 }

@@ -60,8 +60,8 @@ def test_the_method_reasonably_reconstructs_walking(synthetic_tables: Tables) ->
 
 def test_least_squares_alone_is_used(synthetic_tables: Tables) -> None:
     for table in ("zhang2004_fig3", "zhang2004_fig4", "zhang2004_fig5"):
-        nulls = {"average_walker", "least_squares_1", "random_view"}
-        assert set(synthetic_tables[table]["method"]) - nulls == {"least_squares"}
+        baselines = {"average_walker", "least_squares_1", "random_view"}
+        assert set(synthetic_tables[table]["method"]) - baselines == {"least_squares"}
 
 
 def test_the_cumulative_variance_rises_to_the_whole(synthetic_tables: Tables) -> None:
@@ -83,5 +83,5 @@ def test_opposite_profiles_miss_the_same_dimension(synthetic_tables: Tables) -> 
     for column in ("missing_variance_mm2", "absolute_error_mm2"):
         left = table[column][table["view_angle_deg"] == -90.0]
         right = table[column][table["view_angle_deg"] == 90.0]
-        assert left.size == right.size == 3, "least squares and two nulls"
+        assert left.size == right.size == 3, "least squares and two baselines"
         np.testing.assert_allclose(left, right, rtol=1e-6)

@@ -858,7 +858,11 @@ def worked_performances() -> dict[str, dict[str, np.ndarray]]:
     methods = ["prior"] * 2 + ["no_prior_own_step"] * 2 + ["mean_linear_phase"] * 2
     return {
         "mozerov2006_fig1/table_pairs": columns(
-            **of_pairs, linear=[10.0] * 2, keyframe=[4.0] * 2, null_linear=[6.0] * 2, null_keyframe=[3.0] * 2
+            **of_pairs,
+            linear=[10.0] * 2,
+            keyframe=[4.0] * 2,
+            baseline_linear=[6.0] * 2,
+            baseline_keyframe=[3.0] * 2,
         ),
         "mozerov2006_fig1/table_rates": columns(
             performance=["a", "b", "c", "d"],
@@ -866,9 +870,9 @@ def worked_performances() -> dict[str, dict[str, np.ndarray]]:
             rate_sd=[0, 0.5, 0.3, 0.2],
             distance=[0.0, 1.0, 6.0, 2.0],
             distance_linear=[0.0, 2.0, 8.0, 3.0],
-            rate_sd_null=[0, 0.1, 0.3, 0.1],
-            distance_null=[0.0, 2.0, 8.0, 3.0],
-            distance_linear_null=[0.0, 2.0, 8.0, 3.0],
+            rate_sd_baseline=[0, 0.1, 0.3, 0.1],
+            distance_baseline=[0.0, 2.0, 8.0, 3.0],
+            distance_linear_baseline=[0.0, 2.0, 8.0, 3.0],
         ),
         "mozerov2006_fig2/table_path": columns(sample=[0, 1, 2, 3], rate_to_rate=[0, 2, 1, 3]),
         "mozerov2006_fig2/table_pair": columns(distance=[2.0], least_other_distance=[2.5]),
@@ -882,8 +886,8 @@ def worked_performances() -> dict[str, dict[str, np.ndarray]]:
             linear=[16.0] * 2,
             keyframe=[6.0] * 2,
             synchronized=[8.0] * 2,
-            null_linear=[4.0] * 2,
-            null_synchronized=[3.0] * 2,
+            baseline_linear=[4.0] * 2,
+            baseline_synchronized=[3.0] * 2,
         ),
         "mozerov2006_fig3/table_posture": columns(
             limbs=[12],

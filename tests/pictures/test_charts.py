@@ -48,12 +48,12 @@ CAPTION = "Data: synthetic, 80 walkers, 30 eigenwalkers; bands are ±1 standard 
 TABLE = pd.DataFrame(
     {
         "angle": [30, 0, 60, 0, 30, 60],
-        "method": ["map", "map", "map", "null", "null", "null"],
+        "method": ["map", "map", "map", "baseline", "baseline", "baseline"],
         "error": [1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
         "error_sd": [0.1, 0.2, 0.3, 0.4, 0.5, 0.6],
     }
 )
-STYLES = {"null": Style("average walker", "null", banded=False), "map": Style("approach II", "map")}
+STYLES = {"baseline": Style("average walker", "baseline", banded=False), "map": Style("approach II", "map")}
 ERROR = Chart(x="angle", y="error", by="method", styles=STYLES, label="Error", zero=True)
 
 
@@ -121,7 +121,7 @@ def test_letters_are_drawn_not_looked_up() -> None:
 def test_lines_of_a_table_have_the_colours_of_their_series(tmp_path: Path) -> None:
     of_table(tmp_path / "a", replace(ERROR, band="error_sd"))
     drawn = strokes(tmp_path / "a.svg")
-    for role in ("map", "null"):
+    for role in ("map", "baseline"):
         assert drawn.count(hex_colour(role).lower()) == 2, "the line, and its entry in the legend"
 
 
@@ -163,7 +163,7 @@ def test_charts_of_a_row_share_their_ordinate(tmp_path: Path, monkeypatch: pytes
         limits.append([axes.get_ylim() for axes in figure.axes])
 
     monkeypatch.setattr("pipeline.pictures.style.finish", keep)
-    charts = [replace(ERROR, where={"method": m}) for m in ("map", "null", "map")]
+    charts = [replace(ERROR, where={"method": m}) for m in ("map", "baseline", "map")]
     for share_y in (False, True):
         of_table(tmp_path / "a", *charts, share_y=share_y, columns=2)
     low, high = (0.0, 1.05 * 3.0), (0.0, 1.05 * 6.0)

@@ -150,12 +150,12 @@ def test_curves_are_read_back_to_the_last_bit_over_negative_angles(tmp_path: Pat
 TABLE = pd.DataFrame(
     {
         "view_angle_deg": [30.0, 0.0, 0.0, 30.0 - 1e-9],
-        "method": ["map", "map", "null", "null"],
+        "method": ["map", "map", "baseline", "baseline"],
         "error": [1.0, 2.0, 3.0, 4.0],
         "error_sd": [0.1, 0.2, 0.3, 0.4],
     }
 )
-STYLES = {"null": Style("average walker", "null"), "map": Style("approach II", "map")}
+STYLES = {"baseline": Style("average walker", "baseline"), "map": Style("approach II", "map")}
 
 
 ERROR = Chart(x="view_angle_deg", y="error", by="method", styles=STYLES, label="Error", unit="mm")
@@ -172,11 +172,11 @@ def test_a_chart_over_the_timeline_gives_a_curve_to_each_series(tmp_path: Path) 
     path = tmp_path / "c.rrd"
     lines = replace(ERROR, where={"method": "map"}, name="lines")
     write_charts(path, replace(ERROR, band="error_sd"), lines, replace(ERROR, x="error", name="elsewhere"))
-    assert set(entities(path)) == {"about", "curves/error/map", "curves/error/null", "curves/lines/map"}
+    assert set(entities(path)) == {"about", "curves/error/map", "curves/error/baseline", "curves/lines/map"}
     at, values = read_column(path, "curves/error/map", "Measurements:values", "view_angle_deg")
     np.testing.assert_array_equal(at, [0, 30])
     np.testing.assert_array_equal(values[:, 0], [2, 1])
-    _, variances = read_column(path, "curves/error/null", "Measurements:variances", "view_angle_deg")
+    _, variances = read_column(path, "curves/error/baseline", "Measurements:variances", "view_angle_deg")
     np.testing.assert_allclose(variances[:, 0], np.array([0.3, 0.4]) ** 2, rtol=1e-12)
     _, values = read_column(path, "curves/lines/map", "Scalars:scalars", "view_angle_deg")
     np.testing.assert_array_equal(values[:, 0], [2, 1])
@@ -189,7 +189,7 @@ def test_a_chart_over_the_timeline_gives_a_curve_to_each_series(tmp_path: Path) 
 def test_intervals_are_bands_about_their_middle_where_both_ends_are_known(tmp_path: Path) -> None:
     path, nothing = tmp_path / "c.rrd", [np.nan] * 4
     table = TABLE.assign(error_low=[0.5, np.nan, 2.0, 3.0], error_high=[2.5, 3.0, 5.0, 4.5])
-    styles = {"null": Style("average walker", "null", interval=False), "map": STYLES["map"]}
+    styles = {"baseline": Style("average walker", "baseline", interval=False), "map": STYLES["map"]}
     other = table.assign(other=1.0, other_low=nothing, other_high=nothing)
     write_charts(path, *(replace(ERROR, y=y, styles=styles) for y in ("error", "other")), table=other)
     bands = [entity for entity in entities(path) if entity.endswith("interval")]

@@ -161,7 +161,7 @@ def test_the_browser_computes_the_tables(folder: Path, browser: str, tmp_path: P
     page = write_page(folder, [*FIGURES, "park2011_fig4"])
     dom = shown(browser, f"{page.as_uri()}#check", tmp_path)
     facts = dict(re.findall(r'data-(\w+)="([^"]*)"', re.findall(r'<output id="agreement"[^>]*>', dom)[0]))
-    assert facts["methods"].split() == ["anatomical", "null", "least_squares", "map"]
+    assert facts["methods"].split() == ["anatomical", "baseline", "least_squares", "map"]
     assert float(facts["worst"]) < 1e-4  # three digits and one more
     assert int(facts["compared"]) == 4 * 13 * 3
     assert float(facts["angles"]) < 1e-4

@@ -3,7 +3,7 @@
 const Agreement = (() => {
   const JOINTS = JSON.parse(document.getElementById("joints").textContent), INSTANTS = 40;
   const rad = degrees => degrees * Math.PI / 180, column = (table, name) => table.header.indexOf(name);
-  const ofMethod = name => name === "average_walker" ? "null" : name;
+  const ofMethod = name => name === "average_walker" ? "baseline" : name;
   const methodsOf = table => [...new Set(table.rows.map(row => ofMethod(row[column(table, "method")])))].filter(m => m in Gait.METHODS);
   const rest = () => new Promise(done => setTimeout(done));
 

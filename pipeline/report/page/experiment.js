@@ -11,7 +11,7 @@ const Experiment = (() => {
     { words: "Bones keep their length, left and right alike. This part is ours, not the paper's.", method: "anatomical" },
     { words: "Turn the camera: everything is solved again. Seen from the side almost nothing is lost; straight ahead or away, most.", method: "anatomical" },
   ];
-  const NAMES = { null: "average walker", least_squares: "least squares", map: "+ prior", anatomical: "+ bones" };
+  const NAMES = { baseline: "average walker", least_squares: "least squares", map: "+ prior", anatomical: "+ bones" };
 
   // Medians over all walkers of the error in depth, by method, view and number of eigenwalkers: in slices of a frame, and
   // what was found is kept.  A new request ends the one before.
@@ -81,7 +81,7 @@ const Experiment = (() => {
       bars.set(key, { row, bar, out });
     }
     function medians() {
-      const upTo = { null: 2, least_squares: 2, map: 3, anatomical: 4 };
+      const upTo = { baseline: 2, least_squares: 2, map: 3, anatomical: 4 };
       for (const [key, { row }] of bars) row.hidden = state.step < upTo[key];
       run([...bars].filter(([, { row }]) => !row.hidden).map(([key]) => [key, +view.value, people.components]), (found, done, [key]) => {
         const { bar, out } = bars.get(key);

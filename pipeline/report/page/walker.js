@@ -236,7 +236,7 @@ const Gait = (() => {
     map: { label: "MAP (with the prior)", role: "map", prior: true, estimate: coefficients },
     least_squares: { label: "least squares", role: "least_squares", prior: false,
       estimate: (f, n, angle) => coefficients(f, n, angle, null) },
-    null: { label: "average walker (null)", role: "null", prior: false, estimate: () => new Float64Array(0) },
+    baseline: { label: "average walker", role: "baseline", prior: false, estimate: () => new Float64Array(0) },
   };
 
   // True less reconstructed missing dimension, 5 x 15, and the reconstructed one.

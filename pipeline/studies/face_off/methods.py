@@ -1,4 +1,4 @@
-"""One walk before one perspective camera, by eigenwalkers and by methods that do nothing.
+"""One walk before one perspective camera, by eigenwalkers and by baselines.
 
 They are given what articulated trajectories are, the image, the camera and the true trajectory of the pelvis, but not
 the true lengths of the limbs; eigenwalkers get their model, learnt without this walker.
@@ -10,7 +10,7 @@ Frequency and phase come from that view alone.  A moving camera has no such read
 The anatomical prior stands beside the eigenwalkers, with the phase that approach II finds.
 The model also has to be told where the walker heads; a wrong heading turns it about the vertical, not the camera.
 
-Methods that do nothing are given frequency and phase: the average walker; and the image as it is, with the depth that
+Baselines are given frequency and phase: the average walker; and the image as it is, with the depth that
 the average walker has.
 """
 

@@ -60,7 +60,7 @@ class KeypointHeadingsFigure(KeypointFigure):
             for p in LEVELS_PERCENT
             for kind, label, colour, line in (
                 ("", "calibrated on others", "map", "solid"),
-                ("_raw", "as computed", "null", "dotted"),
+                ("_raw", "as computed", "baseline", "dotted"),
             )
         ]
         charts = [

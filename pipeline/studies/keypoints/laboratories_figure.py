@@ -58,7 +58,7 @@ class KeypointLaboratoriesFigure(KeypointFigure):
         charts = [
             chart(y="error_mm", by="method", styles=METHODS, label="error of joints", zero=True),
             chart(y="knee_error_deg", by="method", styles=METHODS, label="error of knees", zero=True),
-            covered(y="covered_95_raw_percent", styles={"raw": Style("", "null")}, title="as computed"),
+            covered(y="covered_95_raw_percent", styles={"raw": Style("", "baseline")}, title="as computed"),
             covered(
                 y="covered_95_percent",
                 styles={"all": Style("", "map")},

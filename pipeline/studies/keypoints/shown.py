@@ -20,7 +20,7 @@ Inputs = FigureInputs[FilmedWalkers, KeypointWalkers, FilmedErrors]
 METHODS = {
     "keypoint_walk": Style("from keypoints", "map"),
     "image_kept": Style("image kept, average walker's depth", "amber", line="dashed"),
-    "average_walker": Style("average walker", "null", line="dotted"),
+    "average_walker": Style("average walker", "baseline", line="dotted"),
 }
 
 
@@ -45,7 +45,7 @@ class KeypointFigure(Figure):
         bodies = {
             "truth": (sweep.shown_true_mm, "original"),
             "keypoint_walk": (sweep.shown_estimate_mm, "map"),
-            "average_walker": (sweep.shown_average_mm, "null"),
+            "average_walker": (sweep.shown_average_mm, "baseline"),
         }
         ground = sweep.shown_true_mm[..., 1].max()
         flip = np.array([1.0, -1.0])

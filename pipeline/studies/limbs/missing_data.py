@@ -21,7 +21,7 @@ from pipeline.core.refinement import Refinement
 from pipeline.core.trajectory_basis import coefficients, cosine_basis
 from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
-from pipeline.studies.limbs import nulls
+from pipeline.studies.limbs import baselines
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.scores import better_of_mirrors, distance
@@ -271,8 +271,8 @@ class MissingDataSweep(LimbSweep):
             return distances[hidden].mean() if hidden.any() else np.nan
 
         nothing = {
-            "hanging": nulls.hanging(scene.root, scene.lengths),
-            "mean_pose": nulls.mean_pose(scene.root, true),
+            "hanging": baselines.hanging(scene.root, scene.lengths),
+            "mean_pose": baselines.mean_pose(scene.root, true),
         }
         apart = {name: np.linalg.norm(still - true, axis=-1) for name, still in nothing.items()}
         return {
@@ -289,7 +289,7 @@ class MissingDataSweep(LimbSweep):
             "reprojection_error_px": refined.reprojection_error_px,
             "length_violation": spherical,
             "cartesian_length_violation": cartesian,
-            # Of skeletons that do nothing on the same wrong root.
+            # Of baselines on the same wrong root.
             **{f"{name}_relative_error": _relative(still - true, true) for name, still in nothing.items()},
             **{f"{name}_error_mm": off[:, limbs].mean() for name, off in apart.items()},
             **{f"{name}_imputed_error_mm": imputed(off) for name, off in apart.items()},

@@ -44,7 +44,7 @@ from pipeline.core.reconstructibility import (
 )
 from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
-from pipeline.studies.limbs import nulls
+from pipeline.studies.limbs import baselines
 from pipeline.studies.limbs.cameras import Camera, CameraSweep
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.reconstructed_motions import Motions, MotionsOfBoth
@@ -130,7 +130,7 @@ class MotionsSweep(CameraSweep):
             beside = {
                 **papers.in_papers_conditions(signs),
                 "camera_outside_basis": ours.camera_outside_basis(),
-                "mean_pose_error_mm": ours.error_mm(nulls.mean_pose(ours.root, truth)),
+                "mean_pose_error_mm": ours.error_mm(baselines.mean_pose(ours.root, truth)),
             }
             return ours.found(keys), {**keys, **beside}
 
@@ -220,7 +220,7 @@ class _Reconstruction:
         error = error_about_root(made.positions, self.truth)[:, CHILDREN].mean(axis=1)
         lengths = np.array([made.limbs[limb].hits.radius for limb in WALKER14.limbs])
         better = better_of_mirrors(self.truth, skeleton.with_lengths(lengths))
-        at_random = nulls.random_signs(self.camera, self.images, self.root, lengths, generator)
+        at_random = baselines.random_signs(self.camera, self.images, self.root, lengths, generator)
         return {
             "error_mm": error.mean(),
             "error_sd_mm": error.std(ddof=1),
@@ -228,7 +228,7 @@ class _Reconstruction:
             "length_change_max": length_changes(made.positions).max(),
             "acceleration_ratio": acceleration_ratio(made.positions, self.truth),
             "random_signs_acceleration_ratio": acceleration_ratio(at_random, self.truth),
-            "hanging_error_mm": self.error_mm(nulls.hanging(self.root, lengths)),
+            "hanging_error_mm": self.error_mm(baselines.hanging(self.root, lengths)),
             "true_root_error_mm": error.mean()
             if np.array_equal(self.root, true_root)
             else self.error_mm(self.prepared(true_root).whole().positions),
@@ -304,8 +304,8 @@ class _Reconstruction:
             "error_up_to_mirror_mm": self.error_mm(better),
             "length_change_max": length_changes(made.positions).max(),
             "acceleration_ratio": acceleration_ratio(made.positions, self.truth),
-            "hanging_error_mm": self.error_mm(nulls.hanging(self.root, self.true_lengths)),
-            "mean_pose_error_mm": self.error_mm(nulls.mean_pose(self.root, self.truth)),
+            "hanging_error_mm": self.error_mm(baselines.hanging(self.root, self.true_lengths)),
+            "mean_pose_error_mm": self.error_mm(baselines.mean_pose(self.root, self.truth)),
             "reprojection_error_px": made.refined.reprojection_error_px if made.refined else np.nan,
             "proved_share": of_limbs["proved"].mean(),
             "confidence": str(confidence_of_mirror_margin(middle_margin)),

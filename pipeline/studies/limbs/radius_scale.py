@@ -15,7 +15,7 @@ from pipeline.core.articulated_trajectory import LimbChoice, TrajectoryBasis
 from pipeline.core.articulation import Adjustment, cast_rays, on_sphere
 from pipeline.core.refinement import refine
 from pipeline.core.trajectory_basis import cosine_basis
-from pipeline.studies.limbs import nulls
+from pipeline.studies.limbs import baselines
 from pipeline.studies.limbs.scores import certificate, distance, limb_errors
 from pipeline.studies.limbs.swept_errors import SweptErrors, measured
 from pipeline.studies.limbs.trials import LimbInputs, LimbSweep, LimbTrial
@@ -77,7 +77,7 @@ class _Ways:
         self.scores: dict[tuple[float, bool], Score] = {}
 
     def errors(self, scale: float, way: str) -> dict[str, Any]:
-        """Return the errors at a scale of the assumed radius, and of limbs that do nothing with it."""
+        """Return the errors at a scale of the assumed radius, and of baselines with it."""
         sweep, trial, refined = self.sweep, self.trial, way == REFINED
         adjust = sweep.adjusts[0] if refined else Adjustment(way)
         hits = on_sphere(self.rays, scale * trial.length, adjust=adjust)
@@ -96,8 +96,8 @@ class _Ways:
             "adjusted_share": hits.adjusted.mean(),  # of frames whose ray misses the sphere
             "radius_ratio": radius_mm / trial.length,  # after adjustment, or refinement
             **certificate(self.choices[hits.radius]),
-            **nulls.limb_errors(trial, scale=scale),
-            "adjusted_hanging_error": nulls.limb_errors(trial, scale=hits.radius / trial.length)[
+            **baselines.limb_errors(trial, scale=scale),
+            "adjusted_hanging_error": baselines.limb_errors(trial, scale=hits.radius / trial.length)[
                 "hanging_error"
             ],
             "paths": np.stack([trial.relative, relative]) / trial.length,

@@ -19,7 +19,7 @@ from pipeline.core.refinement import refine
 from pipeline.core.trajectory_basis import cosine_basis
 from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
-from pipeline.studies.limbs import nulls
+from pipeline.studies.limbs import baselines
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.scores import certificate, distance, limb_errors, true_signs
 from pipeline.studies.limbs.trials import LimbInputs, LimbSweep, LimbTrial
@@ -114,7 +114,7 @@ def _compared_with_truth(trial: LimbTrial, choice: LimbChoice) -> dict[str, Any]
         "confidence": confidence_of_mirror_margin(solution.margin),
         # Whether most of the chosen candidates are the impostor's.
         "taken_impostor": bool((weight * solution.signs * signs[used]).sum() < 0),
-        **nulls.limb_errors(trial),
+        **baselines.limb_errors(trial),
         # Of the programme's matrix: its elements beside the diagonal, and its smallest to largest eigenvalue.
         "positive_off_diagonal": (beside > ROUNDING * np.abs(matrix).max()).mean(),
         "numerically_singular": bool(spectrum[-1] <= 0 or spectrum[0] / spectrum[-1] < SINGULAR),

@@ -11,7 +11,7 @@ from pipeline.core.articulated_trajectory import TrajectoryBasis
 from pipeline.core.articulation import Adjustment
 from pipeline.core.reconstructibility import reconstructibility
 from pipeline.seeding import derive_generator
-from pipeline.studies.limbs import nulls
+from pipeline.studies.limbs import baselines
 from pipeline.studies.limbs.scores import certificate, distance, limb_errors, true_signs
 from pipeline.studies.limbs.swept_errors import SweptErrors, measured
 from pipeline.studies.limbs.trials import LimbInputs, LimbSweep, LimbTrial, wrong_trajectory
@@ -54,6 +54,6 @@ class RootErrorSweep(LimbSweep):
             "parent_error_ratio": distance(parent, trial.parent) / trial.length,
             "reconstructibility": eta.ratio,  # about the wrong parent
             **certificate(choice),
-            **nulls.limb_errors(trial, moved=wrong),
+            **baselines.limb_errors(trial, moved=wrong),
             "paths": np.stack([trial.relative, parent + choice.relative - trial.parent]) / trial.length,
         }

@@ -20,7 +20,7 @@ from pipeline.studies.eigenwalkers.model import Eigenwalkers
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
-from pipeline.studies.walks.methods import PUBLISHED, Method, Null
+from pipeline.studies.walks.methods import PUBLISHED, Baseline, Method
 from pipeline.studies.walks.seen_walker import SeenWalker
 from pipeline.validation import Distinct, Positive, bounded
 
@@ -94,7 +94,7 @@ class JointAngles(Sweep):
         def true(r: int) -> np.ndarray:
             return fourier.synthesise(data.coefficients[r], 1.0, times)
 
-        names = [*map(str, self.methods), str(Null.average_walker)]
+        names = [*map(str, self.methods), str(Baseline.average_walker)]
         measured = np.stack(
             [~data.unmeasured[:, list(joints_of(a))].any(axis=1) for a in JOINT_ANGLES], axis=1
         )

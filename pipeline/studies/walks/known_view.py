@@ -20,7 +20,7 @@ from pipeline.studies.eigenwalkers.model import Eigenwalkers
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
-from pipeline.studies.walks.methods import PUBLISHED, Method, Null
+from pipeline.studies.walks.methods import PUBLISHED, Baseline, Method
 from pipeline.studies.walks.nested import nested_choice
 from pipeline.studies.walks.seen_walker import Reconstruction, SeenWalker
 from pipeline.studies.walks.stacked import stacked
@@ -207,10 +207,10 @@ class KnownView(Sweep):
         own = np.abs(own[0]) / limit
         single = linear_model.truncated(fold, 1)
 
-        def reconstruct(method: Method | Null) -> list[Reconstruction]:
+        def reconstruct(method: Method | Baseline) -> list[Reconstruction]:
             if method is Method.anatomical and third:
                 return [third.reconstruct(r, angles, fold) for angles in views]
-            if method is Null.average_walker:
+            if method is Baseline.average_walker:
                 return [seen.average_walker() for seen in (everywhere, demonstration)]
             noise, given = (
                 method.noise_variance(self.noise_variance_mm2),
@@ -220,8 +220,8 @@ class KnownView(Sweep):
 
         walker = {"person": data.person[r], "walker": data.clip[r]}
         rows: dict[str, list[dict[str, Any]]] = defaultdict(list)
-        missing: dict[Method | Null, np.ndarray] = {}
-        tried: list[Method | Null] = [*self.methods, *Null.beside(self.methods)]
+        missing: dict[Method | Baseline, np.ndarray] = {}
+        tried: list[Method | Baseline] = [*self.methods, *Baseline.beside(self.methods)]
         for method in sorted(tried, key=str):  # as tables are sorted
             here, there = reconstruct(method)
             missing[method] = there.missing
@@ -257,5 +257,5 @@ class KnownView(Sweep):
         path = np.empty((len(view_deg), 0))
         if sigma2.size:
             path = everywhere.error_path(sigma2) + errors.walker_error(power)[:, None]
-        average = missing[Null.average_walker]
+        average = missing[Baseline.average_walker]
         return dict(rows), np.stack([missing[method] for method in self.methods]), average, path

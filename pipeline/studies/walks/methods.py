@@ -28,7 +28,7 @@ IMAGE_IGNORED_MM2 = 1e15
 """A noise variance at which the image says nothing: MAP gives the average walker, to rounding."""
 
 
-class Null(StrEnum):
+class Baseline(StrEnum):
     """Baselines."""
 
     average_walker = "average_walker"
@@ -40,13 +40,16 @@ class Null(StrEnum):
 
     def noise_variance(self, sigma2_mm2: float) -> float | None:
         """Return sigma² with which one eigenwalker is fitted."""
-        of_method = Method.map.noise_variance(sigma2_mm2) if self is Null.map_1 else None
-        return IMAGE_IGNORED_MM2 if self is Null.average_walker else of_method
+        of_method = Method.map.noise_variance(sigma2_mm2) if self is Baseline.map_1 else None
+        return IMAGE_IGNORED_MM2 if self is Baseline.average_walker else of_method
 
     @staticmethod
-    def beside(methods: Sequence[Method]) -> list[Null]:
+    def beside(methods: Sequence[Method]) -> list[Baseline]:
         """Return the average walker, and one eigenwalker for each of the papers' approaches."""
-        return [Null.average_walker, *(Null(f"{method}_1") for method in methods if method in PUBLISHED)]
+        return [
+            Baseline.average_walker,
+            *(Baseline(f"{method}_1") for method in methods if method in PUBLISHED),
+        ]
 
 
 STRIP_DEG = 10.0

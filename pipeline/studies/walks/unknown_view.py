@@ -19,7 +19,7 @@ from pipeline.studies.eigenwalkers.model import Eigenwalkers
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
-from pipeline.studies.walks.methods import PUBLISHED, Method, Null, middles_of_strips
+from pipeline.studies.walks.methods import PUBLISHED, Baseline, Method, middles_of_strips
 from pipeline.studies.walks.stacked import stacked
 from pipeline.validation import Distinct, InvalidInput, Positive
 
@@ -107,7 +107,7 @@ class UnknownView(Sweep):
         walkers, generator = range(len(model.samples)), inputs.generator("random view")
         drawn = [generator.uniform(-180.0, 180.0, (len(walkers), len(view_deg))) for view_deg in views]
         low, high = np.radians(self.angle_range_deg)
-        tried: list[Method | Null] = [*self.methods, *Null.beside(self.methods)]
+        tried: list[Method | Baseline] = [*self.methods, *Baseline.beside(self.methods)]
 
         def one(r: int) -> list[list[dict[str, Any]]]:
             measured = ~data.unmeasured[r]
@@ -115,7 +115,9 @@ class UnknownView(Sweep):
             single = linear_model.truncated(fold, 1)
             sample = linear_model.without_joints(model.samples[r], measured)
 
-            def estimate(method: Method | Null, view: np.ndarray, solver: Solver) -> viewpoint.ViewEstimate:
+            def estimate(
+                method: Method | Baseline, view: np.ndarray, solver: Solver
+            ) -> viewpoint.ViewEstimate:
                 if third and method is Method.anatomical:
                     return third.estimate(r, view)
                 noise = method.noise_variance(self.noise_variance_mm2)

@@ -1,4 +1,4 @@
-"""The nulls of mozerov2006: performances without mistiming, patterns and modes of other people, people drawn again."""
+"""Baselines of mozerov2006: performances without mistiming, patterns and modes of other people, people drawn again."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ def test_without_mistiming_synchronization_takes_less_off(
     dataset: Postures, action: Action, known: bool
 ) -> None:
     data = dataset if known else replace(dataset, phase=None)
-    null = without_mistiming(data, action, OPTIONS)
+    baseline = without_mistiming(data, action, OPTIONS)
     gained = variance(action.synchronized) / variance(action.linear)
-    all_the_same = variance(null.synchronized) / variance(null.linear)
+    all_the_same = variance(baseline.synchronized) / variance(baseline.linear)
     assert gained < all_the_same <= 1.0
-    assert (null.distances <= null.distances_linear * (1 + 1e-12)).all()
+    assert (baseline.distances <= baseline.distances_linear * (1 + 1e-12)).all()
     if not known:
-        assert null.linear.mean(axis=0) == pytest.approx(action.synchronized.mean(axis=0))
-        assert variance(null.linear) == pytest.approx(variance(action.synchronized)), (
+        assert baseline.linear.mean(axis=0) == pytest.approx(action.synchronized.mean(axis=0))
+        assert variance(baseline.linear) == pytest.approx(variance(action.synchronized)), (
             "as large, of another sign"
         )
 
@@ -97,7 +97,7 @@ def test_moments_of_people_give_the_covariance_of_all_their_postures(dataset: Po
 
 def test_modes_hold_more_than_as_many_numbers_and_all_hold_everything(dataset: Postures) -> None:
     postures = dataset.split(dataset.postures)
-    along, null = variance_along_modes(postures, dataset.person)
-    assert ((null > 0) & (null < along) & (along < 1)).all()
+    along, baseline = variance_along_modes(postures, dataset.person)
+    assert ((baseline > 0) & (baseline < along) & (along < 1)).all()
     assert variance_along_modes(postures, dataset.person, modes=37)[0] == pytest.approx(1.0)
     assert np.isnan(variance_along_modes(postures, np.repeat("a", 10))[0]).all()

@@ -1,4 +1,4 @@
-"""Measures of limbs in replicates, and the methods that do nothing."""
+"""Measures of limbs in replicates, and the baselines."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pipeline.core.limb_chain import WALKER14
 from pipeline.core.statistics import rank_correlation
 from pipeline.papers import Measure
 from pipeline.studies import evaluation
-from pipeline.studies.limbs import nulls
+from pipeline.studies.limbs import baselines
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.root_error import RootErrorSweep
@@ -84,7 +84,7 @@ def test_people_are_drawn_and_not_their_clips_where_they_are_known() -> None:
     assert replicate(["fig"], {"fig": table}) is None, "a single person"
 
 
-# --- methods that do nothing ------------------------------------------------------------------------------
+# --- baselines --------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -97,7 +97,7 @@ def test_a_skeleton_that_hangs_has_its_feet_below_its_root_and_its_head_above(
     stretches: LimbStretches,
 ) -> None:
     root, lengths = stretches.positions[0][:, ROOT], stretches.lengths_mm[0]
-    found = nulls.hanging(root, lengths) - root[:, None]
+    found = baselines.hanging(root, lengths) - root[:, None]
     of = dict(zip(WALKER14.limbs, lengths, strict=True))
     place = WALKER14.joints.index
     below = -(of["left_knee"] + of["left_ankle"])
@@ -109,7 +109,7 @@ def test_a_skeleton_that_hangs_has_its_feet_below_its_root_and_its_head_above(
 def test_the_mean_pose_is_the_pose_that_stands_still_and_errs_least(stretches: LimbStretches) -> None:
     truth = stretches.positions[0]
     root = truth[:, ROOT]
-    found = nulls.mean_pose(root, truth)
+    found = baselines.mean_pose(root, truth)
     assert np.ptp(found - root[:, None], axis=0).max() < 1e-9
     off = np.square(found - truth).sum()
     rng = np.random.default_rng(2)
@@ -118,11 +118,11 @@ def test_the_mean_pose_is_the_pose_that_stands_still_and_errs_least(stretches: L
 
 def test_a_limb_that_does_nothing_is_wrong_by_what_its_parent_is(stretches: LimbStretches) -> None:
     trial = RootErrorSweep(trials=2, cameras=[Camera.still]).trial(stretches, 1, Camera.still, 1)
-    far = nulls.limb_errors(trial, moved=np.array([1e5, 0.0, 0.0]))
-    for name, error in nulls.limb_errors(trial).items():
+    far = baselines.limb_errors(trial, moved=np.array([1e5, 0.0, 0.0]))
+    for name, error in baselines.limb_errors(trial).items():
         assert 0.0 < error < 2.0
         assert far[name] == pytest.approx(1e5 / trial.length, abs=2.5)
-    assert nulls.limb_errors(trial, scale=0.0)["hanging_error"] == pytest.approx(
+    assert baselines.limb_errors(trial, scale=0.0)["hanging_error"] == pytest.approx(
         float(np.linalg.norm(trial.relative, axis=1).mean()) / trial.length
     )
 

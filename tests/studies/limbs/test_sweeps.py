@@ -231,7 +231,7 @@ def test_the_scatter_holds_all_trials(smoke_results: Path) -> None:
 def test_a_limb_that_hangs_by_the_adjusted_radius_does_not_depend_on_a_radius_too_small(
     smoke_results: Path,
 ) -> None:
-    """Whatever only reads its length off the rays is as near at every small scale: the null of figure 3c."""
+    """Whatever only reads its length off the rays is as near at every small scale: the baseline of figure 3c."""
     table = tables.read(smoke_results / "synthetic" / "smoke" / "park2011_fig3c" / "table_trials.csv")
     small = (table["adjust"] == REFINED) & (table["radius_scale"] < 0.5)
     spread: dict[str, list[float]] = {"hanging_error": [], "adjusted_hanging_error": []}

@@ -170,9 +170,9 @@ def test_the_average_walker_does_not_look_at_the_image() -> None:
     setting = approach_two(1e12)
     view = np.radians([0.0, 50.0])
     fold = everybody.fold(1)
-    null = errors_of(everybody, fold, {"average_walker": setting}, 1, view)[0]
+    baseline = errors_of(everybody, fold, {"average_walker": setting}, 1, view)[0]
     blind = fold.errors([setting], 1, view)[0]
-    np.testing.assert_allclose(null, blind, rtol=1e-4)
+    np.testing.assert_allclose(baseline, blind, rtol=1e-4)
 
 
 def test_only_one_source_is_learnt_from() -> None:

@@ -85,7 +85,7 @@ class ActionModelFigure(Figure):
             "mean_high": high.ravel(),
         }
         rows = sequence_rows(inputs, range(1, self._shown(inputs) + 1))
-        null = without_mistiming(inputs.dataset, action, options_of(inputs))
+        baseline = without_mistiming(inputs.dataset, action, options_of(inputs))
         postures = inputs.dataset.split(inputs.dataset.postures)
         space, space_draws = space_tables(postures, inputs.dataset.person)
         columns = ["performance", "stage", "sample", "component", "value"]
@@ -95,7 +95,7 @@ class ActionModelFigure(Figure):
             "table_spectrum": _spectrum(action),
             "table_performances": _performances(inputs),
             "table_stages": alignments_compared(action, options_of(inputs)),
-            "table_pairs": pairs_table(inputs, null),
+            "table_pairs": pairs_table(inputs, baseline),
             "table_space": space,
             "table_space_draws": space_draws,
             "table_model": tidy(model, by=["sample", "component"]),
@@ -233,7 +233,7 @@ def _performances(inputs: Inputs) -> pd.DataFrame:
     action, data = inputs.model, inputs.dataset
     postures = data.split(data.postures)
     chosen, arbitrary = patterns_of_others(action.distances, data.person)
-    along, null = variance_along_modes(postures, data.person)
+    along, baseline = variance_along_modes(postures, data.person)
     unseen = np.full((len(data.person), 1), np.nan)
     deviation = action.linear - action.linear.mean(axis=(0, 1))
     columns = {
@@ -252,7 +252,7 @@ def _performances(inputs: Inputs) -> pd.DataFrame:
         "distance_from_median_of_others": chosen,
         "distance_from_any_of_others": arbitrary,
         "variance_along_modes_of_others": along,
-        "variance_along_numbers_of_others": null,
+        "variance_along_numbers_of_others": baseline,
         **{
             f"squared_from_keyframe_{s}": sequence_differences(action, options_of(inputs), s)[0] ** 2
             for s in ("linear", "synchronized")

@@ -1,6 +1,6 @@
 """What holds of a person who was not learnt from: the pattern, the modes; and the spectrum of people drawn again.
 
-Each is given beside its null: a pattern taken at random, numbers of a posture that are not correlated.
+Each is given beside its baseline: a pattern taken at random, numbers of a posture that are not correlated.
 """
 
 from __future__ import annotations
@@ -121,12 +121,12 @@ def patterns_of_others(distances: np.ndarray, person: np.ndarray) -> tuple[np.nd
 def variance_along_modes(
     performances: Sequence[np.ndarray], person: np.ndarray, modes: int = MODES
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the share of each performance's variance (M,) along the first modes of other people, and its null.
+    """Return the share of each performance's variance (M,) along the first modes of other people, and its baseline.
 
-    The null are as many single numbers of a posture, those that vary most in the other people.  NaN for one person
+    The baseline are as many single numbers of a posture, those that vary most in the other people.  NaN for one person
     alone.
     """
-    along, null = np.full((2, len(person)), np.nan)
+    along, baseline = np.full((2, len(person)), np.nan)
     labels = np.unique(person)
     found = moments(performances, person)
     for number, label in enumerate(labels):
@@ -140,5 +140,5 @@ def variance_along_modes(
             away = performances[m] - performances[m].mean(axis=0)
             whole = (away**2).sum()
             along[m] = ((away @ vectors) ** 2).sum() / whole
-            null[m] = (away[:, numbers] ** 2).sum() / whole
-    return along, null
+            baseline[m] = (away[:, numbers] ** 2).sum() / whole
+    return along, baseline

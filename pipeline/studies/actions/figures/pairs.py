@@ -16,7 +16,7 @@ from pipeline.studies.actions.model import ALIGNMENTS
 from pipeline.studies.actions.without_mistiming import WithoutMistiming
 from pipeline.studies.figure_inputs import tidy
 
-NULLS = ("linear", "keyframe", "synchronized")
+BASELINES = ("linear", "keyframe", "synchronized")
 
 
 def squared_distances(performances: Sequence[np.ndarray]) -> np.ndarray:
@@ -33,10 +33,10 @@ def squared_distances(performances: Sequence[np.ndarray]) -> np.ndarray:
     return result
 
 
-def pairs_table(inputs: Inputs, null: WithoutMistiming, components: slice = slice(None)) -> pd.DataFrame:
+def pairs_table(inputs: Inputs, baseline: WithoutMistiming, components: slice = slice(None)) -> pd.DataFrame:
     """Return ``table_pairs``: squared distance of all ordered pairs, in each alignment and without mistiming."""
     sequences = {alignment: inputs.model.sequences(alignment) for alignment in ALIGNMENTS}
-    sequences |= {f"null_{name}": list(getattr(null, name)) for name in NULLS}
+    sequences |= {f"baseline_{name}": list(getattr(baseline, name)) for name in BASELINES}
     person, names = inputs.dataset.person, np.array(inputs.samples)
     n, m = np.nonzero(~np.eye(len(names), dtype=bool))
     columns = {"performance": names[n], "person": person[n], "other": names[m], "other_person": person[m]}

@@ -64,11 +64,11 @@ class Warp(Figure):
         last = rows.groupby(["stage", "performance"])["sample"].transform("max")
         rows["time_s"] *= rows["sample"] / last
         columns = ["performance", "stage", "component", "sample", "time_s", "value"]
-        null = without_mistiming(inputs.dataset, inputs.model, options_of(inputs))
+        baseline = without_mistiming(inputs.dataset, inputs.model, options_of(inputs))
         return {
             "table": tidy(rows[columns], by=["performance"]),
-            "table_rates": _rates(inputs, null),
-            "table_pairs": pairs_table(inputs, null, slice(self.dimension - 1, self.dimension)),
+            "table_rates": _rates(inputs, baseline),
+            "table_pairs": pairs_table(inputs, baseline, slice(self.dimension - 1, self.dimension)),
         }
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
@@ -168,7 +168,7 @@ class Warp(Figure):
             rec.blueprint(Columns(Rows(*bodies), Rows(*rec.plots, Notes())), playing=True)
 
 
-def _rates(inputs: Inputs, null: WithoutMistiming) -> pd.DataFrame:
+def _rates(inputs: Inputs, baseline: WithoutMistiming) -> pd.DataFrame:
     """Rates of each rate-to-rate function, relative to the median sequence and a constant rate.
 
     A sample is at the rate limit if time runs as fast there as the steps of the trellis allow, twice as fast as at a
@@ -191,9 +191,11 @@ def _rates(inputs: Inputs, null: WithoutMistiming) -> pd.DataFrame:
         "at_rate_limit_longest": [_longest_run(row) for row in limit],
         "distance": action.distances[action.median],
         "distance_linear": ((action.linear - action.linear[action.median]) ** 2).sum(axis=(1, 2)),
-        "rate_sd_null": np.diff(synchronization.rate_to_rate(null.disparity), axis=1).std(axis=1, ddof=1),
-        "distance_null": null.distances,
-        "distance_linear_null": null.distances_linear,
+        "rate_sd_baseline": np.diff(synchronization.rate_to_rate(baseline.disparity), axis=1).std(
+            axis=1, ddof=1
+        ),
+        "distance_baseline": baseline.distances,
+        "distance_linear_baseline": baseline.distances_linear,
     }
     return tidy(columns, by=["performance"])
 

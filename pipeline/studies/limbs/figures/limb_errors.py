@@ -30,13 +30,13 @@ from pipeline.studies.presentation import interval_words
 from pipeline.studies.replicated import aggregate
 from pipeline.studies.study import Figure, Recorder
 
-NULLS = ("hanging_error", "mean_pose_error")
-"""Errors of limbs that do nothing, as `nulls.limb_errors`."""
+BASELINES = ("hanging_error", "mean_pose_error")
+"""Errors of baselines, as `baselines.limb_errors`."""
 
 ADJUSTED_NULL = "adjusted_hanging_error"
 """The first of them with the length that rays ask for, as the figure of the radius gives it to the method."""
 
-NULL_MEDIANS = {f"{name}_median": (name, "median") for name in NULLS}
+BASELINE_MEDIANS = {f"{name}_median": (name, "median") for name in BASELINES}
 
 ROOT = "root_error_ratio"
 
@@ -51,7 +51,7 @@ PUBLISHED_RADIUS = [
 ]
 
 NULL_WORDS = (
-    "Grey, medians of what does nothing: a limb of the {length} length that hangs straight down (dotted), and one that "
+    "Grey, medians of baselines: a limb of the {length} length that hangs straight down (dotted), and one that "
     "keeps its true mean direction (dashed)."
 )
 
@@ -76,9 +76,9 @@ class RootErrorFigure(Figure):
                 "share_above_parent_error": ("above_parent", "mean"),
                 "limb_error_median": ("limb_error", "median"),
                 "error_up_to_mirror_median": ("error_up_to_mirror", "median"),
-                **NULL_MEDIANS,
+                **BASELINE_MEDIANS,
             },
-            ["child_error_median", *NULL_MEDIANS],
+            ["child_error_median", *BASELINE_MEDIANS],
         )
         errors = ["child_error_ratio", "parent_error_ratio", "limb_error", "error_up_to_mirror"]
         return _tables(rows, cameras, ["root_error_ratio"], errors)
@@ -107,7 +107,7 @@ class RootErrorFigure(Figure):
                 name="child_error",
                 label="3D error / limb length",
                 timeline="root_error_per_mille",
-                also=[parent, *_null_lines()],
+                also=[parent, *_baseline_lines()],
             ),
             against(y="child_error_sd", label="standard deviation of the 3D error"),
         ]
@@ -135,7 +135,7 @@ class RadiusScaleFigure(Figure):
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """Return ``table``, ``table_points``: before the first camera; ``table_cameras``: before all."""
         rows, swept = inputs.sweep.rows, ["radius_scale", "adjust"]
-        medians = {**NULL_MEDIANS, f"{ADJUSTED_NULL}_median": (ADJUSTED_NULL, "median")}
+        medians = {**BASELINE_MEDIANS, f"{ADJUSTED_NULL}_median": (ADJUSTED_NULL, "median")}
         cameras = aggregate(
             rows,
             ["camera", *swept],
@@ -166,7 +166,7 @@ class RadiusScaleFigure(Figure):
                 where={"camera": str(camera)}, label=f"3D error / limb length, {camera.words}", log_y=True, least=LEAST,
                 name="limb_error", timeline="log10_scale_per_mille" if camera is options.cameras[0] else "",
                 references=PUBLISHED_RADIUS,
-                also=_null_lines(
+                also=_baseline_lines(
                     (ADJUSTED_NULL, "mean_pose_error"), table="table_cameras",
                     where={"camera": str(camera), "adjust": str(first)},
                 ),
@@ -196,19 +196,19 @@ def _tables(
     every, first = tidy(rows, by=["trial", *swept]), rows["camera"][0]
     return {
         "table": every[every["camera"] == first],
-        "table_trials": every[["trial", "clip", "limb", "camera", *swept, *errors, *NULLS]],
+        "table_trials": every[["trial", "clip", "limb", "camera", *swept, *errors, *BASELINES]],
         "table_points": cameras[cameras["camera"] == first].reset_index(drop=True),
         "table_cameras": cameras,
     }
 
 
-def _null_lines(names: Sequence[str] = NULLS, **rows: Any) -> list[Lines]:
-    """Medians of limbs that do nothing, over what is swept: one that hangs, and one in its mean pose."""
+def _baseline_lines(names: Sequence[str] = BASELINES, **rows: Any) -> list[Lines]:
+    """Medians of baselines over what is swept: one that hangs, and one in its mean pose."""
     return [
         Lines(
             **{"table": "table_points", **rows},
             y=f"{name}_median",
-            styles={name: Style(label, "null", line=line, interval=False)},
+            styles={name: Style(label, "baseline", line=line, interval=False)},
         )
         for name, label, line in zip(names, NULL_LABELS, ("dotted", "dashed"), strict=True)
     ]

@@ -96,7 +96,7 @@ class MissingDataFigure(Figure):
                 percent(
                     y=f"{name}_relative_error_mean",
                     where={"pattern": first},
-                    styles={name: Style(label, "null", line=line, interval=False)},
+                    styles={name: Style(label, "baseline", line=line, interval=False)},
                 )
                 for name, label, line in zip(
                     ("hanging", "mean_pose"), NULL_LABELS, ("dotted", "dashed"), strict=True

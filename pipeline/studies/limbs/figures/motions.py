@@ -14,7 +14,7 @@ from pipeline.palette import Style
 from pipeline.scenes import Columns, Image2D, MotionScene, Notes, Rows, Space3D
 from pipeline.skeleton import WALKER15
 from pipeline.studies.figure_inputs import FigureInputs, columns_of, tidy
-from pipeline.studies.limbs import nulls
+from pipeline.studies.limbs import baselines
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.figures.presentation import confidences
@@ -37,7 +37,7 @@ PUBLISHED = Reference(y="park2011_humaneva_mean_error", label="published")
 ASIDE_RAD = np.pi / 2
 """How far around the camera's own azimuth the picture's other view stands."""
 
-STEPS = {"hangs straight down": "null", "reconstructed": "orange", "mirrors tried": "blue"}
+STEPS = {"hangs straight down": "baseline", "reconstructed": "orange", "mirrors tried": "blue"}
 """What is compared, from nothing known on, and its colour."""
 
 TRACED = ("left_wrist", "right_wrist", "left_ankle", "right_ankle")
@@ -142,7 +142,7 @@ class MotionsFigure(Figure):
         middles = (np.arange(self.instants) + 0.5) * (sweep.truth.shape[1] - 1) / self.instants
         instants = np.unique(np.rint(middles).astype(int))
         truth, lengths = sweep.truth[n], inputs.dataset.lengths_mm[sweep.stretch[n]]
-        known = [nulls.hanging(truth[:, ROOT], lengths), inputs.sweep.as_chosen.positions[n, 0]]
+        known = [baselines.hanging(truth[:, ROOT], lengths), inputs.sweep.as_chosen.positions[n, 0]]
         aside = sweep.azimuth_rad[n, 0] + ASIDE_RAD
         of_clip = tables["table_steps"].set_index(["clip", "camera", "step"])["error_mm"]
         of_clip = of_clip.loc[(inputs.dataset.clip[sweep.stretch[n]], sweep.cameras[0])]

@@ -19,7 +19,7 @@ ADJUST_NAMES = {
 ADJUST_COLOURS = {"refined": "black", "global": "blue", "robust": "green", "per_frame": "orange"}
 
 NULL_LABELS = ("hangs straight down", "mean pose")
-"""Of limbs that do nothing."""
+"""Of baselines."""
 
 LEAST = 1e-3
 """On logarithmic axes, errors are drawn as at least so much."""

@@ -17,7 +17,7 @@ from pipeline.studies.figure_inputs import sd, tidy
 from pipeline.studies.study import Figure, Recorder
 from pipeline.studies.walks.figures.view_errors import Inputs, over_walkers
 from pipeline.studies.walks.known_view import KnownView
-from pipeline.studies.walks.methods import Method, Null
+from pipeline.studies.walks.methods import Baseline, Method
 from pipeline.validation import InvalidInput
 
 PUBLISHED = Reference(x="zhang2007_optimal_variance", label="published 70")
@@ -53,7 +53,7 @@ class NoiseVariance(Figure):
         }
         walkers = sweep.rows.groupby(by, as_index=False)["absolute_error_mm2"].mean()
         average = walkers[
-            (walkers["method"] == Null.average_walker) & walkers["walker"].isin(sweep.chosen["walker"])
+            (walkers["method"] == Baseline.average_walker) & walkers["walker"].isin(sweep.chosen["walker"])
         ]
         errors = sweep.sigma2.pivot(
             index=["person", "walker"], columns="sigma2_mm2", values="absolute_error_mm2"

@@ -22,7 +22,7 @@ from pipeline.studies.presentation import entity_name, lift
 from pipeline.studies.study import Figure, Picture, Recorder
 from pipeline.studies.walks.figures.presentation import METHODS, TRIED
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
-from pipeline.studies.walks.methods import Null
+from pipeline.studies.walks.methods import Baseline
 from pipeline.validation import Count, CountOrAll, require_range
 
 _PLAYED_HZ = 30.0
@@ -83,7 +83,7 @@ class Postures(Figure):
                 return np.nan
             return np.sqrt(errors.walker_error(errors.absolute_error(missing[one] - missing[other]))).ravel()
 
-        average = rows[Null.average_walker]
+        average = rows[Baseline.average_walker]
         demonstrations = {name: average[name] for name in ("person", "walker", "view_angle_deg")}
         for method in shown:
             error = rows[method]["rms_error_mm"].to_numpy() if method in rows else np.nan
@@ -92,7 +92,7 @@ class Postures(Figure):
             demonstrations["rms_between_methods_mm"] = apart(*METHODS)
         demonstrations["rms_error_average_walker_mm"] = average["rms_error_mm"]
         for method in shown:
-            demonstrations[f"rms_{method}_from_average_walker_mm"] = apart(method, Null.average_walker)
+            demonstrations[f"rms_{method}_from_average_walker_mm"] = apart(method, Baseline.average_walker)
         return {
             "table": tidy(
                 {
@@ -239,7 +239,7 @@ class Postures(Figure):
 def _missing_dimensions(sweep: KnownViewErrors) -> dict[str, np.ndarray]:
     """What each method and the average walker have at the demonstration views, (R, V, 5, 15) each."""
     reconstructed = dict(zip(sweep.methods.tolist(), sweep.missing, strict=True))
-    return {**reconstructed, str(Null.average_walker): sweep.average_walker}
+    return {**reconstructed, str(Baseline.average_walker): sweep.average_walker}
 
 
 def _identification(inputs: Inputs) -> pd.DataFrame:

@@ -1,4 +1,4 @@
-"""How figures of walks name and draw the two approaches, and what they are held against."""
+"""How figures of walks name and draw the two approaches, and their baselines."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ METHODS = {
     "map": Style("approach II (MAP)", "map", line="dashed"),
 }
 
-NULLS = {
-    "average_walker": Style("average walker", "null", line="dotted", banded=False, interval=False),
+BASELINES = {
+    "average_walker": Style("average walker", "baseline", line="dotted", banded=False, interval=False),
     "least_squares_1": Style(
         "one eigenwalker, least squares", "amber", line="dotted", banded=False, interval=False
     ),
@@ -23,7 +23,7 @@ NULLS = {
 TRIED = {**METHODS, "anatomical": Style("anatomical", "green")}
 """The papers' approaches and the third one."""
 
-CURVES = {**TRIED, **NULLS}
+CURVES = {**TRIED, **BASELINES}
 
 VIEW: dict[str, Any] = {"x": "view_angle_deg", "ticks": 30}
 """The abscissa of charts over the view angle."""

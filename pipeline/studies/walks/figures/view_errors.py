@@ -62,7 +62,7 @@ class ViewErrors(Figure):
 
         ``table_people``: the same of every walker; ``table_walkers``: per walker and method, mean over views;
         ``table_summary``: mean, median and worst walker; ``table_joints``: per joint; ``table_coefficients``: how often
-        they leave the range of training; ``table_recomputed``: the errors computed anew.  The nulls are methods like
+        they leave the range of training; ``table_recomputed``: the errors computed anew.  Baselines are methods like
         the approaches.
         """
         sweep, seed = inputs.sweep, inputs.experiment.seed

@@ -1,1 +1,1 @@
-"""Sweeps of the anatomical reconstruction: what each part of it is worth, and whether its bars are right."""
+"""Sweeps of the anatomical reconstruction: its ablation, and the coverage of its bars."""

@@ -48,7 +48,9 @@ METHODS = {
     method.name: method
     for method in (
         Method("least_squares", "least squares", style=Style("least squares", "least_squares")),
-        Method("average_walker", "average walker", "added", Style("average walker", "null", line="dotted")),
+        Method(
+            "average_walker", "average walker", "added", Style("average walker", "baseline", line="dotted")
+        ),
         Method("map_70", "MAP, σ² = 70", "added", Style("MAP, σ² = 70", "map", line="dotted")),
         Method(
             "map_tuned", "MAP, σ² of others", "added", Style("MAP, σ² chosen by others", "map", line="dashed")

@@ -1,4 +1,4 @@
-"""Reconstructions by methods that do nothing, which every error of limbs is compared with.
+"""Baselines, with which every error of limbs is compared.
 
 hanging    trunk and head straight up, arms and legs straight down, from the given root and with the given lengths.  No
            image is used.  Which way the body faces is not known either, so that hips and shoulders stay in the middle.
@@ -52,7 +52,7 @@ def mean_pose(root: np.ndarray, truth: np.ndarray) -> np.ndarray:
 
 
 def limb_errors(trial: LimbTrial, *, moved: np.ndarray | float = 0.0, scale: float = 1.0) -> dict[str, float]:
-    """Return the mean distance of a limb that does nothing from the truth, over its length.
+    """Return the mean distance of a baseline's limb from the truth, over its length.
 
     Parameters
     ----------
