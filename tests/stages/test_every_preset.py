@@ -107,6 +107,13 @@ def test_the_arrays_hold_every_walker_and_joint(folder: Path) -> None:
         assert arrays[names][0] == first
         assert of != "walks" or len(arrays[names]) == WALKERS
         assert of != "performances" or arrays["synchronized"].shape[0] == len(arrays[names]) == 6
+        if "joint_error_mm2" in arrays:
+            error, walkers = arrays["joint_error_mm2"], tables.read(folder / "table_walkers.csv")
+            assert error.shape == (WALKERS, len(arrays["joint_error_methods"]), 15)
+            np.testing.assert_allclose(error.mean(axis=2).ravel(), walkers["absolute_error_mm2"])
+            assert walkers["method"][: error.shape[1]].tolist() == arrays["joint_error_methods"].tolist()
+        else:
+            assert folder.name not in ("zhang2004_fig4", "zhang2007_fig5")
 
 
 def test_the_manifest_says_with_what_it_was_made(folder: Path, smoke_results: Path) -> None:
