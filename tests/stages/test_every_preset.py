@@ -116,6 +116,18 @@ def test_the_arrays_hold_every_walker_and_joint(folder: Path) -> None:
             assert folder.name not in ("zhang2004_fig4", "zhang2007_fig5")
 
 
+def test_every_interval_holds_its_value(folder: Path) -> None:
+    for path in folder.glob("table*.csv"):
+        columns = tables.read(path)
+        for name in [name.removesuffix("_low") for name in columns if name.endswith("_low")]:
+            if name in columns and columns[name].dtype.kind == "f":
+                value, low, high = columns[name], columns[f"{name}_low"], columns[f"{name}_high"]
+                known = np.isfinite(value + low + high)
+                slack = 1e-9 * np.abs(value[known])
+                assert (low[known] - slack <= value[known]).all(), (path.name, name)
+                assert (value[known] <= high[known] + slack).all(), (path.name, name)
+
+
 def test_the_manifest_says_with_what_it_was_made(folder: Path, smoke_results: Path) -> None:
     text = (folder / "manifest.json").read_text(encoding="utf-8")
     manifest: dict[str, Any] = json.loads(text)
