@@ -362,7 +362,7 @@ LIBRARY = {
     "pipeline.core.reconstruction": ["least_squares", "maximum_a_posteriori", "from_known_views"],
     "pipeline.core.viewpoint": ["estimate"],
     "pipeline.core.camera": ["project", "combine"],
-    "pipeline.core.synchronization": ["synchronize", "synchronize_all", "median_sequence"],
+    "pipeline.core.synchronization": ["synchronize", "synchronize_all", "distances", "median_sequence"],
     "pipeline.core.trajectory_basis": ["cosine_basis"],
     "pipeline.core.articulation": ["ray_sphere"],
     "pipeline.core.binary_quadratic": ["minimise"],

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+import inspect
 import os
 import subprocess
 import sys
@@ -313,3 +315,31 @@ def test_two_known_people_of_a_laboratory_bring_its_others_nearer() -> None:
         calibrate(model, theirs[4:], people=["a"])
     with pytest.raises(InvalidInput, match=r"what fit\(walks\) returns"):
         calibrate("model.npz", theirs[4:])  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters"),
+    [
+        ("fourier.represent", "positions frame_rate_hz harmonics"),
+        ("fourier.synthesise", "coefficients frequency_hz times_s"),
+        ("linear_model.fit", "samples n_components"),
+        ("linear_model.leave_one_out", "samples n_components"),
+        ("reconstruction.least_squares", "E d"),
+        ("reconstruction.maximum_a_posteriori", "E d eigenvalues noise_variance"),
+        ("viewpoint.estimate", "model observed method noise_variance"),
+        ("synchronization.synchronize", "x_n x_m max_disparity smoothness penalty start"),
+        ("synchronization.distances", "sequences max_disparity smoothness penalty start"),
+        ("synchronization.median_sequence", "distances"),
+        ("trajectory_basis.cosine_basis", "F K"),
+        ("articulation.ray_sphere", "cameras pixels parents radius"),
+        ("binary_quadratic.minimise", "basis middle half_chord gap time_limit_s"),
+        ("refinement.refine", "images camera root parents directions lengths basis"),
+        ("reconstructibility.reconstructibility", "basis middle half_chord signs_true"),
+    ],
+)
+def test_functions_that_others_call_keep_their_names_and_their_first_parameters(
+    name: str, parameters: str
+) -> None:
+    module, _, function = name.partition(".")
+    called = getattr(importlib.import_module(f"pipeline.core.{module}"), function)
+    assert [*inspect.signature(called).parameters][: len(parameters.split())] == parameters.split()

@@ -280,6 +280,19 @@ def test_every_class_of_measures_is_used_and_says_what_its_baseline_knows() -> N
         assert bool(baseline.knows) == bool(baseline.name)
 
 
+def test_help_that_the_paper_did_not_have_is_said() -> None:
+    of_paper = [
+        claim
+        for key in ("zhang2004", "zhang2007", "mozerov2006", "park2011")
+        for claim in papers.PAPERS[key].claims
+    ]
+    helped = {
+        claim.name for claim in of_paper if claim.name.endswith(("up_to_mirror", "from_a_shaky_camera"))
+    }
+    helped |= {claim.name for claim in of_paper if re.search("up_to_mirror|hinge", str(claim.measure))}
+    assert helped == {claim.name for claim in of_paper if claim.help}
+
+
 def test_a_number_that_is_printed_twice_is_one_that_is_there() -> None:
     for claim in (c for c in CLAIMS if c.same_as):
         first = papers.claim(claim.same_as)
@@ -366,6 +379,11 @@ def test_a_tested_explanation_quotes_a_run_that_was_made_with_its_switch(
     asked = {papers.placeholders("{" + n + "}")[0] for n in papers.placeholders(explanation.text)}
     assert {"with", "without"} <= {name.partition("_")[0] for name in asked}, "both sides of the comparison"
     assert any(run.with_it[name] != run.without[name] for name in run.with_it), "the switch moves something"
+
+
+def test_every_interval_of_the_table_of_sensitivity_holds_its_value() -> None:
+    kept = pd.read_csv(ROOT / "results" / "sensitivity.csv").dropna(subset=["value_low"])
+    assert kept["value"].between(kept["value_low"], kept["value_high"]).all()
 
 
 def test_every_run_of_the_table_of_interventions_is_quoted() -> None:

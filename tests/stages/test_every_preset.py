@@ -107,6 +107,25 @@ def test_the_arrays_hold_every_walker_and_joint(folder: Path) -> None:
         assert arrays[names][0] == first
         assert of != "walks" or len(arrays[names]) == WALKERS
         assert of != "performances" or arrays["synchronized"].shape[0] == len(arrays[names]) == 6
+        if "joint_error_mm2" in arrays:
+            error, walkers = arrays["joint_error_mm2"], tables.read(folder / "table_walkers.csv")
+            assert error.shape == (WALKERS, len(arrays["joint_error_methods"]), 15)
+            np.testing.assert_allclose(error.mean(axis=2).ravel(), walkers["absolute_error_mm2"])
+            assert walkers["method"][: error.shape[1]].tolist() == arrays["joint_error_methods"].tolist()
+        else:
+            assert folder.name not in ("zhang2004_fig4", "zhang2007_fig5")
+
+
+def test_every_interval_holds_its_value(folder: Path) -> None:
+    for path in folder.glob("table*.csv"):
+        columns = tables.read(path)
+        for name in [name.removesuffix("_low") for name in columns if name.endswith("_low")]:
+            if name in columns and columns[name].dtype.kind == "f":
+                value, low, high = columns[name], columns[f"{name}_low"], columns[f"{name}_high"]
+                known = np.isfinite(value + low + high)
+                slack = 1e-9 * np.abs(value[known])
+                assert (low[known] - slack <= value[known]).all(), (path.name, name)
+                assert (value[known] <= high[known] + slack).all(), (path.name, name)
 
 
 def test_the_manifest_says_with_what_it_was_made(folder: Path, smoke_results: Path) -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import ClassVar
 
+import numpy as np
 import pandas as pd
 
 from pipeline.charts import Chart, Reference, Sheet
@@ -41,19 +42,24 @@ class ViewAngleEstimates(Figure):
         ``table_walkers``: per walker and method, mean over views.  ``table_published``: the error of every walker by
         the solver of appendix B, where it was tried.
         """
-        rows = inputs.sweep.rows
-        rows = rows.assign(absolute_error_deg=rows["error_deg"].abs())
         by, of_walker = ["method", "view_angle_deg"], ["person", "walker", "method"]
+        # Every walker is seen from every view: rows in order of their groups are groups of one length.
+        rows = inputs.sweep.rows.sort_values(by)
+        errors = rows["error_deg"].to_numpy().reshape(rows.groupby(by).ngroups, -1)
+        mean = statistics.circular_mean_deg(errors)
+        # The interval is of the same mean: errors on the other side of the circle are near it, not 360 degrees off.
+        turns = np.round((errors - mean[:, None]) / 360.0)
+        rows = rows.assign(
+            absolute_error_deg=rows["error_deg"].abs(), near_deg=(errors - 360.0 * turns).ravel()
+        )
         columns = {
-            "estimated_mean_deg": ("error_deg", "mean"),
+            "estimated_mean_deg": ("near_deg", "mean"),
             "absolute_angle_error_median_deg": ("absolute_error_deg", "median"),
             "failures": ("failed", "sum"),
         }
         table = aggregate(rows, by, columns, ["estimated_mean_deg"], cluster="person", count="walkers")
         table["walkers"] = table.pop("walkers")
-        # Every walker is seen from every view: rows in order of their groups are groups of one length.
-        errors = rows.sort_values(by)["error_deg"].to_numpy().reshape(len(table), -1)
-        table["estimated_mean_deg"] = statistics.circular_mean_deg(errors)
+        table["estimated_mean_deg"] = mean
         place = list(table).index("absolute_angle_error_median_deg")
         table.insert(place, "estimated_sd_deg", statistics.circular_sd_deg(errors))
         for name in ("estimated_mean_deg", "estimated_mean_deg_low", "estimated_mean_deg_high"):

@@ -102,9 +102,17 @@ class ViewErrors(Figure):
         return made
 
     def arrays(self, inputs: Inputs) -> dict[str, np.ndarray]:
-        """Return the walkers themselves: the report makes each fold of them, and reconstructs from any view."""
-        data = inputs.dataset
+        """Return the walkers themselves: the report makes each fold of them, and reconstructs from any view.
+
+        Beside them errors by walker, method or null, and joint, mean over views: (R, M, 15), NaN if not measured.
+        """
+        data, joints = inputs.dataset, inputs.sweep.joints
+        tried = np.unique(joints["method"].to_numpy(dtype=str))
         return {
+            "joint_error_methods": tried,
+            "joint_error_mm2": joints["absolute_error_mm2"]
+            .to_numpy()
+            .reshape(len(data.person), len(tried), -1),
             "samples": inputs.model.samples,
             "residual_covariance_mm2": data.residual_covariance,
             "temporal_covariance_mm2": data.temporal_covariance,
