@@ -16,7 +16,9 @@ import pandas as pd
 
 from pipeline.core.articulated_trajectory import Articulated, Options, TrajectoryBasis, prepared
 from pipeline.core.articulation import Adjustment
+from pipeline.core.limb_chain import WALKER14, relative_trajectories
 from pipeline.core.pinhole import Pinhole
+from pipeline.core.reconstructibility import of_clip
 from pipeline.core.refinement import Refinement
 from pipeline.core.trajectory_basis import coefficients, cosine_basis
 from pipeline.processes import map_processes
@@ -24,7 +26,7 @@ from pipeline.seeding import derive_generator
 from pipeline.studies.limbs import baselines
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
-from pipeline.studies.limbs.scores import better_of_mirrors, distance
+from pipeline.studies.limbs.scores import better_of_mirrors, certificate, distance, reconstructibility_of
 from pipeline.studies.limbs.trials import ROOT, LimbInputs, LimbSweep, wrong_trajectory
 from pipeline.validation import Distinct, Increasing, NonNegative, bounded
 
@@ -270,11 +272,17 @@ class MissingDataSweep(LimbSweep):
         def imputed(distances: np.ndarray) -> float:
             return distances[hidden].mean() if hidden.any() else np.nan
 
-        nothing = {
+        relative = relative_trajectories(WALKER14, true)
+        choices = [found.limbs[limb] for limb in WALKER14.limbs]
+        eta = of_clip(
+            [reconstructibility_of(*limb) for limb in zip(choices, relative.swapaxes(0, 1), strict=True)]
+        )
+        of_limbs = pd.DataFrame([certificate(choice) for choice in choices])
+        baseline = {
             "hanging": baselines.hanging(scene.root, scene.lengths),
             "mean_pose": baselines.mean_pose(scene.root, true),
         }
-        apart = {name: np.linalg.norm(still - true, axis=-1) for name, still in nothing.items()}
+        apart = {name: np.linalg.norm(still - true, axis=-1) for name, still in baseline.items()}
         return {
             "relative_error": _relative(positions - true, true),
             # Mean distance of joints from the truth over the mean length of a limb.
@@ -286,11 +294,15 @@ class MissingDataSweep(LimbSweep):
             # With of every limb and its mirror the better one, not refined.
             "relative_error_up_to_mirror": _relative(best - true, true),
             "limb_error_up_to_mirror": distance(best[:, limbs], true[:, limbs]) / size,
+            "reconstructibility": eta.ratio,
+            "proved": of_limbs["proved"].all(),
+            "objective": of_limbs["objective"].sum(),
+            "lower_bound": of_limbs["lower_bound"].sum(),
             "reprojection_error_px": refined.reprojection_error_px,
             "length_violation": spherical,
             "cartesian_length_violation": cartesian,
             # Of baselines on the same wrong root.
-            **{f"{name}_relative_error": _relative(still - true, true) for name, still in nothing.items()},
+            **{f"{name}_relative_error": _relative(still - true, true) for name, still in baseline.items()},
             **{f"{name}_error_mm": off[:, limbs].mean() for name, off in apart.items()},
             **{f"{name}_imputed_error_mm": imputed(off) for name, off in apart.items()},
         }

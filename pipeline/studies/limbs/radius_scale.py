@@ -16,7 +16,7 @@ from pipeline.core.articulation import Adjustment, cast_rays, on_sphere
 from pipeline.core.refinement import refine
 from pipeline.core.trajectory_basis import cosine_basis
 from pipeline.studies.limbs import baselines
-from pipeline.studies.limbs.scores import certificate, distance, limb_errors
+from pipeline.studies.limbs.scores import certificate, distance, limb_errors, reconstructibility_of
 from pipeline.studies.limbs.swept_errors import SweptErrors, measured
 from pipeline.studies.limbs.trials import LimbInputs, LimbSweep, LimbTrial
 from pipeline.validation import Distinct, Increasing, NonNegative, Positive
@@ -95,6 +95,7 @@ class _Ways:
             **errors,
             "adjusted_share": hits.adjusted.mean(),  # of frames whose ray misses the sphere
             "radius_ratio": radius_mm / trial.length,  # after adjustment, or refinement
+            "reconstructibility": reconstructibility_of(self.choices[hits.radius], trial.relative).ratio,
             **certificate(self.choices[hits.radius]),
             **baselines.limb_errors(trial, scale=scale),
             "adjusted_hanging_error": baselines.limb_errors(trial, scale=hits.radius / trial.length)[

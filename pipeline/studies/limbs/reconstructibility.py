@@ -21,7 +21,13 @@ from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
 from pipeline.studies.limbs import baselines
 from pipeline.studies.limbs.cameras import Camera
-from pipeline.studies.limbs.scores import certificate, distance, limb_errors, true_signs
+from pipeline.studies.limbs.scores import (
+    certificate,
+    distance,
+    limb_errors,
+    reconstructibility_of,
+    true_signs,
+)
 from pipeline.studies.limbs.trials import LimbInputs, LimbSweep, LimbTrial
 from pipeline.validation import Count, Distinct, NonNegative
 
@@ -102,7 +108,7 @@ def _compared_with_truth(trial: LimbTrial, choice: LimbChoice) -> dict[str, Any]
     spectrum = np.linalg.eigvalsh(matrix)
     beside = matrix[~np.eye(len(matrix), dtype=bool)]
     return {
-        "reconstructibility_vector": reconstructibility(rows, middle, half, signs[used]).ratio,
+        "reconstructibility_vector": reconstructibility_of(choice, trial.relative).ratio,
         "reconstructibility_angle": reconstructibility(
             rows, middle, half, signs[used], reading=Reading.angle, axis=axis
         ).ratio,

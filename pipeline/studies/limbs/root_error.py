@@ -9,10 +9,9 @@ import numpy as np
 
 from pipeline.core.articulated_trajectory import TrajectoryBasis
 from pipeline.core.articulation import Adjustment
-from pipeline.core.reconstructibility import reconstructibility
 from pipeline.seeding import derive_generator
 from pipeline.studies.limbs import baselines
-from pipeline.studies.limbs.scores import certificate, distance, limb_errors, true_signs
+from pipeline.studies.limbs.scores import certificate, distance, limb_errors, reconstructibility_of
 from pipeline.studies.limbs.swept_errors import SweptErrors, measured
 from pipeline.studies.limbs.trials import LimbInputs, LimbSweep, LimbTrial, wrong_trajectory
 from pipeline.validation import Increasing, NonNegative
@@ -44,15 +43,14 @@ class RootErrorSweep(LimbSweep):
         wrong = wrong_trajectory(generator, len(trial.parent), ratio * trial.length, components=components)
         parent = trial.parent + wrong
         choice = self.choose(trial, basis, adjust=self.adjust, noise_px=self.noise_px, parent=parent)
-        used, hits = choice.used, choice.hits
-        signs = true_signs(choice, trial.child - parent)[used]
-        eta = reconstructibility(basis.rows(len(used), used), hits.middle[used], hits.half_chord[used], signs)
         return {
             "root_error_ratio": ratio,
             **limb_errors(trial, choice, parent=parent),
             "child_error_ratio": distance(parent + choice.relative, trial.child) / trial.length,
             "parent_error_ratio": distance(parent, trial.parent) / trial.length,
-            "reconstructibility": eta.ratio,  # about the wrong parent
+            "reconstructibility": reconstructibility_of(
+                choice, trial.child - parent
+            ).ratio,  # about the wrong parent
             **certificate(choice),
             **baselines.limb_errors(trial, moved=wrong),
             "paths": np.stack([trial.relative, parent + choice.relative - trial.parent]) / trial.length,

@@ -6,6 +6,7 @@ import numpy as np
 
 from pipeline.core.articulated_trajectory import LimbChoice, LimbTree, Reconstruction
 from pipeline.core.limb_chain import WALKER14, relative_trajectories
+from pipeline.core.reconstructibility import Reconstructibility, reconstructibility
 from pipeline.studies.limbs.trials import ROOT, LimbTrial
 
 SUCCESS = 0.1
@@ -61,6 +62,14 @@ def true_signs(choice: LimbChoice, relative: np.ndarray) -> np.ndarray:
     """Return -1 or +1 (F,), the candidate that is nearer to the truth; +1 where there is no choice."""
     along = ((relative - choice.hits.middle) * choice.hits.rays.direction).sum(axis=1)
     return np.where(along < 0, -1, 1)
+
+
+def reconstructibility_of(choice: LimbChoice, relative: np.ndarray) -> Reconstructibility:
+    """Return eta_a of a limb whose true relative trajectory (F, 3), mm, is known [park2011 13]."""
+    used, hits = choice.used, choice.hits
+    signs = true_signs(choice, relative)[used]
+    rows = choice.basis.rows(len(used), used)
+    return reconstructibility(rows, hits.middle[used], hits.half_chord[used], signs)
 
 
 def better_of_mirrors(truth: np.ndarray, skeleton: Reconstruction) -> np.ndarray:
