@@ -73,7 +73,7 @@ def write_recording(walk: Walk, stretch: Stretch, summary_text: str, path: Path)
     evidence = found.starts.heading_cost.max() - found.starts.heading_cost
     with recordings.Recording(path, name="keypoint_walk", about=summary_text) as recording:
         recording.image_points(
-            "image/keypoints", image["keypoints"], [(0, 0)], index=index, thickness_mm=0.006 * size
+            "image/observed", image["keypoints"], [(0, 0)], index=index, thickness_mm=0.006 * size
         )
         recording.image_points(
             "image/reprojection", image["reprojection"], index=index, colour="map",

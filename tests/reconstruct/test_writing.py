@@ -176,7 +176,7 @@ def test_recording_and_page_show_image_mean_samples_and_view(model: Path, tmp_pa
     spread = 1e3 * (drawn - mean[:, None]).std(axis=1).mean(axis=(0, 2))
     assert spread[8] < 1e-2
     assert spread[[4, 7]].mean() > 1.2 * spread[[9, 12]].mean()
-    _, seen = reading.read_column(file, "image/keypoints", "Points2D:positions", "time")
+    _, seen = reading.read_column(file, "image/observed", "Points2D:positions", "time")
     _, made = reading.read_column(file, "image/reprojection", "Points2D:positions", "time")
     assert np.nanmedian(np.abs(seen - made)) * 1e3 < 15.0
 

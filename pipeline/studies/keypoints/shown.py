@@ -43,24 +43,24 @@ class KeypointFigure(Figure):
             " grey: average walker with the heading and phase that were found.\n"
         )
         bodies = {
-            "truth": (sweep.shown_true_mm, "original"),
-            "keypoint_walk": (sweep.shown_estimate_mm, "map"),
-            "average_walker": (sweep.shown_average_mm, "baseline"),
+            "original": (sweep.shown_true_mm, "original"),
+            "reconstructed/keypoint_walk": (sweep.shown_estimate_mm, "map"),
+            "reconstructed/average_walker": (sweep.shown_average_mm, "baseline"),
         }
         ground = sweep.shown_true_mm[..., 1].max()
         flip = np.array([1.0, -1.0])
         with begin(words) as rec:
             rec.image_points(
-                "image/keypoints", sweep.shown_image_px * flip, [(0, 0)], index=index, thickness_mm=4.0
+                "image/observed", sweep.shown_image_px * flip, [(0, 0)], index=index, thickness_mm=4.0
             )
             rec.image_points(
                 "image/reprojection", sweep.shown_reprojection_px * flip, index=index, colour="map",
                 thickness_mm=2.5,
             )  # fmt: skip
-            for name, (level, colour) in bodies.items():
+            for entity, (level, colour) in bodies.items():
                 upright = np.stack([level[..., 0], level[..., 2], ground - level[..., 1]], axis=-1)
-                rec.skeleton(f"world/{name}", upright, index=index, colour=colour)
-                if name != "truth":
+                rec.skeleton(f"world/{entity}", upright, index=index, colour=colour)
+                if name := entity.partition("/")[2]:
                     off = np.linalg.norm(level - sweep.shown_true_mm, axis=-1).mean(axis=1)
                     rec.curve(f"curves/error_mm/{name}", times, off, label=METHODS[name].label, colour=colour)
             half = sweep.shown_half_mm.mean(axis=1)

@@ -53,7 +53,7 @@ def of(columns: Columns, name: str, **labels: object) -> np.ndarray:
 def test_the_recording_and_the_picture_are_whole(folder: Path) -> None:
     viewer.verify(folder / "recording.rrd")
     wanted = {
-        "about", "world/truth/walking_001", "world/trajectories/truth/walking_001",
+        "about", "world/original/walking_001", "world/trajectories/original/walking_001",
         "world/cameras/still/walking_001/seen",
         "world/trajectories/still/walking_001", "world/cameras/shaky/walking_001/seen",
     }  # fmt: skip

@@ -220,7 +220,9 @@ def test_the_scatter_holds_all_trials(smoke_results: Path) -> None:
     folder = smoke_results / "synthetic" / "smoke" / "park2011_fig3a"
     entities = set(reading.entities(folder / "recording.rrd"))
     wanted = {
-        f"world/{w}/{p}" for w in ("good", "impostor", "cursor") for p in ("truth", "impostor", "estimate")
+        f"world/{w}/{p}"
+        for w in ("good", "impostor", "cursor")
+        for p in ("original", "impostor", "reconstructed")
     }
     assert wanted <= entities
     table, running = (tables.read(folder / f"{name}.csv") for name in ("table", "table_running"))

@@ -37,8 +37,8 @@ def record_on_sphere(
         f"{100 * (OUTSIDE - 1):.0f} % outside. Drag the cursor.\n",
         timeline=timeline,
     ) as rec:
-        rec.skeleton("world/truth", truth, bones, index=index, colour="green", thickness_mm=6.0)
-        rec.skeleton("world/estimate", found, bones, index=index, colour="orange", thickness_mm=6.0)
+        rec.skeleton("world/original", truth, bones, index=index, colour="green", thickness_mm=6.0)
+        rec.skeleton("world/reconstructed", found, bones, index=index, colour="orange", thickness_mm=6.0)
         rec.skeleton("world/sphere", globe, wires, index={timeline: at[:1]}, thickness_mm=1.0)
         sphere_view = Space3D(name="truth and estimate", eye_mm=EYE_MM, target_mm=(0.0, 0.0, 0.0))
         rec.blueprint(Columns(sphere_view, Rows(*rec.plots, Notes())))

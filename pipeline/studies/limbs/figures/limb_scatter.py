@@ -48,7 +48,7 @@ PUBLISHED = Reference(x="park2011_accuracy_is_high_above_one", label="η = 1")
 RANGE = (1e-2, 1e3)
 """Of reconstructibility, as the recording shows it."""
 
-PATHS = {"truth": ("green", 1.0), "impostor": ("orange", 1.0), "estimate": ("amber", OUTSIDE)}
+PATHS = {"original": ("green", 1.0), "impostor": ("orange", 1.0), "reconstructed": ("amber", OUTSIDE)}
 """Colour and scale of the paths in the recording, in the order of `LimbReconstructibilities.paths`."""
 
 Inputs = FigureInputs[LimbStretches, BasisFit, LimbReconstructibilities]

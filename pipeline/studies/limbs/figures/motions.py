@@ -177,7 +177,7 @@ class MotionsFigure(Figure):
         index = {"time": np.arange(sweep.truth.shape[1]) / inputs.dataset.frame_rate_hz}
         with begin(
             "\nOther clips can be switched on in the streams tree; they stand over the origin by their "
-            "mean pelvis: `world/truth/<clip>` (grey), `world/reconstructed/<camera>/<clip>/<confidence>`, "
+            "mean pelvis: `world/original/<clip>` (grey), `world/reconstructed/<camera>/<clip>/<confidence>`, "
             "`world/trajectories/<camera>/<clip>` of wrists and ankles.\n\nLimbs are green where the data have decided "
             "between a limb and its mirror, amber where they are in doubt, orange where both are as good.  "
             "`table_clips.csv` has the error of each.\n"
@@ -185,8 +185,8 @@ class MotionsFigure(Figure):
             for n in numbers:
                 shift = sweep.truth[n, :, ROOT].mean(axis=0) * [1.0, 1.0, 0.0]
                 truth = sweep.truth[n] - shift
-                rec.skeleton(f"world/truth/{words[n]}", truth, index=index)
-                _trace(rec, f"world/trajectories/truth/{words[n]}", truth, "original")
+                rec.skeleton(f"world/original/{words[n]}", truth, index=index)
+                _trace(rec, f"world/trajectories/original/{words[n]}", truth, "original")
                 for c, camera in enumerate(cameras):
                     positions = sweep.positions[n, c] - shift
                     for name, colour in LIGHT_COLOURS.items():
@@ -203,7 +203,7 @@ class MotionsFigure(Figure):
             columns = []
             for camera, azimuth in zip(cameras, sweep.azimuth_rad[numbers[0]], strict=True):
                 angle = azimuth + np.pi / 3
-                paths = ("world/truth", f"world/reconstructed/{camera}", "world/trajectories/truth",
+                paths = ("world/original", f"world/reconstructed/{camera}", "world/trajectories/original",
                          f"world/trajectories/{camera}")  # fmt: skip
                 space = Space3D(
                     name=f"{camera} camera, seen from its left",
@@ -216,7 +216,7 @@ class MotionsFigure(Figure):
                     name=f"image of the {camera} camera", origin=entity, contents=(f"{entity}/seen",)
                 )
                 columns.append(Rows(space, image_view))
-            stand = ("world/truth", *(f"world/cameras/{camera}" for camera in cameras))
+            stand = ("world/original", *(f"world/cameras/{camera}" for camera in cameras))
             where = Space3D(
                 name="the cameras", contents=stand, shown=tuple(f"{path}/{first}" for path in stand),
                 eye_mm=(3000.0, -3000.0, 5000.0),

@@ -85,7 +85,10 @@ class JointAngleFigure(Figure):
         count = len(sweep.shown_angle_rad[0])
         seconds = np.arange(count) / (count * sweep.stride_hz)
         index, ground = {"time": seconds}, lift(sweep.shown_joints_mm[0])
-        shown = {"truth": Style("original", "original"), **{m: CURVES[m] for m in methods}}
+        shown = {
+            "original": Style("original", "original"),
+            **{f"reconstructed/{m}": CURVES[m] for m in methods},
+        }
         with begin(
             f"\nThe walker of median error, {inputs.samples[sweep.shown[0]]}, over one cycle: original and "
             "reconstructed from the frontal view. Curves: flexion of the left "
@@ -100,7 +103,7 @@ class JointAngleFigure(Figure):
                 )
                 for k, angle in enumerate(JOINT_ANGLES):
                     left = np.degrees(sweep.shown_angle_rad[number, :, k, SIDES.index("left")])
-                    entity = f"curves/{angle}_deg/{name}"
+                    entity = f"curves/{angle}_deg/{name.rpartition('/')[2]}"
                     rec.curve(entity, seconds, left, label=style.label, colour=style.colour)
             plots = [
                 Plot(name=f"{angle} flexion (degree)", origin=f"curves/{angle}_deg") for angle in JOINT_ANGLES
