@@ -12,6 +12,7 @@ import numpy as np
 
 from pipeline.formats.budget import require_memory
 from pipeline.formats.contract import LARGEST, damaged, motion_capture, read_bytes
+from pipeline.formats.mat import load_mat
 from pipeline.formats.text import millimetres_in
 from pipeline.skeleton.recorded import MotionCapture
 
@@ -42,7 +43,8 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
         If the file lacks an array, or their shapes do not fit each other.
     """
     where = Path(path).name
-    arrays, held = load_npz(read_bytes(Path(path)), where, (*_OWN, *_AMASS, *_RATES))
+    load = load_mat if where.lower().endswith(".mat") else load_npz
+    arrays, held = load(read_bytes(Path(path)), where, (*_OWN, *_AMASS, *_RATES))
     own = set(_OWN) <= set(held)
     if not own and not set(_AMASS) <= set(held):
         what = "the file holds no arrays names and positions_mm"
