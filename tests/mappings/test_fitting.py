@@ -254,6 +254,22 @@ def test_markers_of_a_sprinter() -> None:
 
 
 @pytest.mark.parametrize(
+    ("points", "family", "missing"),
+    [
+        ("ASIS PSIS LEK LM HEE SHO LEE MEE MW LW", "rajagopal", ("head", "sternum")),
+        ("IAS IPS FLE FME FAL TAM FCC CAJ HLE HME RSP UHE", "ior", ("head", "sternum")),
+    ],
+)
+def test_markers_of_public_treadmill_and_overground_walks(
+    points: str, family: str, missing: tuple[str, ...]
+) -> None:
+    motion = placed([side + point for side in "LR" for point in points.split()])
+    fit = mappings.suggest(motion, mappings.shipped().values())
+    assert (fit.mapping.name, fit.usable, fit.missing) == (family, True, missing)
+    assert fit.points == len(motion.names) - 2  # all but the heels
+
+
+@pytest.mark.parametrize(
     ("points", "family"), [(PIG, "plugin_gait"), ([*PIG, *CGM2], "cgm2"), (GAIT2392, "gait2392")]
 )
 def test_families_of_markers_by_their_own_names(points: list[str], family: str) -> None:
