@@ -22,16 +22,14 @@ def load_mat(data: bytes, where: str, *_: object) -> tuple[dict[str, np.ndarray]
     InvalidInput
         If the file is of another version, or holds anything but one trial.
     """
-    if data[124:128] != b"\0\1IM":
-        expected = "version 5 to 7: in MATLAB save(…, '-v7')"
-        raise damaged("the MAT file has another version", where, expected, f"{data[:19]!r}")
     try:
         (trial,) = _values(memoryview(data)[128:])
         (_, shape, _, numbers), rate = trial["Trajectories"]["Labeled"]["Data"], trial["FrameRate"][3]
         labels = [label[3] for label in trial["Trajectories"]["Labeled"]["Labels"][3:]]
     except (LookupError, TypeError, ValueError):
-        expected = "one struct with Trajectories.Labeled; other points as C3D, TRC or CSV"
-        raise damaged("the file is not a trial of Qualisys Track Manager", where, expected) from None
+        expected = "one struct with Trajectories.Labeled, saved with '-v7' in MATLAB; or C3D, TRC, CSV"
+        what = "the file is not a trial of Qualisys Track Manager"
+        raise damaged(what, where, expected, f"{data[:19]!r}") from None
     require_memory(40 * numbers.size, where)
     arrays = {
         "names": np.array([text.tobytes().decode(f"utf-{8 * text.itemsize}") for text in labels]),
