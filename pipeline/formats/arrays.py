@@ -67,8 +67,8 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     positions = positions.astype(float)
     if not own:
         positions[(positions == 0).all(axis=-1)] = np.nan
-    positions *= millimetres_in(unit, where)
     with np.errstate(invalid="ignore"):
+        positions *= millimetres_in(unit, where)
         positions[~(np.abs(positions) <= LARGEST)] = np.nan
     return motion_capture(
         names.ravel().astype(str).tolist(),

@@ -10,8 +10,8 @@ import numpy as np
 from pipeline.formats.budget import require_memory
 from pipeline.formats.contract import damaged
 
-_TYPES = "0bBhHiIf0d00qQ00BH"
-"""Types of numbers by the kind of element that holds them; the last two are text in UTF-8 and UTF-16."""
+_TYPES = "0bBhHiIf0d00qQ0BBH"
+"""Types of numbers by the kind of element that holds them; the last three are compressed, UTF-8 and UTF-16."""
 
 
 def load_mat(data: bytes, where: str, *_: object) -> tuple[dict[str, np.ndarray], list[str]]:
@@ -24,6 +24,10 @@ def load_mat(data: bytes, where: str, *_: object) -> tuple[dict[str, np.ndarray]
     """
     try:
         (trial,) = _values(memoryview(data)[128:])
+        if isinstance(
+            trial, np.ndarray
+        ):  # compressed: motion to more than half, the zeros of a force plate further
+            (trial,) = _values(memoryview(zlib.decompressobj().decompress(trial.data, 24 * trial.size)))
         (_, shape, _, numbers), rate = trial["Trajectories"]["Labeled"]["Data"], trial["FrameRate"][3]
         labels = [label[3] for label in trial["Trajectories"]["Labeled"]["Labels"][3:]]
     except (LookupError, TypeError, ValueError):
@@ -48,11 +52,7 @@ def _values(data: memoryview) -> Any:
         if kind >> 16:  # a short one: kind and size in four bytes, the content in the next
             kind, size, word = kind & 0xFFFF, kind >> 16, 4
         content, data = data[word : word + size], data[word + size + -size % word :]
-        if kind == 15:
-            # Motion takes less than two bytes for each that is compressed, the zeros of a force plate more.
-            values += _values(memoryview(zlib.decompressobj().decompress(content, 32 * size)))
-        else:
-            values.append(_values(content) if kind == 14 else np.frombuffer(content, _TYPES[kind]))
+        values.append(_values(content) if kind == 14 else np.frombuffer(content, _TYPES[kind]))
     if len(values) > 5 and values[0][0] & 255 == 2:  # a struct
         names = values[4].view(f"S{values[3][0]}").astype(str).tolist()
         return dict(zip(names, values[5:], strict=False))
