@@ -248,6 +248,15 @@ def test_joints_that_are_named_are_taken_before_markers_beside_them() -> None:
     assert mappings.suggest(motion, mappings.shipped().values()).mapping.name == "named_joints"
 
 
+@pytest.mark.parametrize(
+    "points", ["ASI PSI KNE ANK Thigh Shin Foot", "_IAS _IPS _FLE _FAL _Thigh _Calf _Foot"]
+)
+def test_markers_on_thigh_and_shin_are_no_bones(points: str) -> None:
+    motion = placed([side + point for side in "LR" for point in points.split()])
+    fit = mappings.suggest(motion, mappings.shipped().values())
+    assert (fit.mapping.name, fit.usable) == ("ior" if "_" in points else "plugin_gait", True)
+
+
 def test_markers_of_a_sprinter() -> None:
     fit = mappings.suggest(placed(SPRINTER), mappings.shipped().values())
     assert (fit.mapping.name, fit.missing) == ("rajagopal", ("head",))
