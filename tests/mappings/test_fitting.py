@@ -254,7 +254,15 @@ def test_joints_that_are_named_are_taken_before_markers_beside_them() -> None:
 def test_markers_on_thigh_and_shin_are_no_bones(points: str) -> None:
     motion = placed([side + point for side in "LR" for point in points.split()])
     fit = mappings.suggest(motion, mappings.shipped().values())
-    assert (fit.mapping.name, fit.usable) == ("ior" if "_" in points else "plugin_gait", True)
+    assert (fit.mapping.name, fit.usable) == ("ior" if "_IAS" in points else "plugin_gait", True)
+
+
+def test_the_root_that_a_rig_lacks_is_named() -> None:
+    motion = placed(
+        [side + point for side in ("Left", "Right") for point in ("UpperLeg", "LowerLeg", "Foot")]
+    )
+    fit = mappings.suggest(motion, mappings.shipped().values())
+    assert (fit.usable, fit.mapping.name, fit.lacking[0]) == (False, "bandai_namco", "Hips")
 
 
 def test_markers_of_a_sprinter() -> None:
