@@ -118,10 +118,6 @@ def _array(data: bytes) -> np.ndarray:
 def memory_of(data: bytes) -> int:
     """Return the bytes that an array and its copies as numbers will take, from the header of its file alone."""
     stream = io.BytesIO(data)
-    version = np.lib.format.read_magic(stream)
-    read_header = {
-        (1, 0): np.lib.format.read_array_header_1_0,
-        (2, 0): np.lib.format.read_array_header_2_0,
-    }[version]
-    shape, _, dtype = read_header(stream)
+    major, _ = np.lib.format.read_magic(stream)
+    shape, _, dtype = getattr(np.lib.format, f"read_array_header_{major}_0")(stream)
     return math.prod(shape) * (dtype.itemsize + 32)

@@ -32,7 +32,7 @@ class Fit:
     missing : tuple of str
         Joints that it does not give.
     lacking : tuple of str
-        The points that mark the family and the first that each of these needs, of those that the recording lacks.
+        The points that mark the family and the first that legs and pelvis need, of those that the recording lacks.
     first_choice : int
         Joints given by the first of their rules.
     lowered : int
@@ -77,7 +77,10 @@ def fitted(motion: MotionCapture, mapping: SourceMapping) -> Fit:
             rule = None
         if rule is None or not points.sees(rule[0]):
             missing.append(joint)
-            lacking += [point for found, _ in rules[:1] for point in found if points.find(point) is None][:1]
+            if joint in LOWER_BODY:
+                lacking += [point for found, _ in rules[:1] for point in found if points.find(point) is None][
+                    :1
+                ]
         else:
             first += rule[0] is rules[0][0]
             lowered += rule[1] is not None

@@ -265,6 +265,11 @@ def test_the_root_that_a_rig_lacks_is_named() -> None:
     assert (fit.usable, fit.mapping.name, fit.lacking[0]) == (False, "bandai_namco", "Hips")
 
 
+def test_of_what_is_lacking_only_what_legs_and_pelvis_need_is_named() -> None:
+    motion = placed([side + point for side in "LR" for point in ("_IAS", "_IPS", "_FLE", "_outer_ankle")])
+    assert mappings.suggest(motion, mappings.shipped().values()).lacking == ("L_FAL", "R_FAL")
+
+
 def test_markers_of_a_sprinter() -> None:
     fit = mappings.suggest(placed(SPRINTER), mappings.shipped().values())
     assert (fit.mapping.name, fit.missing) == ("rajagopal", ("head",))
