@@ -180,7 +180,10 @@ def summary(folder: Path, found: Sequence[Findings]) -> list[str]:
     if len(who) > 12:
         lines[0] += ", …"
     if len(who) < len(walks) or len(who) < 3:
-        lines.append(f"(a person is what data.person='{FolderData.person}' finds in the name of a file)")
+        lines.append(
+            f"(a person is what data.person='{FolderData.person}' finds in the name of a file; with a folder for each"
+            " person: data.person='^(.+?)/')"
+        )
     if len(who) >= 3:
         lines.append(
             "next: python -m pipeline experiment=zhang2007_fig5 data=folder"

@@ -31,6 +31,7 @@ READERS: dict[str, Reader] = {
     ".tsv": csv.read,
     ".mvnx": mvnx.read,
     ".npz": arrays.read,
+    ".mat": arrays.read,
 }
 """Reader of each suffix, lower case."""
 
@@ -54,7 +55,6 @@ ADVICE = {
     ".trb": "export the trial from Cortex as TRC or C3D",
     ".tdf": "export the trial from BTS as C3D",
     ".mdx": "export the trial from BTS as C3D",
-    ".mat": "save the points as C3D, TRC or a CSV of joint, frame, x, y, z",
     ".xlsx": "save the sheet as CSV",
     ".xls": "save the sheet as CSV",
     ".ods": "save the sheet as CSV",

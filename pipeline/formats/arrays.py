@@ -12,6 +12,7 @@ import numpy as np
 
 from pipeline.formats.budget import require_memory
 from pipeline.formats.contract import LARGEST, damaged, motion_capture, read_bytes
+from pipeline.formats.mat import load_mat
 from pipeline.formats.text import millimetres_in
 from pipeline.skeleton.recorded import MotionCapture
 
@@ -42,7 +43,8 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
         If the file lacks an array, or their shapes do not fit each other.
     """
     where = Path(path).name
-    arrays, held = load_npz(read_bytes(Path(path)), where, (*_OWN, *_AMASS, *_RATES))
+    load = load_mat if where.lower().endswith(".mat") else load_npz
+    arrays, held = load(read_bytes(Path(path)), where, (*_OWN, *_AMASS, *_RATES))
     own = set(_OWN) <= set(held)
     if not own and not set(_AMASS) <= set(held):
         what = "the file holds no arrays names and positions_mm"
@@ -65,8 +67,8 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     positions = positions.astype(float)
     if not own:
         positions[(positions == 0).all(axis=-1)] = np.nan
-    positions *= millimetres_in(unit, where)
     with np.errstate(invalid="ignore"):
+        positions *= millimetres_in(unit, where)
         positions[~(np.abs(positions) <= LARGEST)] = np.nan
     return motion_capture(
         names.ravel().astype(str).tolist(),
@@ -116,10 +118,6 @@ def _array(data: bytes) -> np.ndarray:
 def memory_of(data: bytes) -> int:
     """Return the bytes that an array and its copies as numbers will take, from the header of its file alone."""
     stream = io.BytesIO(data)
-    version = np.lib.format.read_magic(stream)
-    read_header = {
-        (1, 0): np.lib.format.read_array_header_1_0,
-        (2, 0): np.lib.format.read_array_header_2_0,
-    }[version]
-    shape, _, dtype = read_header(stream)
+    major, _ = np.lib.format.read_magic(stream)
+    shape, _, dtype = getattr(np.lib.format, f"read_array_header_{major}_0")(stream)
     return math.prod(shape) * (dtype.itemsize + 32)

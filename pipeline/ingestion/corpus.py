@@ -272,7 +272,8 @@ def folder_clips(
     path, pattern : str
         The folder, and the pattern of files below it.
     person : str
-        Regular expression on the file's name; its first group names the person.
+        Regular expression on the file's name, or on its path below the folder if there is a / in it; its first group
+        names the person.
     skeleton : SourceMapping or None
         None: for each file the one that ships and fits best.
     frame_rate_hz : float
@@ -310,9 +311,9 @@ def folder_clips(
         raise InvalidInput(f"not a regular expression: {error}", "data.person", received=person) from None
     clips = []
     for file in readable:
-        found = names.search(file.stem)
+        name = file.relative_to(folder).as_posix()
+        found = names.search(name if "/" in person else file.stem)
         who = (found.group(1) if found.groups() else found.group(0)) if found else ""
-        name = str(file.relative_to(folder))
         # What a table cannot hold: bytes that are no UTF-8, line breaks and other control characters.
         plain = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in name)
         who = "" if plain != name else who

@@ -32,7 +32,7 @@ class Fit:
     missing : tuple of str
         Joints that it does not give.
     lacking : tuple of str
-        The first point that each of these needs and the recording lacks.
+        The points that mark the family and the first that legs and pelvis need, of those that the recording lacks.
     first_choice : int
         Joints given by the first of their rules.
     lowered : int
@@ -67,7 +67,8 @@ class Fit:
 def fitted(motion: MotionCapture, mapping: SourceMapping) -> Fit:
     """Return how a mapping fits a recording."""
     points = SourcePoints(motion, mapping.points)
-    missing, lacking, first, lowered, used = [], [], 0, 0, set()
+    unmarked = [point for point in mapping.recognised_by if points.find(point) is None]
+    missing, lacking, first, lowered, used = [], [*unmarked], 0, 0, set()
     for joint in WALKER15.joints:
         rules = mapping.rules(joint)
         try:
@@ -76,13 +77,16 @@ def fitted(motion: MotionCapture, mapping: SourceMapping) -> Fit:
             rule = None
         if rule is None or not points.sees(rule[0]):
             missing.append(joint)
-            lacking += [point for found, _ in rules[:1] for point in found if points.find(point) is None][:1]
+            if joint in LOWER_BODY:
+                lacking += [point for found, _ in rules[:1] for point in found if points.find(point) is None][
+                    :1
+                ]
         else:
             first += rule[0] is rules[0][0]
             lowered += rule[1] is not None
             used |= {points.index(point) for point in rule[0]}
-    recognised = all(points.find(point) is not None for point in mapping.recognised_by)
-    return Fit(mapping, tuple(missing), tuple(dict.fromkeys(lacking)), first, lowered, len(used), recognised)
+    lacked = tuple(dict.fromkeys(lacking))
+    return Fit(mapping, tuple(missing), lacked, first, lowered, len(used), not unmarked)
 
 
 def suggest(motion: MotionCapture, mappings: Iterable[SourceMapping]) -> Fit:

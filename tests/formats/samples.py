@@ -6,6 +6,7 @@ import hashlib
 import io
 import json
 import zipfile
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -183,6 +184,9 @@ def _motion() -> list[Sample]:
     files = {
         path.name: path.read_bytes() for path in sorted(FIXTURES.iterdir()) if path.suffix in formats.READERS
     }
+    mat = files["mat_two_markers.mat"]
+    squeezed = zlib.compress(mat[128:])
+    files["mat_compressed.mat"] = mat[:128] + np.array([15, len(squeezed)], "<u4").tobytes() + squeezed
     files |= {"csv_nexus.csv": NEXUS_WITH_DEVICES.encode(), "csv_optitrack.csv": OPTITRACK.encode()}
     files["npz_amass.npz"] = packed(
         marker_labels=np.array(["LANK", "RANK"]),

@@ -187,6 +187,14 @@ def test_a_file_in_whose_name_nobody_is_found_is_no_person_of_its_own(tmp_path: 
     assert [clip.mismatch for clip in clips] == ["", "data.person finds nobody in the file's name"]
 
 
+def test_a_folder_may_be_a_person(tmp_path: Path) -> None:
+    for who in ("sub-01", "sub-02"):
+        (tmp_path / who / "ses-01").mkdir(parents=True)
+        (tmp_path / who / "ses-01" / "walk_1.trc").write_bytes(b"x")
+    assert [clip.person for clip in folder_clips(str(tmp_path), "**/*", "^(.+?)/")] == ["sub-01", "sub-02"]
+    assert {clip.person for clip in folder_clips(str(tmp_path), "**/*", "^([^_.]+)")} == {"walk"}
+
+
 @pytest.mark.parametrize("name", [b"b\xff.trc", b"b\nc.trc"])
 def test_a_name_that_is_no_text_refuses_that_clip_only(tmp_path: Path, name: bytes) -> None:
     for each in (b"anna.trc", name):

@@ -248,9 +248,47 @@ def test_joints_that_are_named_are_taken_before_markers_beside_them() -> None:
     assert mappings.suggest(motion, mappings.shipped().values()).mapping.name == "named_joints"
 
 
+@pytest.mark.parametrize(
+    "points", ["ASI PSI KNE ANK Thigh Shin Foot", "_IAS _IPS _FLE _FAL _Thigh _Calf _Foot"]
+)
+def test_markers_on_thigh_and_shin_are_no_bones(points: str) -> None:
+    motion = placed([side + point for side in "LR" for point in points.split()])
+    fit = mappings.suggest(motion, mappings.shipped().values())
+    assert (fit.mapping.name, fit.usable) == ("ior" if "_IAS" in points else "plugin_gait", True)
+
+
+def test_the_root_that_a_rig_lacks_is_named() -> None:
+    motion = placed(
+        [side + point for side in ("Left", "Right") for point in ("UpperLeg", "LowerLeg", "Foot")]
+    )
+    fit = mappings.suggest(motion, mappings.shipped().values())
+    assert (fit.usable, fit.mapping.name, fit.lacking[0]) == (False, "bandai_namco", "Hips")
+
+
+def test_of_what_is_lacking_only_what_legs_and_pelvis_need_is_named() -> None:
+    motion = placed([side + point for side in "LR" for point in ("_IAS", "_IPS", "_FLE", "_outer_ankle")])
+    assert mappings.suggest(motion, mappings.shipped().values()).lacking == ("L_FAL", "R_FAL")
+
+
 def test_markers_of_a_sprinter() -> None:
     fit = mappings.suggest(placed(SPRINTER), mappings.shipped().values())
     assert (fit.mapping.name, fit.missing) == ("rajagopal", ("head",))
+
+
+@pytest.mark.parametrize(
+    ("points", "family", "missing"),
+    [
+        ("ASIS PSIS LEK LM HEE SHO LEE MEE MW LW", "rajagopal", ("head", "sternum")),
+        ("IAS IPS FLE FME FAL TAM FCC CAJ HLE HME RSP UHE", "ior", ("head", "sternum")),
+    ],
+)
+def test_markers_of_public_treadmill_and_overground_walks(
+    points: str, family: str, missing: tuple[str, ...]
+) -> None:
+    motion = placed([side + point for side in "LR" for point in points.split()])
+    fit = mappings.suggest(motion, mappings.shipped().values())
+    assert (fit.mapping.name, fit.usable, fit.missing) == (family, True, missing)
+    assert fit.points == len(motion.names) - 2  # all but the heels
 
 
 @pytest.mark.parametrize(

@@ -157,6 +157,18 @@ def test_times_of_a_calendar(tmp_path: Path, time: str) -> None:
     assert_is_the_example(read(tmp_path, text))
 
 
+@pytest.mark.parametrize("title", ["joint_name", "Marker Name", "landmark_index"])
+def test_a_long_table_that_says_what_of_a_point_it_names(tmp_path: Path, title: str) -> None:
+    assert_is_the_example(read(tmp_path, LONG.replace("joint", title)))
+
+
+def test_microseconds_by_their_title(tmp_path: Path) -> None:
+    text = WIDE.replace("time", "timestamp_usec")
+    for k in range(3):
+        text = text.replace(f"0.0{k}", f"70{k}0000")
+    assert read(tmp_path, text).frame_rate_hz == 100.0
+
+
 def test_a_long_table_whose_coordinates_have_a_prefix(tmp_path: Path) -> None:
     assert_is_the_example(read(tmp_path, LONG.replace("joint,x,y,z", "Label,pos_x,pos_y,pos_z")))
 

@@ -23,7 +23,7 @@ _ROLES = {
         *(
             f"{word}{unit}"
             for word in ("time", "t", "timestamp")
-            for unit in ("", "_s", "_sec", "_seconds", *_MILLISECONDS)
+            for unit in ("", "_s", "_sec", "_seconds", "_us", "_usec", *_MILLISECONDS)
         ),
         "seconds",
     },
@@ -34,7 +34,11 @@ _ROLES = {
     },
     "point": {
         *("joint", "point", "marker", "name", "label", "landmark", "keypoint"),
-        *(f"{point}_{number}" for point in ("joint", "landmark", "keypoint") for number in ("id", "index")),
+        *(
+            f"{point}_{word}"
+            for point in ("joint", "landmark", "keypoint", "marker")
+            for word in ("id", "index", "name")
+        ),
     },
     "unit": {"unit", "units"},
     "person": {"person", "person_id", "subject", "subject_id", "track", "track_id"},

@@ -1,0 +1,59 @@
+"""MAT files of MATLAB 5 to 7 with a trial as Qualisys Track Manager exports it; nothing in them is run."""
+
+from __future__ import annotations
+
+import zlib
+from typing import Any
+
+import numpy as np
+
+from pipeline.formats.budget import require_memory
+from pipeline.formats.contract import damaged
+
+_TYPES = "0bBhHiIf0d00qQ0BBH"
+"""Types of numbers by the kind of element that holds them; the last three are compressed, UTF-8 and UTF-16."""
+
+
+def load_mat(data: bytes, where: str, *_: object) -> tuple[dict[str, np.ndarray], list[str]]:
+    """Return the labelled markers of a trial as the arrays of an NPZ file that is exported here, and their names.
+
+    Raises
+    ------
+    InvalidInput
+        If the file is of another version, or holds anything but one trial.
+    """
+    try:
+        (trial,) = _values(memoryview(data)[128:])
+        if isinstance(
+            trial, np.ndarray
+        ):  # compressed: motion to more than half, the zeros of a force plate further
+            (trial,) = _values(memoryview(zlib.decompressobj().decompress(trial.data, 24 * trial.size)))
+        (_, shape, _, numbers), rate = trial["Trajectories"]["Labeled"]["Data"], trial["FrameRate"][3]
+        labels = [label[3] for label in trial["Trajectories"]["Labeled"]["Labels"][3:]]
+    except (LookupError, TypeError, ValueError):
+        expected = "one struct with Trajectories.Labeled, saved with '-v7' in MATLAB; or C3D, TRC, CSV"
+        what = "the file is not a trial of Qualisys Track Manager"
+        raise damaged(what, where, expected, f"{data[:19]!r}") from None
+    require_memory(40 * numbers.size, where)
+    arrays = {
+        "names": np.array([text.tobytes().decode(f"utf-{8 * text.itemsize}") for text in labels]),
+        "positions_mm": numbers.reshape(shape[::-1])[:, :3].swapaxes(1, 2),
+        "frame_rate_hz": rate,
+    }
+    return arrays, list(arrays)
+
+
+def _values(data: memoryview) -> Any:
+    """Elements in a row, those of a struct by the names of its fields."""
+    values = []
+    while data:
+        kind, size = np.frombuffer(data[:8], "I").tolist()
+        word = 8
+        if kind >> 16:  # a short one: kind and size in four bytes, the content in the next
+            kind, size, word = kind & 0xFFFF, kind >> 16, 4
+        content, data = data[word : word + size], data[word + size + -size % word :]
+        values.append(_values(content) if kind == 14 else np.frombuffer(content, _TYPES[kind]))
+    if len(values) > 5 and values[0][0] & 255 == 2:  # a struct
+        names = values[4].view(f"S{values[3][0]}").astype(str).tolist()
+        return dict(zip(names, values[5:], strict=False))
+    return values
