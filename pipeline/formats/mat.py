@@ -24,10 +24,10 @@ def load_mat(data: bytes, where: str, *_: object) -> tuple[dict[str, np.ndarray]
     """
     try:
         (trial,) = _values(memoryview(data)[128:])
-        if isinstance(
-            trial, np.ndarray
-        ):  # compressed: motion to more than half, the zeros of a force plate further
+        if isinstance(trial, np.ndarray):
+            # Compressed: motion to more than half its size, the zeros of a force plate further.
             (trial,) = _values(memoryview(zlib.decompressobj().decompress(trial.data, 24 * trial.size)))
+        # Of a matrix the elements are flags, shape, name, and content.
         (_, shape, _, numbers), rate = trial["Trajectories"]["Labeled"]["Data"], trial["FrameRate"][3]
         labels = [label[3] for label in trial["Trajectories"]["Labeled"]["Labels"][3:]]
     except (LookupError, TypeError, ValueError):
