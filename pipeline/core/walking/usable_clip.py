@@ -15,6 +15,9 @@ _HEAD = WALKER15.index("head")
 LEG_LENGTH_MM = (350.0, 1300.0)
 """Hip to knee to ankle of a child of three and of a very tall adult: outside of it the unit is wrong."""
 
+MOST_UNLIKE = 2.0
+"""How much longer than shanks, or shorter, thighs cannot be; 103 recordings have .74 to 1.29 of them."""
+
 UNEVEN = 0.1
 """How much longer than the other one thigh or shank may be."""
 
@@ -63,7 +66,7 @@ def stature(positions: np.ndarray) -> float:
 
 
 def require_millimetres(positions: np.ndarray) -> None:
-    """Require legs of human length in millimetres.
+    """Require legs of human length in millimetres, with thighs and shanks alike.
 
     Parameters
     ----------
@@ -73,12 +76,21 @@ def require_millimetres(positions: np.ndarray) -> None:
     Raises
     ------
     InvalidInput
-        If their mean length is outside of `LEG_LENGTH_MM`; the sentence names the unit that it looks like.
+        If their mean length is outside of `LEG_LENGTH_MM`; the sentence names the unit that it looks like.  If thigh
+        and shank are as unlike as no person's.
     """
     length = leg_length(positions)
     if not np.isfinite(length):
         raise InvalidInput("the legs were never seen whole")
     if LEG_LENGTH_MM[0] <= length <= LEG_LENGTH_MM[1]:
+        segments = np.diff(positions[:, [LEFT_LEG, RIGHT_LEG]], axis=2)
+        thigh, shank = np.nanmedian(np.linalg.norm(segments, axis=-1), axis=(0, 1))
+        if not 1.0 / MOST_UNLIKE < thigh / shank < MOST_UNLIKE:
+            raise InvalidInput(
+                "hip, knee and ankle are no person's: a marker was taken for a joint",
+                expected=f"thigh and shank of which neither is {MOST_UNLIKE:g} times as long as the other",
+                received=f"{thigh:.0f} and {shank:.0f} mm",
+            )
         return
     bound = LEG_LENGTH_MM[length > LEG_LENGTH_MM[1]]
     # Ranges overlap (legs of 36 are inches or a child's centimetres): the unit nearest to an adult's 850 mm.

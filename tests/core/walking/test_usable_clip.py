@@ -121,6 +121,17 @@ def test_legs_that_were_never_seen_whole_are_refused(hidden: str) -> None:
         walking.require_millimetres(positions)
 
 
+@pytest.mark.parametrize("where", [0.2, 0.75])
+def test_a_marker_of_thigh_or_shank_is_no_knee(where: float) -> None:
+    positions = overground(0).positions.copy()
+    hip, knee, ankle = (WALKER15.index(f"left_{part}") for part in ("hip", "knee", "ankle"))
+    mirror = list(WALKER15.mirror)
+    for a, b, c in ((hip, knee, ankle), (mirror[hip], mirror[knee], mirror[ankle])):
+        positions[:, b] = (1.0 - where) * positions[:, a] + where * positions[:, c]
+    with pytest.raises(InvalidInput, match="are no person's: a marker was taken for a joint"):
+        walking.require_millimetres(positions)
+
+
 def test_no_size_at_all_is_refused() -> None:
     with pytest.raises(InvalidInput, match="unit of length is wrong"):
         walking.require_millimetres(np.zeros((9, 15, 3)))
