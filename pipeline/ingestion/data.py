@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import partial
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from types import ModuleType
 from typing import Any
 
@@ -198,7 +198,22 @@ class FolderData(Recordings):
             units=self.units,
             subject=self.subject,
         )
+        if self.person == FolderData.person:
+            self._require_names(clips)
         return self.request_for(corpus, self.choose(corpus, clips), workers, skeleton.missing)
+
+    @staticmethod
+    def _require_names(clips: Sequence[Clip]) -> None:
+        """Require files of one name in several folders to be told whose they are: it would be one person's for all."""
+        known: dict[str, str] = {}
+        for clip in clips:
+            if (first := known.setdefault(PurePosixPath(clip.name).name, clip.name)) != clip.name:
+                raise InvalidInput(
+                    "files of one name in several folders: whose they are is not known",
+                    where="data.person",
+                    expected="'^(.+?)/' if each folder is a person's, '([^/_.]+)[^/]*$' if they are of one person",
+                    received=f"{first}, {clip.name}",
+                )
 
 
 DATA_SETS = {"synthetic": SyntheticData, "recorded": RecordedData, "folder": FolderData}

@@ -150,3 +150,17 @@ def test_a_data_set_of_nobody_is_refused(options: dict[str, Any], words: str) ->
     SyntheticData(name="synthetic").validate()
     with pytest.raises(InvalidInput, match=words):
         SyntheticData(name="synthetic", **options).validate()
+
+
+def test_files_of_one_name_in_several_folders_are_asked_about(tmp_path: Path) -> None:
+    for folder in ("day1", "day2"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "anna_1.trc").write_text(folder)
+    data = FolderData(name="own", path=str(tmp_path))
+    with pytest.raises(
+        InvalidInput, match=r"^data\.person: files of one name .*day1/anna_1\.trc, day2/anna_1"
+    ):
+        request(data, WALKS)
+    for person, people in (("^(.+?)/", ["day1", "day2"]), ("([^/_.]+)[^/]*$", ["anna", "anna"])):
+        data.person = person
+        assert [clip["person"] for clip in request(data, WALKS).options["clips"]] == people
