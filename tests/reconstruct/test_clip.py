@@ -133,9 +133,9 @@ def test_an_unknown_rate_is_asked_for_and_a_wrong_one_remarked_on(model: Path, t
     with pytest.raises(InvalidInput, match="frame rate is not known"):
         reconstruct_clip(given(path, frame_rate_hz=0.0), model)
     slow = tmp_path / "slow.csv"
-    slow.write_text("time,left_knee_x,left_knee_y\n0,1,2\n1.25,3,4\n", encoding="utf-8")
+    slow.write_text("time,left_knee_x,left_knee_y\n0,1,2\n0.5,3,4\n", encoding="utf-8")
     with pytest.raises(
-        InvalidInput, match=r"slow.csv, frames a second must be at least 5 and at most 1000 \(got 0.8\)"
+        InvalidInput, match=r"slow.csv, frames a second must be at least 5 and at most 1000 \(got 2\)"
     ):
         reconstruct_clip(given(slow, frame_rate_hz=0.0), model)
     walk = reconstruct_clip(given(path, frame_rate_hz=60.0, focal_px=sim.focal_px), model)
@@ -280,6 +280,40 @@ def test_a_walk_on_a_belt_is_exported_and_less_than_a_stride_is_not(model: Path,
                 export([str(folder), target])
         else:
             assert formats.read(export([str(folder), target])).frame_rate_hz == 100.0
+
+
+def test_uneven_times_are_resampled_track_by_track(model: Path, tmp_path: Path) -> None:
+    sim, generator = clip(60.0, ERROR), np.random.default_rng(5)
+    even = in_layout(sim, "coco17")
+    at = np.arange(1, len(even) - 1) + generator.uniform(-0.3, 0.3, len(even) - 2)
+    share, before = (at % 1.0)[:, None, None], at.astype(int)
+    values = (1.0 - share) * even[before] + share * even[before + 1]
+    values[(even[before] == 0.0) | (even[before + 1] == 0.0)] = 0.0
+    rows = [
+        {
+            "time": time,
+            "people": [
+                {"keypoints": v.ravel().tolist()},
+                {"keypoints": (v + np.array([400.0, 0.0, 0.0])).ravel().tolist()},
+            ],
+        }
+        for time, v in zip((at / 30.0).tolist(), values, strict=True)
+    ]
+    path = tmp_path / "uneven.json"
+    path.write_text(json.dumps(rows), encoding="utf-8")
+    walk = reconstruct_clip(given(path, frame_rate_hz=0.0, focal_px=sim.focal_px), model)
+    whole = reconstruct_clip(given(alphapose(tmp_path / "a.json", even), focal_px=sim.focal_px), model)
+    assert any("not evenly spaced" in note for note in walk.notes)
+    assert walk.best.judgement.verdict == whole.best.judgement.verdict
+    found, wanted = walk.best.found, whole.best.found
+    assert found is not None
+    assert wanted is not None
+    assert found.candidates[0].frequency_hz == pytest.approx(wanted.candidates[0].frequency_hz, rel=0.01)
+    assert found.candidates[0].heading_rad == pytest.approx(wanted.candidates[0].heading_rad, abs=0.2)
+    few = path.with_name("few.json")
+    few.write_text(json.dumps(rows[:1] + [row | {"people": []} for row in rows[1:]]), encoding="utf-8")
+    few_walk = reconstruct_clip(given(few, frame_rate_hz=0.0), model)
+    assert few_walk.best.judgement.verdict == "not_a_walk"
 
 
 def _numbered(layout: str) -> Detections:

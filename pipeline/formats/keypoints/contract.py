@@ -34,7 +34,7 @@ class Detections:
     names : tuple of str
         K names of points; empty where the file numbers them.
     frame : (N,) int
-        Frame of each detection, from 0.
+        Frame of each detection, from 0; not whole where a file has times that are uneven.
     identity : (N,) str
         Who it is, as the file says; empty where it does not.
     points : (N, K, 2) float64
@@ -66,7 +66,7 @@ class Detections:
 def detections(
     format: str,
     where: str,
-    rows: Sequence[tuple[int, str, np.ndarray]],
+    rows: Sequence[tuple[float, str, np.ndarray]],
     n_frames: int,
     *,
     names: Sequence[str] = (),
@@ -80,7 +80,7 @@ def detections(
     ----------
     format, where : str
         Kind of file, and its name for messages.
-    rows : sequence of (int, str, (K, 3))
+    rows : sequence of (float, str, (K, 3))
         Frame, identity, and column, row, confidence of each point of each detection.
     n_frames : int
     names : sequence of str
@@ -115,7 +115,7 @@ def detections(
             f"{MOST_PAIRS} pairs or fewer",
             f"up to {people.max()} in a frame, {pairs} pairs",
         )
-    frames = max(n_frames, max(frame for frame, _, _ in rows) + 1)
+    frames = max(n_frames, int(max(frame for frame, _, _ in rows)) + 1)
     if frames > MOST_FRAMES:
         raise damaged("the numbers of frames jump", where, f"{MOST_FRAMES} frames or fewer", frames)
     require_points(len(rows), counts[0], where)
@@ -141,7 +141,7 @@ def detections(
     return Detections(
         format=format,
         names=tuple(map(harmless, names)),
-        frame=np.array([frame for frame, _, _ in rows], dtype=int),
+        frame=np.array([frame for frame, _, _ in rows]),
         identity=np.array([harmless(who[:80]) for _, who, _ in rows], dtype=str),
         points=points,
         confidence=confidence,

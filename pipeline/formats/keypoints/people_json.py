@@ -16,9 +16,11 @@ import numpy as np
 
 from pipeline.formats.contract import damaged
 from pipeline.formats.keypoints.contract import MEDIAPIPE, Detections, detections
+from pipeline.formats.keypoints.times import timed
+from pipeline.formats.points.cells import Rows
 from pipeline.formats.text import number, read_text
 
-Row = tuple[int, str, np.ndarray]
+Row = tuple[float, str, np.ndarray]
 
 
 def load(path: Path) -> Any:
@@ -188,8 +190,9 @@ _WHO = ("idx", "track_id", "person_id", "personID", "instance_id")
 _SURE = ("visibility", "score", "confidence", "likelihood", "conf", "visible", "presence")
 _SCORES = ("keypoint_scores", "scores", "confidence", "confidences", "score")
 _NAME = ("name", "part", "label", "keypoint")
+_TIMES = ("time", "time_s", "timestamp", "time_ms", "timestamp_ms", "timestampMs", "t")
 """Keys of all frames, of the people in one, of somebody's points; of a frame's name, of a person's, of how sure a
-point is, of all points, of a point's name."""
+point is, of all points, of a point's name; of a frame's time."""
 
 
 def _first(item: Any, keys: Iterable[str]) -> Any:
@@ -310,8 +313,25 @@ def _detections(
 ) -> Detections:
     """The people in all frames; those of a list of detections come one by one."""
     number, notes = _frames(name for name, _ in frames)
+    sizes = content["images"][0] if _has(content, "images") and content["images"] else {}
+    within = [
+        part for part in content.values() if _has(part, "fps") or _has(part, "width")
+    ]  # meta, metadata, …
+    rate, size = settings({key: value for part in [*within, sizes, content] for key, value in part.items()})
+    stamps = [_first(item, _TIMES) for _, item in frames]
+    if None not in stamps:
+        given = [name for name, _ in frames]
+        table = Rows(
+            f"{where}, times",
+            [[str(stamp)] for stamp in stamps],
+            range(1, len(given) + 1),
+            notes,
+            header=["time"],
+        )
+        at, rate = timed(table, 0, np.array([number[name] for name in given]), rate)
+        number = dict(zip(given, at.tolist(), strict=True))
     found = [(number[name], *one) for name, item in frames for one in _people(item, f"{where}, frame {name}")]
-    span = max(number.values()) + 1
+    span = int(max(number.values())) + 1
     if empty := len(number) - len({frame for frame, *_ in found}):
         notes.append(f"{empty} of {len(number)} frames are without people.")
     if span > len(number):
@@ -335,11 +355,6 @@ def _detections(
         rows.append((frame, who, points))
     if not names and rows and len(rows[0][2]) == len(MEDIAPIPE):
         program, names = "mediapipe", list(MEDIAPIPE)
-    sizes = content["images"][0] if _has(content, "images") and content["images"] else {}
-    within = [
-        part for part in content.values() if _has(part, "fps") or _has(part, "width")
-    ]  # meta, metadata, …
-    rate, size = settings({key: value for part in [*within, sizes, content] for key, value in part.items()})
     return detections(program, where, rows, span, names=list(map(str, names)), frame_rate_hz=rate, image_size=size,
                       notes=notes)  # fmt: skip
 

@@ -251,6 +251,56 @@ def test_the_rate_of_a_table_is_that_of_most_steps(tmp_path: Path, title: str, u
     assert keypoints.read(tmp_path / "a.csv").frame_rate_hz == pytest.approx(25.0)
 
 
+def timed(kind: str, times: list[float], folder: Path, **more: float) -> keypoints.Detections:
+    """Read the points at some times, to whose columns the number of the time is added, from a kind of file."""
+    frames = [(k, time, (POINTS[:6] + np.array([k, 0.0])).tolist()) for k, time in enumerate(times)]
+    path = folder / ("a.json" if kind == "json" else "a.csv")
+    if kind == "json":
+        rows = [{"timestamp": time, "keypoints": points} for _, time, points in frames]
+        return keypoints.read(write(path, {**more, "frames": rows}))
+    if kind == "long":
+        lines = ["time,keypoint,x,y"]
+        lines += [f"{time},p{n},{x},{y}" for _, time, points in frames for n, (x, y) in enumerate(points)]
+    else:
+        lines = [
+            ("frame," if kind == "numbered" else "") + "time," + ",".join(f"p{n}_x,p{n}_y" for n in range(6))
+        ]
+        for k, time, points in frames:
+            cells = ([7 + k] if kind == "numbered" else []) + [time, *np.ravel(points).tolist()]
+            lines.append(",".join(map(str, cells)))
+    path.write_text("\n".join([*lines, ""]), encoding="utf-8")
+    if more:
+        write(folder / "a.json", more)
+    return keypoints.read(path)
+
+
+@pytest.mark.parametrize("kind", ["wide", "numbered", "long", "json"])
+def test_gaps_in_time_are_missing_frames_and_uneven_times_are_places_between(
+    kind: str, tmp_path: Path
+) -> None:
+    first = 7 if kind == "numbered" else 0
+    found = timed(kind, [0.0, 0.04, 0.08, 0.6, 0.64], tmp_path)
+    assert (found.frame_rate_hz, found.n_frames) == (25.0, 17 + first)
+    assert (found.frame - first).tolist() == [0, 1, 2, 15, 16]
+    assert "12 frames have no row and are missing." in found.notes
+    uneven = timed(kind, [0.0, 0.04, 0.0704, 0.12, 0.52, 0.56], tmp_path)
+    assert uneven.frame_rate_hz == 25.0
+    np.testing.assert_allclose(uneven.frame - first, [0.0, 1.0, 1.76, 3.0, 13.0, 14.0])
+    assert any("not evenly spaced" in note for note in uneven.notes)
+
+
+@pytest.mark.parametrize("kind", ["wide", "numbered", "json"])
+def test_times_count_before_a_rate_that_is_declared_unless_they_are_none(kind: str, tmp_path: Path) -> None:
+    assert timed(kind, [0.0, 0.0333, 0.0667, 0.1], tmp_path, fps=29.98).frame_rate_hz == 29.98
+    found = timed(kind, [0.0, 0.1, 0.2, 0.3], tmp_path, fps=30)  # every third frame
+    assert (found.frame_rate_hz, len(set(np.diff(found.frame)))) == (10.0, 1)
+    assert "By the times there are 10 frames a second, not 30 as is declared." in found.notes
+    for times in ([0.2, 0.1, 0.0], [0.0, 0.0, 0.1], [0.0, np.nan, 0.1]):
+        found = timed(kind, times, tmp_path, fps=30)
+        assert (found.frame_rate_hz, np.diff(found.frame).tolist()) == (30.0, [1, 1])
+        assert any("times are not used" in note for note in found.notes)
+
+
 def test_trc_in_pixels_and_no_other(tmp_path: Path) -> None:
     head = (
         "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n30\t30\t2\t1\t{unit}\n"
