@@ -33,6 +33,7 @@ from pipeline.reconstruct.summary import (
     view_sd_rad,
 )
 from pipeline.reconstruct.writing import Output, Reconstruct, run
+from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
 from tests.core.keypoint_walk.walkers import clip
 from tests.reconstruct.walks import ERROR, SIZE, alphapose, given, in_layout
@@ -316,27 +317,89 @@ def test_uneven_times_are_resampled_track_by_track(model: Path, tmp_path: Path) 
     assert few_walk.best.judgement.verdict == "not_a_walk"
 
 
+_NEAR = {
+    "shoulder": ("neck", "thorax", "chest", "sternum", "clavicle"),
+    "hip": ("pelvis", "hip", "base", "mid", "navel", "spine"),
+    "ankle": ("toe", "heel", "foot"),
+    "wrist": ("hand", "tip", "handtip", "thumb", "pinky", "index"),
+}
+"""Joints beside which other points of layouts are."""
+
+
 def _numbered(layout: str) -> Detections:
-    sim = clip(90.0, ERROR)
-    return detections(
-        "npy", "a.npy", [(t, "", v) for t, v in enumerate(in_layout(sim, layout))], len(sim.pixels)
+    """Points of a layout, those that are no joints at or beside the nearest one."""
+    values = in_layout(clip(90.0, ERROR), layout)
+    pixels = in_layout(clip(90.0, ERROR), "walker15")
+    for k, point in enumerate(layouts.layouts()[layout].points):
+        last = point.split("_")[-1]
+        near = next((joint for joint, others in _NEAR.items() if last in others), "head")
+        joints = [joint for joint in WALKER15.joints if joint.endswith(near)]
+        joints = [joint for joint in joints if joint.split("_")[0] in point] or joints
+        if not values[:, k].any():
+            values[:, k] = pixels[:, [WALKER15.index(joint) for joint in joints]].mean(axis=1)
+            values[:, k, 1] += 5.0 * (near == "ankle") - 40.0 * (last == "top")
+    return detections("npy", "a.npy", [(t, "", v) for t, v in enumerate(values)], len(values))
+
+
+@pytest.mark.parametrize("layout", sorted(layouts.layouts()))
+@pytest.mark.parametrize("longer", [0, 6, 116, 110])
+def test_layouts_are_recognised_by_number_and_place(layout: str, longer: int) -> None:
+    points = (whole := _numbered(layout)).points
+    K = points.shape[1]
+    if longer and layouts.LONGER.get(K + longer) != K:
+        return
+    found, order, why = layouts.recognise(
+        replace(whole, points=np.pad(points, ((0, 0), (0, longer), (0, 0)), mode="edge"))
     )
-
-
-@pytest.mark.parametrize(
-    "layout", ["coco17", "h36m17", "body25", "body25b", "coco18", "halpe26", "walker15", "mediapipe33"]
-)
-def test_layouts_are_recognised_by_number_and_place(layout: str) -> None:
-    found, order, why = layouts.recognise(_numbered(layout))
     assert found.name == layout
     assert order.tolist() == list(range(len(found.points)))
     assert layout in why
 
 
+@pytest.mark.parametrize("other", sorted(layouts.layouts()))
+def test_no_layout_is_read_as_another_of_its_number(other: str) -> None:
+    known = layouts.layouts()
+    for name in known:
+        if name != other and len(known[name].points) == len(known[other].points):
+            assert layouts._upright(known[other], _numbered(name).points) < 0.7
+
+
+@pytest.mark.parametrize(
+    ("count", "names"),
+    [(14, "aic14 or crowdpose14 or lsp14"), (16, "mpii16"), (15, "mpi15 or posetrack15 or walker15")],
+)
+def test_an_order_that_is_not_clear_names_its_layouts(count: int, names: str) -> None:
+    points = np.random.default_rng(1).uniform(0.0, 900.0, (60, count, 3))
+    found = detections("npy", "a.npy", [(t, "", frame) for t, frame in enumerate(points)], 60)
+    with pytest.raises(InvalidInput, match=f"order of the points is not clear.*input.layout={names}"):
+        layouts.recognise(found)
+
+
+@pytest.mark.parametrize(
+    ("layout", "written"),
+    [
+        ("mpii16", lambda name: name.replace("head_top", "head top")),
+        (
+            "kinect25",
+            lambda name: "".join(word.title() for word in [*name.split("_")[1:], name.split("_")[0]]),
+        ),
+        ("kinect32", lambda name: "_".join([*name.split("_")[1:], name.split("_")[0]]).upper()),
+        ("vitpose25", str),
+        ("mpi15", str),
+        ("posetrack15", str),
+    ],
+)
+def test_layouts_are_recognised_by_their_names(layout: str, written: Callable[[str], str]) -> None:
+    points = layouts.layouts()[layout].points
+    names = tuple(written(name) if name.startswith(("left_", "right_")) else name for name in points)
+    found, order, _ = layouts.recognise(replace(_numbered(layout), names=names))
+    assert (found.name, order.tolist()) == (layout, list(range(len(points))))
+
+
 def test_points_in_an_order_that_is_not_known_are_refused() -> None:
     found = _numbered("walker15")
     found = replace(found, points=np.roll(found.points, 7, axis=1))
-    with pytest.raises(InvalidInput, match=r"order of the points is not clear.*input\.layout=walker15"):
+    with pytest.raises(InvalidInput, match=r"order of the points is not clear.*input\.layout=mpi15 or"):
         layouts.recognise(found)
     assert layouts.recognise(found, "walker15")[0].name == "walker15"
 
