@@ -169,13 +169,13 @@ def _reconstruct_clip(given: Input, model: Path) -> Walk:
     used = _chosen(given.frames, source.frame, rate)
     tracks = find_tracks(source.frame, source.identity, np.where(used[:, None, None], pixels, np.nan), rate)
     prior, calibrations = _prior(model, layout.name)
-    marks = np.concatenate([pixels, confidence[..., None]], axis=-1)
+    marks = np.dstack([pixels, confidence])
 
     def watched(track: Track) -> Watched:
         """What one person's keypoints throughout the video show."""
         first, last = int(track.frame[0]), int(track.frame[-1])
         whole, frame, values = np.full((last - first + 1, 15, 3), np.nan), track.frame, marks[track.rows]
-        if (frame % 1).any():
+        if (frame % 1).any() and len(frame) > 1:
             frame, _, values = on_even_grid(frame, np.zeros(len(frame)), values)
         whole[frame.astype(int) - first] = values
         film = Film(
@@ -211,7 +211,7 @@ def _rate(given: Input, source: Detections, notes: list[str]) -> float:
     if not rate:
         raise InvalidInput(
             "the frame rate is not known", where="input.frame_rate_hz", expected="frames per second",
-            received=" ".join(notes) or "nothing",
+            received=" ".join(notes),
         )  # fmt: skip
     least, most = POSSIBLE["frame_rate_hz"]
     require_range(f"{Path(given.path).name}, frames a second", rate, at_least=least, at_most=most)

@@ -178,7 +178,7 @@ def on_even_grid(
     at: np.ndarray, person: np.ndarray, points: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Frames, people and points on whole frames, interpolated between those at the places `at` (N,), frames."""
-    parts = [(np.empty(0, dtype=int), person[:0], points[:0])]
+    parts = []
     for who in np.unique(person):
         mine = np.flatnonzero(person == who)
         own = at[mine]

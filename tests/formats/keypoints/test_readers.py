@@ -72,6 +72,8 @@ def test_labels_of_poses_of_yolo(tmp_path: Path, columns: int, more: str, who: s
     assert found.identity.tolist() == [who] * 3
     np.testing.assert_allclose(found.points, [POINTS / 200.0] * 3)
     np.testing.assert_allclose(found.confidence, 0.9 if columns == 3 else 1.0)
+    write(tmp_path / "camera.json", {"fps": 30})  # no keypoints
+    assert keypoints.read(tmp_path).format == "yolo"
     (tmp_path / "walk_13.txt").write_text("0 .5 .5 .2 .6\n", encoding="utf-8")  # of a detector without poses
     with pytest.raises(InvalidInput, match=r"walk_13\.txt, line 1: not a label of a pose"):
         keypoints.read(tmp_path)
@@ -145,6 +147,13 @@ WRITTEN = {
     "columns": [[{"name": "person", "keypoints": {"x": POINTS[:, 0].tolist(), "y": POINTS[:, 1].tolist(),
                   "visible": [0.9] * 17}}]] * 2,
     "all at once": {"keypoints": [flat()] * 2},
+    "detectron2": [
+        {"frame": k, "scores": [0.5], "pred_keypoints": [MARKS[:, [0, 1, 3]].tolist()]} for k in (3, 4)
+    ],
+    "rows before columns, named": {
+        "keypoints": [{"7": MARKS[:, [1, 0, 3]].tolist()}] * 2,
+        "skeleton": dict(zip(map(str, range(17)), NAMED, strict=True)),
+    },
     "within a pose": {"metadata": {"fps": 30}, "frames": [{"frame_idx": k, "pose": IN_TURN} for k in (3, 4)]},
     "named, beside others": [
         {"frame": k, "bbox": [1, 2, 3, 4], "note": "", **dict(zip(NAMED, objects("conf"), strict=True))} for k in (3, 4)
@@ -301,6 +310,53 @@ def test_times_count_before_a_rate_that_is_declared_unless_they_are_none(kind: s
         assert any("times are not used" in note for note in found.notes)
 
 
+@pytest.mark.parametrize("written", ["deeplabcut", "sleap", "{who}_{part}_{axis}"])
+def test_tables_with_several_people(written: str, tmp_path: Path) -> None:
+    parts, people = ("nose", "left_knee", "right_knee"), ("person1", "person2")
+    if written == "sleap":
+        lines = [
+            "track,frame_idx,instance.score," + ",".join(f"{part}.x,{part}.y,{part}.score" for part in parts)
+        ]
+        lines += [f"{who},{t},.9," + ",".join(["1,2,.9"] * 3) for t in (0, 1) for who in people[: 2 - t]]
+    else:
+        columns = [(who, part, axis) for who in people for part in parts for axis in ("x", "y", "likelihood")]
+        titles = ("individuals", "bodyparts", "coords")
+        lines = [",".join(["scorer", *["net"] * 18])] + [
+            ",".join([title, *cells]) for title, *cells in zip(titles, *columns, strict=True)
+        ]
+        if written != "deeplabcut":
+            lines = ["frame," + ",".join(written.format(who=w, part=p, axis=a) for w, p, a in columns)]
+        lines += [
+            ",".join([str(t), *["1,2,.9"] * 3, *(["1,2,.9"] * 3 if t == 0 else [",,"] * 3)]) for t in (0, 1)
+        ]
+    (tmp_path / "a.csv").write_text("\n".join([*lines, ""]), encoding="utf-8")
+    found = keypoints.read(tmp_path / "a.csv")
+    seen = np.isfinite(found.points).all(axis=(1, 2))
+    assert found.names == parts
+    assert found.frame[seen].tolist() == [0, 0, 1]
+    assert found.identity[seen].tolist() == ["person1", "person2", "person1"]
+    np.testing.assert_array_equal(found.points[seen], [[[1, 2]] * 3] * 3)
+
+
+def test_names_of_people_that_have_other_points_are_names(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(
+        "frame,p1_a_x,p1_a_y,p1_b_x,p1_b_y,p2_b_x,p2_b_y\n0,1,2,3,4,5,6\n", encoding="utf-8"
+    )
+    assert keypoints.read(tmp_path / "a.csv").names == ("p1_a", "p1_b", "p2_b")
+
+
+def test_names_that_are_not_as_many_as_the_points_are_none(tmp_path: Path) -> None:
+    frames = [{"0": MARKS[:, [1, 0, 3]].tolist()}] * 2
+    found = keypoints.read(write(tmp_path / "a.json", {"keypoints": frames, "skeleton": {"0": "nose"}}))
+    assert (found.names, found.identity.tolist()) == ((), ["0", "0"])
+
+
+def test_all_frames_of_a_person_in_one_are_no_crowd(tmp_path: Path) -> None:
+    content = [{"track_id": who, "keypoints": [MARKS[:, :2].tolist()] * 40} for who in (1, 2)]
+    with pytest.raises(InvalidInput, match="are all frames of a person in one"):
+        keypoints.read(write(tmp_path / "a.json", content))
+
+
 def test_trc_in_pixels_and_no_other(tmp_path: Path) -> None:
     head = (
         "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n30\t30\t2\t1\t{unit}\n"
@@ -414,7 +470,7 @@ def test_files_that_are_none(tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match="no such file"):
         keypoints.read(tmp_path / "b.json")
     (tmp_path / "a.xyz").write_text("1", encoding="utf-8")
-    with pytest.raises(InvalidInput, match="format is unknown"):
+    with pytest.raises(InvalidInput, match=r"format is unknown.*CSV as DeepLabCut and SLEAP export it"):
         keypoints.read(tmp_path / "a.xyz")
     (tmp_path / "empty").mkdir()
     with pytest.raises(InvalidInput, match="no JSON file"):
