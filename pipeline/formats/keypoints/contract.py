@@ -40,8 +40,8 @@ class Detections:
         ``"openpose"``, ``"alphapose"``, ``"coco"``, ``"mmpose"``, ``"mediapipe"``, or its suffix.
     names : tuple of str
         K names of points; empty where the file numbers them.
-    frame : (N,) int
-        Frame of each detection, from 0; not whole where a file has times that are uneven.
+    frame : (N,)
+        Frame of each detection, from 0; not a whole number where a file has times that are uneven.
     identity : (N,) str
         Who it is, as the file says; empty where it does not.
     points : (N, K, 2) float64
