@@ -25,6 +25,7 @@ from pipeline.reconstruct.image import in_pixels, upside_down
 from pipeline.reconstruct.layouts import Layout
 from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_range
+from pipeline.video.film import on_even_grid
 
 FOCAL_SHARE = 0.75
 """Focal length over the longer side of the image from which the fit starts, where it is not known: between a
@@ -168,14 +169,17 @@ def _reconstruct_clip(given: Input, model: Path) -> Walk:
     used = _chosen(given.frames, source.frame, rate)
     tracks = find_tracks(source.frame, source.identity, np.where(used[:, None, None], pixels, np.nan), rate)
     prior, calibrations = _prior(model, layout.name)
+    marks = np.dstack([pixels, confidence])
 
     def watched(track: Track) -> Watched:
         """What one person's keypoints throughout the video show."""
         first, last = int(track.frame[0]), int(track.frame[-1])
-        whole, sure = np.full((last - first + 1, 15, 2), np.nan), np.zeros((last - first + 1, 15))
-        whole[track.frame - first], sure[track.frame - first] = pixels[track.rows], confidence[track.rows]
+        whole, frame, values = np.full((last - first + 1, 15, 3), np.nan), track.frame, marks[track.rows]
+        if (frame % 1).any() and len(frame) > 1:
+            frame, _, values = on_even_grid(frame, np.zeros(len(frame)), values)
+        whole[frame.astype(int) - first] = values
         film = Film(
-            whole, sure, rate, focal, prior, first,
+            whole[..., :2], np.where(np.isnan(whole[..., 0]), 0.0, whole[..., 2]), rate, focal, prior, first,
             both_labellings=given.labels == Labels.both, focal_sd=0.0 if given.focal_px else FOCAL_SD,
         )  # fmt: skip
         return watch(film)
@@ -206,8 +210,9 @@ def _rate(given: Input, source: Detections, notes: list[str]) -> float:
     rate = given.frame_rate_hz or source.frame_rate_hz
     if not rate:
         raise InvalidInput(
-            "the frame rate is not known", where="input.frame_rate_hz", expected="frames per second"
-        )
+            "the frame rate is not known", where="input.frame_rate_hz", expected="frames per second",
+            received=" ".join(notes),
+        )  # fmt: skip
     least, most = POSSIBLE["frame_rate_hz"]
     require_range(f"{Path(given.path).name}, frames a second", rate, at_least=least, at_most=most)
     if source.frame_rate_hz and abs(rate / source.frame_rate_hz - 1) > 0.01:
@@ -232,7 +237,7 @@ def _chosen(frames: str, frame: np.ndarray, rate: float) -> np.ndarray:
     used = (frame >= (-np.inf if first is None else first)) & (frame <= (np.inf if last is None else last))
     if not used.any():
         raise InvalidInput(
-            "no frame is left", where="input.frames", expected=f"frames from {frame.min()} to {frame.max()}",
+            "no frame is left", where="input.frames", expected=f"frames from {frame.min():.0f} to {frame.max():.0f}",
             received=frames,
         )  # fmt: skip
     return np.asarray(used)
@@ -262,8 +267,8 @@ def _walking_track(
         for other in others[:MOST_OTHERS]:
             if (found := watched(other)).walks:
                 notes.append(
-                    f"The longest track (frames {track.frame[0]} to {track.frame[-1]}) is no walk;"
-                    f" the one of frames {other.frame[0]} to {other.frame[-1]} is."
+                    f"The longest track (frames {track.frame[0]:.0f} to {track.frame[-1]:.0f}) is no walk;"
+                    f" the one of frames {other.frame[0]:.0f} to {other.frame[-1]:.0f} is."
                 )
                 track, shown = other, found
                 break
@@ -271,7 +276,7 @@ def _walking_track(
     if left_out:
         notes.append(
             f"{len(left_out)} other tracks of people were left out, the longest of {len(left_out[0].rows)} frames"
-            f" (frames {left_out[0].frame[0]} to {left_out[0].frame[-1]})."
+            f" (frames {left_out[0].frame[0]:.0f} to {left_out[0].frame[-1]:.0f})."
         )
     return track, shown
 

@@ -20,8 +20,8 @@ from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput, require_choice
 
 FOLDER = CONF / "keypoints"
-LONGER = {133: 17, 136: 26}
-"""Layouts of whole bodies that begin with a smaller one: number of points and of those that are used."""
+LONGER = {23: 17, 133: 17, 136: 26}
+"""Layouts with feet, or of whole bodies, that begin with a smaller one: number of points and of those that are used."""
 FEWEST = 14
 """Names that differ in their number alone, from which on points are told by it: kp0, kp1, …"""
 LEAST_SEEN = 0.2
@@ -193,7 +193,7 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
         others = ", ".join(layout.name for layout in fitting if layout is not best)
         why += f", and heads above hips above ankles as in no other order ({others})"
     first, second = sorted([0.0, *scores])[:-3:-1]
-    if first - second < 0.2 and not (len(fitting) == 1 and np.isnan(upright[0])):
+    if (first < 0.5 or first - second < 0.2) and not (len(fitting) == 1 and np.isnan(upright[0])):
         raise InvalidInput(
             "the order of the points is not clear: heads must be above hips above ankles in one layout alone",
             expected="points with names, or input.layout=" + " or ".join(layout.name for layout in fitting),
@@ -203,24 +203,23 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
 
 
 def _upright(layout: Layout, points: np.ndarray) -> float:
-    """Share of detections with head, shoulders, hips, knees and ankles, those seen, one above the other; or NaN."""
+    """Share of detections with head, shoulder, hip, knee and ankle, those seen, in turn, of the worse side; or NaN."""
 
-    def height(kind: str) -> np.ndarray:
-        columns = [
-            layout.points.index(p) for joint, of in layout.joints.items() if joint.endswith(kind) for p in of
-        ]
-        part = points[:, columns, 1]
+    def height(joint: str) -> np.ndarray:
+        part = points[:, [layout.points.index(point) for point in layout.joints[joint]], 1]
         known = np.isfinite(part)
         with np.errstate(invalid="ignore"):  # nothing over nothing
             return np.asarray(np.where(known, part, 0.0).sum(axis=1) / known.sum(axis=1))
 
-    rows = np.stack([height(kind) for kind in ("head", "shoulder", "hip", "knee", "ankle")], axis=1)
-    rows = rows[:, np.isfinite(rows).mean(axis=0) > LEAST_SEEN]
-    whole = np.isfinite(rows).all(axis=1)
-    if rows.shape[1] < 3 or not whole.any():
-        return float("nan")
-    steps = np.diff(rows[whole], axis=1)
-    return float(max((steps > 0).all(axis=1).mean(), (steps < 0).all(axis=1).mean()))
+    shares = []
+    for side in ("left", "right"):
+        joints = ("head", *(f"{side}_{kind}" for kind in ("shoulder", "hip", "knee", "ankle")))
+        rows = np.stack([height(joint) for joint in joints], axis=1)
+        rows = rows[:, np.isfinite(rows).mean(axis=0) > LEAST_SEEN]
+        steps = np.diff(rows[np.isfinite(rows).all(axis=1)], axis=1)
+        if rows.shape[1] >= 3 and len(steps):
+            shares.append(max((steps > 0).all(axis=1).mean(), (steps < 0).all(axis=1).mean()))
+    return float(min(shares, default=np.nan))
 
 
 def to_joints(layout: Layout, order: np.ndarray, found: Detections) -> tuple[np.ndarray, np.ndarray]:

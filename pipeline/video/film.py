@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.validation import InvalidInput
-from pipeline.video.pose import LANDMARKS, LEAST_SCORE, Pose, silent
+from pipeline.video.pose import LEAST_SCORE, Pose, silent
 
 DETECT_EVERY = 15
 """Frames between two looks for people who are not followed yet."""
@@ -193,4 +193,4 @@ def on_even_grid(
         parts.append((grid[near], np.full(int(near.sum()), who), between[near]))
     frame, who, found = (np.concatenate([part[k] for part in parts]) for k in range(3))
     order = np.lexsort((who, frame))
-    return frame[order], who[order], found[order].reshape(-1, LANDMARKS, 3)
+    return frame[order], who[order], found[order]

@@ -33,6 +33,7 @@ from pipeline.reconstruct.summary import (
     view_sd_rad,
 )
 from pipeline.reconstruct.writing import Output, Reconstruct, run
+from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
 from tests.core.keypoint_walk.walkers import clip
 from tests.reconstruct.walks import ERROR, SIZE, alphapose, given, in_layout
@@ -133,9 +134,9 @@ def test_an_unknown_rate_is_asked_for_and_a_wrong_one_remarked_on(model: Path, t
     with pytest.raises(InvalidInput, match="frame rate is not known"):
         reconstruct_clip(given(path, frame_rate_hz=0.0), model)
     slow = tmp_path / "slow.csv"
-    slow.write_text("time,left_knee_x,left_knee_y\n0,1,2\n1.25,3,4\n", encoding="utf-8")
+    slow.write_text("time,left_knee_x,left_knee_y\n0,1,2\n0.5,3,4\n", encoding="utf-8")
     with pytest.raises(
-        InvalidInput, match=r"slow.csv, frames a second must be at least 5 and at most 1000 \(got 0.8\)"
+        InvalidInput, match=r"slow.csv, frames a second must be at least 5 and at most 1000 \(got 2\)"
     ):
         reconstruct_clip(given(slow, frame_rate_hz=0.0), model)
     walk = reconstruct_clip(given(path, frame_rate_hz=60.0, focal_px=sim.focal_px), model)
@@ -282,27 +283,123 @@ def test_a_walk_on_a_belt_is_exported_and_less_than_a_stride_is_not(model: Path,
             assert formats.read(export([str(folder), target])).frame_rate_hz == 100.0
 
 
+def test_uneven_times_are_resampled_track_by_track(model: Path, tmp_path: Path) -> None:
+    sim, generator = clip(60.0, ERROR), np.random.default_rng(5)
+    even = in_layout(sim, "coco17")
+    at = np.arange(1, len(even) - 1) + generator.uniform(-0.3, 0.3, len(even) - 2)
+    share, before = (at % 1.0)[:, None, None], at.astype(int)
+    values = (1.0 - share) * even[before] + share * even[before + 1]
+    values[(even[before] == 0.0) | (even[before + 1] == 0.0)] = 0.0
+    rows = [
+        {
+            "time": time,
+            "people": [
+                {"keypoints": v.ravel().tolist()},
+                {"keypoints": (v + np.array([400.0, 0.0, 0.0])).ravel().tolist()},
+            ],
+        }
+        for time, v in zip((at / 30.0).tolist(), values, strict=True)
+    ]
+    path = tmp_path / "uneven.json"
+    path.write_text(json.dumps(rows), encoding="utf-8")
+    walk = reconstruct_clip(given(path, frame_rate_hz=0.0, focal_px=sim.focal_px), model)
+    whole = reconstruct_clip(given(alphapose(tmp_path / "a.json", even), focal_px=sim.focal_px), model)
+    assert any("not evenly spaced" in note for note in walk.notes)
+    assert walk.best.judgement.verdict == whole.best.judgement.verdict
+    found, wanted = walk.best.found, whole.best.found
+    assert found is not None
+    assert wanted is not None
+    assert found.candidates[0].frequency_hz == pytest.approx(wanted.candidates[0].frequency_hz, rel=0.01)
+    assert found.candidates[0].heading_rad == pytest.approx(wanted.candidates[0].heading_rad, abs=0.2)
+    few = path.with_name("few.json")
+    few.write_text(json.dumps(rows[:1] + [row | {"people": []} for row in rows[1:]]), encoding="utf-8")
+    few_walk = reconstruct_clip(given(few, frame_rate_hz=0.0), model)
+    assert few_walk.best.judgement.verdict == "not_a_walk"
+
+
+_NEAR = {
+    "shoulder": ("neck", "thorax", "chest", "sternum", "clavicle"),
+    "hip": ("pelvis", "hip", "base", "mid", "navel", "spine"),
+    "ankle": ("toe", "heel", "foot"),
+    "wrist": ("hand", "tip", "handtip", "thumb", "pinky", "index"),
+}
+"""Joints beside which other points of layouts are."""
+
+
 def _numbered(layout: str) -> Detections:
-    sim = clip(90.0, ERROR)
-    return detections(
-        "npy", "a.npy", [(t, "", v) for t, v in enumerate(in_layout(sim, layout))], len(sim.pixels)
+    """Points of a layout, those that are no joints at or beside the nearest one."""
+    values = in_layout(clip(90.0, ERROR), layout)
+    pixels = in_layout(clip(90.0, ERROR), "walker15")
+    for k, point in enumerate(layouts.layouts()[layout].points):
+        last = point.split("_")[-1]
+        near = next((joint for joint, others in _NEAR.items() if last in others), "head")
+        joints = [joint for joint in WALKER15.joints if joint.endswith(near)]
+        joints = [joint for joint in joints if joint.split("_")[0] in point] or joints
+        if not values[:, k].any():
+            values[:, k] = pixels[:, [WALKER15.index(joint) for joint in joints]].mean(axis=1)
+            values[:, k, 1] += 5.0 * (near == "ankle") - 40.0 * (last == "top")
+    return detections("npy", "a.npy", [(t, "", v) for t, v in enumerate(values)], len(values))
+
+
+@pytest.mark.parametrize("layout", sorted(layouts.layouts()))
+@pytest.mark.parametrize("longer", [0, 6, 116, 110])
+def test_layouts_are_recognised_by_number_and_place(layout: str, longer: int) -> None:
+    points = (whole := _numbered(layout)).points
+    K = points.shape[1]
+    if longer and layouts.LONGER.get(K + longer) != K:
+        return
+    found, order, why = layouts.recognise(
+        replace(whole, points=np.pad(points, ((0, 0), (0, longer), (0, 0)), mode="edge"))
     )
-
-
-@pytest.mark.parametrize(
-    "layout", ["coco17", "h36m17", "body25", "body25b", "coco18", "halpe26", "walker15", "mediapipe33"]
-)
-def test_layouts_are_recognised_by_number_and_place(layout: str) -> None:
-    found, order, why = layouts.recognise(_numbered(layout))
     assert found.name == layout
     assert order.tolist() == list(range(len(found.points)))
     assert layout in why
 
 
+@pytest.mark.parametrize("other", sorted(layouts.layouts()))
+def test_no_layout_is_read_as_another_of_its_number(other: str) -> None:
+    known = layouts.layouts()
+    for name in known:
+        if name != other and len(known[name].points) == len(known[other].points):
+            assert layouts._upright(known[other], _numbered(name).points) < 0.7
+
+
+@pytest.mark.parametrize(
+    ("count", "names"),
+    [(14, "aic14 or crowdpose14 or lsp14"), (16, "mpii16"), (15, "mpi15 or posetrack15 or walker15")],
+)
+def test_an_order_that_is_not_clear_names_its_layouts(count: int, names: str) -> None:
+    points = np.random.default_rng(1).uniform(0.0, 900.0, (60, count, 3))
+    found = detections("npy", "a.npy", [(t, "", frame) for t, frame in enumerate(points)], 60)
+    with pytest.raises(InvalidInput, match=f"order of the points is not clear.*input.layout={names}"):
+        layouts.recognise(found)
+
+
+@pytest.mark.parametrize(
+    ("layout", "written"),
+    [
+        ("mpii16", lambda name: name.replace("head_top", "head top")),
+        (
+            "kinect25",
+            lambda name: "".join(word.title() for word in [*name.split("_")[1:], name.split("_")[0]]),
+        ),
+        ("kinect32", lambda name: "_".join([*name.split("_")[1:], name.split("_")[0]]).upper()),
+        ("vitpose25", str),
+        ("mpi15", str),
+        ("posetrack15", str),
+    ],
+)
+def test_layouts_are_recognised_by_their_names(layout: str, written: Callable[[str], str]) -> None:
+    points = layouts.layouts()[layout].points
+    names = tuple(written(name) if name.startswith(("left_", "right_")) else name for name in points)
+    found, order, _ = layouts.recognise(replace(_numbered(layout), names=names))
+    assert (found.name, order.tolist()) == (layout, list(range(len(points))))
+
+
 def test_points_in_an_order_that_is_not_known_are_refused() -> None:
     found = _numbered("walker15")
     found = replace(found, points=np.roll(found.points, 7, axis=1))
-    with pytest.raises(InvalidInput, match=r"order of the points is not clear.*input\.layout=walker15"):
+    with pytest.raises(InvalidInput, match=r"order of the points is not clear.*input\.layout=mpi15 or"):
         layouts.recognise(found)
     assert layouts.recognise(found, "walker15")[0].name == "walker15"
 

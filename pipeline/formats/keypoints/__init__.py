@@ -49,7 +49,8 @@ def read(path: str | Path) -> Detections:
         raise damaged("there is no such file or folder", str(path))
     reader = READERS.get(path.suffix.lower())
     if reader is None:
-        raise damaged("the format is unknown", path.name, "a folder of OpenPose, or " + " ".join(READERS),
+        raise damaged("the format is unknown", path.name,
+                      "a folder of OpenPose, or CSV as DeepLabCut and SLEAP export it: " + " ".join(READERS),
                       path.suffix or "no suffix")  # fmt: skip
     return read_one(path, reader)
 

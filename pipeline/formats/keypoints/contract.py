@@ -9,12 +9,19 @@ import numpy as np
 
 from pipeline.formats.budget import require_points
 from pipeline.formats.contract import damaged, harmless
+from pipeline.formats.points.cells import Rows
+from pipeline.formats.points.csv.table import set_to_seconds
+from pipeline.formats.points.even_times import at_equal_intervals
 from pipeline.shortened import shortened
+from pipeline.validation import InvalidInput
 
 LARGEST_PX = 1e6
 MOST_FRAMES = 10_000_000
 MOST_PAIRS = 20_000_000
 """Of people in a frame, each with each, summed over frames: so many are compared to follow who walks."""
+
+CROWD = 30
+"""More in a frame, and more than there are frames, are no people: all frames of one person in one, say."""
 
 DEPTHS = 0.2
 """Share of negative numbers above which these are no confidence."""
@@ -33,8 +40,8 @@ class Detections:
         ``"openpose"``, ``"alphapose"``, ``"coco"``, ``"mmpose"``, ``"mediapipe"``, or its suffix.
     names : tuple of str
         K names of points; empty where the file numbers them.
-    frame : (N,) int
-        Frame of each detection, from 0.
+    frame : (N,)
+        Frame of each detection, from 0; not a whole number where a file has times that are uneven.
     identity : (N,) str
         Who it is, as the file says; empty where it does not.
     points : (N, K, 2) float64
@@ -66,7 +73,7 @@ class Detections:
 def detections(
     format: str,
     where: str,
-    rows: Sequence[tuple[int, str, np.ndarray]],
+    rows: Sequence[tuple[float, str, np.ndarray]],
     n_frames: int,
     *,
     names: Sequence[str] = (),
@@ -80,7 +87,7 @@ def detections(
     ----------
     format, where : str
         Kind of file, and its name for messages.
-    rows : sequence of (int, str, (K, 3))
+    rows : sequence of (float, str, (K, 3))
         Frame, identity, and column, row, confidence of each point of each detection.
     n_frames : int
     names : sequence of str
@@ -104,22 +111,21 @@ def detections(
             "nobody was detected in any frame", where, "keypoints of a person", f"{n_frames} frames"
         )
     if len(counts) > 1:
-        raise damaged(
-            "detections differ in their number of points", where, received=", ".join(map(str, counts))
-        )
-    _, people = np.unique([frame for frame, _, _ in rows], return_counts=True)
-    if (pairs := int((people.astype(float) ** 2).sum())) > MOST_PAIRS:
+        raise damaged("detections differ in their number of points", where, received=counts)
+    rows = sorted(rows, key=lambda row: row[0])
+    frame = np.array([frame for frame, _, _ in rows])
+    _, people = np.unique(frame, return_counts=True)
+    if (pairs := int(people @ people)) > MOST_PAIRS or people.max() > max(len(people), CROWD):
         raise damaged(
             "too many people to be told apart",
             where,
-            f"{MOST_PAIRS} pairs or fewer",
+            f"fewer than frames (are all frames of a person in one?), and {MOST_PAIRS} pairs or fewer",
             f"up to {people.max()} in a frame, {pairs} pairs",
         )
-    frames = max(n_frames, max(frame for frame, _, _ in rows) + 1)
+    frames = max(n_frames, int(frame[-1]) + 1)
     if frames > MOST_FRAMES:
         raise damaged("the numbers of frames jump", where, f"{MOST_FRAMES} frames or fewer", frames)
     require_points(len(rows), counts[0], where)
-    rows = sorted(rows, key=lambda row: row[0])
     values = np.stack([np.asarray(row, dtype=float) for _, _, row in rows])
     points, confidence = values[..., :2].copy(), values[..., 2].copy()
     with np.errstate(invalid="ignore"):
@@ -140,8 +146,8 @@ def detections(
         raise damaged("every keypoint is missing", where, "coordinates of a person", "0, -1 or nothing")
     return Detections(
         format=format,
-        names=tuple(map(harmless, names)),
-        frame=np.array([frame for frame, _, _ in rows], dtype=int),
+        names=tuple(map(harmless, names)) if len(names) == counts[0] else (),
+        frame=frame,
         identity=np.array([harmless(who[:80]) for _, who, _ in rows], dtype=str),
         points=points,
         confidence=confidence,
@@ -150,6 +156,37 @@ def detections(
         image_size=image_size,
         notes=tuple(notes),
     )
+
+
+def timed(table: Rows, column: int, frames: np.ndarray, rate: float) -> tuple[np.ndarray, float]:
+    """Frames of rows by their times, not whole where these are uneven, and frames a second.
+
+    Parameters
+    ----------
+    table : Rows
+    column : int
+        Of the times.
+    frames : (R,) int
+        As numbered or in turn; they decide which rows are of one time.
+    rate : float
+        That is declared, which stays where the times tell none; 0: none is.
+    """
+    _, first, which = np.unique(frames, return_index=True, return_inverse=True)
+    try:
+        set_to_seconds(table, column)
+        times = table.column(column)[first]
+        grid, own = at_equal_intervals(
+            times, times.reshape(-1, 1, 1), None, lambda k: table.place(first[k]), table.notes
+        )
+        grid = grid.ravel()
+    except InvalidInput as error:
+        table.notes.append(f"The times are not used: {error}.")
+        return frames, rate
+    if rate and abs(own / rate - 1.0) > 1e-3:
+        table.notes.append(f"By the times there are {own:g} frames a second, not {rate:g} as is declared.")
+        rate = 0.0
+    seen = np.flatnonzero(np.isfinite(grid))
+    return frames.min() + np.interp(times, grid[seen], seen).round(5)[which], rate or own
 
 
 def _leave_out_placeholders(points: np.ndarray) -> list[str]:

@@ -15,10 +15,11 @@ from typing import Any, TypeGuard
 import numpy as np
 
 from pipeline.formats.contract import damaged
-from pipeline.formats.keypoints.contract import MEDIAPIPE, Detections, detections
+from pipeline.formats.keypoints.contract import MEDIAPIPE, Detections, detections, timed
+from pipeline.formats.points.cells import Rows
 from pipeline.formats.text import number, read_text
 
-Row = tuple[int, str, np.ndarray]
+Row = tuple[float, str, np.ndarray]
 
 
 def load(path: Path) -> Any:
@@ -67,7 +68,7 @@ def identity_of(value: Any) -> str:
     ('2', '', '', 'a')
     """
     while isinstance(value, list):
-        value = value[0] if value else None
+        value = (*value, None)[0]
     if _is_number(value):
         return f"{value:g}" if 0 <= value < np.inf else ""
     return "" if value is None or isinstance(value, bool) else str(value)
@@ -100,10 +101,11 @@ def _frames(names: Iterable[str]) -> tuple[dict[str, int], list[str]]:
 def read_folder(path: Path) -> Detections:
     """Read a folder with a file to each frame, by the numbers in their names; or the one file in it."""
     files = sorted(file for file in path.glob("*.json") if not file.name.startswith("."))
+    labels = sorted(path.glob("*[0-9].txt"))
+    if labels and not any(map(holds_keypoints, files)):
+        return _detections("yolo", path.name, [(file.name, _labelled(file)) for file in labels], {})
     if len(files) == 1:
         return read(files[0])
-    if labels := [] if files else sorted(path.glob("*[0-9].txt")):
-        return _detections("yolo", path.name, [(file.name, _labelled(file)) for file in labels], {})
     if not files:
         raise damaged("no JSON file in the folder", path.name, "one file a frame, as OpenPose writes them")
     frames = [(file.name, load(file)) for file in files]
@@ -148,23 +150,15 @@ def read(path: Path) -> Detections:
     settled = content if isinstance(content, dict) else {}
     if any(_is_frame(item) for _, item in frames):
         first = frames[0][1]
-        wrote = [program for key, program in _PROGRAMS.items() if _has(content, key) or _has(first, key)]
-        return _detections(wrote[0] if wrote else "json", where, frames, settled)
+        wrote = (program for key, program in _PROGRAMS.items() if _has(content, key) or _has(first, key))
+        return _detections(next(wrote, "json"), where, frames, settled)
     if _people(content, where) or _has(content, "people"):
         raise damaged("one frame of OpenPose is no walk", where, "the folder of all its files")
     raise damaged(
         "the keypoints' format is unknown", where,
         "AlphaPose (a list with image_id and keypoints), COCO (images and annotations), MMPose (instance_info), "
-        "MediaPipe (33 landmarks a frame)", _shape_of(content),
+        "MediaPipe (33 landmarks a frame)", f"{content!r:.80}",
     )  # fmt: skip
-
-
-def _shape_of(content: Any) -> str:
-    if isinstance(content, dict):
-        return "an object with " + ", ".join(list(map(str, content))[:6])
-    if isinstance(content, list):
-        return f"a list of {len(content)}" + (f", first {_shape_of(content[0])}" if content else "")
-    return type(content).__name__
 
 
 _PROGRAMS = {"images": "coco", "image_id": "alphapose", "bodies": "alphapose", "instances": "mmpose"}
@@ -172,7 +166,8 @@ _PROGRAMS = {"images": "coco", "image_id": "alphapose", "bodies": "alphapose", "
 _FRAMES = ("instance_info", "frames", "annotations", "results", "data", "predictions")
 _PEOPLE = ("people", "instances", "bodies", "annots", "persons", "poses", "pose", "detections", "predictions")
 _POINTS = (
-    "pose_keypoints_2d", "keypoints", "pose_landmarks", "poseLandmarks", "landmarks", "landmark", "joints",
+    "pose_keypoints_2d", "keypoints", "pred_keypoints",
+    "pose_landmarks", "poseLandmarks", "landmarks", "landmark", "joints",
 )  # fmt: skip
 _WHICH_FRAME = (
     "frame_id",
@@ -188,8 +183,9 @@ _WHO = ("idx", "track_id", "person_id", "personID", "instance_id")
 _SURE = ("visibility", "score", "confidence", "likelihood", "conf", "visible", "presence")
 _SCORES = ("keypoint_scores", "scores", "confidence", "confidences", "score")
 _NAME = ("name", "part", "label", "keypoint")
+_TIMES = ("time", "time_s", "timestamp", "time_ms", "timestamp_ms", "timestampMs", "t")
 """Keys of all frames, of the people in one, of somebody's points; of a frame's name, of a person's, of how sure a
-point is, of all points, of a point's name."""
+point is, of all points, of a point's name; of a frame's time."""
 
 
 def _first(item: Any, keys: Iterable[str]) -> Any:
@@ -208,7 +204,7 @@ def _listed(content: Any, where: str) -> list[tuple[str, Any]]:
     if isinstance(content, dict):
         if isinstance(inner := _first(content, _FRAMES), dict | list):
             return _listed(inner, where)
-        if isinstance(inner := _first(content, _POINTS), list) and _is_frame(inner[:1]):
+        if isinstance(inner := _first(content, _POINTS), list) and any(map(_is_frame, inner)):
             return _listed(inner, where)  # a list of frames, not of points
         numbered = content and all(any(letter.isdigit() for letter in key) for key in content)
         return list(content.items()) if numbered and not _is_points(content) else []
@@ -236,15 +232,23 @@ def _is_points(value: Any) -> bool:
         return (_has(value, "x", "y") and isinstance(value["x"], list)) or (
             not _has(value, "x", "y") and sum(map(_is_mark, value.values())) > 5  # joints, and whatever else
         )
-    flat = isinstance(value, list) and not _is_mark(value) and not isinstance((*value, [])[0], list | dict)
-    return flat or (isinstance(value, list) and len(value) > 1 and _is_mark(value[0]))
+    if not isinstance(value, list) or _is_mark(value):
+        return False
+    return not isinstance((*value, [])[0], list | dict) or (len(value) > 1 and _is_mark(value[0]))
+
+
+def _crowd(item: Any) -> Any:
+    """The people in a frame, whom numbers may name; None if it is none."""
+    if isinstance(item, dict) and item and all(map(str.isdigit, item)):
+        return [{"idx": who, "keypoints": points} for who, points in item.items()]
+    return _first(item, _PEOPLE)
 
 
 def _is_frame(item: Any) -> bool:
     """Whether something holds people, even if none is in it."""
     if isinstance(item, list) and not _is_points(item):
         return any(map(_is_frame, item))
-    return _is_points(item) or _first(item, (*_PEOPLE, *_POINTS)) is not None
+    return _is_points(item) or _crowd(item) is not None or _first(item, _POINTS) is not None
 
 
 def _people(item: Any, place: str) -> list[tuple[str, list[str], np.ndarray]]:
@@ -253,19 +257,11 @@ def _people(item: Any, place: str) -> list[tuple[str, list[str], np.ndarray]]:
         return [person for inner in item for person in _people(inner, place)]
     points = _first(item, _POINTS)
     if points is None:
-        return (
-            [("", *_points(item, None, place))]
-            if _is_points(item)
-            else _people(_first(item, _PEOPLE) or [], place)
-        )
+        return [("", *_points(item, None, place))] if _is_points(item) else _people(_crowd(item) or [], place)
     if not points:  # pipelines that match people between cameras leave empty ones
         return []
     who = identity_of(_first(item, _WHO))
-    if (
-        isinstance(points, dict | list)
-        and not _is_points(points)
-        and isinstance((*points, 0)[0], dict | list)
-    ):
+    if not _is_points(points) and _is_frame(points):
         return [(inner or who, names, found) for inner, names, found in _people(points, place)]
     every = (item.get(key) for key in _SCORES)
     scores = next(
@@ -293,10 +289,10 @@ def _points(value: Any, scores: Any, place: str) -> tuple[list[str], np.ndarray]
         width = len(value[0])
         flat = [number for mark in value for number in mark]
         table = numbers(flat, place, width)[:, [0, 1, *([] if width < 3 else [-1])]]
-    elif isinstance(value, list) and len(value) == 2 * len(scores or ()):
-        table = numbers(value, place, 2)
     else:
-        table = numbers(value, place)
+        table = numbers(
+            value, place, 2 if isinstance(value, list) and len(value) == 2 * len(scores or ()) else 3
+        )
     if scores or table.shape[1] == 2:
         sure = np.asarray(scores or np.ones(len(table)), dtype=float).ravel()
         if len(sure) != len(table):
@@ -310,16 +306,32 @@ def _detections(
 ) -> Detections:
     """The people in all frames; those of a list of detections come one by one."""
     number, notes = _frames(name for name, _ in frames)
+    sizes = (content.get("images") or [{}])[0]
+    within = [
+        part for part in content.values() if _has(part, "fps") or _has(part, "width")
+    ]  # meta, metadata, …
+    rate, size = settings({key: value for part in [*within, sizes, content] for key, value in part.items()})
+    stamps = {name: str(_first(item, _TIMES)) for name, item in frames}
+    if "None" not in stamps.values():
+        table = Rows(
+            f"{where}, times",
+            [[stamp] for stamp in stamps.values()],
+            range(len(stamps)),
+            notes,
+            header=["time"],
+        )
+        at, rate = timed(table, 0, np.array([*number.values()]), rate)
+        number = dict(zip(number, at, strict=True))
     found = [(number[name], *one) for name, item in frames for one in _people(item, f"{where}, frame {name}")]
-    span = max(number.values()) + 1
+    span = int(max(number.values())) + 1
     if empty := len(number) - len({frame for frame, *_ in found}):
         notes.append(f"{empty} of {len(number)} frames are without people.")
     if span > len(number):
         notes.append(
             f"{span - len(number)} frames are missing, or without people, between the first and the last."
         )
-    meta, categories = content.get("meta_info"), content.get("categories")
-    listed = _first(meta, ["keypoint_id2name"])
+    categories = content.get("categories")
+    listed = _first(content.get("meta_info"), ["keypoint_id2name"]) or content.get("skeleton")
     if isinstance(categories, list):
         names = _first((*categories, None)[0], ["keypoints"]) or []
     elif isinstance(listed, dict) and all(key.isdigit() for key in listed):
@@ -329,17 +341,13 @@ def _detections(
     rows: list[Row] = []
     for frame, who, of_one, points in found:
         if of_one and of_one != names:
-            place = {name: k for k, name in enumerate(names)}
             points, own = np.full((len(names), 3), np.nan), points
-            points[[place[name] for name in of_one]] = own
+            points[[names.index(name) for name in of_one]] = own
+        if isinstance(content.get("skeleton"), dict):  # easy_ViTPose has rows before columns
+            points = points[:, [1, 0, 2]]
         rows.append((frame, who, points))
     if not names and rows and len(rows[0][2]) == len(MEDIAPIPE):
         program, names = "mediapipe", list(MEDIAPIPE)
-    sizes = content["images"][0] if _has(content, "images") and content["images"] else {}
-    within = [
-        part for part in content.values() if _has(part, "fps") or _has(part, "width")
-    ]  # meta, metadata, …
-    rate, size = settings({key: value for part in [*within, sizes, content] for key, value in part.items()})
     return detections(program, where, rows, span, names=list(map(str, names)), frame_rate_hz=rate, image_size=size,
                       notes=notes)  # fmt: skip
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,12 +10,11 @@ import numpy as np
 from pipeline.formats.arrays import load_npy, load_npz
 from pipeline.formats.budget import require_points
 from pipeline.formats.contract import damaged, read_bytes
-from pipeline.formats.keypoints.contract import MEDIAPIPE, MOST_FRAMES, Detections, detections
+from pipeline.formats.keypoints.contract import MEDIAPIPE, MOST_FRAMES, Detections, detections, timed
 from pipeline.formats.keypoints.people_json import load, settings
 from pipeline.formats.points import trc
 from pipeline.formats.points.cells import Rows
 from pipeline.formats.points.csv.table import coordinates, read_table, role_of, set_to_seconds
-from pipeline.formats.points.even_times import unit_of_times
 
 _CONFIDENCE = ("confidence", "score", "visibility", "likelihood", "conf", "vis", "prob", "c", "p", "v")
 
@@ -41,18 +41,6 @@ def read_csv(path: Path) -> Detections:
         role or _ROLES.get(plain, ""): column
         for column, (role, plain) in reversed(list(enumerate(map(role_of, table.header))))
     }
-    if rate and ("frame" in roles or "point" not in roles):
-        roles.pop("time", None)  # they say nothing more
-    if "time" in roles:
-        set_to_seconds(table, roles["time"])
-        times = table.numbers([roles["time"]])
-    if "time" in roles and not rate:
-        steps = np.diff(np.unique(times[np.isfinite(times)]))
-        step = float(np.median(steps)) if len(steps) else np.inf
-        unit = unit_of_times(step) if 1.5 < step < np.inf else ("seconds", 1.0)
-        rate = unit[1] / step if unit else 0.0
-        if 1.5 < step < np.inf and unit:
-            table.notes.append(f"The times are taken as {unit[0]}.")
     columns: dict[str, dict[str, int]] = {}
     for point, kind, _, number in coordinates(table.header, "xy", _CONFIDENCE):
         columns.setdefault(point, {})[kind if kind in "xy" else "confidence"] = number
@@ -65,10 +53,14 @@ def read_csv(path: Path) -> Detections:
     count, is_long = len(table.cells), "" in whole
     people = table.texts(roles["person"]) if "person" in roles else [""] * count
     frames = _frames(table, roles["frame"]) if "frame" in roles else np.arange(count)
-    if is_long and "frame" not in roles and "time" in roles:
-        frames, roles["frame"] = np.unique(times.ravel(), return_inverse=True)[1], roles["time"]
+    if "time" in roles:
+        if "frame" not in roles and (is_long or "person" in roles):
+            set_to_seconds(table, roles["time"])
+            frames = np.unique(table.column(roles["time"]), return_inverse=True)[1]
+        frames, rate = timed(table, roles["time"], frames, rate)
+        roles["frame"] = roles["time"]
     names, which = list(whole), [0] * count
-    body, bodies = list(range(count)), count
+    body = first_row = np.arange(count)
     if is_long:
         if not {"frame", "point"} <= set(roles):
             received = ", ".join(table.header[:8])
@@ -77,26 +69,32 @@ def read_csv(path: Path) -> Detections:
         place: dict[str, int] = {}
         which = [place.setdefault(name, len(place)) for name in table.texts(roles["point"])]
         names = list(place)
-        of_body: dict[tuple[int, str], int] = {}
-        keys = zip(frames.tolist(), people, strict=True)
-        body = [of_body.setdefault(key, len(of_body)) for key in keys]
-        bodies = len(of_body)
+        keys = [f"{frame} {who}" for frame, who in zip(frames, people, strict=True)]
+        _, first_row, body = np.unique(keys, return_index=True, return_inverse=True)
+    bodies = len(first_row)
     require_points(bodies, len(names), table.where)
-    points = np.full((bodies, len(names), 3), np.nan)
+    points = np.full((bodies, len(names), 3), [np.nan, np.nan, 1.0])
     for k, of in enumerate(whole.values()):
-        points[body, np.add(which, k), :2] = table.numbers([of["x"], of["y"]])
-        points[body, np.add(which, k), 2] = (
-            table.numbers([of["confidence"]])[:, 0] if "confidence" in of else 1.0
+        points[body, np.add(which, k), : len(of)] = table.numbers(
+            [of[kind] for kind in ("x", "y", "confidence") if kind in of]
         )
-    first_row = np.unique(body, return_index=True)[1]
-    seen = np.flatnonzero(np.isfinite(points[..., :2]).any(axis=(1, 2)))
+    seen = np.flatnonzero(np.isfinite(points[..., 0]).any(axis=1))
     if "frame" not in roles:
         table.notes.append("Rows are taken as frames, there being no column frame.")
     if len(seen) < bodies:
         table.notes.append(f"{bodies - len(seen)} of {bodies} frames are without people.")
-    rows = [(int(frames[first_row[n]]), people[first_row[n]], points[n]) for n in seen]
-    kind = "mediapipe" if set(MEDIAPIPE) <= set(names) else "csv"
-    return detections(kind, table.where, rows, int(frames.max()) + 1, names=names, frame_rate_hz=rate,
+    parts = [re.sub(r"^.*?\d[ _.:-]+(?=\D)", "", name) for name in names]
+    own = parts[: len({*parts})]
+    crowd = [name.removesuffix(own[0])[:-1] for name in names[:: len(own)]]
+    if parts != own * len(crowd):
+        own, crowd = names, [""]
+    rows = [
+        (frames[first_row[n]], who or people[first_row[n]], marks)
+        for n in seen
+        for who, marks in zip(crowd, points[n].reshape(len(crowd), -1, 3), strict=True)
+    ]
+    kind = "mediapipe" if set(MEDIAPIPE) <= set(own) else "csv"
+    return detections(kind, table.where, rows, int(frames.max()) + 1, names=own, frame_rate_hz=rate,
                       image_size=size, notes=table.notes)  # fmt: skip
 
 

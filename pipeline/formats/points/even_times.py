@@ -105,7 +105,8 @@ def at_equal_intervals(
             rate = _whole(duration, span, rounding)
         return _with_gaps(frames, positions, place, notes), rate
     if declared_hz is None:
-        rate = _whole(duration, len(steps), rounding)
+        usual = frames <= 2
+        rate = _whole(float(steps[usual].sum()), int(usual.sum()), rounding)
     count = int(duration * rate + 1e-6) + 1
     require_points(count, positions.shape[1], place(int(steps.argmax()) + 1), "the times jump")
     grid = times_s[0] + np.arange(count) / rate

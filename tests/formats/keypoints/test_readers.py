@@ -72,6 +72,8 @@ def test_labels_of_poses_of_yolo(tmp_path: Path, columns: int, more: str, who: s
     assert found.identity.tolist() == [who] * 3
     np.testing.assert_allclose(found.points, [POINTS / 200.0] * 3)
     np.testing.assert_allclose(found.confidence, 0.9 if columns == 3 else 1.0)
+    write(tmp_path / "camera.json", {"fps": 30})  # no keypoints
+    assert keypoints.read(tmp_path).format == "yolo"
     (tmp_path / "walk_13.txt").write_text("0 .5 .5 .2 .6\n", encoding="utf-8")  # of a detector without poses
     with pytest.raises(InvalidInput, match=r"walk_13\.txt, line 1: not a label of a pose"):
         keypoints.read(tmp_path)
@@ -145,6 +147,13 @@ WRITTEN = {
     "columns": [[{"name": "person", "keypoints": {"x": POINTS[:, 0].tolist(), "y": POINTS[:, 1].tolist(),
                   "visible": [0.9] * 17}}]] * 2,
     "all at once": {"keypoints": [flat()] * 2},
+    "detectron2": [
+        {"frame": k, "scores": [0.5], "pred_keypoints": [MARKS[:, [0, 1, 3]].tolist()]} for k in (3, 4)
+    ],
+    "rows before columns, named": {
+        "keypoints": [{"7": MARKS[:, [1, 0, 3]].tolist()}] * 2,
+        "skeleton": dict(zip(map(str, range(17)), NAMED, strict=True)),
+    },
     "within a pose": {"metadata": {"fps": 30}, "frames": [{"frame_idx": k, "pose": IN_TURN} for k in (3, 4)]},
     "named, beside others": [
         {"frame": k, "bbox": [1, 2, 3, 4], "note": "", **dict(zip(NAMED, objects("conf"), strict=True))} for k in (3, 4)
@@ -249,6 +258,103 @@ def test_the_rate_of_a_table_is_that_of_most_steps(tmp_path: Path, title: str, u
     rows = "".join(f"{time},1,2\n" for time in times)
     (tmp_path / "a.csv").write_text(f"{title},left_knee_x,left_knee_y\n{rows}", encoding="utf-8")
     assert keypoints.read(tmp_path / "a.csv").frame_rate_hz == pytest.approx(25.0)
+
+
+def timed(kind: str, times: list[float], folder: Path, **more: float) -> keypoints.Detections:
+    """Read the points at some times, to whose columns the number of the time is added, from a kind of file."""
+    frames = [(k, time, (POINTS[:6] + np.array([k, 0.0])).tolist()) for k, time in enumerate(times)]
+    path = folder / ("a.json" if kind == "json" else "a.csv")
+    if kind == "json":
+        rows = [{"timestamp": time, "keypoints": points} for _, time, points in frames]
+        return keypoints.read(write(path, {**more, "frames": rows}))
+    if kind == "long":
+        lines = ["time,keypoint,x,y"]
+        lines += [f"{time},p{n},{x},{y}" for _, time, points in frames for n, (x, y) in enumerate(points)]
+    else:
+        lines = [
+            ("frame," if kind == "numbered" else "") + "time," + ",".join(f"p{n}_x,p{n}_y" for n in range(6))
+        ]
+        for k, time, points in frames:
+            cells = ([7 + k] if kind == "numbered" else []) + [time, *np.ravel(points).tolist()]
+            lines.append(",".join(map(str, cells)))
+    path.write_text("\n".join([*lines, ""]), encoding="utf-8")
+    if more:
+        write(folder / "a.json", more)
+    return keypoints.read(path)
+
+
+@pytest.mark.parametrize("kind", ["wide", "numbered", "long", "json"])
+def test_gaps_in_time_are_missing_frames_and_uneven_times_are_places_between(
+    kind: str, tmp_path: Path
+) -> None:
+    first = 7 if kind == "numbered" else 0
+    found = timed(kind, [0.0, 0.04, 0.08, 0.6, 0.64], tmp_path)
+    assert (found.frame_rate_hz, found.n_frames) == (25.0, 17 + first)
+    assert (found.frame - first).tolist() == [0, 1, 2, 15, 16]
+    assert "12 frames have no row and are missing." in found.notes
+    uneven = timed(kind, [0.0, 0.04, 0.0704, 0.12, 0.52, 0.56], tmp_path)
+    assert uneven.frame_rate_hz == 25.0
+    np.testing.assert_allclose(uneven.frame - first, [0.0, 1.0, 1.76, 3.0, 13.0, 14.0])
+    assert any("not evenly spaced" in note for note in uneven.notes)
+
+
+@pytest.mark.parametrize("kind", ["wide", "numbered", "json"])
+def test_times_count_before_a_rate_that_is_declared_unless_they_are_none(kind: str, tmp_path: Path) -> None:
+    assert timed(kind, [0.0, 0.0333, 0.0667, 0.1], tmp_path, fps=29.98).frame_rate_hz == 29.98
+    found = timed(kind, [0.0, 0.1, 0.2, 0.3], tmp_path, fps=30)  # every third frame
+    assert (found.frame_rate_hz, len(set(np.diff(found.frame)))) == (10.0, 1)
+    assert "By the times there are 10 frames a second, not 30 as is declared." in found.notes
+    for times in ([0.2, 0.1, 0.0], [0.0, 0.0, 0.1], [0.0, np.nan, 0.1]):
+        found = timed(kind, times, tmp_path, fps=30)
+        assert (found.frame_rate_hz, np.diff(found.frame).tolist()) == (30.0, [1, 1])
+        assert any("times are not used" in note for note in found.notes)
+
+
+@pytest.mark.parametrize("written", ["deeplabcut", "sleap", "{who}_{part}_{axis}"])
+def test_tables_with_several_people(written: str, tmp_path: Path) -> None:
+    parts, people = ("nose", "left_knee", "right_knee"), ("person1", "person2")
+    if written == "sleap":
+        lines = [
+            "track,frame_idx,instance.score," + ",".join(f"{part}.x,{part}.y,{part}.score" for part in parts)
+        ]
+        lines += [f"{who},{t},.9," + ",".join(["1,2,.9"] * 3) for t in (0, 1) for who in people[: 2 - t]]
+    else:
+        columns = [(who, part, axis) for who in people for part in parts for axis in ("x", "y", "likelihood")]
+        titles = ("individuals", "bodyparts", "coords")
+        lines = [",".join(["scorer", *["net"] * 18])] + [
+            ",".join([title, *cells]) for title, *cells in zip(titles, *columns, strict=True)
+        ]
+        if written != "deeplabcut":
+            lines = ["frame," + ",".join(written.format(who=w, part=p, axis=a) for w, p, a in columns)]
+        lines += [
+            ",".join([str(t), *["1,2,.9"] * 3, *(["1,2,.9"] * 3 if t == 0 else [",,"] * 3)]) for t in (0, 1)
+        ]
+    (tmp_path / "a.csv").write_text("\n".join([*lines, ""]), encoding="utf-8")
+    found = keypoints.read(tmp_path / "a.csv")
+    seen = np.isfinite(found.points).all(axis=(1, 2))
+    assert found.names == parts
+    assert found.frame[seen].tolist() == [0, 0, 1]
+    assert found.identity[seen].tolist() == ["person1", "person2", "person1"]
+    np.testing.assert_array_equal(found.points[seen], [[[1, 2]] * 3] * 3)
+
+
+def test_names_of_people_that_have_other_points_are_names(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(
+        "frame,p1_a_x,p1_a_y,p1_b_x,p1_b_y,p2_b_x,p2_b_y\n0,1,2,3,4,5,6\n", encoding="utf-8"
+    )
+    assert keypoints.read(tmp_path / "a.csv").names == ("p1_a", "p1_b", "p2_b")
+
+
+def test_names_that_are_not_as_many_as_the_points_are_none(tmp_path: Path) -> None:
+    frames = [{"0": MARKS[:, [1, 0, 3]].tolist()}] * 2
+    found = keypoints.read(write(tmp_path / "a.json", {"keypoints": frames, "skeleton": {"0": "nose"}}))
+    assert (found.names, found.identity.tolist()) == ((), ["0", "0"])
+
+
+def test_all_frames_of_a_person_in_one_are_no_crowd(tmp_path: Path) -> None:
+    content = [{"track_id": who, "keypoints": [MARKS[:, :2].tolist()] * 40} for who in (1, 2)]
+    with pytest.raises(InvalidInput, match="are all frames of a person in one"):
+        keypoints.read(write(tmp_path / "a.json", content))
 
 
 def test_trc_in_pixels_and_no_other(tmp_path: Path) -> None:
@@ -364,7 +470,7 @@ def test_files_that_are_none(tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match="no such file"):
         keypoints.read(tmp_path / "b.json")
     (tmp_path / "a.xyz").write_text("1", encoding="utf-8")
-    with pytest.raises(InvalidInput, match="format is unknown"):
+    with pytest.raises(InvalidInput, match=r"format is unknown.*CSV as DeepLabCut and SLEAP export it"):
         keypoints.read(tmp_path / "a.xyz")
     (tmp_path / "empty").mkdir()
     with pytest.raises(InvalidInput, match="no JSON file"):
