@@ -1179,6 +1179,7 @@ WORKED = {
     "zhang2007_fewer_components_than_walkers": 30 / 2,
     "zhang2007_one_degree_steps": 45,
     "zhang2007_overdetermined": 150 / 30,
+    "zhang2007_stays_overdetermined": 150 / 38,
     "zhang2007_coefficients_beyond_training": 50,
     "zhang2007_fundamental_share": 91,
     "zhang2007_second_harmonic_share": 5,
