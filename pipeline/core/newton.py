@@ -31,10 +31,12 @@ class BracketedMinima:
     at : (A,)
         The last point at which each function was evaluated: within the tolerance of the minimum if converged.
     converged : (A,) bool
+    n_iterations : (A,) int
     """
 
     at: np.ndarray
     converged: np.ndarray
+    n_iterations: np.ndarray
 
 
 def minimise(
@@ -74,6 +76,7 @@ def minimise(
     following, lower, upper = (np.array(values, dtype=float) for values in (start, lower, upper))
     at, slopes = following.copy(), np.zeros(len(following))
     bends, converged = np.array(curvature, dtype=float), np.zeros(len(at), dtype=bool)
+    iterations = np.zeros(len(at), dtype=int)
     active, probe = np.arange(len(at)), np.sqrt(tolerance)
     lengths = np.full((2, len(at)), np.inf)  # of the last step and the one before
     for step in range(most_iterations):
@@ -88,6 +91,7 @@ def minimise(
             bend = np.where(far, (slope - slopes[active]) / np.where(far, travelled, 1.0), bend)
             local = np.abs(travelled) <= probe
         at[active], slopes[active], bends[active] = here, slope, bend
+        iterations[active] += 1
         rising = slope > 0
         upper[active[rising]] = here[rising]
         lower[active[~rising]] = here[~rising]
@@ -105,4 +109,4 @@ def minimise(
         converged[active] = done
         following[active] = proposal
         active = active[~done]
-    return BracketedMinima(at, converged)
+    return BracketedMinima(at, converged, iterations)

@@ -81,5 +81,5 @@ def test_too_few_iterations_are_told_and_the_last_place_is_one_that_was_evaluate
         slopes, np.full(1, 9.0), *bracket, tolerance=1e-12, most_iterations=2, curvature=np.zeros(1)
     )
     assert found.converged.tolist() == [False]
-    assert len(seen) == 2
+    assert len(seen) == 2 == found.n_iterations[0]
     assert found.at[0] == seen[-1]

@@ -62,6 +62,7 @@ def from_one_start(
         cost=np.array([2.0 * fit.cost for fit in fits]),
         runner_up_cost=np.full(len(fits), np.inf),
         converged=np.array([fit.success for fit in fits]),
+        n_iterations=np.array([fit.nfev for fit in fits]),
     )
 
 
@@ -97,4 +98,5 @@ def best_candidate(
         cost=here.cost,
         runner_up_cost=runner_up,
         converged=np.ones(len(best), dtype=bool),
+        n_iterations=np.zeros(len(best), dtype=int),
     )

@@ -106,7 +106,7 @@ def global_minimum(
             most_iterations=_MOST_STEPS,
             curvature=curvature,
         )
-        return ViewEstimate(found.at, z, minimum, runner_up[rows], found.converged)
+        return ViewEstimate(found.at, z, minimum, runner_up[rows], found.converged, found.n_iterations)
 
     best = refined(every, first)
     # A parabola's lowest point is trusted to within what it lies below its cell: runner_up - height of the
@@ -131,7 +131,7 @@ def prefer_lower(best: ViewEstimate, other: ViewEstimate, rows: np.ndarray) -> V
     runner_up = best.runner_up_cost.copy()
     runner_up[rows] = np.where(lower, best.cost[rows], np.maximum(other.cost, best.cost[rows]))
     parts = {}
-    for name in ("angle_rad", "coefficients", "cost", "converged"):
+    for name in ("angle_rad", "coefficients", "cost", "converged", "n_iterations"):
         parts[name] = getattr(best, name).copy()
         parts[name][rows[lower]] = getattr(other, name)[lower]
     return ViewEstimate(runner_up_cost=runner_up, **parts)

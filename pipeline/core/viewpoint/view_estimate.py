@@ -26,6 +26,7 @@ class ViewEstimate:
         The lowest cost of any other local minimum, to the accuracy of the grid; infinite where there is none
         or, from one start, none was looked for.  Near `cost`, the view is ambiguous (a front seen for a back).
     converged : (A,) bool
+    n_iterations : (A,) int
     """
 
     angle_rad: np.ndarray
@@ -33,3 +34,4 @@ class ViewEstimate:
     cost: np.ndarray
     runner_up_cost: np.ndarray
     converged: np.ndarray
+    n_iterations: np.ndarray

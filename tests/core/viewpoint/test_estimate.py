@@ -113,6 +113,7 @@ def test_no_candidate_of_a_fine_grid_is_better(
     assert (found.cost <= cost.min(axis=1) * (1 + 1e-9)).all()
     assert (found.runner_up_cost >= found.cost * (1 - 1e-9)).all()
     assert found.converged.all()
+    assert ((found.n_iterations >= 1) & (found.n_iterations < 30)).all()
 
 
 @pytest.mark.parametrize("step_deg", [5.0, 10.0, 15.0])
