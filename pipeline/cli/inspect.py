@@ -76,7 +76,7 @@ def recordings(source: Path) -> list[Path]:
         return [source]
     if not source.is_dir():
         raise InvalidInput("there is no such file or folder", where=source)
-    found = sorted(p for p in source.rglob("*") if p.suffix.lower() in formats.READERS and p.is_file())
+    found = sorted(p for p in source.rglob("*") if formats.is_recording(p) and p.is_file())
     if not found:
         expected = "files ending in " + " ".join(formats.READERS)
         raise InvalidInput("no motion capture in the folder", where=source, expected=expected)
@@ -139,7 +139,7 @@ def _statics(files: Sequence[Path]) -> dict[Path, tuple[Path, ...]]:
     """What may be the static trial of each recording: of those that are inspected, or of one file's folder."""
     if len(files) == 1:
         near = files[0].parent.iterdir()
-        files = sorted({*files, *(p for p in near if p.suffix.lower() in formats.READERS and p.is_file())})
+        files = sorted({*files, *(p for p in near if formats.is_recording(p) and p.is_file())})
     return static_trial.candidates({path: _person(path) for path in files})
 
 
@@ -199,7 +199,10 @@ def _other_files(folder: Path) -> str:
     counts = Counter(
         p.suffix.lower() or "no suffix"
         for p in folder.rglob("*")
-        if p.is_file() and not p.name.startswith(".") and p.suffix.lower() not in (*formats.READERS, ".asf")
+        if p.is_file()
+        and not p.name.startswith(".")
+        and not formats.is_recording(p)
+        and p.suffix.lower() != ".asf"
     )
     return ", ".join(
         f"{count} of {suffix}" + (f" ({formats.ADVICE[suffix]})" if suffix in formats.ADVICE else "")

@@ -11,6 +11,7 @@ it; what is odd but readable is listed in `notes`.
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -29,6 +30,7 @@ READERS: dict[str, Reader] = {
     ".trc": trc.read,
     ".csv": csv.read,
     ".tsv": csv.read,
+    ".txt": csv.read,
     ".mvnx": mvnx.read,
     ".npz": arrays.read,
     ".mat": arrays.read,
@@ -58,7 +60,6 @@ ADVICE = {
     ".xlsx": "save the sheet as CSV",
     ".xls": "save the sheet as CSV",
     ".ods": "save the sheet as CSV",
-    ".txt": "if it is a table of points, name it .csv or .tsv",
     ".json": "keypoints of a video go to `reconstruct`",
     ".mp4": "a video goes through a detector of keypoints first, then to `reconstruct`",
     ".avi": "a video goes through a detector of keypoints first, then to `reconstruct`",
@@ -72,6 +73,18 @@ ADVICE = {
     ".xz": "unpack it",
 }
 """What to do about files of other kinds, by suffix."""
+
+
+_NUMBERS = re.compile(rb"^.*?([;,\t ]+-?\d[\d.e+-]*){3}", re.MULTILINE | re.IGNORECASE)
+
+
+def is_recording(path: Path) -> bool:
+    """Whether a file has a reader by its suffix; of a text of any kind, whether it begins with lines of numbers."""
+    suffix = path.suffix.lower()
+    if suffix != ".txt" or not path.is_file():
+        return suffix in READERS
+    with path.open("rb") as file:
+        return len(_NUMBERS.findall(file.read(4000))) > 1
 
 
 def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:

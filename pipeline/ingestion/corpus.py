@@ -297,7 +297,7 @@ def folder_clips(
         files = sorted(p for p in folder.glob(pattern) if p.is_file() and not p.name.startswith("."))
     except (ValueError, NotImplementedError, IndexError):  # how glob refuses differs between Pythons
         raise InvalidInput("must be a pattern such as **/*.c3d", "data.pattern", received=pattern) from None
-    readable = [p for p in files if p.suffix.lower() in formats.READERS]
+    readable = [p for p in files if formats.is_recording(p)]
     if not readable:
         raise InvalidInput(
             "no motion capture in the folder",

@@ -443,3 +443,31 @@ def test_positions_beside_rotations(tmp_path: Path) -> None:
     assert (motion.names, motion.frame_rate_hz) == (("Hips",), 100.0)
     np.testing.assert_array_equal(motion.positions_mm[:, 0], [[1000, 2000, 3000], [4000, 5000, 6000]])
     assert any("Hips_rotation_x" in note for note in motion.notes)
+
+
+def test_names_and_numbers_without_a_header_are_frames_in_turn(tmp_path: Path) -> None:
+    """As KinectGait has them: a name that comes again begins a frame, whichever it is."""
+    text = "Head;0.4;0.8;2.6\nHip;0.3;0.1;2.5\nHip;0.2;0.1;2.5\nHead;0.4;0.7;2.6\n"
+    path = tmp_path / "a.txt"
+    path.write_text(text)
+    motion = formats.read(path, frame_rate_hz=30.0, units="m")
+    assert motion.names == ("Head", "Hip")
+    np.testing.assert_allclose(motion.positions_mm[:, :, 1], [[800, 100], [700, 100]])
+    with pytest.raises(InvalidInput, match="the frame rate is unknown"):
+        formats.read(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "counts"),
+    [
+        ("Head;0,4;0,8;2,6\nHip;0,3;0,1;2,5\n", True),
+        ("Time\tLASIX\tLASIY\tLASIZ\n0.0\t1\t2\t3\n0.1\t-1e-3\t2\t3\n", True),
+        ("Measured in 2019, by 3 people.\nSee the paper; 12 walks, 100 Hz.\n", False),
+        ("", False),
+    ],
+)
+def test_a_text_is_a_recording_if_it_begins_with_lines_of_numbers(
+    tmp_path: Path, text: str, counts: bool
+) -> None:
+    (tmp_path / "a.txt").write_text(text)
+    assert formats.is_recording(tmp_path / "a.txt") is counts

@@ -131,6 +131,8 @@ def read_table(path: Path) -> Rows:
                 lines.append(reader.line_num + begin)
     except csv.Error as error:
         raise damaged("the quoting is broken", f"{where}, line {reader.line_num + begin}") from error
+    if rows and len(rows[0]) == 4 and not _holds_numbers(rows[0][:1]) and _holds_numbers(rows[0][1:]):
+        rows, lines = _numbered(rows), [0, *lines]
     if len(rows) <= titles:
         raise damaged("there is no table", where, "a header and a row", f"{len(rows)} rows")
     header = _joined([[cell.strip() for cell in row] for row in rows[:titles]])
@@ -143,6 +145,17 @@ def read_table(path: Path) -> Rows:
                 "the row has another number of cells than the header", table.place(k), len(header), len(row)
             )
     return table
+
+
+def _numbered(rows: list[list[str]]) -> list[list[str]]:
+    """Header and rows of a table of a name and three numbers in each row: a name that comes again begins a frame."""
+    found, seen, frame = [["frame", "joint", "x", "y", "z"]], set[str](), 0
+    for row in rows:
+        if row[0] in seen:
+            frame, seen = frame + 1, set()
+        seen.add(row[0])
+        found.append([str(frame), *row])
+    return found
 
 
 def _begin(lines: list[str]) -> tuple[int, int, str]:
