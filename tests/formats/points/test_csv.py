@@ -256,6 +256,9 @@ def test_rounded_times_give_the_rate_that_they_can_bear(tmp_path: Path) -> None:
     assert read(tmp_path, times(2000, 119.88)).frame_rate_hz == pytest.approx(119.88, rel=1e-4)
     assert read(tmp_path, times(3, 100)).frame_rate_hz == 100.0
     assert read(tmp_path, times(5, 120), frame_rate_hz=120.0).frame_rate_hz == 120.0
+    lines = times(120, 30).splitlines(keepends=True)
+    gap = read(tmp_path, "".join(lines[:41] + lines[81:]))
+    assert (gap.frame_rate_hz, gap.notes) == (30.0, ("40 frames have no row and are missing.",))
     with pytest.raises(InvalidInput, match=r"too coarsely .*frame_rate_hz.*give or take 3"):
         read(tmp_path, times(5, 120))
     uneven = read(tmp_path, times(40, 120).replace("0.167", "0.171"))
