@@ -211,7 +211,7 @@ def _rate(given: Input, source: Detections, notes: list[str]) -> float:
     if not rate:
         raise InvalidInput(
             "the frame rate is not known", where="input.frame_rate_hz", expected="frames per second",
-            received=" ".join(notes),
+            received=" ".join(note for note in notes if note.startswith("The times")),
         )  # fmt: skip
     least, most = POSSIBLE["frame_rate_hz"]
     require_range(f"{Path(given.path).name}, frames a second", rate, at_least=least, at_most=most)

@@ -131,7 +131,7 @@ def test_an_image_that_does_not_hold_the_keypoints_is_refused() -> None:
 def test_an_unknown_rate_is_asked_for_and_a_wrong_one_remarked_on(model: Path, tmp_path: Path) -> None:
     sim = clip(60.0, ERROR)
     path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
-    with pytest.raises(InvalidInput, match="frame rate is not known"):
+    with pytest.raises(InvalidInput, match=r"frame rate is not known \(expected frames per second\)"):
         reconstruct_clip(given(path, frame_rate_hz=0.0), model)
     slow = tmp_path / "slow.csv"
     slow.write_text("time,left_knee_x,left_knee_y\n0,1,2\n0.5,3,4\n", encoding="utf-8")

@@ -75,7 +75,7 @@ def find_tracks(
 
     Parameters
     ----------
-    frame : (N,) int
+    frame : (N,)
     identity : (N,) str
     pixels : (N, 15, 2)
     frame_rate_hz : float

@@ -13,7 +13,6 @@ from pipeline.formats.points.cells import Rows
 from pipeline.formats.points.csv.table import set_to_seconds
 from pipeline.formats.points.even_times import at_equal_intervals
 from pipeline.shortened import shortened
-from pipeline.validation import InvalidInput
 
 LARGEST_PX = 1e6
 MOST_FRAMES = 10_000_000
@@ -158,7 +157,7 @@ def detections(
     )
 
 
-def timed(table: Rows, column: int, frames: np.ndarray, rate: float) -> tuple[np.ndarray, float]:
+def timed(table: Rows, column: int, frames: np.ndarray | None, rate: float) -> tuple[np.ndarray, float]:
     """Frames of rows by their times, not whole where these are uneven, and frames a second.
 
     Parameters
@@ -166,27 +165,36 @@ def timed(table: Rows, column: int, frames: np.ndarray, rate: float) -> tuple[np
     table : Rows
     column : int
         Of the times.
-    frames : (R,) int
-        As numbered or in turn; they decide which rows are of one time.
+    frames : (R,) int or None
+        As numbered or in turn; they decide which rows are of one time.  None: their times do.
     rate : float
         That is declared, which stays where the times tell none; 0: none is.
     """
-    _, first, which = np.unique(frames, return_index=True, return_inverse=True)
     try:
         set_to_seconds(table, column)
-        times = table.column(column)[first]
+        if frames is None:
+            frames = np.unique(table.column(column), return_inverse=True)[1]
+        numbers, first, which = np.unique(frames, return_index=True, return_inverse=True)
+        times = table.numbers([column])[first, 0]
+        known = np.flatnonzero(np.isfinite(times))  # a frame without people may have none
+        if not known.size:
+            raise damaged("no row has a time", table.where)
+        times = times[known]
         grid, own = at_equal_intervals(
-            times, times.reshape(-1, 1, 1), None, lambda k: table.place(first[k]), table.notes
+            times, times.reshape(-1, 1, 1), None, lambda k: table.place(first[known[k]]), table.notes
         )
         grid = grid.ravel()
-    except InvalidInput as error:
+    except ValueError as error:  # InvalidInput, or of numpy: a date that is none
+        if frames is None:
+            raise
         table.notes.append(f"The times are not used: {error}.")
         return frames, rate
     if rate and abs(own / rate - 1.0) > 1e-3:
         table.notes.append(f"By the times there are {own:g} frames a second, not {rate:g} as is declared.")
         rate = 0.0
     seen = np.flatnonzero(np.isfinite(grid))
-    return frames.min() + np.interp(times, grid[seen], seen).round(5)[which], rate or own
+    late = numbers[known[0]] + np.interp(times, grid[seen], seen) - numbers[known]
+    return (numbers + np.interp(numbers, numbers[known], late)).round(5)[which], rate or own
 
 
 def _leave_out_placeholders(points: np.ndarray) -> list[str]:

@@ -316,7 +316,7 @@ def _detections(
         table = Rows(
             f"{where}, times",
             [[stamp] for stamp in stamps.values()],
-            range(len(stamps)),
+            range(1, len(stamps) + 1),
             notes,
             header=["time"],
         )

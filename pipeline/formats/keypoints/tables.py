@@ -14,7 +14,7 @@ from pipeline.formats.keypoints.contract import MEDIAPIPE, MOST_FRAMES, Detectio
 from pipeline.formats.keypoints.people_json import load, settings
 from pipeline.formats.points import trc
 from pipeline.formats.points.cells import Rows
-from pipeline.formats.points.csv.table import coordinates, read_table, role_of, set_to_seconds
+from pipeline.formats.points.csv.table import coordinates, read_table, role_of
 
 _CONFIDENCE = ("confidence", "score", "visibility", "likelihood", "conf", "vis", "prob", "c", "p", "v")
 
@@ -54,10 +54,8 @@ def read_csv(path: Path) -> Detections:
     people = table.texts(roles["person"]) if "person" in roles else [""] * count
     frames = _frames(table, roles["frame"]) if "frame" in roles else np.arange(count)
     if "time" in roles:
-        if "frame" not in roles and (is_long or "person" in roles):
-            set_to_seconds(table, roles["time"])
-            frames = np.unique(table.column(roles["time"]), return_inverse=True)[1]
-        frames, rate = timed(table, roles["time"], frames, rate)
+        unnumbered = "frame" not in roles and (is_long or "person" in roles)
+        frames, rate = timed(table, roles["time"], None if unnumbered else frames, rate)
         roles["frame"] = roles["time"]
     names, which = list(whole), [0] * count
     body = first_row = np.arange(count)

@@ -81,6 +81,9 @@ def at_equal_intervals(
     if not 1 <= rate <= 1e6:
         raise damaged("the times are not in seconds", place(1), "1 Hz or more", f"{rate:g} Hz")
     frames = np.maximum(np.round(steps * rate), 1)
+    if declared_hz is None:  # many steps tell how long a gap is, one that is printed in milliseconds does not
+        rate = float(frames[frames <= 2].sum() / steps[frames <= 2].sum())
+        frames = np.maximum(np.round(steps * rate), 1)
     off = np.abs(steps * rate - frames)
     span = frames.sum()
     if len(frames) > 2 and (skipped := float(np.median(frames))) > _SKIPPED:

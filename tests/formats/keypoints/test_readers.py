@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -220,9 +221,10 @@ def test_a_table_with_a_box_around_the_person(frame: str, suffix: str, comma: st
     assert found.confidence.tolist() == [[0.5], [0.7]]
 
 
-def test_a_long_table_with_times_in_place_of_frames(tmp_path: Path) -> None:
-    rows = [f"{time},{name},{x},2,0.5" for time, x in ((0.0, 1), (0.04, 3)) for name in ("hip", "knee")]
-    (tmp_path / "a.csv").write_text("\n".join(["timestamp,body_part,x,y,prob", *rows, ""]), encoding="utf-8")
+@pytest.mark.parametrize(("title", "second"), [("timestamp", 1), ("time_ms", 1000), ("t_us", 10**6)])
+def test_a_long_table_with_times_in_place_of_frames(tmp_path: Path, title: str, second: int) -> None:
+    rows = [f"{t * second},{name},{x},2,0.5" for t, x in ((0.0, 1), (0.04, 3)) for name in ("hip", "knee")]
+    (tmp_path / "a.csv").write_text("\n".join([f"{title},body_part,x,y,prob", *rows, ""]), encoding="utf-8")
     found = keypoints.read(tmp_path / "a.csv")
     assert (found.names, found.frame.tolist(), found.frame_rate_hz) == (("hip", "knee"), [0, 1], 25.0)
     assert found.points[:, 1].tolist() == [[1, 2], [3, 2]]
@@ -260,7 +262,7 @@ def test_the_rate_of_a_table_is_that_of_most_steps(tmp_path: Path, title: str, u
     assert keypoints.read(tmp_path / "a.csv").frame_rate_hz == pytest.approx(25.0)
 
 
-def timed(kind: str, times: list[float], folder: Path, **more: float) -> keypoints.Detections:
+def timed(kind: str, times: Sequence[float | str], folder: Path, **more: float) -> keypoints.Detections:
     """Read the points at some times, to whose columns the number of the time is added, from a kind of file."""
     frames = [(k, time, (POINTS[:6] + np.array([k, 0.0])).tolist()) for k, time in enumerate(times)]
     path = folder / ("a.json" if kind == "json" else "a.csv")
@@ -299,12 +301,18 @@ def test_gaps_in_time_are_missing_frames_and_uneven_times_are_places_between(
 
 
 @pytest.mark.parametrize("kind", ["wide", "numbered", "json"])
+def test_frames_without_a_time_are_between_their_neighbours(kind: str, tmp_path: Path) -> None:
+    found = timed(kind, [np.nan, 0.04, 0.08, np.nan, 0.16, 0.2, np.nan], tmp_path)
+    assert (found.frame_rate_hz, set(np.diff(found.frame))) == (25.0, {1.0})
+
+
+@pytest.mark.parametrize("kind", ["wide", "numbered", "json"])
 def test_times_count_before_a_rate_that_is_declared_unless_they_are_none(kind: str, tmp_path: Path) -> None:
     assert timed(kind, [0.0, 0.0333, 0.0667, 0.1], tmp_path, fps=29.98).frame_rate_hz == 29.98
     found = timed(kind, [0.0, 0.1, 0.2, 0.3], tmp_path, fps=30)  # every third frame
     assert (found.frame_rate_hz, len(set(np.diff(found.frame)))) == (10.0, 1)
     assert "By the times there are 10 frames a second, not 30 as is declared." in found.notes
-    for times in ([0.2, 0.1, 0.0], [0.0, 0.0, 0.1], [0.0, np.nan, 0.1]):
+    for times in ([0.2, 0.1, 0.0], [0.0, 0.0, 0.1], [np.nan] * 3, ["a:b"] * 3):
         found = timed(kind, times, tmp_path, fps=30)
         assert (found.frame_rate_hz, np.diff(found.frame).tolist()) == (30.0, [1, 1])
         assert any("times are not used" in note for note in found.notes)

@@ -148,7 +148,15 @@ def test_titles_in_several_lines(tmp_path: Path, titles: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "time", ["2024-05-01 10:00:59.9{}0", "10:00:00.0{}0", "17000000000{}0", "1700000000.0{}"]
+    "time",
+    [
+        "2024-05-01 10:00:59.9{}0",
+        "10:00:00.0{}0",
+        "17000000000{}0",
+        "1700000000.0{}",
+        "2024-05-01T10:00:59.9{}0Z",
+        "2024-05-01T10:00:59.9{}0-05:00",
+    ],
 )
 def test_times_of_a_calendar(tmp_path: Path, time: str) -> None:
     text = WIDE.replace("time", "timestamp_ms" if "." not in time else "timestamp")
@@ -165,8 +173,8 @@ def test_a_long_table_that_says_what_of_a_point_it_names(tmp_path: Path, title: 
 def test_microseconds_by_their_title(tmp_path: Path) -> None:
     text = WIDE.replace("time", "timestamp_usec")
     for k in range(3):
-        text = text.replace(f"0.0{k}", f"70{k}0000")
-    assert read(tmp_path, text).frame_rate_hz == 100.0
+        text = text.replace(f"0.0{k}", f"70{k}000")
+    assert read(tmp_path, text).frame_rate_hz == 1000.0
 
 
 def test_a_long_table_whose_coordinates_have_a_prefix(tmp_path: Path) -> None:
@@ -248,6 +256,9 @@ def test_rounded_times_give_the_rate_that_they_can_bear(tmp_path: Path) -> None:
     assert read(tmp_path, times(2000, 119.88)).frame_rate_hz == pytest.approx(119.88, rel=1e-4)
     assert read(tmp_path, times(3, 100)).frame_rate_hz == 100.0
     assert read(tmp_path, times(5, 120), frame_rate_hz=120.0).frame_rate_hz == 120.0
+    lines = times(120, 30).splitlines(keepends=True)
+    gap = read(tmp_path, "".join(lines[:41] + lines[81:]))
+    assert (gap.frame_rate_hz, gap.notes) == (30.0, ("40 frames have no row and are missing.",))
     with pytest.raises(InvalidInput, match=r"too coarsely .*frame_rate_hz.*give or take 3"):
         read(tmp_path, times(5, 120))
     uneven = read(tmp_path, times(40, 120).replace("0.167", "0.171"))

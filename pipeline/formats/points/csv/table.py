@@ -18,12 +18,13 @@ from pipeline.formats.points.even_times import unit_of_times
 from pipeline.formats.text import LENGTHS, number, read_text, unit_of
 
 _MILLISECONDS = ("_ms", "_msec", "_milliseconds")
+_MICROSECONDS = ("_us", "_usec")
 _ROLES = {
     "time": {
         *(
             f"{word}{unit}"
             for word in ("time", "t", "timestamp")
-            for unit in ("", "_s", "_sec", "_seconds", "_us", "_usec", *_MILLISECONDS)
+            for unit in ("", "_s", "_sec", "_seconds", *_MILLISECONDS, *_MICROSECONDS)
         ),
         "seconds",
     },
@@ -45,6 +46,7 @@ _ROLES = {
 }
 _MOST_ABOVE = 50
 """Lines of words in front of the header."""
+_ZONE = re.compile(r"(Z|[+-]\d\d:?\d\d)$")
 _BRACKETED = re.compile(r"[ _.]?[(\[] *(\w+) *[)\]](?=$|[ _.]?[(\[])")
 _POSITION = re.compile(r"[ _.](position|pos)$", re.IGNORECASE)
 _ROTATION = re.compile(r"[ _.](rotation|rot|euler)$", re.IGNORECASE)
@@ -288,22 +290,23 @@ def _drop_rotations(columns: Columns, unread: list[str], header: list[str]) -> N
 
 
 def set_to_seconds(table: Rows, column: int) -> None:
-    """Write the times of the rows as seconds, in place: from dates, or milliseconds if the title says so.
+    """Write the times of the rows as seconds, in place: from dates, or milli- or microseconds if the title says so.
 
     Those of a calendar are counted from the first.
     """
     words = [word.replace(",", ".") if table.decimal_comma else word for word in table.texts(column)]
-    scale = 0.001 if role_of(table.header[column])[1].endswith(_MILLISECONDS) else 1.0
+    title = role_of(table.header[column])[1]
+    digits = 3 * title.endswith(_MILLISECONDS) + 6 * title.endswith(_MICROSECONDS)
+    scale = 10.0**-digits
     if any(":" in word for word in words):
         dates = [
             word if "-" in word else f"1970-01-01 {word}"
-            for word in (word.replace("/", "-") for word in words)
+            for word in (_ZONE.sub("", word.replace("/", "-")) for word in words)
         ]
         times, scale = np.array(dates, dtype="datetime64[us]").astype(float), 1e-6
     else:
         times = np.array(list(map(number, words)))
     first = times[0] if len(times) and 1e9 <= abs(times[0]) < np.inf else 0.0
-    digits = 3 * (scale == 0.001)
     seen = np.unique(times[np.isfinite(times)]) - first
     # More than numbers of a table may be.
     large = scale == 1.0 and len(seen) > 1 and seen[-1] >= 1e9

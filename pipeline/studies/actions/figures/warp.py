@@ -172,8 +172,8 @@ def _rates(inputs: Inputs, baseline: WithoutMistiming) -> pd.DataFrame:
     """Rates of each rate-to-rate function, relative to the median sequence and a constant rate.
 
     A sample is at the rate limit if time runs as fast there as the steps of the trellis allow, twice as fast as at a
-    constant rate [mozerov2006 13]; where it stands still is the limit of any monotone function.  `_null`: the same of
-    performances without mistiming.
+    constant rate [mozerov2006 13]; where it stands still is the limit of any monotone function.  `_baseline`: the same
+    of performances without mistiming.
     """
     action = inputs.model
     disparity = np.asarray(action.disparity, dtype=int)

@@ -19,8 +19,8 @@ from pipeline.studies.limbs.figures.limb_on_sphere import Inputs, record_on_sphe
 from pipeline.studies.limbs.figures.presentation import (
     ADJUST_COLOURS,
     ADJUST_NAMES,
+    BASELINE_LABELS,
     LEAST,
-    NULL_LABELS,
     quartile_columns,
 )
 from pipeline.studies.limbs.model import TrajectoryBasisModel
@@ -33,7 +33,7 @@ from pipeline.studies.study import Figure, Recorder
 BASELINES = ("hanging_error", "mean_pose_error")
 """Errors of baselines, as `baselines.limb_errors`."""
 
-ADJUSTED_NULL = "adjusted_hanging_error"
+ADJUSTED_BASELINE = "adjusted_hanging_error"
 """The first of them with the length that rays ask for, as the figure of the radius gives it to the method."""
 
 BASELINE_MEDIANS = {f"{name}_median": (name, "median") for name in BASELINES}
@@ -50,7 +50,7 @@ PUBLISHED_RADIUS = [
     Reference(x="park2011_large_radius_unreliable", label="unreliable"),
 ]
 
-NULL_WORDS = (
+BASELINE_WORDS = (
     "Grey, medians of baselines: a limb of the {length} length that hangs straight down (dotted), and one that "
     "keeps its true mean direction (dashed)."
 )
@@ -117,7 +117,7 @@ class RootErrorFigure(Figure):
             caption=f"{_trials(options)} (a) Median from a {first} camera"
             + (f", and from a {' or '.join(others)} one (dashed)" if others else "")
             + f"; light band: quartiles of the trials from the {first} one. {_interval_words(tables)}"
-            f" {NULL_WORDS.format(length='assumed')} (b) Over trials.",
+            f" {BASELINE_WORDS.format(length='assumed')} (b) Over trials.",
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
@@ -135,7 +135,7 @@ class RadiusScaleFigure(Figure):
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """Return ``table``, ``table_points``: before the first camera; ``table_cameras``: before all."""
         rows, swept = inputs.sweep.rows, ["radius_scale", "adjust"]
-        medians = {**BASELINE_MEDIANS, f"{ADJUSTED_NULL}_median": (ADJUSTED_NULL, "median")}
+        medians = {**BASELINE_MEDIANS, f"{ADJUSTED_BASELINE}_median": (ADJUSTED_BASELINE, "median")}
         cameras = aggregate(
             rows,
             ["camera", *swept],
@@ -147,7 +147,7 @@ class RadiusScaleFigure(Figure):
             },
             ["limb_error_median", *medians],
         )
-        errors = ["limb_error", "error_up_to_mirror", "radius_ratio", ADJUSTED_NULL]
+        errors = ["limb_error", "error_up_to_mirror", "radius_ratio", ADJUSTED_BASELINE]
         return _tables(rows, cameras, swept, errors)
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
@@ -167,7 +167,7 @@ class RadiusScaleFigure(Figure):
                 name="limb_error", timeline="log10_scale_per_mille" if camera is options.cameras[0] else "",
                 references=PUBLISHED_RADIUS,
                 also=_baseline_lines(
-                    (ADJUSTED_NULL, "mean_pose_error"), table="table_cameras",
+                    (ADJUSTED_BASELINE, "mean_pose_error"), table="table_cameras",
                     where={"camera": str(camera), "adjust": str(first)},
                 ),
             )
@@ -181,7 +181,7 @@ class RadiusScaleFigure(Figure):
             " (as long as the farthest ray asks for; as 95 % of the rays ask for; longer in a frame alone), and"
             " refined:"
             " from the first of these, with the trajectory, as in the paper; light band: quartiles of the trials of the"
-            f" first. {_interval_words(tables)} {NULL_WORDS.format(length='adjusted')}",
+            f" first. {_interval_words(tables)} {BASELINE_WORDS.format(length='adjusted')}",
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
@@ -210,7 +210,7 @@ def _baseline_lines(names: Sequence[str] = BASELINES, **rows: Any) -> list[Lines
             y=f"{name}_median",
             styles={name: Style(label, "baseline", line=line, interval=False)},
         )
-        for name, label, line in zip(names, NULL_LABELS, ("dotted", "dashed"), strict=True)
+        for name, label, line in zip(names, BASELINE_LABELS, ("dotted", "dashed"), strict=True)
     ]
 
 

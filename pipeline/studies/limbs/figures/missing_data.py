@@ -14,7 +14,7 @@ from pipeline.palette import Style
 from pipeline.scenes import Bars, Columns, Image2D, Notes, Plot, Rows, Space3D, Tabs
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.limbs.dataset import LimbStretches
-from pipeline.studies.limbs.figures.presentation import NULL_LABELS
+from pipeline.studies.limbs.figures.presentation import BASELINE_LABELS
 from pipeline.studies.limbs.missing_data import MissingDataErrors, MissingDataSweep, Pattern
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.trials import ROOT
@@ -99,7 +99,7 @@ class MissingDataFigure(Figure):
                     styles={name: Style(label, "baseline", line=line, interval=False)},
                 )
                 for name, label, line in zip(
-                    ("hanging", "mean_pose"), NULL_LABELS, ("dotted", "dashed"), strict=True
+                    ("hanging", "mean_pose"), BASELINE_LABELS, ("dotted", "dashed"), strict=True
                 )
             ),
         ]

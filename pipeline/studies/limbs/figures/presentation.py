@@ -18,7 +18,7 @@ ADJUST_NAMES = {
 }
 ADJUST_COLOURS = {"refined": "black", "global": "blue", "robust": "green", "per_frame": "orange"}
 
-NULL_LABELS = ("hangs straight down", "mean pose")
+BASELINE_LABELS = ("hangs straight down", "mean pose")
 """Of baselines."""
 
 LEAST = 1e-3

@@ -104,7 +104,7 @@ class ViewErrors(Figure):
     def arrays(self, inputs: Inputs) -> dict[str, np.ndarray]:
         """Return the walkers themselves: the report makes each fold of them, and reconstructs from any view.
 
-        Beside them errors by walker, method or null, and joint, mean over views: (R, M, 15), NaN if not measured.
+        Beside them errors by walker, method or baseline, and joint, mean over views: (R, M, 15), NaN if not measured.
         """
         data, joints = inputs.dataset, inputs.sweep.joints
         tried = np.unique(joints["method"].to_numpy(dtype=str))
