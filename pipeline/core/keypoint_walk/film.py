@@ -55,7 +55,6 @@ class Stretch:
         Of the video, both included.
     pixels : (T, 15, 2)
         Keypoints of the joints, relative to the principal point; NaN where missing.
-    confidence : (T, 15)
     found : Reconstruction or None
         None if nothing could be fitted.
     judgement : Judgement
@@ -66,7 +65,6 @@ class Stretch:
     first_frame: int
     last_frame: int
     pixels: np.ndarray
-    confidence: np.ndarray
     found: Reconstruction | None
     judgement: Judgement
     feet_together: bool = False
@@ -108,12 +106,12 @@ class Film:
 
     def stretch(self, start: int, stop: int, *, quick: bool = False) -> Stretch:
         """Reconstruct frames from `start` to `stop` (exclusive); `quick`: as labelled, and nothing that is far off."""
-        pixels, confidence = self.pixels[start:stop], self.confidence[start:stop]
+        pixels = self.pixels[start:stop]
         found, together = None, False
         try:
             found = reconstruct_followed(
                 pixels,
-                (confidence > 0).astype(float),
+                (self.confidence[start:stop] > 0).astype(float),
                 self.frame_rate_hz,
                 self.focal_px,
                 self.prior,
@@ -128,7 +126,7 @@ class Film:
                 isinstance(refusal, FeetTogether),
             )
         first, last = self.first + start, self.first + stop - 1
-        return Stretch(first, last, pixels, confidence, found, judgement, together)
+        return Stretch(first, last, pixels, found, judgement, together)
 
     def parts(self) -> list[tuple[int, int]]:
         """Parts in which the legs move and the path is straight: frames from and to (exclusive), the longest first."""

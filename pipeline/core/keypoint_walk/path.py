@@ -13,7 +13,6 @@ import numpy as np
 
 from pipeline.core.fourier import SEARCH_HZ, design
 from pipeline.core.keypoint_walk.objective import wander_basis
-from pipeline.core.keypoint_walk.training import JOINTS
 from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
 
@@ -24,6 +23,11 @@ TRUNK = [
 ]
 SEEN_SHARE = 0.2
 """A joint seen in fewer frames is treated as never seen."""
+
+
+def often_seen(weights: np.ndarray) -> np.ndarray:
+    """Joints (15,) bool of weights (T, 15) that are seen in frames enough."""
+    return (weights > 0).mean(axis=0) >= SEEN_SHARE
 
 
 @dataclass(frozen=True)
@@ -69,6 +73,13 @@ def _robust_regression(columns: np.ndarray, values: np.ndarray, weights: np.ndar
     return line
 
 
+def image_scale(rows: np.ndarray, weights: np.ndarray, heights_mm: np.ndarray) -> np.ndarray:
+    """Pixels per millimetre (T,), by rows of joints (T, 15) over their heights (15,), weights (T, 15); 0 of none."""
+    total = weights.sum(axis=1)
+    z = heights_mm - (weights @ heights_mm / np.where(total > 0, total, 1.0))[:, None]
+    return -(weights * z * rows).sum(axis=1) / np.maximum((weights * z**2).sum(axis=1), 1e-9)
+
+
 def distance_profile(
     pixels: np.ndarray, weights: np.ndarray, times: np.ndarray, heights_mm: np.ndarray, cosines: int = 0
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -93,12 +104,8 @@ def distance_profile(
     """
     w = weights.copy()
     w[:, _LOOSE] *= 0.3
-    total = w.sum(axis=1)
-    enough = (w > 0).sum(axis=1) >= 3
-    safe = np.where(total > 0, total, 1.0)
-    z = heights_mm - (w @ heights_mm / safe)[:, None]
-    scale = -(w * z * pixels[..., 1]).sum(axis=1) / np.maximum((w * z**2).sum(axis=1), 1e-9)
-    good = enough & (scale > 0)
+    scale = image_scale(pixels[..., 1], w, heights_mm)
+    good = ((w > 0).sum(axis=1) >= 3) & (scale > 0)
     if good.sum() < max(5, 0.2 * len(times)):
         raise InvalidInput(
             "nobody stands upright in the image",
@@ -173,8 +180,8 @@ def straighten(
     """
     line, series = distance_profile(pixels, weights, times, heights_mm, cosines)
     metric = pixels * series[:, None, None]
-    trunk = [j for j in TRUNK if (weights[:, j] > 0).mean() >= SEEN_SHARE]
-    trunk = trunk or [j for j in range(JOINTS) if (weights[:, j] > 0).mean() >= SEEN_SHARE]
+    seen = often_seen(weights)
+    trunk = [j for j in TRUNK if seen[j]] or np.flatnonzero(seen).tolist()
     if not trunk:
         raise InvalidInput("no joint is seen in a fifth of the frames")
     duration = times[-1] - times[0]

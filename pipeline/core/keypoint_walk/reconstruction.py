@@ -22,7 +22,7 @@ from pipeline.core.keypoint_walk.posterior import (
 )
 from pipeline.core.keypoint_walk.prior import Prior
 from pipeline.core.keypoint_walk.refinement import Fit, Refinement
-from pipeline.core.keypoint_walk.start import Starts, apart, find_starts
+from pipeline.core.keypoint_walk.start import Place, Starts, alike, find_starts
 from pipeline.core.keypoint_walk.training import HEIGHT_MM, SIZE
 from pipeline.core.keypoint_walk.view import level_axes
 from pipeline.shortened import shortened
@@ -63,21 +63,17 @@ class FeetTogether(InvalidInput):
 
 
 @dataclass(frozen=True)
-class Candidate:
+class Candidate(Place):
     """One place to which a start led.
 
     Attributes
     ----------
-    heading_rad, phase_rad, frequency_hz : float
     labels_exchanged : bool
         Whether left and right were exchanged throughout.
     cost_above_best : float
         Twice the negative logarithm of its probability relative to the best, uncalibrated.
     """
 
-    heading_rad: float
-    phase_rad: float
-    frequency_hz: float
     labels_exchanged: bool
     cost_above_best: float
 
@@ -283,7 +279,7 @@ def reconstruct(
         return _best_of(begun)
 
     best, candidates = best_of(pixels)
-    shake = find_shake(best, prior)
+    shake = find_shake(best)
     if shake.any():
         best, candidates = best_of(pixels - shake[:, None])
     return _reconstruction(best, candidates, shake)
@@ -320,26 +316,27 @@ def _best_of(begun: Sequence[_Begun]) -> tuple[_Begun, list[Candidate]]:
     for number in order:
         x = begun[number].on_its_way.fit().x
         candidate = Candidate(
+            np.exp(x[LOG_F]),
             x[HEADING],
             x[PHASE],
-            np.exp(x[LOG_F]),
             begun[number].exchanged,
             costs[number] - costs[order[0]],
         )
-        if not any(_same(candidate, other) for other in candidates):
+        if not any(alike(candidate, other, SAME) for other in candidates):
             candidates.append(candidate)
     return begun[order[0]], candidates
 
 
-def find_shake(best: _Begun, prior: Prior) -> np.ndarray:
+def find_shake(best: _Begun) -> np.ndarray:
     """What the residuals of a frame's joints have in common (T, 2), px, if that is much of them; else zeros."""
     fit, used = best.on_its_way.fit(), best.on_its_way.used
     shake = np.zeros((len(used.pixels), 2))
     for turn in range(SHAKE_ROUNDS):
         if turn:
             again = Refinement(
-                prior, fit.objective.setting, used, fit.start, best.starts.path, relabel=False, unknowns=fit.x
-            )
+                fit.objective.prior, fit.objective.setting, used, fit.start, best.starts.path,
+                relabel=False, unknowns=fit.x,
+            )  # fmt: skip
             fit = again.advance().fit()
         seen = (used.weights > 0)[..., None]
         residual = np.where(seen, fit.objective.residual(fit.x, used), np.nan)
@@ -356,14 +353,15 @@ def find_shake(best: _Begun, prior: Prior) -> np.ndarray:
 
 def _reconstruction(best: _Begun, candidates: list[Candidate], shake: np.ndarray) -> Reconstruction:
     fit, used = best.on_its_way.fit(), best.on_its_way.used
-    rivals = [c for c in candidates[1:] if c.labels_exchanged != best.exchanged]
     depth = fit.objective.camera_points(fit.x)[..., 2].mean()
     return Reconstruction(
         fit=fit,
         starts=best.starts,
         candidates=tuple(candidates),
         labels_exchanged=best.exchanged,
-        labels_unsure=bool(rivals and rivals[0].cost_above_best < LABELS_UNSURE),
+        labels_unsure=any(
+            c.labels_exchanged != best.exchanged and c.cost_above_best < LABELS_UNSURE for c in candidates
+        ),
         keypoints=used,
         rms_residual_px=_slow_residual(fit, used),
         shake_px=shake,
@@ -419,12 +417,3 @@ def reconstruct_followed(
     gain = SURER_GAIN if surer else FOLLOWED_GAIN
     better = followed.relative_residual < gain * still.relative_residual
     return followed if better else still
-
-
-def _same(one: Candidate, other: Candidate) -> bool:
-    """Whether two candidates are the same walk, whichever way it was labelled."""
-    return bool(
-        apart(one.heading_rad - other.heading_rad) < SAME[0]
-        and apart(one.phase_rad - other.phase_rad) < SAME[1]
-        and abs(np.log(one.frequency_hz / other.frequency_hz)) < SAME[2]
-    )

@@ -33,7 +33,7 @@ from pipeline.core.keypoint_walk.objective import (
     Setting,
     point_costs,
 )  # fmt: skip
-from pipeline.core.keypoint_walk.path import SEEN_SHARE, TRUNK, Path
+from pipeline.core.keypoint_walk.path import TRUNK, Path, often_seen
 from pipeline.core.keypoint_walk.prior import Prior
 from pipeline.core.keypoint_walk.start import Start
 from pipeline.core.keypoint_walk.training import SIZE
@@ -63,22 +63,16 @@ class Fit:
     x : (417 + 3 n,)
         Unknowns, as `objective` orders them.
     noise : Noise
-    cost : float
-        J at that noise.
     exchanged : dict of str to (T,) bool
         Frames whose labels were exchanged, for legs and arms.
     start : Start
-    converged : bool
-        Whether the last step hardly lowered the cost.
     objective : Objective
     """
 
     x: np.ndarray
     noise: Noise
-    cost: float
     exchanged: dict[str, np.ndarray]
     start: Start
-    converged: bool
     objective: Objective
 
 
@@ -116,7 +110,8 @@ def initial_unknowns(prior: Prior, start: Start, path: Path, focal_px: float, tr
 
 def trunk_of(keypoints: Keypoints) -> list[int]:
     """Joints of the trunk that are seen, or all joints if there is none: the path is that of their middle."""
-    return [j for j in TRUNK if (keypoints.weights[:, j] > 0).mean() >= SEEN_SHARE] or list(range(JOINTS))
+    seen = often_seen(keypoints.weights)
+    return [j for j in TRUNK if seen[j]] or list(range(JOINTS))
 
 
 def _solve(here: Quadratic, again: Callable[[], Quadratic]) -> np.ndarray:
@@ -231,8 +226,7 @@ class Refinement:
         x = self._at.x.copy()
         for angle in (HEADING, PHASE):
             x[angle] = (x[angle] + np.pi) % (2.0 * np.pi) - np.pi
-        cost = self.cost(self.noise)
-        return Fit(x, self.noise, cost, self._exchanged, self._start, self._converged, self.objective)
+        return Fit(x, self.noise, self._exchanged, self._start, self.objective)
 
 
 def _exchanged(keypoints: Keypoints, frames: dict[str, np.ndarray]) -> Keypoints:

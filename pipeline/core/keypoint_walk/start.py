@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.core.fourier import SEARCH_HZ, design
-from pipeline.core.keypoint_walk.path import SEEN_SHARE, Path, lowest_hz, regress_tracks, straighten
+from pipeline.core.keypoint_walk.path import Path, lowest_hz, often_seen, regress_tracks, straighten
 from pipeline.core.keypoint_walk.prior import GRID_BLOCKS, Grid, Prior, belt_speed, projected_grid
 from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
@@ -32,19 +32,24 @@ _FOURTH_START = 150.0
 
 
 @dataclass(frozen=True)
-class Start:
-    """One place to start from.
-
-    Attributes
-    ----------
-    frequency_hz, heading_rad, phase_rad : float
-    cost : float
-        J of the grid.
-    """
+class Place:
+    """A place of the search: what its minima differ by."""
 
     frequency_hz: float
     heading_rad: float
     phase_rad: float
+
+
+@dataclass(frozen=True)
+class Start(Place):
+    """One place to start from.
+
+    Attributes
+    ----------
+    cost : float
+        J of the grid.
+    """
+
     cost: float
 
 
@@ -175,6 +180,15 @@ def apart(angle: float) -> float:
     return abs((angle + np.pi) % (2.0 * np.pi) - np.pi)
 
 
+def alike(one: Place, other: Place, within: tuple[float, float, float]) -> bool:
+    """Whether two differ by less than this in heading, phase and relative frequency."""
+    return bool(
+        apart(one.heading_rad - other.heading_rad) < within[0]
+        and apart(one.phase_rad - other.phase_rad) < within[1]
+        and abs(np.log(one.frequency_hz / other.frequency_hz)) < within[2]
+    )
+
+
 def find_starts(
     pixels: np.ndarray,
     weights: np.ndarray,
@@ -204,7 +218,7 @@ def find_starts(
         If nobody stands upright, fewer than four joints are seen or the clip is shorter than half a stride.
     """
     model = prior.model
-    seen = prior.detector.seen & ((weights > 0).mean(axis=0) >= SEEN_SHARE)
+    seen = prior.detector.seen & often_seen(weights)
     if seen.sum() < 4:
         names = ", ".join(np.array(WALKER15.joints)[seen]) or "none"
         raise InvalidInput("fewer than four joints are seen in a fifth of the frames", received=names)
@@ -252,14 +266,8 @@ def find_starts(
     likeliest = frequencies[int(np.argmin(worse))]
     chosen = [start for start in found if start.frequency_hz == likeliest][:1]
     for start in found:
-        different = all(
-            apart(start.heading_rad - other.heading_rad) >= NEAREST[0]
-            or apart(start.phase_rad - other.phase_rad) >= NEAREST[1]
-            or abs(np.log(start.frequency_hz / other.frequency_hz)) >= NEAREST[2]
-            for other in chosen
-        )
         near = len(chosen) < MOST_STARTS - 1 or start.cost < found[0].cost + _FOURTH_START
-        if different and near and len(chosen) < MOST_STARTS:
+        if near and len(chosen) < MOST_STARTS and not any(alike(start, other, NEAREST) for other in chosen):
             chosen.append(start)
     scaled = Path(path.distance / size, path.place_mm / size, velocity, path.metric / size)
     return Starts(tuple(chosen), scaled, overground, distance, together, grid.headings_rad, heading_cost)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.core.keypoint_walk.path import image_scale
 from pipeline.skeleton import LEFT_LEG, RIGHT_LEG
 
 JUMP = (0.09, 2.2)
@@ -218,16 +219,12 @@ def straight_stretches(
 def _ground_path(pixels: np.ndarray, heights_mm: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Column of the body (T,), distance over focal length (T,), mm per pixel, and where they were measured (T,)."""
     seen = np.isfinite(pixels).all(axis=-1)
-    weight = seen.astype(float)
-    total = np.maximum(weight.sum(axis=1), 1.0)
-    z = heights_mm - (weight @ heights_mm / total)[:, None]
-    rows = np.where(seen, pixels[..., 1], 0.0)
-    slope = -(weight * z * rows).sum(axis=1) / np.maximum((weight * z**2).sum(axis=1), 1e-9)
+    slope = image_scale(np.where(seen, pixels[..., 1], 0.0), seen.astype(float), heights_mm)
     good = (seen.sum(axis=1) >= 4) & (slope > 0)
     if not good.any():
         return np.zeros(len(pixels)), np.zeros(len(pixels)), good
     frames = np.arange(len(pixels))
-    across = (np.where(seen, pixels[..., 0], 0.0).sum(axis=1) / total)[good]
+    across = (np.where(seen, pixels[..., 0], 0.0).sum(axis=1) / np.maximum(seen.sum(axis=1), 1))[good]
     return (
         np.interp(frames, frames[good], across), 1.0 / np.interp(frames, frames[good], slope[good]), good,
     )  # fmt: skip
