@@ -117,10 +117,9 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     if frame_rate_hz is not None:
         require_range("the frame rate", frame_rate_hz, above=0, unit="Hz")
     motion = read_one(path, READERS[suffix], frame_rate_hz=frame_rate_hz, units=units)
+    notes, rate = list(motion.notes), motion.frame_rate_hz
     if units not in (None, motion.units):
-        note = f"The file states its unit, {motion.units}, which is used, not {units}."
-        motion = replace(motion, notes=(*motion.notes, note))
-    if frame_rate_hz is None or abs(motion.frame_rate_hz / frame_rate_hz - 1.0) < ANOTHER_RATE:
-        return motion
-    note = f"The file states {motion.frame_rate_hz:g} frames a second, which are used, not {frame_rate_hz:g}."
-    return replace(motion, notes=(*motion.notes, note))
+        notes.append(f"The file states its unit, {motion.units}, which is used, not {units}.")
+    if frame_rate_hz is not None and abs(rate / frame_rate_hz - 1.0) >= ANOTHER_RATE:
+        notes.append(f"The file states {rate:g} frames a second, which are used, not {frame_rate_hz:g}.")
+    return replace(motion, notes=tuple(notes))

@@ -87,20 +87,19 @@ def read_skeleton(path: Path, *, units: str | None = None) -> AsfSkeleton:
         place, or presets an orientation of the root (programs read it differently).
     """
     where = path.name
-    sections = read_sections(path)
+    declared, root, bones, hierarchy = read_sections(path)
     if units is None:
-        if "length" not in sections.units:
+        if "length" not in declared:
             raise damaged(
                 "the unit of length is unknown", where, "`length` under :units, or the option units"
             )
-        units = "in/" + " ".join(sections.units["length"])
+        units = "in/" + " ".join(declared["length"])
     millimetres = millimetres_in(units, where)
-    angle = " ".join(sections.units.get("angle", [])).lower()
+    angle = " ".join(declared.get("angle", [])).lower()
     if angle not in ("deg", "rad"):
         raise damaged("the unit of angle is unknown", f"{where}, :units", "deg or rad", f"{angle!r:.40}")
     radians = np.pi / 180 if angle == "deg" else 1.0
 
-    root = sections.root
     orientation = read_vector(root.get("orientation", ["0"] * 3), 3, f"{where}, :root, orientation")
     if np.any(orientation):
         raise damaged("the root has a preset orientation", f"{where}, :root", "0 0 0")
@@ -108,8 +107,8 @@ def read_skeleton(path: Path, *, units: str | None = None) -> AsfSkeleton:
     names = ["root"]
     offsets, axes = [np.zeros(3)], [np.eye(3)]
     freedoms = [_freedoms(root.get("order", []), f"{where}, :root, order", root=True)]
-    require_joints(len(sections.bones), where)
-    for bone in sections.bones:
+    require_joints(len(bones), where)
+    for bone in bones:
         name = " ".join(bone.get("name", []))
         if not name or " " in name or name.lower() in (n.lower() for n in names):
             raise damaged(
@@ -130,7 +129,7 @@ def read_skeleton(path: Path, *, units: str | None = None) -> AsfSkeleton:
         axes.append(_rotation(turn, axis[3:], f"{place}, axis"))
         freedoms.append(_freedoms(bone.get("dof", []), f"{place}, dof"))
         names.append(name)
-    parents, order = _tree(sections.hierarchy, names, where)
+    parents, order = _tree(hierarchy, names, where)
     return AsfSkeleton(
         names=tuple(names),
         parents=parents,
@@ -240,19 +239,12 @@ def _rotation(angles_rad: np.ndarray, words: list[str], where: str) -> np.ndarra
 _COMMENT = re.compile(r"#(?<!\S#)[^\n]*")  # not inside a word: `-1.#IND` is a broken number
 _KEYS = ["name", "direction", "length", "axis", "dof", "order", "position", "orientation", "angle"]
 
-
-@dataclass(frozen=True)
-class Sections:
-    """The words of an ASF file by section; a line's first word is its key."""
-
-    units: dict[str, list[str]]
-    root: dict[str, list[str]]
-    bones: list[dict[str, list[str]]]
-    hierarchy: list[list[str]]
+_Words = dict[str, list[str]]
+"""The words of lines by the first, which is their key."""
 
 
-def read_sections(path: Path) -> Sections:
-    """Read the words of an ASF file by section.
+def read_sections(path: Path) -> tuple[_Words, _Words, list[_Words], list[list[str]]]:
+    """Read the words of an ASF file: of its units, its root, each bone, and each line of its hierarchy.
 
     Raises
     ------
@@ -260,7 +252,9 @@ def read_sections(path: Path) -> Sections:
         If the file cannot be read, its ``begin`` and ``end`` do not match, or it has no bones or no hierarchy.
     """
     where, (text, _) = path.name, text_without_comments(path)
-    found = Sections({}, {}, [], [])
+    plain: dict[str, _Words] = {":units": {}, ":root": {}}
+    bones: list[_Words] = []
+    hierarchy: list[list[str]] = []
     section, is_open = "", False
     # Commas and brackets count as blanks in this format.
     for number, line in enumerate(text.translate(str.maketrans(",()", "   ")).split("\n"), start=1):
@@ -277,21 +271,21 @@ def read_sections(path: Path) -> Sections:
                 raise damaged("`begin` and `end` do not alternate", place)
             is_open = key == "begin"
             if is_open and section == ":bonedata":
-                found.bones.append({})
+                bones.append({})
         elif section == ":hierarchy" and is_open:
-            found.hierarchy.append(words)
-        elif section in (":units", ":root", ":bonedata"):
+            hierarchy.append(words)
+        elif section == ":bonedata" or section in plain:
             if section == ":bonedata" and not is_open:
                 raise damaged("a line stands outside `begin` and `end`", place)
-            entries = found.bones[-1] if section == ":bonedata" else getattr(found, section[1:])
+            entries = bones[-1] if section == ":bonedata" else plain[section]
             if key in entries and key in _KEYS:
                 raise damaged(f"`{key}` stands twice", f"{place}, {section}")
             entries[key] = words[1:]
     if is_open:
         raise damaged("the file is cut short: a `begin` has no `end`", where)
-    if not found.bones or not found.hierarchy:
+    if not bones or not hierarchy:
         raise damaged("no bones or no hierarchy", where, ":bonedata and :hierarchy")
-    return found
+    return plain[":units"], plain[":root"], bones, hierarchy
 
 
 def text_without_comments(path: Path) -> tuple[str, list[str]]:

@@ -225,7 +225,7 @@ def read_hierarchy(lines: list[str], where: str) -> tuple[list[Joint], int]:
     """
     joints: list[Joint] = []
     names: set[str] = set()  # of one root: people in one file may have the same
-    open_joints: list[int] = []
+    here = -1  # the joint whose brace is open
     awaits_brace = False
     started = False
     for at, line in enumerate(lines, start=1):
@@ -242,25 +242,24 @@ def read_hierarchy(lines: list[str], where: str) -> tuple[list[Joint], int]:
             elif key == "{":
                 awaits_brace = False
             elif key == "}":
-                if not open_joints:
+                if here < 0:
                     raise damaged("a } too many", place)
-                open_joints.pop()
+                here = joints[here].parent
             elif key == "MOTION":
-                if open_joints:
-                    lost = joints[open_joints[-1]]
+                if here >= 0:
+                    lost = joints[here]
                     raise damaged(f"the brace of {lost.name!r} (line {lost.line}) is not closed", place, "}")
                 _name_apart(joints)
                 return joints, at - 1
             elif key in ("ROOT", "JOINT", "END"):
-                if key == "ROOT" and not open_joints:
+                if key == "ROOT" and here < 0:
                     names = set()
-                joint = _new_joint(joints, open_joints, names, key, " ".join(words), place, at)
-                open_joints.append(len(joints))
-                joints.append(joint)
+                joints.append(_new_joint(joints, here, names, key, " ".join(words), place, at))
+                here = len(joints) - 1
                 require_joints(len(joints), place)
                 awaits_brace = True
-            elif key in ("OFFSET", "CHANNELS") and open_joints:
-                _describe(joints[open_joints[-1]], key, words, place)
+            elif key in ("OFFSET", "CHANNELS") and here >= 0:
+                _describe(joints[here], key, words, place)
             else:
                 raise damaged(
                     "a line of the hierarchy cannot be read",
@@ -283,7 +282,7 @@ def _name_apart(joints: list[Joint]) -> None:
 
 def _new_joint(
     joints: list[Joint],
-    open_joints: list[int],
+    parent: int,
     names: set[str],
     key: str,
     name: str,
@@ -291,10 +290,9 @@ def _new_joint(
     number: int,
 ) -> Joint:
     """A joint or end site under the joint whose brace is open."""
-    if (key == "ROOT") == bool(open_joints):
-        side = "inside" if open_joints else "outside"
+    if (key == "ROOT") == (parent >= 0):
+        side = "inside" if parent >= 0 else "outside"
         raise damaged(f"{key} stands {side} a joint", place, "ROOT around JOINT and End Site")
-    parent = open_joints[-1] if open_joints else -1
     if key == "END":
         # More than one end of the same joint is legal: the second is `<parent>_end2`.
         base = f"{joints[parent].name}_end"

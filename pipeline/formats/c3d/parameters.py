@@ -56,10 +56,6 @@ class Parameters:
         return [_text(piece) for piece in pieces]
 
 
-def _signed(byte: int) -> int:
-    return byte - 256 if byte > 127 else byte
-
-
 def _text(raw: bytes) -> str:
     try:
         text = raw.decode("utf-8")
@@ -87,11 +83,12 @@ def read_parameters(data: bytes, header: Header, where: str, notes: list[str]) -
         )
     # The block count is one byte, so a long section is known only by where the data begin.
     section = data[begin : max(end, (header.data_block - 1) * BLOCK)]
+    signed = memoryview(section).cast("b")
     groups: dict[int, str] = {}
     found: list[tuple[int, str, tuple[int, tuple[int, ...], int]]] = []
     at = 4
     while at + 2 <= len(section):
-        name_length, group = _signed(section[at]), _signed(section[at + 1])
+        name_length, group = signed[at : at + 2]
         if name_length == 0 or group == 0:
             break
         link = at + 2 + abs(name_length)  # where the distance to the next record stands
@@ -103,7 +100,7 @@ def read_parameters(data: bytes, header: Header, where: str, notes: list[str]) -
             groups.setdefault(-group, name)
         else:
             content = link + 4 + section[link + 3]
-            entry = (_signed(section[link + 2]), tuple(section[link + 4 : content]), content)
+            entry = (signed[link + 2], tuple(section[link + 4 : content]), content)
             found.append((group, name, entry))
         if step == 0:
             break

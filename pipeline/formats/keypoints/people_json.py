@@ -10,7 +10,7 @@ import json
 import re
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, TypeGuard
+from typing import Any
 
 import numpy as np
 
@@ -69,13 +69,11 @@ def identity_of(value: Any) -> str:
     """
     while isinstance(value, list):
         value = (*value, None)[0]
-    if _is_number(value):
+    if value is None or isinstance(value, bool):
+        return ""
+    if isinstance(value, int | float):
         return f"{value:g}" if 0 <= value < np.inf else ""
-    return "" if value is None or isinstance(value, bool) else str(value)
-
-
-def _is_number(value: Any) -> TypeGuard[float]:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+    return str(value)
 
 
 def _has(item: Any, *keys: str) -> bool:
