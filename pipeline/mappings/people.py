@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import functools
 import itertools
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -30,6 +29,13 @@ ONE_BODY_MM = 150.0
 """Joints from two sets of names that are nearer in the median are one person's: two bodies are farther apart."""
 
 _SIDES = {"l", "r", "left", "right", "lt", "rt"}
+_PERSON = (
+    r"(.*):",
+    *(rf"((?:[^\W_]+[\W_]+){{{more}}}[^\W_]+)[\W_]+(?=[^\W_])" for more in (0, 1)),
+    r".*?\D(\d+)\W*$|.*?[^\n][\W_]+([^\W_]+)[\W_]*$",
+)
+"""Where in a name the person may be, the most certain first: in front of a colon, the first word, the first two, the
+number that ends it or its last word."""
 
 
 def people(motion: MotionCapture, mappings: Iterable[SourceMapping]) -> dict[str, MotionCapture]:
@@ -136,36 +142,18 @@ def _only(motion: MotionCapture, points: Sequence[int], who: str) -> MotionCaptu
 
 def _groupings(names: Sequence[str]) -> Iterator[dict[str, list[int]]]:
     """Ways to divide points into people, the most certain first."""
-    if any(":" in name for name in names):
-        yield _grouped(names, lambda name: name.rpartition(":")[0])
-    for words in (1, 2):
-        yield _grouped(names, functools.partial(_first_words, count=words))
-    yield _grouped(names, _last_word)
+    for pattern in _PERSON:
+        groups: dict[str, list[int]] = {}
+        for k, name in enumerate(names):
+            match = re.match(pattern, name, re.DOTALL)
+            if match and (who := "".join(match.groups(""))) and who.lower() not in _SIDES:
+                groups.setdefault(who, []).append(k)
+        yield groups
     count = names.count(names[0]) if names else 0
     if count > 1 and all(names.count(name) == count for name in set(names)):
         seen: Counter[str] = Counter()
-        groups: dict[str, list[int]] = {}
+        groups = {}
         for k, name in enumerate(names):
             seen[name] += 1
             groups.setdefault(str(seen[name]), []).append(k)
         yield groups
-
-
-def _grouped(names: Sequence[str], beginning: Callable[[str], str]) -> dict[str, list[int]]:
-    groups: dict[str, list[int]] = {}
-    for k, name in enumerate(names):
-        if (found := beginning(name)) and found.lower() not in _SIDES:
-            groups.setdefault(found, []).append(k)
-    return groups
-
-
-def _first_words(name: str, count: int) -> str:
-    """The first words of a name without the separator after them; empty if nothing follows."""
-    match = re.match(rf"([^\W_]+[\W_]+){{{count}}}", name)
-    return re.sub(r"[\W_]+$", "", match[0]) if match and match.end() < len(name) else ""
-
-
-def _last_word(name: str) -> str:
-    """The number that ends a name, or its last word; empty if nothing stands before."""
-    match = re.search(r"(?<=\D)(\d+)\W*$", name) or re.search(r"(?<=.)[\W_]+([^\W_]+)[\W_]*$", name)
-    return match[1] if match else ""
