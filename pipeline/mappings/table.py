@@ -96,23 +96,31 @@ def load(path: Path) -> SourceMapping:
             f"{path.name}, line {line}",
             received=f"byte {data[error.start]:#x}",
         ) from None
-    return _Reader(path.name).mapping(_composed(text, path.name), path.stem)
+    return _mapping(_composed(text, path.name), path.stem)
 
 
 def _composed(text: str, where: str) -> yaml.Node:
     """The tree of a YAML text, without tags that would build anything and without anchors."""
+
+    class Loader(yaml.SafeLoader):
+        """Puts the file's name beside the line of everything."""
+
+        def __init__(self, stream: str) -> None:
+            super().__init__(stream)
+            self.name = where
+
     if "# @package" in text:
         line = text[: text.index("# @package")].count("\n") + 1
         raise InvalidInput("a mapping is data and goes into no package of options", f"{where}, line {line}")
     depth = 0
     try:
-        for event in yaml.parse(text, Loader=yaml.SafeLoader):
+        for event in yaml.parse(text, Loader):
             depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
             if depth > _DEEPEST:
-                raise _wrong("this is no mapping: it is nested too deeply", where, event)
+                raise _wrong("this is no mapping: it is nested too deeply", event)
             if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None):
-                raise _wrong("anchors and aliases are not used in mappings", where, event)
-        node = yaml.compose(text, Loader=yaml.SafeLoader)
+                raise _wrong("anchors and aliases are not used in mappings", event)
+        node = yaml.compose(text, Loader)
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
         at = f", line {mark.line + 1}" if mark else ""
@@ -127,131 +135,115 @@ def _composed(text: str, where: str) -> yaml.Node:
     return node
 
 
-def _wrong(what: str, where: str, at: Any, expected: str = "", received: str = "") -> InvalidInput:
-    return InvalidInput(what, f"{where}, line {at.start_mark.line + 1}", expected, received)
+def _wrong(what: str, at: Any, expected: str = "", received: str = "") -> InvalidInput:
+    """The refusal of a node or an event, with its line."""
+    mark = at.start_mark
+    return InvalidInput(what, f"{mark.name}, line {mark.line + 1}", expected, received)
 
 
-class _Reader:
-    """Turns the nodes of one file into a mapping; every complaint names the line."""
+def _items(node: yaml.Node, what: str) -> list[tuple[str, yaml.Node, yaml.Node]]:
+    """Keys and values of a node, each key once."""
+    if not isinstance(node, yaml.MappingNode):
+        raise _wrong(f"{what} must be keys with values", node, "key: value")
+    items: dict[str, tuple[yaml.Node, yaml.Node]] = {}
+    for key_node, value in node.value:
+        key = _text(key_node, f"a key of {what}")
+        if key in items:
+            first = items[key][0].start_mark.line + 1
+            raise _wrong(f"the key {key!r} stands twice in {what}", key_node, f"once, as in line {first}")
+        items[key] = (key_node, value)
+    return [(key, key_node, value) for key, (key_node, value) in items.items()]
 
-    def __init__(self, where: str) -> None:
-        self._where = where
 
-    def _fail(self, what: str, node: yaml.Node, expected: str = "", received: str = "") -> InvalidInput:
-        return _wrong(what, self._where, node, expected, received)
+def _text(node: yaml.Node, what: str) -> str:
+    standard = node.tag.startswith("tag:yaml.org,2002:") and node.tag.rpartition(":")[2] in (
+        "str", "int", "float", "bool", "null", "timestamp",
+    )  # fmt: skip
+    if not isinstance(node, yaml.ScalarNode) or not standard or not node.value:
+        raise _wrong(f"{what} must be a word", node, received=_shown(node))
+    return str(node.value)
 
-    def _items(self, node: yaml.Node, what: str) -> list[tuple[str, yaml.Node, yaml.Node]]:
-        """Keys and values of a node, each key once."""
-        if not isinstance(node, yaml.MappingNode):
-            raise self._fail(f"{what} must be keys with values", node, "key: value")
-        items: dict[str, tuple[yaml.Node, yaml.Node]] = {}
-        for key_node, value in node.value:
-            key = self._text(key_node, f"a key of {what}")
-            if key in items:
-                first = items[key][0].start_mark.line + 1
-                raise self._fail(
-                    f"the key {key!r} stands twice in {what}", key_node, f"once, as in line {first}"
-                )
-            items[key] = (key_node, value)
-        return [(key, key_node, value) for key, (key_node, value) in items.items()]
 
-    def _text(self, node: yaml.Node, what: str) -> str:
-        standard = node.tag.startswith("tag:yaml.org,2002:") and node.tag.rpartition(":")[2] in (
-            "str", "int", "float", "bool", "null", "timestamp",
-        )  # fmt: skip
-        if not isinstance(node, yaml.ScalarNode) or not standard or not node.value:
-            raise self._fail(f"{what} must be a word", node, received=_shown(node))
-        return str(node.value)
+def _number(node: yaml.Node, what: str) -> float:
+    try:
+        value = float(_text(node, what))
+    except ValueError:
+        value = math.nan
+    if not abs(value) <= 1e6:
+        raise _wrong(f"{what} must be a number", node, received=_shown(node))
+    return value
 
-    def _number(self, node: yaml.Node, what: str) -> float:
-        try:
-            value = float(self._text(node, what))
-        except ValueError:
-            value = math.nan
-        if not abs(value) <= 1e6:
-            raise self._fail(f"{what} must be a number", node, received=_shown(node))
-        return value
 
-    def _texts(self, node: yaml.Node, what: str) -> list[str]:
-        if not isinstance(node, yaml.SequenceNode):
-            raise self._fail(f"{what} must be a list", node, "[A, B]", _shown(node))
-        return [self._text(item, f"an item of {what}") for item in node.value]
+def _texts(node: yaml.Node, what: str) -> list[str]:
+    if not isinstance(node, yaml.SequenceNode):
+        raise _wrong(f"{what} must be a list", node, "[A, B]", _shown(node))
+    return [_text(item, f"an item of {what}") for item in node.value]
 
-    def _rule(self, node: yaml.Node, joint: str) -> Rule:
-        what = f"the rule of {joint}"
-        rule = {
-            point: self._number(value, f"the weight of {point}")
-            for point, _, value in self._items(node, what)
-        }
-        if abs(sum(rule.values()) - 1.0) > 1e-6:
-            raise self._fail(
-                f"the weights of {joint} must sum to one", node, received=f"{sum(rule.values()):g}"
-            )
-        return rule
 
-    def _rules(self, node: yaml.Node, group: str) -> dict[str, Rule | list[Rule]]:
-        rules: dict[str, Rule | list[Rule]] = {}
-        for joint, key, value in self._items(node, group):
-            self._joint(joint, key)
-            if isinstance(value, yaml.SequenceNode):
-                rules[joint] = [self._rule(item, joint) for item in value.value]
-            else:
-                rules[joint] = self._rule(value, joint)
-        return rules
+def _rule(node: yaml.Node, joint: str) -> Rule:
+    what = f"the rule of {joint}"
+    rule = {point: _number(value, f"the weight of {point}") for point, _, value in _items(node, what)}
+    if abs(sum(rule.values()) - 1.0) > 1e-6:
+        raise _wrong(f"the weights of {joint} must sum to one", node, received=f"{sum(rule.values()):g}")
+    return rule
 
-    def _joint(self, joint: str, node: yaml.Node) -> str:
-        if joint not in WALKER15.joints:
-            raise self._fail("there is no such joint", node, ", ".join(WALKER15.joints), f"{joint!r:.60}")
-        return joint
 
-    def _lowering(self, node: yaml.Node, joint: str) -> Lowering:
-        items = {key: value for key, _, value in self._items(node, f"the lowering of {joint}")}
-        if set(items) != {"by", "between"}:
-            raise self._fail(
-                f"the lowering of {joint} needs by and between", node, "{by: 0.1, between: [A, B]}"
-            )
-        between = self._texts(items["between"], "between")
-        if len(between) != 2:
-            raise self._fail("between must name two points", items["between"], received=str(len(between)))
-        return Lowering(by=self._number(items["by"], "by"), between=between)
+def _rules(node: yaml.Node, group: str) -> dict[str, Rule | list[Rule]]:
+    return {
+        _joint(joint, key): [_rule(item, joint) for item in value.value]
+        if isinstance(value, yaml.SequenceNode)
+        else _rule(value, joint)
+        for joint, key, value in _items(node, group)
+    }
 
-    def mapping(self, root: yaml.Node, stem: str) -> SourceMapping:
-        """The mapping of a whole file; its name is the file's if it states none."""
-        found: dict[str, Any] = {"name": stem}
-        for key, node, value in self._items(root, "a mapping"):
-            if key not in _KEYS:
-                hint = " (no longer needed: delete the line)" if key == "defaults" else ""
-                raise self._fail(
-                    f"a mapping has no key {key!r:.60}{hint}", node, "one of " + ", ".join(_KEYS)
-                )
-            if key == "name":
-                found[key] = self._text(value, key)
-            elif key == "up":
-                axis = {"true": "y", "True": "y", "TRUE": "y"}.get(self._text(value, key), value.value)
-                if axis not in list(UpAxis):
-                    raise self._fail("up must be an axis", value, ", ".join(UpAxis), _shown(value))
-                found[key] = UpAxis(axis)
-            elif key == "units":
-                found[key] = self._text(value, key)
-                if found[key].partition("/")[0] not in MILLIMETRES:
-                    raise self._fail("the unit is unknown", value, ", ".join(MILLIMETRES), _shown(value))
-            elif key in ("recognised_by", "guessed"):
-                found[key] = self._texts(value, key)
-            elif key == "points":
-                found[key] = {
-                    point: self._texts(names, f"the names of {point}")
-                    for point, _, names in self._items(value, key)
-                }
-            elif key == "lowered":
-                found[key] = {
-                    self._joint(joint, at): self._lowering(lowering, joint)
-                    for joint, at, lowering in self._items(value, key)
-                }
-            else:
-                found[key] = self._rules(value, key)
-        if not found.get("joints") and not found.get("otherwise"):
-            raise self._fail("the mapping gives no joint", root, "joints: {head: {LFHD: 0.5, RFHD: 0.5}, …}")
-        return SourceMapping(**found)
+
+def _joint(joint: str, node: yaml.Node) -> str:
+    if joint not in WALKER15.joints:
+        raise _wrong("there is no such joint", node, ", ".join(WALKER15.joints), f"{joint!r:.60}")
+    return joint
+
+
+def _lowering(node: yaml.Node, joint: str) -> Lowering:
+    items = {key: value for key, _, value in _items(node, f"the lowering of {joint}")}
+    if set(items) != {"by", "between"}:
+        raise _wrong(f"the lowering of {joint} needs by and between", node, "{by: 0.1, between: [A, B]}")
+    between = _texts(items["between"], "between")
+    if len(between) != 2:
+        raise _wrong("between must name two points", items["between"], received=str(len(between)))
+    return Lowering(by=_number(items["by"], "by"), between=between)
+
+
+def _mapping(root: yaml.Node, stem: str) -> SourceMapping:
+    """The mapping of a whole file; its name is the file's if it states none."""
+    found: dict[str, Any] = {"name": stem}
+    for key, node, value in _items(root, "a mapping"):
+        if key not in _KEYS:
+            hint = " (no longer needed: delete the line)" if key == "defaults" else ""
+            raise _wrong(f"a mapping has no key {key!r:.60}{hint}", node, "one of " + ", ".join(_KEYS))
+        if key == "up":
+            axis = {"true": "y", "True": "y", "TRUE": "y"}.get(_text(value, key), value.value)
+            if axis not in list(UpAxis):
+                raise _wrong("up must be an axis", value, ", ".join(UpAxis), _shown(value))
+            found[key] = UpAxis(axis)
+        elif key in ("name", "units"):
+            found[key] = _text(value, key)
+            if key == "units" and found[key].partition("/")[0] not in MILLIMETRES:
+                raise _wrong("the unit is unknown", value, ", ".join(MILLIMETRES), _shown(value))
+        elif key in ("recognised_by", "guessed"):
+            found[key] = _texts(value, key)
+        elif key == "points":
+            found[key] = {
+                point: _texts(names, f"the names of {point}") for point, _, names in _items(value, key)
+            }
+        elif key == "lowered":
+            found[key] = {
+                _joint(joint, at): _lowering(lowering, joint) for joint, at, lowering in _items(value, key)
+            }
+        else:
+            found[key] = _rules(value, key)
+    if not found.get("joints") and not found.get("otherwise"):
+        raise _wrong("the mapping gives no joint", root, "joints: {head: {LFHD: 0.5, RFHD: 0.5}, …}")
+    return SourceMapping(**found)
 
 
 def _shown(node: yaml.Node) -> str:
