@@ -13,10 +13,9 @@ import numpy as np
 
 from pipeline.core.keypoint_walk import Detector, Prior, prepare
 from pipeline.core.keypoint_walk.calibration import ANYBODY, AS_OURS, Calibration
-from pipeline.core.keypoint_walk.film import Film, Stretch, Watched, watch
+from pipeline.core.keypoint_walk.film import Film, Stretch, Watched, best_of, watch
 from pipeline.core.keypoint_walk.objective import FOCAL_SD
 from pipeline.core.keypoint_walk.tracks import SHORTEST_S, Track, find_tracks
-from pipeline.core.keypoint_walk.verdict import Verdict
 from pipeline.formats import keypoints
 from pipeline.formats.keypoints import Detections
 from pipeline.processes import one_thread
@@ -119,8 +118,7 @@ class Walk:
     @property
     def best(self) -> Stretch:
         """The longest stretch with the best verdict."""
-        order = list(Verdict)
-        return min(self.stretches, key=lambda s: order.index(s.judgement.verdict))
+        return best_of(self.stretches)
 
 
 @functools.lru_cache(maxsize=4)

@@ -109,8 +109,7 @@ def numbers(walk: Walk, found: Reconstruction) -> dict[str, dict[str, Any]]:
 
 def events(walk: Walk, stretch: Stretch) -> dict[str, dict[str, list[float]]]:
     """Return the times in the video at which each foot is set down and taken off, s, with half widths of 95 % bars."""
-    found = stretch.found
-    assert found is not None
+    found = stretch.fitted
     x, times = found.fit.x, found.fit.objective.setting.times
     middle = (stretch.first_frame + stretch.last_frame) / 2.0 / walk.frame_rate_hz
     at = event_times(found.cycle, found.posterior.covariance, float(x[PHASE]), float(np.exp(x[LOG_F])), times)
@@ -183,10 +182,11 @@ def angle_rows(walk: Walk) -> dict[str, np.ndarray]:
     """Columns of the table of angles in every frame, degrees, with half widths of 95 % bars."""
     blocks = []
     for number, stretch in enumerate(walk.stretches):
-        if stretch.found is None or not stretch.walks:
+        if not stretch.walks:
             continue
-        bars = angle_half_widths(walk.calibration, stretch.found.posterior.angles_sd_rad, LEVEL_95)
-        angles = np.degrees([stretch.found.posterior.angles_rad, bars]).round(2)
+        posterior = stretch.fitted.posterior
+        bars = angle_half_widths(walk.calibration, posterior.angles_sd_rad, LEVEL_95)
+        angles = np.degrees([posterior.angles_rad, bars]).round(2)
         frames = stretch.first_frame + np.arange(len(stretch.pixels))
         times = (frames / walk.frame_rate_hz).round(6)
         blocks.append(np.column_stack([np.full(len(frames), number), frames, times, *angles]))

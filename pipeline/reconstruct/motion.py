@@ -56,7 +56,7 @@ def in_walkers_axes(found: Reconstruction) -> np.ndarray:
 
 def written(walk: Walk) -> list[Stretch]:
     """Stretches that are, or may be, a walk: the best first, then by length."""
-    usable = [s for s in walk.stretches if s.found and s.walks]
+    usable = [s for s in walk.stretches if s.walks]
     return sorted(usable, key=lambda s: s is not walk.best)
 
 
@@ -64,8 +64,7 @@ def to_motion(
     walk: Walk, stretch: Stretch, names: Names = Names.ours, *, in_place: bool = False
 ) -> motion.Motion:
     """Points of a stretch; `names` and whether the walker stays in place are of a BVH."""
-    assert stretch.found is not None
-    positions = in_walkers_axes(stretch.found) * scale_mm(walk)
+    positions = in_walkers_axes(stretch.fitted) * scale_mm(walk)
     if in_place:
         pelvis = positions[:, PELVIS, None, :2]
         positions[..., :2] -= pelvis - pelvis.mean(axis=0)
@@ -77,8 +76,7 @@ def one_cycle(walk: Walk, stretch: Stretch, names: Names, *, in_place: bool) -> 
 
     The last frame is the first one again, ahead by a stride unless in place, so that the motion loops.
     """
-    found = stretch.found
-    assert found is not None
+    found = stretch.fitted
     frequency = float(np.exp(found.fit.x[LOG_F]))
     frames = max(round(walk.frame_rate_hz / frequency), 8)
     share = np.arange(frames + 1) / frames
@@ -119,8 +117,8 @@ def write_motion(walk: Walk, formats: list[Format], folder: Path, names: Names, 
         if Format.bvh in formats:
             cycle = one_cycle(walk, stretch, names, in_place=in_place)
             motion.write(folder / f"{stem}_cycle.bvh", cycle)
-    if stretches and stretches[0].found:
-        seen = observed(stretches[0].found)
+    if stretches:
+        seen = observed(stretches[0].fitted)
         text = ABOUT.format(
             unseen=", ".join(joint for joint, of in zip(WALKER15.joints, seen, strict=True) if not of)
             or "none",

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from pipeline.core.keypoint_walk.calibration import NORMAL
-from pipeline.core.keypoint_walk.film import Stretch
 from pipeline.core.keypoint_walk.objective import HEADING, LOG_F, PHASE
 from pipeline.core.sagittal_angles import KINDS
 from pipeline.reconstruct import cycle, words
@@ -20,16 +19,12 @@ from pipeline.reconstruct.summary import half_widths_mm, observed, view_sd_rad
 from pipeline.report.walk_page import WalkPage
 
 
-def page_of(
-    walk: Walk, stretch: Stretch, summary: dict[str, Any], path: str, files: Sequence[str]
-) -> WalkPage:
-    """Return what the page of a stretch shows.
+def page_of(walk: Walk, summary: dict[str, Any], path: str, files: Sequence[str]) -> WalkPage:
+    """Return what the page of the best stretch shows.
 
     Parameters
     ----------
     walk : Walk
-    stretch : Stretch
-        With a reconstruction.
     summary : dict
         As `pipeline.reconstruct.summary.summarise` returns it.
     path : str
@@ -37,8 +32,7 @@ def page_of(
     files : sequence of str
         Beside the page.
     """
-    found = stretch.found
-    assert found is not None
+    stretch, found = walk.best, walk.best.fitted
     view, cadence = summary["view_angle_deg"], summary["cadence"]
     positions = upright(found.posterior.positions_mm) * scale_mm(walk)
     half = half_widths_mm(walk, found)[..., [0, 2, 1]]

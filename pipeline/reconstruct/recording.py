@@ -9,7 +9,6 @@ import numpy as np
 from pipeline import recordings
 from pipeline.core.keypoint_walk import Reconstruction
 from pipeline.core.keypoint_walk.calibration import NORMAL, angle_half_widths, joint_half_widths
-from pipeline.core.keypoint_walk.film import Stretch
 from pipeline.core.keypoint_walk.posterior import sample_positions
 from pipeline.core.sagittal_angles import ANGLES
 from pipeline.reconstruct.clip import Walk
@@ -35,20 +34,17 @@ def drawn_walks(walk: Walk, found: Reconstruction, count: int) -> np.ndarray:
     return np.asarray(mean + factor * (samples - mean))
 
 
-def write_recording(walk: Walk, stretch: Stretch, summary_text: str, path: Path) -> None:
-    """Write the recording of one stretch.
+def write_recording(walk: Walk, summary_text: str, path: Path) -> None:
+    """Write the recording of the best stretch.
 
     Parameters
     ----------
     walk : Walk
-    stretch : Stretch
-        With a reconstruction.
     summary_text : str
         What was found, Markdown.
     path : Path
     """
-    found = stretch.found
-    assert found is not None
+    stretch, found = walk.best, walk.best.fitted
     T = len(stretch.pixels)
     seconds = (stretch.first_frame + np.arange(T)) / walk.frame_rate_hz
     index = {"time": seconds}

@@ -290,10 +290,7 @@ def path_bend_deg(found: Reconstruction) -> float:
 
 def advice(walk: Walk, stretch: Stretch) -> list[str]:
     """What to film better next time."""
-    found = stretch.found
-    if found is None:
-        return []
-    sentences = []
+    found, sentences = stretch.fitted, []
     heading = abs(np.degrees(found.fit.x[HEADING]))
     if min(heading, 180.0 - heading) < 20.0:
         sentences.append(
@@ -335,9 +332,9 @@ def table_rows(walk: Walk) -> dict[str, list[Any]]:
     """
     J, rows = len(WALKER15.joints), list[tuple[Any, ...]]()
     for number, stretch in enumerate(walk.stretches):
-        found = stretch.found
-        if found is None or not stretch.walks:
+        if not stretch.walks:
             continue
+        found = stretch.fitted
         level, half = world_mm(found) * scale_mm(walk), half_widths_mm(walk, found)
         frames = np.repeat(stretch.first_frame + np.arange(len(level)), J)
         upright = np.concatenate([level[..., [0, 2, 1]] * [1.0, 1.0, -1.0], half[..., [0, 2, 1]]], axis=-1)

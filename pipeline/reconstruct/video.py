@@ -65,9 +65,9 @@ def overlay(walk: Walk, video: Path, path: Path) -> None:
     seen: dict[int, np.ndarray] = {}
     drawn: dict[int, np.ndarray] = {}
     for stretch in walk.stretches:
-        if stretch.found is None or not stretch.walks:
+        if not stretch.walks:
             continue
         frames = range(stretch.first_frame, stretch.last_frame + 1)
         seen |= zip(frames, stretch.pixels + walk.centre_px, strict=True)
-        drawn |= zip(frames, stretch.found.image_px + walk.centre_px, strict=True)
+        drawn |= zip(frames, stretch.fitted.image_px + walk.centre_px, strict=True)
     write_overlay(path, video, walk.source.frame_rate_hz, WALKER15.bones, seen, drawn)

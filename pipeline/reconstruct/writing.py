@@ -105,9 +105,9 @@ def _fill(folder: Path, walk: Walk, summary: dict[str, Any], options: Reconstruc
         tables.write(folder / "angles.csv", cycle.angle_rows(walk))
     out = options.output
     motion.write_motion(walk, out.formats, folder, out.names, in_place=out.in_place)
-    if walk.best.found is None or summary["verdict"] == "not_a_walk":
+    if not walk.best.walks:
         return
-    tables.write(folder / "cycle.csv", cycle.curve_rows(cycle.curves(walk, walk.best.found)))
+    tables.write(folder / "cycle.csv", cycle.curve_rows(cycle.curves(walk, walk.best.fitted)))
     tables.write(folder / "numbers.csv", cycle.number_rows(summary["gait_cycle"]["numbers"]))
     # Imported where they are used: these libraries take longer to load than most walks to reconstruct.
     for name, wanted, written in _VIEWS:
@@ -124,7 +124,7 @@ def _fill(folder: Path, walk: Walk, summary: dict[str, Any], options: Reconstruc
 def _recording(walk: Walk, summary: dict[str, Any], options: Reconstruct, path: Path) -> None:
     from pipeline.reconstruct.recording import write_recording
 
-    write_recording(walk, walk.best, words.as_markdown(summary), path)
+    write_recording(walk, words.as_markdown(summary), path)
 
 
 def _page(walk: Walk, summary: dict[str, Any], options: Reconstruct, path: Path) -> None:
@@ -132,7 +132,7 @@ def _page(walk: Walk, summary: dict[str, Any], options: Reconstruct, path: Path)
     from pipeline.report.walk_page import write_walk_page
 
     files = sorted(file.name for file in path.parent.iterdir())
-    page = page_of(walk, walk.best, summary, options.input.path, files)
+    page = page_of(walk, summary, options.input.path, files)
     if (film := path.parent / video.OVERLAY).is_file():
         from pipeline.video.overlay import key_frames
 

@@ -14,7 +14,6 @@ import numpy as np
 from pipeline.core.keypoint_walk.cycle import EVENTS, NUMBERS, SIDED, WHOLE
 from pipeline.core.sagittal_angles import ANGLES, KINDS
 from pipeline.skeleton import WALKER15
-from pipeline.validation import require_shape
 
 LEVELS = (0.5, 0.8, 0.95)
 NORMAL = (0.6744897501960817, 1.2815515655446004, 1.959963984540054)
@@ -58,12 +57,6 @@ class Calibration:
     angles: np.ndarray
     cycle: np.ndarray
     view: np.ndarray
-
-    def __post_init__(self) -> None:
-        require_shape("multipliers of joints", self.joints, (len(GROUPS), 3, len(LEVELS)))
-        require_shape("multipliers of angles", self.angles, (len(KINDS), len(LEVELS)))
-        require_shape("multipliers of the gait cycle", self.cycle, (len(CYCLE_KINDS), len(LEVELS)))
-        require_shape("multipliers of heading and cadence", self.view, (2, len(LEVELS)))
 
 
 @dataclass(frozen=True)

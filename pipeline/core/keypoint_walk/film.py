@@ -74,6 +74,12 @@ class Stretch:
         """Whether this is or may be a walk."""
         return self.judgement.verdict != Verdict.not_a_walk
 
+    @property
+    def fitted(self) -> Reconstruction:
+        """What was fitted, where something was, as it is of all that is or may be a walk."""
+        assert self.found is not None
+        return self.found
+
 
 @dataclass(frozen=True)
 class Film:
@@ -152,7 +158,7 @@ class Film:
         windows = [held.stretch(a, a + length, quick=True) for a in starts]
         groups: list[list[int]] = []
         for number, window in enumerate(windows):
-            if window.found is None or not window.walks or window.found.strides < WINDOW_STRIDES:
+            if not window.walks or window.fitted.strides < WINDOW_STRIDES:
                 continue
             last = groups[-1][-1] if groups else -2
             if last == number - 1 and _turn(windows[last], window) < ONE_HEADING_RAD:
@@ -165,7 +171,7 @@ class Film:
             part = self.stretch(starts[group[0]], starts[group[-1]] + length)
             if not part.walks:
                 part = self.stretch(starts[group[0]], starts[group[0]] + length)
-            if part.walks and part.found is not None and part.found.strides >= WINDOW_STRIDES:
+            if part.walks and part.fitted.strides >= WINDOW_STRIDES:
                 parts.append(part)
         return sorted(parts, key=lambda s: (-len(s.pixels), s.first_frame))
 
@@ -192,6 +198,12 @@ class Watched:
     def walks(self) -> bool:
         """Whether one of the stretches is or may be a walk."""
         return any(stretch.walks for stretch in self.stretches)
+
+
+def best_of(stretches: Sequence[Stretch]) -> Stretch:
+    """The first of the stretches with the best verdict."""
+    order = list(Verdict)
+    return min(stretches, key=lambda stretch: order.index(stretch.judgement.verdict))
 
 
 def watch(film: Film) -> Watched:
@@ -222,8 +234,7 @@ def watch(film: Film) -> Watched:
     if stretch is None or not np.isfinite(_off(stretch)):
         return as_given
     if walked:
-        assert walked[0].found is not None
-        nearer = _off(stretch) < (1.0 if slow else MUCH_NEARER) * walked[0].found.rms_residual_px
+        nearer = _off(stretch) < (1.0 if slow else MUCH_NEARER) * walked[0].fitted.rms_residual_px
         frames = film.frame_rate_hz / _stride_hz(walked[0]), other.frame_rate_hz / _stride_hz(stretch)
         if not nearer or abs(frames[0] / frames[1] - 1.0) < SAME_PERIOD:
             return as_given
@@ -236,25 +247,21 @@ def watch(film: Film) -> Watched:
 
 def _off(stretch: Stretch) -> float:
     """Residual of a walk of a usual cadence that nothing speaks against, px; infinite of anything else."""
-    found = stretch.found
     plain = (
-        found is not None
-        and stretch.judgement.verdict == Verdict.walk
-        and found.strides >= RATE_STRIDES
-        and RATE_STRIDE_HZ[0] <= found.candidates[0].frequency_hz <= RATE_STRIDE_HZ[1]
+        stretch.judgement.verdict == Verdict.walk
+        and stretch.fitted.strides >= RATE_STRIDES
+        and RATE_STRIDE_HZ[0] <= _stride_hz(stretch) <= RATE_STRIDE_HZ[1]
     )
-    return found.rms_residual_px if plain and found is not None else np.inf
+    return stretch.fitted.rms_residual_px if plain else np.inf
 
 
 def _sure(stretch: Stretch) -> bool:
     """Whether this is a walk without doubt, of more than a stride."""
-    found = stretch.found
-    return stretch.judgement.verdict == Verdict.walk and found is not None and found.strides >= WINDOW_STRIDES
+    return stretch.judgement.verdict == Verdict.walk and stretch.fitted.strides >= WINDOW_STRIDES
 
 
 def _stride_hz(stretch: Stretch) -> float:
-    assert stretch.found is not None
-    return float(stretch.found.candidates[0].frequency_hz)
+    return float(stretch.fitted.candidates[0].frequency_hz)
 
 
 def _doubted(stretch: Stretch, why: str) -> Stretch:
@@ -298,7 +305,4 @@ def _frames(parts: Sequence[tuple[int, int]], first: int) -> str:
 
 
 def _turn(one: Stretch, other: Stretch) -> float:
-    assert one.found is not None
-    assert other.found is not None
-    turn = one.found.candidates[0].heading_rad - other.found.candidates[0].heading_rad
-    return apart(turn)
+    return apart(one.fitted.candidates[0].heading_rad - other.fitted.candidates[0].heading_rad)

@@ -13,9 +13,8 @@ from pipeline.clips.filmed import about_pelvis, belt_speed_mm_s, lasting
 from pipeline.clips.kinds import Walks
 from pipeline.core.keypoint_walk import Prior, TrainingWalk, errors
 from pipeline.core.keypoint_walk.calibration import KIND_OF
-from pipeline.core.keypoint_walk.film import Film, Stretch, watch
+from pipeline.core.keypoint_walk.film import Film, Stretch, best_of, watch
 from pipeline.core.keypoint_walk.tracks import find_tracks
-from pipeline.core.keypoint_walk.verdict import Verdict
 from pipeline.core.sagittal_angles import KINDS as ANGLES
 from pipeline.synthetic.activities import Activity, perform, with_standing
 from pipeline.synthetic.keypoints import DetectorError, Filming, SimulatedKeypoints, simulate_keypoints
@@ -162,20 +161,18 @@ def see(people: list[SimulatedKeypoints], frequencies_hz: list[float], stated: f
     watched = watch(
         Film(pixels, sure, rate, filmed.focal_px, prior, first, both_labellings=False, focal_sd=0.0)
     )
-    order = list(Verdict)
-    best = min(watched.stretches, key=lambda stretch: order.index(stretch.judgement.verdict))
-    if not best.walks or best.found is None:
+    best = best_of(watched.stretches)
+    if not best.walks:
         return Seen(str(best.judgement.verdict), False, np.nan, np.nan)
-    per_frame = best.found.candidates[0].frequency_hz / watched.frame_rate_hz
+    per_frame = best.fitted.candidates[0].frequency_hz / watched.frame_rate_hz
     off = per_frame * filmed.frame_rate_hz / frequencies_hz[who] - 1.0
     return Seen(str(best.judgement.verdict), bool(abs(off) > WRONG), *_errors(best, filmed))
 
 
 def _errors(stretch: Stretch, filmed: SimulatedKeypoints) -> tuple[float, float]:
     """Mean distance of the joints, mm, and root mean square error of the knees, degrees."""
-    assert stretch.found is not None
-    estimate = stretch.found.positions_mm
+    estimate = stretch.fitted.positions_mm
     truth = filmed.positions_mm[stretch.first_frame : stretch.last_frame + 1]
-    found = errors.level_angles(estimate, errors.headings(stretch.found))
+    found = errors.level_angles(estimate, errors.headings(stretch.fitted))
     off = np.degrees(found - errors.level_angles(truth, filmed.heading_rad))[:, _KNEES]
     return errors.mean_distance_mm(estimate, truth), np.sqrt((off**2).mean())
