@@ -61,7 +61,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
             f"{positions.shape}",
         )
     rate = next((arrays[name] for name in _RATES if name in arrays), np.array(frame_rate_hz or np.nan))
-    if rate.size != 1 or rate.dtype.kind not in "fiu" or not 0 < float(rate.reshape(())) < 1e6:
+    if rate.size != 1 or rate.dtype.kind not in "fiu" or not 0 < rate.item() < 1e6:
         raise damaged("the frame rate is unknown", where, "frame_rate_hz, in the file or the option")
     unit = units or ("mm" if own else "m")
     positions = positions.astype(float)
@@ -73,7 +73,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     return motion_capture(
         names.ravel().astype(str).tolist(),
         positions,
-        float(rate.reshape(())),
+        rate.item(),
         unit,
         [],
         units_assumed=not own and units is None,

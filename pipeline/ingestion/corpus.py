@@ -188,20 +188,6 @@ def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple
     InvalidInput
         If the table lists none, or none is on this machine.
     """
-    clips = _clips_of_table(listing, sources, action)
-    present = [clip for clip in clips if clip.path]
-    if not present:
-        raise InvalidInput(
-            f"none of the {len(clips)} recordings is on this machine",
-            str(listing.raw),
-            "`make data` to fetch them, or data.mirror= (or MOCAP_MIRROR) naming a folder that has them",
-        )
-    absent = [clip for clip in clips if not clip.path]
-    return sorted(present, key=lambda c: (c.source, c.person, c.name)), absent
-
-
-def _clips_of_table(listing: Listing, sources: Sequence[str], action: str) -> list[Clip]:
-    """Return the clips of the table; hashes the files of those on this machine."""
     listed = fetch.read_sources(listing.table)
     digests = {row["path"]: row["sha256"] for row in listed}
     rows = [
@@ -219,7 +205,7 @@ def _clips_of_table(listing: Listing, sources: Sequence[str], action: str) -> li
         )
     same = {subject: group[0] for group in listing.same_person for subject in group}
     paths = [fetch.resolve(row, raw=listing.raw, mirror=listing.mirror) for row in rows]
-    return [
+    clips = [
         Clip(
             name=row["trial"],
             person=same.get(row["subject"], row["subject"]),
@@ -234,6 +220,15 @@ def _clips_of_table(listing: Listing, sources: Sequence[str], action: str) -> li
         )
         for row, path in zip(rows, paths, strict=True)
     ]
+    present = [clip for clip in clips if clip.path]
+    if not present:
+        raise InvalidInput(
+            f"none of the {len(clips)} recordings is on this machine",
+            str(listing.raw),
+            "`make data` to fetch them, or data.mirror= (or MOCAP_MIRROR) naming a folder that has them",
+        )
+    absent = [clip for clip in clips if not clip.path]
+    return sorted(present, key=lambda c: (c.source, c.person, c.name)), absent
 
 
 def _mismatch(path: Path, name: str, digests: Mapping[str, str]) -> str:

@@ -84,23 +84,20 @@ def read_and_prepare(
             return PreparedClip(row | {"verdict": "refused", "reason": reason}), "", None
 
     read = map_processes(one, clips, workers)
-    prepared, shown = [one for one, _, _ in read], [shown for _, _, shown in read]
     alike: dict[str, list[dict[str, Any]]] = {}
-    for one_read, digest, _ in read:
-        alike.setdefault(digest, []).append(one_read.row)
-    for n, (clip, digest, _) in enumerate(read):
-        others = [row for row in alike[digest] if digest and row["person"] != clip.row["person"]]
-        if others:
-            prepared[n], shown[n] = _refused_copy(clip.row, others[0]), None
-    usable = [(n, one_shown) for n, one_shown in enumerate(shown) if one_shown is not None]
-    remarks = one_person.remarks(
-        [prepared[n].row["person"] for n, _ in usable],
-        [prepared[n].row["clip"] for n, _ in usable],
-        [one_shown for _, one_shown in usable],
-    )
-    for (n, _), remark in zip(usable, remarks, strict=True):
-        prepared[n] = _remarked(prepared[n], remark)
-    return prepared
+    for prepared, digest, _ in read:
+        alike.setdefault(digest, []).append(prepared.row)
+    found: list[PreparedClip] = []
+    usable: dict[int, Likeness] = {}
+    for n, (prepared, digest, shown) in enumerate(read):
+        others = [row for row in alike[digest] if digest and row["person"] != prepared.row["person"]]
+        found.append(_refused_copy(prepared.row, others[0]) if others else prepared)
+        if shown is not None and not others:
+            usable[n] = shown
+    people, names = ([found[n].row[column] for n in usable] for column in ("person", "clip"))
+    for n, remark in zip(usable, one_person.remarks(people, names, [*usable.values()]), strict=True):
+        found[n] = _remarked(found[n], remark)
+    return found
 
 
 def _remarked(clip: PreparedClip, *remarks: str) -> PreparedClip:

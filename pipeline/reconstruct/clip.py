@@ -74,8 +74,6 @@ class Walk:
     layout : Layout
     recognised : str
         Why this layout.
-    tracks : tuple of Track
-        Everybody, the longest first.
     track : Track
         Who was reconstructed.
     frame_rate_hz, focal_px : float
@@ -83,7 +81,6 @@ class Walk:
         Otherwise `focal_px` is where the search for it began; each stretch has found its own.
     centre_px : (2,)
         Principal point.
-    prior : Prior
     calibrations : dict of str to Calibration
     stature_mm : float
         Of the walker; 0: not known.
@@ -97,13 +94,11 @@ class Walk:
     source: Detections
     layout: Layout
     recognised: str
-    tracks: tuple[Track, ...]
     track: Track
     frame_rate_hz: float
     focal_px: float
     focal_known: bool
     centre_px: np.ndarray
-    prior: Prior
     calibrations: dict[str, Calibration]
     stature_mm: float
     bars_for: str
@@ -188,13 +183,11 @@ def _reconstruct_clip(given: Input, model: Path) -> Walk:
         source=source,
         layout=layout,
         recognised=recognised,
-        tracks=tuple(tracks),
         track=track,
         frame_rate_hz=shown.frame_rate_hz,
         focal_px=focal,
         focal_known=bool(given.focal_px),
         centre_px=centre,
-        prior=prior,
         calibrations=calibrations,
         stature_mm=given.stature_mm,
         bars_for=AS_OURS if layout.measured or ANYBODY not in calibrations else ANYBODY,

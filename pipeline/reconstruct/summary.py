@@ -356,6 +356,6 @@ def world_mm(found: Reconstruction) -> np.ndarray:
     x, objective = found.fit.x, found.fit.objective
     own = x.copy()
     own[:SIZE] = found.posterior.walker.ravel()
-    level = objective.level_points(own)
+    level = objective.at(own).level.T
     middle = len(level) // 2
     return np.asarray(level - level[middle, WALKER15.index("pelvis")])

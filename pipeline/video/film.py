@@ -86,35 +86,26 @@ def frames_of(path: Path) -> tuple[int, float]:
     return found
 
 
-class Follower:
-    """Everybody who is followed, from one picture to the next."""
-
-    def __init__(self, pose: Pose) -> None:
-        self._pose = pose
-        self._regions: dict[int, np.ndarray] = {}
-        self._known, self._since = 0, DETECT_EVERY
-
-    def look(self, picture: np.ndarray) -> list[tuple[int, np.ndarray]]:
-        """Number and landmarks (33, 3) of everybody in the next picture."""
-        self._since += 1
-        if not self._regions or self._since >= DETECT_EVERY:
-            self._since = 0
-            for region in self._pose.detect(picture):
-                if len(self._regions) < MOST_PEOPLE and not any(
-                    _same(region, other) for other in self._regions.values()
-                ):
-                    self._regions[self._known] = region
-                    self._known += 1
-        found: list[tuple[int, np.ndarray]] = []
+def followed(path: Path, pose: Pose) -> Iterator[tuple[float, np.ndarray, dict[int, np.ndarray]]]:
+    """Seconds, pictures, and landmarks (33, 3) of everybody in them by number, from one picture to the next."""
+    regions: dict[int, np.ndarray] = {}
+    known, since = 0, DETECT_EVERY
+    for time_s, picture in pictures(path):
+        since += 1
+        if not regions or since >= DETECT_EVERY:
+            since = 0
+            for region in pose.detect(picture):
+                if len(regions) < MOST_PEOPLE and not any(_same(region, other) for other in regions.values()):
+                    regions[known] = region
+                    known += 1
+        found: dict[int, np.ndarray] = {}
         kept: dict[int, np.ndarray] = {}
-        for number, region in self._regions.items():
-            points, following, score = self._pose.place(picture, region)
-            if score < LEAST_SCORE or any(_same(following, other) for other in kept.values()):
-                continue
-            kept[number] = following
-            found.append((number, points))
-        self._regions = kept
-        return found
+        for number, region in regions.items():
+            points, following, score = pose.place(picture, region)
+            if score >= LEAST_SCORE and not any(_same(following, other) for other in kept.values()):
+                kept[number], found[number] = following, points
+        regions = kept
+        yield time_s, picture, found
 
 
 def _same(one: np.ndarray, other: np.ndarray) -> bool:
@@ -136,13 +127,13 @@ def keypoints_of(path: Path, pose: Pose, progress: Callable[[int], None] = lambd
     InvalidInput
         If the video cannot be read, or shows nobody.
     """
-    follower, times = Follower(pose), list[float]()
+    times: list[float] = []
     seen: list[tuple[int, int, np.ndarray]] = []
     size = (0, 0)
-    for number, (time_s, picture) in enumerate(pictures(path)):
+    for number, (time_s, picture, people) in enumerate(followed(path, pose)):
         times.append(time_s)
         size = picture.shape[1], picture.shape[0]
-        seen += [(number, person, points) for person, points in follower.look(picture)]
+        seen += [(number, person, points) for person, points in people.items()]
         progress(number + 1)
     if not seen:
         raise InvalidInput("nobody is seen in the video", path.name, received=f"{len(times)} frames")

@@ -325,10 +325,6 @@ class Objective:
         at = self.at(x)
         return np.concatenate([at.tangent * at.depth, at.depth[None]]).T
 
-    def level_points(self, x: np.ndarray) -> np.ndarray:
-        """Points P (T, 15, 3) in level camera axes, mm."""
-        return self.at(x).level.T
-
     def path(self, x: np.ndarray) -> np.ndarray:
         """Path (3, T) in level camera axes, mm."""
         along = np.zeros((3, len(self._times)))

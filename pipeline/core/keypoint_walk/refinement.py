@@ -125,15 +125,6 @@ def _solve(here: Quadratic, again: Callable[[], Quadratic]) -> np.ndarray:
     return solution
 
 
-def find_exchanged(kept: np.ndarray, swapped: np.ndarray) -> dict[str, np.ndarray]:
-    """Frames of legs and of arms that are better exchanged, of costs (15, T) as labelled and exchanged."""
-    found = {}
-    for limb, pairs in LIMBS.items():
-        joints = [joint for pair in pairs for joint in pair]
-        found[limb] = cheapest_labels(kept[joints].sum(axis=0), swapped[joints].sum(axis=0))
-    return found
-
-
 class Refinement:
     """One start on its way.
 
@@ -217,7 +208,10 @@ class Refinement:
             point_costs(self._at.image - points.by_axis, sigma_px, nu) * points.by_joint
             for points in (self._given, self._swapped)
         ]
-        self._exchanged = find_exchanged(costs[0], costs[1])
+        self._exchanged = {
+            limb: cheapest_labels(*(of_points[np.ravel(pairs)].sum(axis=0) for of_points in costs))
+            for limb, pairs in LIMBS.items()
+        }
         self.used = _exchanged(self._given, self._exchanged)
         self._look_again()
 

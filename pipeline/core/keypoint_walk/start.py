@@ -117,16 +117,12 @@ def frequency_candidates(
         far = (np.log(frequencies) - log_frequency[0]) / (1.5 * log_frequency[1])
         return count / 16.0 * np.log(squares) + 0.5 * far**2
 
-    w = weights
-    cost = np.empty(0)
-    for again in (True, False):
-        found, squares = regress_tracks(tried, metric, w)
-        cost = cost_of(grid, squares)
-        if again:
-            best = int(np.argmin(cost))
-            off = np.linalg.norm(metric - np.einsum("tn,jnd->tjd", tried[best], found[best]), axis=-1)
-            scale = max(np.median(off[weights > 0]) / 1.1774, 1e-9)
-            w = weights / (1.0 + (off / (2.385 * scale)) ** 2)
+    found, squares = regress_tracks(tried, metric, weights)
+    best = int(np.argmin(cost_of(grid, squares)))
+    off = np.linalg.norm(metric - np.einsum("tn,jnd->tjd", tried[best], found[best]), axis=-1)
+    scale = max(np.median(off[weights > 0]) / 1.1774, 1e-9)
+    w = weights / (1.0 + (off / (2.385 * scale)) ** 2)
+    cost = cost_of(grid, regress_tracks(tried, metric, w)[1])
     padded = np.concatenate([[np.inf], cost, [np.inf]])
     minima = np.flatnonzero((cost <= padded[:-2]) & (cost < padded[2:]))
     minima = minima[np.argsort(cost[minima], kind="stable")][:3]

@@ -155,7 +155,7 @@ def moving_parts(pixels: np.ndarray, frame_rate_hz: float) -> list[tuple[int, in
     if moving.mean() >= MOSTLY:
         return [(0, T)]
     parts = [part for part in _runs(moving) if part[1] - part[0] >= SHORTEST_S * frame_rate_hz]
-    return sorted(parts, key=lambda s: (s[0] - s[1], s[0])) or [(0, T)]
+    return sorted(parts, key=lambda s: s[0] - s[1]) or [(0, T)]
 
 
 def _runs(held: np.ndarray) -> list[tuple[int, int]]:
@@ -185,12 +185,9 @@ def straight_stretches(
     """
     T = len(pixels)
     whole = [(0, T)]
-    path = _ground_path(pixels, heights_mm)
-    if path[2].sum() < SHORTEST_S * frame_rate_hz:
-        return whole
-    across, inverse, _ = path
+    across, inverse, good = _ground_path(pixels, heights_mm)
     window = max(round(0.8 * frame_rate_hz) | 1, 3)
-    if window * 2 > T:
+    if good.sum() < SHORTEST_S * frame_rate_hz or window * 2 > T:
         return whole
     smooth = _running_mean(inverse, window)
     away = smooth * focal_px
@@ -213,7 +210,7 @@ def straight_stretches(
             found.append((start, stop))
     if sum(stop - start for start, stop in found) < LEAST_STRAIGHT * T:
         return whole
-    return sorted(found, key=lambda s: (s[0] - s[1], s[0]))
+    return sorted(found, key=lambda s: s[0] - s[1])
 
 
 def _ground_path(pixels: np.ndarray, heights_mm: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
