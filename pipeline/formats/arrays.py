@@ -23,7 +23,7 @@ _BODY_MODEL = {"poses", "betas", "trans"}
 """Arrays of AMASS and of other parameters of body models."""
 
 
-def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
+def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
     """Read points from the arrays ``names`` (P,), ``positions_mm`` (T, P, 3) and ``frame_rate_hz`` of an NPZ file.
 
     The markers of AMASS are read, too: ``marker_labels``, ``marker_data`` and ``mocap_framerate``; one that lies
@@ -31,7 +31,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
 
     Parameters
     ----------
-    path : str or Path
+    path : Path
     frame_rate_hz : float, optional
         Used if the file states no rate.
     units : str, optional
@@ -42,9 +42,9 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     InvalidInput
         If the file lacks an array, or their shapes do not fit each other.
     """
-    where = Path(path).name
+    where = path.name
     load = load_mat if where.lower().endswith(".mat") else load_npz
-    arrays, held = load(read_bytes(Path(path)), where, (*_OWN, *_AMASS, *_RATES))
+    arrays, held = load(read_bytes(path), where, (*_OWN, *_AMASS, *_RATES))
     own = set(_OWN) <= set(held)
     if not own and not set(_AMASS) <= set(held):
         what = "the file holds no arrays names and positions_mm"

@@ -29,7 +29,7 @@ class Reader(Protocol):
     """Signature of every reader."""
 
     def __call__(
-        self, path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None
+        self, path: Path, *, frame_rate_hz: float | None = None, units: str | None = None
     ) -> MotionCapture: ...
 
 

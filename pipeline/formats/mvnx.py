@@ -13,12 +13,12 @@ from pipeline.formats.text import millimetres_in, number, read_numbers
 from pipeline.skeleton.recorded import MotionCapture
 
 
-def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
+def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
     """Read the positions of segment origins from an MVNX file, in the file's axes.
 
     Parameters
     ----------
-    path : str or Path
+    path : Path
     frame_rate_hz : float, optional
         Used if the file does not state it.
     units : str, optional
@@ -34,7 +34,6 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     InvalidInput
         If the file is not MVNX, is cut short, has no positions, or does not state its rate.
     """
-    path = Path(path)
     where, unit = path.name, units or "m"
     millimetres = millimetres_in(unit, where)
     root = _root(read_bytes(path), where)

@@ -33,35 +33,22 @@ class Fit:
         Joints that it does not give.
     lacking : tuple of str
         The points that mark the family and the first that legs and pelvis need, of those that the recording lacks.
-    first_choice : int
-        Joints given by the first of their rules.
-    lowered : int
-        Joints put below their points, which a mapping of joints by name need not do.
     points : int
         Points of the recording that are used.
-    recognised : bool
-        Whether the points that mark the family are all there.
+    usable : bool
+        Whether the points that mark the family, legs and pelvis are there.
+    rank : tuple of int
+        What makes one fit better than another, the weightiest first: whether it is usable; joints of legs and pelvis;
+        joints; fewer of them put below their points, which a mapping of joints by name need not do; points; joints
+        given by the first of their rules.
     """
 
     mapping: SourceMapping
     missing: tuple[str, ...]
     lacking: tuple[str, ...]
-    first_choice: int
-    lowered: int
     points: int
-    recognised: bool
-
-    @property
-    def usable(self) -> bool:
-        """Whether legs and pelvis are there."""
-        return self.recognised and not set(self.missing) & set(LOWER_BODY)
-
-    @property
-    def rank(self) -> tuple[int, ...]:
-        """What makes one fit better than another, the weightiest first."""
-        lower = len(set(LOWER_BODY) - set(self.missing))
-        joints = len(WALKER15.joints) - len(self.missing)
-        return (self.usable, lower, joints, -self.lowered, self.points, self.first_choice)
+    usable: bool
+    rank: tuple[int, ...]
 
 
 def fitted(motion: MotionCapture, mapping: SourceMapping) -> Fit:
@@ -85,8 +72,10 @@ def fitted(motion: MotionCapture, mapping: SourceMapping) -> Fit:
             first += rule[0] is rules[0][0]
             lowered += rule[1] is not None
             used |= {points.index(point) for point in rule[0]}
-    lacked = tuple(dict.fromkeys(lacking))
-    return Fit(mapping, tuple(missing), lacked, first, lowered, len(used), not unmarked)
+    lower = len(set(LOWER_BODY) - set(missing))
+    usable = not unmarked and lower == len(LOWER_BODY)
+    rank = (usable, lower, -len(missing), -lowered, len(used), first)
+    return Fit(mapping, tuple(missing), tuple(dict.fromkeys(lacking)), len(used), usable, rank)
 
 
 def suggest(motion: MotionCapture, mappings: Iterable[SourceMapping]) -> Fit:

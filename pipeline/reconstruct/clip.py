@@ -222,10 +222,10 @@ def _chosen(frames: str, frame: np.ndarray, rate: float) -> np.ndarray:
             received=frames,
         )  # fmt: skip
     first, last = (
-        None if end is None else float(end[:-1]) * rate if end.endswith("s") else float(end)
-        for end in parts.groups()
+        otherwise if end is None else float(end[:-1]) * rate if end.endswith("s") else float(end)
+        for end, otherwise in zip(parts.groups(), (-np.inf, np.inf), strict=True)
     )
-    used = (frame >= (-np.inf if first is None else first)) & (frame <= (np.inf if last is None else last))
+    used = (frame >= first) & (frame <= last)
     if not used.any():
         raise InvalidInput(
             "no frame is left", where="input.frames", expected=f"frames from {frame.min():.0f} to {frame.max():.0f}",

@@ -85,7 +85,7 @@ def summarise(walk: Walk) -> dict[str, Any]:
     return {
         "verdict": str(best.judgement.verdict),
         "why": list(best.judgement.reasons),
-        **{k: v for k, v in stretches[walk.stretches.index(best)].items() if k not in ("verdict", "why")},
+        **stretches[walk.stretches.index(best)],
         "recognised": {
             "format": walk.source.format,
             "layout": walk.recognised,

@@ -30,12 +30,12 @@ FRAME_RATE_HZ = 120.0
 _FRAME_NUMBER = re.compile(r"^[ \t]*(\d{1,9})[ \t]*$", re.MULTILINE)
 
 
-def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
+def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
     """Read positions of the bone ends from an AMC file and its skeleton, in the file's axes.
 
     Parameters
     ----------
-    path : str or Path
+    path : Path
         The motion (.amc); `skeleton_of` says which skeleton belongs to it.
     frame_rate_hz : float, optional
         Frames per second; `FRAME_RATE_HZ` if not given.
@@ -53,7 +53,6 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     InvalidInput
         If either file is missing, cut short or contradicts itself or the other.
     """
-    path = Path(path)
     text, notes = text_without_comments(path)
     skeleton = read_skeleton(skeleton_of(path), units=units)
     first = _FRAME_NUMBER.search(text)

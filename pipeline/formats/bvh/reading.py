@@ -43,12 +43,12 @@ class Joint:
     channels: list[str] = field(default_factory=list)
 
 
-def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
+def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
     """Read positions of the joints and end sites from a BVH file, in the file's axes.
 
     Parameters
     ----------
-    path : str or Path
+    path : Path
     frame_rate_hz : float, optional
         Not used: the file states its frame time.
     units : str, optional
@@ -65,7 +65,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     InvalidInput
         If the file is missing, not a BVH, cut short in a frame, or contradicts itself.
     """
-    path, assumed, units = Path(path), units is None, "cm" if units is None else units
+    assumed, units = units is None, "cm" if units is None else units
     millimetres = millimetres_in(units, path.name)
     text, odd = read_text(path)
     lines = text.split("\n")

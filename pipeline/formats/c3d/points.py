@@ -23,12 +23,12 @@ from pipeline.formats.text import millimetres_in, unit_of
 from pipeline.skeleton.recorded import MotionCapture
 
 
-def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
+def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
     """Read the points of a C3D file, in the file's axes.
 
     Parameters
     ----------
-    path : str or Path
+    path : Path
     frame_rate_hz : float, optional
         Used if the file states 0 and has no analog samples, whose rate would tell it.
     units : str, optional
@@ -45,7 +45,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
         If the file is not C3D, is truncated, contradicts itself, or does not state its unit or its rate.
     """
     notes: list[str] = []
-    data, where = read_bytes(Path(path)), Path(path).name
+    data, where = read_bytes(path), path.name
     header = read_header(data, where)
     parameters = read_parameters(data, header, where, notes)
     if not header.points and not any(parameters.numbers("POINT:USED")):

@@ -57,12 +57,12 @@ class Table:
 _AXIS = re.compile(r"[XYZ]\d*", re.IGNORECASE)
 
 
-def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
+def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
     """Read the markers of a TRC file, in the file's axes.
 
     Parameters
     ----------
-    path : str or Path
+    path : Path
     frame_rate_hz : float, optional
         Used if the file states no rate (DataRate 0) and has no times that tell it.
     units : str, optional
@@ -81,7 +81,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
         If the file is not TRC, columns do not fit the names, its unit of length or its rate is unknown, or its
         times contradict its frame rate.
     """
-    table, where = read_table(Path(path)), Path(path).name
+    table, where = read_table(path), path.name
     unit = unit_of(table.settings.get("units", "")) or units or ""
     positions = table.positions * millimetres_in(unit, f"{where}, Units in line 3")
     leave_out_placeholders(positions, table.notes)

@@ -25,12 +25,12 @@ from pipeline.formats.text import millimetres_in
 from pipeline.skeleton.recorded import MotionCapture
 
 
-def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
+def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
     """Read the points of a table, plain or exported by Nexus, QTM or Motive, in the file's axes.
 
     Parameters
     ----------
-    path : str or Path
+    path : Path
     frame_rate_hz : float, optional
         Needed if the table has no column of times, and enough for a wide one that has no numbers of frames either;
         must agree with the times within 1 % if it has, which are resampled to it if they are uneven.
@@ -48,9 +48,9 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
         If the header names no points, a cell is not a number, a point stands twice in one frame, times do not
         increase, or the unit or the rate cannot be known.
     """
-    if (motion := exported(Path(path), frame_rate_hz, units)) is not None:
+    if (motion := exported(path, frame_rate_hz, units)) is not None:
         return motion
-    table = read_table(Path(path))
+    table = read_table(path)
     columns = read_header(table, rate_is_given=frame_rate_hz is not None)
     unit = unit_of_length(table, columns, "mm" if units is None else units)
     millimetres = millimetres_in(unit, table.where)
