@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from itertools import compress
 from pathlib import Path
 from typing import Protocol
 
@@ -112,9 +113,8 @@ def motion_capture(
     valid = np.isfinite(positions_mm).all(axis=-1)
     seen = valid.any(axis=0)
     if seen.any() and not seen.all():
-        unseen = [name for name, known in zip(names, seen, strict=True) if not known]
-        notes.append(f"Points in name only, never measured: {_listed(unseen)}.")
-        names = [name for name, known in zip(names, seen, strict=True) if known]
+        notes.append(f"Points in name only, never measured: {_listed([*compress(names, ~seen)])}.")
+        names = [*compress(names, seen)]
         positions_mm, valid = positions_mm[:, seen], valid[:, seen]
     if changed := [name for name in names if name not in stated]:
         notes.append(f"Names that a spreadsheet would run begin with an apostrophe: {_listed(changed)}.")

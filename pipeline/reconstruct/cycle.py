@@ -187,9 +187,8 @@ def angle_rows(walk: Walk) -> dict[str, np.ndarray]:
         posterior = stretch.fitted.posterior
         bars = angle_half_widths(walk.calibration, posterior.angles_sd_rad, LEVEL_95)
         angles = np.degrees([posterior.angles_rad, bars]).round(2)
-        frames = stretch.first_frame + np.arange(len(stretch.pixels))
-        times = (frames / walk.frame_rate_hz).round(6)
-        blocks.append(np.column_stack([np.full(len(frames), number), frames, times, *angles]))
+        times = (stretch.frames / walk.frame_rate_hz).round(6)
+        blocks.append(np.column_stack([np.full(len(times), number), stretch.frames, times, *angles]))
     names = [
         "stretch",
         "frame",

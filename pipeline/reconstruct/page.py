@@ -51,7 +51,7 @@ def page_of(walk: Walk, summary: dict[str, Any], path: str, files: Sequence[str]
         terms=f"Walkers are {summary['terms']}.",
         facts=words.facts(summary),
         files=files,
-        frame_numbers=stretch.first_frame + np.arange(len(stretch.pixels)),
+        frame_numbers=stretch.frames,
         frame_rate_hz=walk.frame_rate_hz,
         observed=observed(found),
         keypoints_px=keypoints_px(found) + walk.centre_px,

@@ -46,7 +46,7 @@ def write_recording(walk: Walk, summary_text: str, path: Path) -> None:
     """
     stretch, found = walk.best, walk.best.fitted
     T = len(stretch.pixels)
-    seconds = (stretch.first_frame + np.arange(T)) / walk.frame_rate_hz
+    seconds = stretch.frames / walk.frame_rate_hz
     index = {"time": seconds}
     # The viewer's images are in pixels, which a recording takes for millimetres; its rows count upwards.
     flip = np.array([1.0, -1.0])

@@ -193,8 +193,7 @@ def _stretch(stretch: Stretch, walk: Walk) -> dict[str, Any]:
             "exchanged_throughout": found.labels_exchanged,
             "unsure": found.labels_unsure,
             "exchanged_frames": {
-                limb: [int(stretch.first_frame + t) for t in np.flatnonzero(frames)]
-                for limb, frames in found.fit.exchanged.items()
+                limb: stretch.frames[which].tolist() for limb, which in found.fit.exchanged.items()
             },
         },
         "noise": {"sigma_px": _round(found.fit.noise.sigma_px, 2), "kappa": _round(found.fit.noise.kappa, 2)},
@@ -241,8 +240,9 @@ def _speed(found: Reconstruction, stride_hz: float, stature_mm: float) -> dict[s
     belt = found.fit.objective.prior.belt
     stride = 2.0 * np.pi * (belt @ found.posterior.walker.ravel())  # mm of ground per cycle
     stature = HEIGHT_MM / HEIGHT_SHARE
+    in_place = "the camera follows" if found.fit.objective.setting.cosines else "treadmill"
     described: dict[str, Any] = {
-        "locomotion": _locomotion(found),
+        "locomotion": "overground" if found.starts.overground else in_place,
         "step_length": {"per_stature": _round(stride / 2.0 / stature, 3)},
         "speed": {"statures_per_s": _round(stride * stride_hz / stature, 3)},
     }
@@ -250,12 +250,6 @@ def _speed(found: Reconstruction, stride_hz: float, stature_mm: float) -> dict[s
         described["step_length"]["mm"] = _round(stride / 2.0 / stature * stature_mm, 0)
         described["speed"]["mm_per_s"] = _round(stride * stride_hz / stature * stature_mm, 0)
     return described
-
-
-def _locomotion(found: Reconstruction) -> str:
-    if found.starts.overground:
-        return "overground"
-    return "the camera follows" if found.fit.objective.setting.cosines else "treadmill"
 
 
 def _angles(found: Reconstruction, walk: Walk) -> dict[str, Any]:
@@ -336,7 +330,7 @@ def table_rows(walk: Walk) -> dict[str, list[Any]]:
             continue
         found = stretch.fitted
         level, half = world_mm(found) * scale_mm(walk), half_widths_mm(walk, found)
-        frames = np.repeat(stretch.first_frame + np.arange(len(level)), J)
+        frames = np.repeat(stretch.frames, J)
         upright = np.concatenate([level[..., [0, 2, 1]] * [1.0, 1.0, -1.0], half[..., [0, 2, 1]]], axis=-1)
         rows += zip(
             [number] * len(frames),

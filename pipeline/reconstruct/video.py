@@ -67,7 +67,7 @@ def overlay(walk: Walk, video: Path, path: Path) -> None:
     for stretch in walk.stretches:
         if not stretch.walks:
             continue
-        frames = range(stretch.first_frame, stretch.last_frame + 1)
+        frames = stretch.frames.tolist()
         seen |= zip(frames, stretch.pixels + walk.centre_px, strict=True)
         drawn |= zip(frames, stretch.fitted.image_px + walk.centre_px, strict=True)
     write_overlay(path, video, walk.source.frame_rate_hz, WALKER15.bones, seen, drawn)

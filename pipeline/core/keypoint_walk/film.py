@@ -70,6 +70,11 @@ class Stretch:
     feet_together: bool = False
 
     @property
+    def frames(self) -> np.ndarray:
+        """Frames (T,) of the video."""
+        return np.arange(self.first_frame, self.last_frame + 1)
+
+    @property
     def walks(self) -> bool:
         """Whether this is or may be a walk."""
         return self.judgement.verdict != Verdict.not_a_walk

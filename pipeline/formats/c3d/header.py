@@ -63,19 +63,19 @@ def read_header(data: bytes, where: str) -> Header:
             "84 (Intel), 85 (DEC) or 86 (MIPS)",
             processor,
         )
-    words = integers(data[:24], processor).astype(int)
+    words = integers(data[:24], processor).astype(int).tolist()
     scale, rate = (float(floats(data[at : at + 4], processor)[0]) for at in (12, 20))
     return Header(
         processor=processor,
         parameters_at=begin,
         parameter_blocks=blocks,
-        points=int(words[1]),
-        analog=int(words[2]),
-        analog_per_channel=int(words[9]),
-        first=int(words[3]),
-        last=int(words[4]),
+        points=words[1],
+        analog=words[2],
+        analog_per_channel=words[9],
+        first=words[3],
+        last=words[4],
         scale=scale,
-        data_block=int(words[8]),
+        data_block=words[8],
         rate=rate,
     )
 

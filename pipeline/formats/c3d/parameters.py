@@ -34,14 +34,10 @@ class Parameters:
     def numbers(self, key: str) -> list[float]:
         """The finite values of a numeric parameter, integers read as unsigned; empty if it is absent."""
         kind = self.entries[key][0] if key in self.entries else 0
-        if kind == 1:
-            values = list(self._content(key, 1))
-        elif kind == 2:
-            values = integers(self._content(key, 2), self.processor).tolist()
-        elif kind == 4:
-            values = floats(self._content(key, 4), self.processor).tolist()
-        else:
+        if kind not in (1, 2, 4):
             return []
+        raw = self._content(key, kind)
+        values = raw if kind == 1 else (integers if kind == 2 else floats)(raw, self.processor)
         return [float(value) for value in values if math.isfinite(value)]
 
     def texts(self, key: str) -> list[str]:

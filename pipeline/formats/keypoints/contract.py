@@ -125,7 +125,7 @@ def detections(
     if frames > MOST_FRAMES:
         raise damaged("the numbers of frames jump", where, f"{MOST_FRAMES} frames or fewer", frames)
     require_points(len(rows), counts[0], where)
-    values = np.stack([np.asarray(row, dtype=float) for _, _, row in rows])
+    values = np.array([row for _, _, row in rows], dtype=float)
     points, confidence = values[..., :2].copy(), values[..., 2].copy()
     with np.errstate(invalid="ignore"):
         missing = ~np.isfinite(points).all(axis=-1) | (np.abs(points) > LARGEST_PX).any(axis=-1)
