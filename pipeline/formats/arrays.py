@@ -112,7 +112,7 @@ def load_npy(path: Path) -> np.ndarray:
 
 
 def _array(data: bytes) -> np.ndarray:
-    return np.asarray(np.lib.format.read_array(io.BytesIO(data), allow_pickle=False))
+    return np.lib.format.read_array(io.BytesIO(data), allow_pickle=False)
 
 
 def memory_of(data: bytes) -> int:

@@ -147,7 +147,7 @@ class _Body:
 
     def _of(self, candidate: Points) -> np.ndarray:
         """Positions (F, 3) of a point or of the middle of several."""
-        return np.asarray(self._positions[:, list(candidate)].mean(axis=1))
+        return self._positions[:, list(candidate)].mean(axis=1)
 
     def _bears(self, point: int, part: str) -> bool:
         """Whether the name of a point holds a word of a joint."""
@@ -254,7 +254,7 @@ class _Body:
         point = self._of(candidate)
         seen = np.isfinite(point).all(axis=-1)
         distances = np.linalg.norm(point[seen, None] - walker[seen], axis=-1)
-        return np.asarray(distances.mean(axis=0)) if seen.any() else np.full(15, np.inf)
+        return distances.mean(axis=0) if seen.any() else np.full(15, np.inf)
 
     def _neighbours(self, within: float) -> list[Points]:
         """Pairs of points of the left that stay near each other."""
@@ -272,7 +272,7 @@ def _laid(anchors: np.ndarray, cycle: np.ndarray) -> tuple[np.ndarray, float]:
     known = np.isfinite(apart).any(axis=0) & np.triu(np.ones((15, 15), dtype=bool), 1)
     own = np.linalg.norm(cycle[:, :, None] - cycle[:, None], axis=-1).mean(axis=0)
     ratios = np.nanmean(apart[:, known], axis=0) / own[known]
-    scale = max(float(np.median(ratios)), TINY) if len(ratios) else 1.0
+    scale = max(np.median(ratios), TINY) if len(ratios) else 1.0
     seen = np.isfinite(anchors).all(axis=-1)[:, None]
     given = np.where(seen[..., None], anchors[:, None] / scale, 0.0)
     weight = np.broadcast_to(seen, (len(anchors), PHASES, 15)) + 1e-9

@@ -121,7 +121,7 @@ def _in_one_place(one: MotionCapture, other: MotionCapture, mappings: Sequence[S
         nearest = ONE_BODY_MM
     apart = np.linalg.norm(places[0] - places[1], axis=-1)
     apart = apart[np.isfinite(apart)]
-    return bool(apart.size) and float(np.median(apart)) < nearest
+    return bool(apart.size) and np.median(apart) < nearest
 
 
 def _only(motion: MotionCapture, points: Sequence[int], who: str) -> MotionCapture:

@@ -231,7 +231,7 @@ def _chosen(frames: str, frame: np.ndarray, rate: float) -> np.ndarray:
             "no frame is left", where="input.frames", expected=f"frames from {frame.min():.0f} to {frame.max():.0f}",
             received=frames,
         )  # fmt: skip
-    return np.asarray(used)
+    return used
 
 
 def _leave_out_doubtful(pixels: np.ndarray, confidence: np.ndarray, least: float, notes: list[str]) -> None:

@@ -70,7 +70,7 @@ def _usual(prior: Prior) -> tuple[GaitCycle, np.ndarray]:
     model, size = prior.model, prior.model.mean.size
     covariance = np.zeros((size + 2, size + 2))
     covariance[:size, :size], covariance[-1, -1] = model.covariance, model.log_frequency[1] ** 2
-    return gait_cycle(model.mean, float(np.exp(model.log_frequency[0])), prior.belt), covariance
+    return gait_cycle(model.mean, np.exp(model.log_frequency[0]), prior.belt), covariance
 
 
 def numbers(walk: Walk, found: Reconstruction) -> dict[str, dict[str, Any]]:
@@ -112,7 +112,7 @@ def events(walk: Walk, stretch: Stretch) -> dict[str, dict[str, list[float]]]:
     found = stretch.fitted
     x, times = found.fit.x, found.fit.objective.setting.times
     middle = (stretch.first_frame + stretch.last_frame) / 2.0 / walk.frame_rate_hz
-    at = event_times(found.cycle, found.posterior.covariance, float(x[PHASE]), float(np.exp(x[LOG_F])), times)
+    at = event_times(found.cycle, found.posterior.covariance, x[PHASE], np.exp(x[LOG_F]), times)
     contacts = {}
     for number, (event, of_sides) in enumerate(zip(EVENTS, at, strict=True)):
         wide = walk.calibration.cycle[number, LEVEL_95] * NORMAL[LEVEL_95]

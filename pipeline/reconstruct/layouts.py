@@ -209,7 +209,7 @@ def _upright(layout: Layout, points: np.ndarray) -> float:
         part = points[:, [layout.points.index(point) for point in layout.joints[joint]], 1]
         known = np.isfinite(part)
         with np.errstate(invalid="ignore"):  # nothing over nothing
-            return np.asarray(np.where(known, part, 0.0).sum(axis=1) / known.sum(axis=1))
+            return np.where(known, part, 0.0).sum(axis=1) / known.sum(axis=1)
 
     shares = []
     for side in ("left", "right"):

@@ -51,7 +51,7 @@ def in_walkers_axes(found: Reconstruction) -> np.ndarray:
     """
     walked = world_mm(found) @ level_axes(found.fit.x[HEADING])
     walked[..., 2] -= walked[:, ANKLES, 2].min()
-    return np.asarray(walked)
+    return walked
 
 
 def written(walk: Walk) -> list[Stretch]:
@@ -77,7 +77,7 @@ def one_cycle(walk: Walk, stretch: Stretch, names: Names, *, in_place: bool) -> 
     The last frame is the first one again, ahead by a stride unless in place, so that the motion loops.
     """
     found = stretch.fitted
-    frequency = float(np.exp(found.fit.x[LOG_F]))
+    frequency = np.exp(found.fit.x[LOG_F])
     frames = max(round(walk.frame_rate_hz / frequency), 8)
     share = np.arange(frames + 1) / frames
     basis = cycle_basis(found.cycle.phases[0, 0] + 2.0 * np.pi * share, BLOCKS)

@@ -31,7 +31,7 @@ def drawn_walks(walk: Walk, found: Reconstruction, count: int) -> np.ndarray:
     wider = joint_half_widths(walk.calibration, np.ones((len(WALKER15.joints), 3)), LEVEL_95)
     factor = wider / NORMAL[LEVEL_95]
     mean = found.posterior.positions_mm
-    return np.asarray(mean + factor * (samples - mean))
+    return mean + factor * (samples - mean)
 
 
 def write_recording(walk: Walk, summary_text: str, path: Path) -> None:

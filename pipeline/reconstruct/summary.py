@@ -116,7 +116,7 @@ def off_middle_rad(found: Reconstruction) -> float:
     seen = found.keypoints.weights > 0
     columns = np.where(seen, found.keypoints.pixels[..., 0], np.nan)[seen.any(axis=1)]
     bearing = np.arctan(np.nanmean(columns, axis=1) / found.focal_px)
-    return float(np.sqrt(np.mean(bearing**2)))
+    return np.sqrt(np.mean(bearing**2))
 
 
 def view_sd_rad(walk: Walk, found: Reconstruction) -> float:
@@ -128,7 +128,7 @@ def view_sd_rad(walk: Walk, found: Reconstruction) -> float:
     assumed = not (walk.focal_known or found.focal_found)
     from_focal = FOCAL_SD * off_middle_rad(found) if assumed else 0.0
     fitted = found.posterior.heading_sd_rad * walk.calibration.view[0, LEVEL_95]
-    return float(np.sqrt(fitted**2 + VIEW_EXTRA_RAD**2 + from_focal**2))
+    return np.sqrt(fitted**2 + VIEW_EXTRA_RAD**2 + from_focal**2)
 
 
 def _stretch(stretch: Stretch, walk: Walk) -> dict[str, Any]:
@@ -272,14 +272,14 @@ def turned_deg(found: Reconstruction) -> float:
     20 to 50° of this are theirs, also on a straight path.
     """
     times = found.fit.objective.setting.times
-    return float(np.degrees(found.fit.x[TURN]) * (times[-1] - times[0]))
+    return np.degrees(found.fit.x[TURN]) * (times[-1] - times[0])
 
 
 def path_bend_deg(found: Reconstruction) -> float:
     """Turn of the path in the image over a stretch, whatever the body does: 0° is towards the camera, +90° right."""
     pixels = np.where(found.keypoints.weights[..., None] > 0, found.keypoints.pixels, np.nan)
     heights = found.fit.objective.prior.mean[:, 2, 0]
-    return -float(np.degrees(path_turn_rad(pixels, heights, found.focal_px)))
+    return -np.degrees(path_turn_rad(pixels, heights, found.focal_px))
 
 
 def advice(walk: Walk, stretch: Stretch) -> list[str]:
@@ -352,4 +352,4 @@ def world_mm(found: Reconstruction) -> np.ndarray:
     own[:SIZE] = found.posterior.walker.ravel()
     level = objective.at(own).level.T
     middle = len(level) // 2
-    return np.asarray(level - level[middle, WALKER15.index("pelvis")])
+    return level - level[middle, WALKER15.index("pelvis")]

@@ -200,7 +200,7 @@ def straighten(
     powers_of_each = np.broadcast_to(powers, (len(frequencies), *powers.shape))
     columns = np.concatenate([design(frequencies[:, None], times, 2), powers_of_each], axis=2)
     found, squares = regress_tracks(columns, mean[:, None], total[:, None])
-    best = found[int(np.argmin(squares)), 0]
+    best = found[np.argmin(squares), 0]
     path = powers @ best[5:] + best[0]
     slope = np.polyfit(times, path, 1)[0]
     middle = best[0] + place.mean(axis=0)

@@ -118,7 +118,7 @@ def frequency_candidates(
         return count / 16.0 * np.log(squares) + 0.5 * far**2
 
     found, squares = regress_tracks(tried, metric, weights)
-    best = int(np.argmin(cost_of(grid, squares)))
+    best = np.argmin(cost_of(grid, squares))
     off = np.linalg.norm(metric - np.einsum("tn,jnd->tjd", tried[best], found[best]), axis=-1)
     scale = max(np.median(off[weights > 0]) / 1.1774, 1e-9)
     w = weights / (1.0 + (off / (2.385 * scale)) ** 2)
@@ -225,7 +225,7 @@ def find_starts(
     together = _ankles_together(path.metric, shown, times)
     frequencies, worse, image = frequency_candidates(path.metric, weights, times, model.log_frequency)
     worse = worse - worse.min()
-    whole = bool(np.array_equal(seen, prior.detector.seen))
+    whole = np.array_equal(seen, prior.detector.seen)
     grid = prior.grid if whole else projected_grid(prior.mean, prior.covariance, seen)
     z = heights[seen] - heights[seen].mean()
     down = image[0, seen, 0, 1] - image[0, seen, 0, 1].mean()
@@ -243,7 +243,7 @@ def find_starts(
     heading_cost = np.full(len(grid.headings_rad), np.inf)
     costs = _grid_cost(grid, image[:, seen] / size, phases)
     for number, (frequency, cost) in enumerate(zip(frequencies, costs, strict=True)):
-        lowest = int(np.argmin(cost.min(axis=1)))
+        lowest = np.argmin(cost.min(axis=1))
         if (lowest_cost := cost[lowest].min()) < least:
             least = lowest_cost
             distance = (least - grid.log_determinant[lowest]) / grid.whitened_mean.shape[1]
@@ -259,7 +259,7 @@ def find_starts(
     found.sort(key=lambda start: start.cost)
     # The frequency that leaves least of the image has a start of its own: labels exchanged for long make the image
     # look like one of the double frequency.
-    likeliest = frequencies[int(np.argmin(worse))]
+    likeliest = frequencies[np.argmin(worse)]
     chosen = [start for start in found if start.frequency_hz == likeliest][:1]
     for start in found:
         near = len(chosen) < MOST_STARTS - 1 or start.cost < found[0].cost + _FOURTH_START

@@ -250,7 +250,7 @@ def character(positions: np.ndarray, names: Names) -> Character:
     lift = 0.0
     for side in ("left", "right"):
         hip, knee, ankle = (at[f"{side}_{joint}"] for joint in ("hip", "knee", "ankle"))
-        stature = float(np.linalg.norm([knee - hip, ankle - knee], axis=-1).mean(axis=1).sum()) / _LEG
+        stature = np.linalg.norm([knee - hip, ankle - knee], axis=-1).mean(axis=1).sum() / _LEG
         down = _directions(ankle - knee)
         forwards = _directions(np.cross(at["right_hip"] - at["left_hip"], down))
         ball = ankle + stature * (_FOOT_FORWARD * forwards + _FOOT_DOWN * down)

@@ -69,7 +69,7 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     measured = numbers[..., 3] >= 0
     valid = measured & (np.abs(positions) < LARGEST).all(axis=-1)
     positions[~valid] = np.nan
-    if beyond := int(np.count_nonzero(measured & ~valid)):
+    if beyond := np.count_nonzero(measured & ~valid):
         notes.append(f"{beyond} samples declared as measured are not numbers or lie beyond any laboratory.")
     leave_out_placeholders(positions, notes, millimetres)
     return motion_capture(names, positions, rate, unit, notes)

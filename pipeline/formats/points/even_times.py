@@ -75,7 +75,7 @@ def at_equal_intervals(
     mean, duration = float(steps.mean()), float(times_s[-1] - times_s[0])
     # Times that are uniform as they are printed are exact.
     rounding = _rounding(times_s) if np.abs(steps / mean - 1).max() > 1e-6 else 0.0
-    rate = 1.0 / float(np.median(steps)) if declared_hz is None else declared_hz
+    rate = 1.0 / np.median(steps) if declared_hz is None else declared_hz
     if declared_hz is None and rounding < 0.01 * mean and np.abs(steps / mean - 1).max() < 0.01:
         rate = 1.0 / mean
     if not 1 <= rate <= 1e6:
@@ -86,7 +86,7 @@ def at_equal_intervals(
         frames = np.maximum(np.round(steps * rate), 1)
     off = np.abs(steps * rate - frames)
     span = frames.sum()
-    if len(frames) > 2 and (skipped := float(np.median(frames))) > _SKIPPED:
+    if len(frames) > 2 and (skipped := np.median(frames)) > _SKIPPED:
         span /= skipped
     if declared_hz is not None and abs(span / (duration * rate) - 1) > 0.01 + rounding * rate / span:
         raise damaged(
@@ -133,7 +133,7 @@ def _in_seconds(
         )
     if len(steps) < 2 or steps.min() <= 1.5:
         return times
-    step = float(np.median(steps))
+    step = np.median(steps)
     if (found := unit_of_times(step, declared_hz)) is None:
         raise damaged(
             "times may be microseconds or ticks of 100 ns",

@@ -310,7 +310,7 @@ def set_to_seconds(table: Rows, column: int) -> None:
     seen = np.unique(times[np.isfinite(times)]) - first
     # More than numbers of a table may be.
     large = scale == 1.0 and len(seen) > 1 and seen[-1] >= 1e9
-    if large and (unit := unit_of_times(float(np.median(np.diff(seen))))):
+    if large and (unit := unit_of_times(np.median(np.diff(seen)))):
         table.notes.append(f"The times are taken as {unit[0]}.")
         scale, digits = 1 / unit[1], 9
     if scale == 1.0 and not first:
