@@ -60,9 +60,7 @@ def written(walk: Walk) -> list[Stretch]:
     return sorted(usable, key=lambda s: s is not walk.best)
 
 
-def to_motion(
-    walk: Walk, stretch: Stretch, names: Names = Names.ours, *, in_place: bool = False
-) -> motion.Motion:
+def to_motion(walk: Walk, stretch: Stretch, names: Names, *, in_place: bool) -> motion.Motion:
     """Points of a stretch; `names` and whether the walker stays in place are of a BVH."""
     positions = in_walkers_axes(stretch.fitted) * scale_mm(walk)
     if in_place:

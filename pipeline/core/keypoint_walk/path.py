@@ -81,7 +81,7 @@ def image_scale(rows: np.ndarray, weights: np.ndarray, heights_mm: np.ndarray) -
 
 
 def distance_profile(
-    pixels: np.ndarray, weights: np.ndarray, times: np.ndarray, heights_mm: np.ndarray, cosines: int = 0
+    pixels: np.ndarray, weights: np.ndarray, times: np.ndarray, heights_mm: np.ndarray, cosines: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Distance over focal length as a line in time, (2,): mm per pixel, and that per second; and in each frame (T,).
 
@@ -161,7 +161,7 @@ def straighten(
     heights_mm: np.ndarray,
     focal_px: float,
     typical_hz: float,
-    cosines: int = 0,
+    cosines: int,
 ) -> Path:
     """Take distance and path out of the image: what is left is the walk about its trunk.
 
