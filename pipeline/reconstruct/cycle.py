@@ -18,11 +18,9 @@ from pipeline.core.keypoint_walk.cycle import (
     GaitCycle,
     angle_curves,
     deviations,
-    event_times,
     gait_cycle,
 )
 from pipeline.core.keypoint_walk.film import Stretch
-from pipeline.core.keypoint_walk.objective import LOG_F, PHASE
 from pipeline.core.keypoint_walk.prior import Prior
 from pipeline.core.sagittal_angles import ANGLES, KINDS, SIDES
 from pipeline.reconstruct.clip import Walk
@@ -110,11 +108,9 @@ def numbers(walk: Walk, found: Reconstruction) -> dict[str, dict[str, Any]]:
 def events(walk: Walk, stretch: Stretch) -> dict[str, dict[str, list[float]]]:
     """Return the times in the video at which each foot is set down and taken off, s, with half widths of 95 % bars."""
     found = stretch.fitted
-    x, times = found.fit.x, found.fit.objective.setting.times
     middle = (stretch.first_frame + stretch.last_frame) / 2.0 / walk.frame_rate_hz
-    at = event_times(found.cycle, found.posterior.covariance, x[PHASE], np.exp(x[LOG_F]), times)
     contacts = {}
-    for number, (event, of_sides) in enumerate(zip(EVENTS, at, strict=True)):
+    for number, (event, of_sides) in enumerate(zip(EVENTS, found.event_times, strict=True)):
         wide = walk.calibration.cycle[number, LEVEL_95] * NORMAL[LEVEL_95]
         for side, (when, sd) in zip(SIDES, of_sides, strict=True):
             contacts[f"{side}_{event}"] = {

@@ -10,7 +10,7 @@ import numpy as np
 from pipeline.core.fourier import cycle_basis
 from pipeline.core.keypoint_walk import Reconstruction
 from pipeline.core.keypoint_walk.film import Stretch
-from pipeline.core.keypoint_walk.objective import HEADING, LOG_F
+from pipeline.core.keypoint_walk.objective import HEADING
 from pipeline.core.keypoint_walk.training import BLOCKS
 from pipeline.core.keypoint_walk.view import level_axes
 from pipeline.formats import motion
@@ -75,7 +75,7 @@ def one_cycle(walk: Walk, stretch: Stretch, names: Names, *, in_place: bool) -> 
     The last frame is the first one again, ahead by a stride unless in place, so that the motion loops.
     """
     found = stretch.fitted
-    frequency = np.exp(found.fit.x[LOG_F])
+    frequency = found.fit.frequency_hz
     frames = max(round(walk.frame_rate_hz / frequency), 8)
     share = np.arange(frames + 1) / frames
     basis = cycle_basis(found.cycle.phases[0, 0] + 2.0 * np.pi * share, BLOCKS)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.core.keypoint_walk.calibration import NORMAL
-from pipeline.core.keypoint_walk.objective import HEADING, LOG_F, PHASE
+from pipeline.core.keypoint_walk.objective import HEADING
 from pipeline.core.sagittal_angles import KINDS
 from pipeline.reconstruct import cycle, words
 from pipeline.reconstruct.clip import Walk
@@ -36,8 +36,6 @@ def page_of(walk: Walk, summary: dict[str, Any], path: str, files: Sequence[str]
     view, cadence = summary["view_angle_deg"], summary["cadence"]
     positions = upright(found.posterior.positions_mm) * scale_mm(walk)
     half = half_widths_mm(walk, found)[..., [0, 2, 1]]
-    setting = found.fit.objective.setting
-    turned = 2.0 * np.pi * np.exp(found.fit.x[LOG_F]) * setting.times + found.fit.x[PHASE]
     heading = found.fit.x[HEADING]
     reach = NORMAL[LEVEL_95] * view_sd_rad(walk, found)
     first, last = summary["frames"]
@@ -62,7 +60,7 @@ def page_of(walk: Walk, summary: dict[str, Any], path: str, files: Sequence[str]
         numbers=summary["gait_cycle"]["numbers"],
         curves=cycle.curves(walk, found),
         curve_names=KINDS,
-        cycle_percent=100.0 * ((turned[:, None] - found.cycle.phases[0]) / (2.0 * np.pi) % 1.0),
+        cycle_percent=100.0 * ((found.fit.phases_rad[:, None] - found.cycle.phases[0]) / (2.0 * np.pi) % 1.0),
         heading_deg=np.degrees(heading),
         heading_interval_deg=(np.degrees(heading - reach), np.degrees(heading + reach)),
         alternatives_deg=[other["heading_deg"] for other in view["alternatives"]],

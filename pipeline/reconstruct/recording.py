@@ -26,8 +26,7 @@ _PELVIS = WALKER15.index("pelvis")
 def drawn_walks(walk: Walk, found: Reconstruction, count: int) -> np.ndarray:
     """Walks (S, T, 15, 3) from the posterior, as wide as the calibrated bars: about the pelvis, camera axes, mm."""
     generator = derive_generator(0, "posterior samples")
-    times = found.fit.objective.setting.times
-    samples = sample_positions(found.posterior, found.fit.x, times, generator, count)
+    samples = sample_positions(found.posterior, found.fit.x, found.fit.times, generator, count)
     wider = joint_half_widths(walk.calibration, np.ones((len(WALKER15.joints), 3)), LEVEL_95)
     factor = wider / NORMAL[LEVEL_95]
     mean = found.posterior.positions_mm

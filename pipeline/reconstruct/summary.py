@@ -17,7 +17,7 @@ from pipeline.core.keypoint_walk.calibration import (
 )  # fmt: skip
 from pipeline.core.keypoint_walk.errors import SCORED
 from pipeline.core.keypoint_walk.film import Stretch
-from pipeline.core.keypoint_walk.objective import FOCAL_SD, HEADING, LOG_F, TURN
+from pipeline.core.keypoint_walk.objective import FOCAL_SD, HEADING, TURN
 from pipeline.core.keypoint_walk.reconstruction import LABELS_UNSURE
 from pipeline.core.keypoint_walk.tracks import path_turn_rad
 from pipeline.core.keypoint_walk.training import SIZE
@@ -147,7 +147,7 @@ def _stretch(stretch: Stretch, walk: Walk) -> dict[str, Any]:
         return described  # numbers of a walk that is none would only mislead
     heading = found.fit.x[HEADING]
     half = np.degrees(NORMAL[LEVEL_95] * view_sd_rad(walk, found))
-    stride_hz = np.exp(found.fit.x[LOG_F])
+    stride_hz = found.fit.frequency_hz
     fitted = found.posterior.log_frequency_sd * walk.calibration.view[1, LEVEL_95]
     cadence_half = NORMAL[LEVEL_95] * np.hypot(fitted, CADENCE_EXTRA)
     rivals = [
@@ -271,7 +271,7 @@ def turned_deg(found: Reconstruction) -> float:
     Detectors exaggerate how a body that passes turns its front, then its back to the camera: seen from the side, some
     20 to 50° of this are theirs, also on a straight path.
     """
-    times = found.fit.objective.setting.times
+    times = found.fit.times
     return np.degrees(found.fit.x[TURN]) * (times[-1] - times[0])
 
 

@@ -7,8 +7,8 @@ from scipy.interpolate import CubicSpline
 
 from pipeline.core.anatomical.stance import stance_rows
 from pipeline.core.keypoint_walk.calibration import StandardErrors
-from pipeline.core.keypoint_walk.cycle import LATER, deviations, event_times, gait_cycle
-from pipeline.core.keypoint_walk.objective import HEADING, LOG_F, PHASE, TURN
+from pipeline.core.keypoint_walk.cycle import LATER, deviations, gait_cycle
+from pipeline.core.keypoint_walk.objective import HEADING, LOG_F, TURN
 from pipeline.core.keypoint_walk.posterior import relative_positions
 from pipeline.core.keypoint_walk.reconstruction import Reconstruction
 from pipeline.core.keypoint_walk.training import TrainingWalk
@@ -31,7 +31,7 @@ def level_angles(positions_mm: np.ndarray, heading_rad: np.ndarray | float) -> n
 def headings(found: Reconstruction) -> np.ndarray:
     """Headings (T,) that were found."""
     x = found.fit.x
-    return x[HEADING] + x[TURN] * found.fit.objective.setting.times
+    return x[HEADING] + x[TURN] * found.fit.times
 
 
 def fitted_scale(estimate_mm: np.ndarray, truth_mm: np.ndarray) -> float:
@@ -64,12 +64,10 @@ def event_errors(found: Reconstruction, truth_mm: np.ndarray, heading_rad: float
     The true ones are those of the recorded ankles, step by step, between frames by a spline; every one of them is
     compared with the nearest that was found, both feet pooled.
     """
-    x, times = found.fit.x, found.fit.objective.setting.times
-    frequency = np.exp(x[LOG_F])
+    times, frequency = found.fit.times, found.fit.frequency_hz
     own = truth_mm @ level_axes(heading_rad)
-    expected = event_times(found.cycle, found.posterior.covariance, x[PHASE], frequency, times)
     errors = []
-    for sign, later, of_sides in zip((1.0, -1.0), LATER, expected, strict=True):
+    for sign, later, of_sides in zip((1.0, -1.0), LATER, found.event_times, strict=True):
         off = []
         for ankle, (at, sd) in zip(ANKLES, of_sides, strict=True):
             ahead = CubicSpline(times, sign * (own[:, ankle, 1] - own[:, PELVIS, 1]))
@@ -93,8 +91,7 @@ def number_errors(found: Reconstruction, walk: TrainingWalk) -> np.ndarray:
 
 def average_walker_mm(found: Reconstruction) -> np.ndarray:
     """The average walker (T, 15, 3) with the heading, phase and frequency that were found."""
-    objective = found.fit.objective
-    return relative_positions(objective.prior.model.mean, found.fit.x, objective.setting.times)
+    return relative_positions(found.fit.objective.prior.model.mean, found.fit.x, found.fit.times)
 
 
 def image_kept_mm(found: Reconstruction) -> np.ndarray:
@@ -109,7 +106,7 @@ def image_kept_mm(found: Reconstruction) -> np.ndarray:
     """
     kept = average_walker_mm(found)
     a, b = found.starts.path.distance
-    metric = found.keypoints.pixels * (a + b * found.fit.objective.setting.times)[:, None, None]
+    metric = found.keypoints.pixels * (a + b * found.fit.times)[:, None, None]
     seen = found.keypoints.weights > 0
     middle = [PELVIS] if seen[:, PELVIS].any() else _HIPS
     frames = np.flatnonzero(seen[:, middle].all(axis=1))

@@ -91,7 +91,7 @@ def posterior(prior: Prior, fit: Fit, keypoints: Keypoints) -> Posterior:
     keypoints : Keypoints
         With labels exchanged as `fit.exchanged` says.
     """
-    x, times = fit.x, fit.objective.setting.times
+    x, times = fit.x, fit.times
     T = len(times)
     matrix = fit.objective.quadratic(fit.objective.at(x), keypoints, fit.noise).matrix
     walker = give_bias_back(prior, x[:SIZE])
@@ -100,8 +100,7 @@ def posterior(prior: Prior, fit: Fit, keypoints: Keypoints) -> Posterior:
     covariance = _spread(matrix, back)
     covariance[:SIZE, :SIZE] += prior.remaining
 
-    omega = 2.0 * np.pi * np.exp(x[LOG_F])
-    psi = omega * times + x[PHASE]
+    omega, psi = 2.0 * np.pi * fit.frequency_hz, fit.phases_rad
     basis, slope = cycle_basis(psi, BLOCKS), cycle_slope(psi, BLOCKS)
     A = level_axes(x[HEADING] + x[TURN] * times)
     relative = walker - walker[PELVIS]

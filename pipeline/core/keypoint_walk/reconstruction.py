@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from pipeline.core.anatomical import JOINTS
-from pipeline.core.keypoint_walk.cycle import GaitCycle, gait_cycle
+from pipeline.core.keypoint_walk.cycle import GaitCycle, event_times, gait_cycle
 from pipeline.core.keypoint_walk.exchanged import exchange_all
-from pipeline.core.keypoint_walk.objective import HEADING, LOG_F, NU, PHASE, Keypoints, Setting
+from pipeline.core.keypoint_walk.objective import HEADING, NU, PHASE, Keypoints, Setting
 from pipeline.core.keypoint_walk.path import median_of_seen
 from pipeline.core.keypoint_walk.posterior import (
     Posterior,
@@ -158,9 +158,8 @@ class Reconstruction:
     @property
     def positions_mm(self) -> np.ndarray:
         """Positions (T, 15, 3) as `posterior` has them, without their error bars."""
-        x, objective = self.fit.x, self.fit.objective
-        walker = give_bias_back(objective.prior, x[:SIZE])
-        return relative_positions(walker, x, objective.setting.times)
+        walker = give_bias_back(self.fit.objective.prior, self.fit.x[:SIZE])
+        return relative_positions(walker, self.fit.x, self.fit.times)
 
     @property
     def focal_px(self) -> float:
@@ -185,13 +184,18 @@ class Reconstruction:
     @cached_property
     def cycle(self) -> GaitCycle:
         """Events and numbers of the average cycle."""
-        return gait_cycle(self.posterior.walker, np.exp(self.fit.x[LOG_F]), self.fit.objective.prior.belt)
+        return gait_cycle(self.posterior.walker, self.fit.frequency_hz, self.fit.objective.prior.belt)
+
+    @property
+    def event_times(self) -> list[list[tuple[np.ndarray, np.ndarray]]]:
+        """Times at which each foot is set down and taken off in the clip, and their standard deviations, s."""
+        fit = self.fit
+        return event_times(self.cycle, self.posterior.covariance, fit.x[PHASE], fit.frequency_hz, fit.times)
 
     @property
     def strides(self) -> float:
         """Strides that the clip holds."""
-        times = self.fit.objective.setting.times
-        return (times[-1] - times[0]) * np.exp(self.fit.x[LOG_F])
+        return (self.fit.times[-1] - self.fit.times[0]) * self.fit.frequency_hz
 
 
 def reconstruct(
@@ -314,11 +318,11 @@ def _best_of(begun: Sequence[_Begun]) -> tuple[_Begun, list[Candidate]]:
     order = [int(number) for number in np.argsort(costs, kind="stable")]
     candidates: list[Candidate] = []
     for number in order:
-        x = begun[number].on_its_way.fit().x
+        fit = begun[number].on_its_way.fit()
         candidate = Candidate(
-            np.exp(x[LOG_F]),
-            x[HEADING],
-            x[PHASE],
+            fit.frequency_hz,
+            fit.x[HEADING],
+            fit.x[PHASE],
             begun[number].exchanged,
             costs[number] - costs[order[0]],
         )
@@ -376,7 +380,7 @@ def _slow_residual(fit: Fit, used: Keypoints) -> float:
     size = np.sqrt((residual**2).sum(axis=-1))
     residual *= np.minimum(1.0, OUTLIER * fit.noise.sigma_px / np.maximum(size, 1e-9))[..., None]
     square = np.mean(residual[seen] ** 2)
-    times, both = fit.objective.setting.times, seen[1:] & seen[:-1]
+    times, both = fit.times, seen[1:] & seen[:-1]
     if (times[1] - times[0]) * SLOWEST_WHITE_HZ > 1.0 or not both.any():
         return np.sqrt(square)
     white = 0.5 * np.mean((residual[1:] - residual[:-1])[both] ** 2)

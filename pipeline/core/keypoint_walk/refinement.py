@@ -75,6 +75,21 @@ class Fit:
     start: Start
     objective: Objective
 
+    @property
+    def times(self) -> np.ndarray:
+        """Seconds (T,) of the frames, 0 in the middle."""
+        return self.objective.setting.times
+
+    @property
+    def frequency_hz(self) -> float:
+        """Strides a second."""
+        return np.exp(self.x[LOG_F])
+
+    @property
+    def phases_rad(self) -> np.ndarray:
+        """Phases (T,) of the frames."""
+        return 2.0 * np.pi * self.frequency_hz * self.times + self.x[PHASE]
+
 
 def estimate_noise(residual: np.ndarray, seen: np.ndarray) -> Noise:
     """Scale of residuals (2, 15, T) of what is seen (15, T), and how often the same error is seen again.

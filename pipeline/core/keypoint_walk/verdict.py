@@ -14,7 +14,6 @@ from enum import StrEnum
 import numpy as np
 
 from pipeline.core.fourier import cycle_basis
-from pipeline.core.keypoint_walk.objective import LOG_F, PHASE
 from pipeline.core.keypoint_walk.path import TRUNK, median_of_seen
 from pipeline.core.keypoint_walk.reconstruction import Reconstruction
 from pipeline.core.keypoint_walk.training import BLOCKS, HEIGHT_MM
@@ -70,10 +69,8 @@ def bounce(found: Reconstruction) -> float:
     Walkers are lowest where their feet are farthest apart, runners there fly.  What may be a trembling of the camera is
     no bounce: the estimate is raised by twice its standard error.
     """
-    x, objective = found.fit.x, found.fit.objective
-    times, down = objective.setting.times, found.filmed_px[..., 1]
-    turned = 2.0 * np.pi * np.exp(x[LOG_F]) * times + x[PHASE]
-    basis = cycle_basis(turned, BLOCKS)
+    times, down = found.fit.times, found.filmed_px[..., 1]
+    basis = cycle_basis(found.fit.phases_rad, BLOCKS)
     columns = np.concatenate([times[:, None] ** np.arange(4), basis[:, 1:5]], axis=1)
     trunk = [joint for joint in TRUNK if (found.keypoints.weights[:, joint] > 0).any()]
     seen = found.keypoints.weights[:, trunk] > 0
@@ -86,7 +83,7 @@ def bounce(found: Reconstruction) -> float:
     columns = columns[rows]
     wave = np.linalg.lstsq(columns, height, rcond=None)[0]
     left = np.std(height - columns @ wave)
-    average = objective.prior.model.mean[TRUNK, 2, 3:5].mean(axis=0) * found.height_px / HEIGHT_MM
+    average = found.fit.objective.prior.model.mean[TRUNK, 2, 3:5].mean(axis=0) * found.height_px / HEIGHT_MM
     # Errors forget in some FORGETS_S: there are fewer of them than frames.
     several = max((times[-1] - times[0]) / FORGETS_S, 1.0)
     error = left * np.sqrt(2.0 / several) / np.linalg.norm(average)
