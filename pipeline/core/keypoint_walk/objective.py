@@ -28,7 +28,7 @@ from scipy.linalg import blas
 
 from pipeline.core.anatomical import BONES, JOINTS, PAIRS, PHASES
 from pipeline.core.fourier import cycle_basis, equal_phases, waves
-from pipeline.core.keypoint_walk.prior import Prior
+from pipeline.core.keypoint_walk.prior import Prior, belt_speed
 from pipeline.core.keypoint_walk.training import BLOCKS, HARMONICS, SIZE
 from pipeline.core.keypoint_walk.view import pitched, to_level, to_walker
 
@@ -310,7 +310,7 @@ class Objective:
             [0, 0, 0, 1, 1, 0, 0, 0, 1, 2, 2, 1, *np.tile(cosines, 3)] + [0] * (setting.focal_sd > 0)
         )
         self._on_path = self._direction <= AWAY
-        typical = 2.0 * np.pi * np.exp(population[0]) * (prior.belt @ prior.model.mean.ravel())
+        typical = 2.0 * np.pi * np.exp(population[0]) * belt_speed(prior)
         self.tie_variance = 3.0 * (TIE_SD[0] * typical + TIE_SD[1]) ** 2
         self.tie_times = np.array(TIE_TIMES) * (t[-1] - t[0])
         self.length_weight = 2.0 * HARMONICS / PHASES / prior.bone_sd**2
