@@ -52,12 +52,6 @@ def joint_errors(found: Reconstruction, truth_mm: np.ndarray) -> np.ndarray:
     return (scale * estimate - truth_mm) / np.maximum(scale * sd, _LEAST_SD_MM)
 
 
-def angle_errors(found: Reconstruction, truth_mm: np.ndarray, heading_rad: float) -> np.ndarray:
-    """Errors (T, 11) of angles over the posterior's standard deviations, of somebody whose heading was this."""
-    off = found.posterior.angles_rad - level_angles(truth_mm, heading_rad)
-    return off / found.posterior.angles_sd_rad
-
-
 def event_errors(found: Reconstruction, truth_mm: np.ndarray, heading_rad: float) -> list[np.ndarray]:
     """Errors of the times of contacts and of toe-offs, s, and over their standard deviations: two of (n, 2).
 
@@ -75,18 +69,19 @@ def event_errors(found: Reconstruction, truth_mm: np.ndarray, heading_rad: float
             true = turning[ahead(turning) > 0.5 * np.max(ahead(times))] + later / frequency
             if len(at) and len(true):
                 nearest = np.abs(at - true[:, None]).argmin(axis=1)
+                late = at[nearest] - true
                 # At the ends of a clip the nearest may be another step's.
-                close = np.abs(at[nearest] - true) < 0.25 / frequency
-                off.append(np.stack([at[nearest] - true, (at[nearest] - true) / sd[nearest]], axis=1)[close])
+                close = np.abs(late) < 0.25 / frequency
+                off.append(np.stack([late, late / sd[nearest]], axis=1)[close])
         errors.append(np.concatenate(off) if off else np.empty((0, 2)))
     return errors
 
 
 def number_errors(found: Reconstruction, walk: TrainingWalk) -> np.ndarray:
-    """Errors (25, 2) of the numbers of the gait cycle against a whole walk's, and over their standard deviations."""
+    """Errors (25,) of the numbers of the gait cycle against a whole walk's, over their standard deviations."""
     truth = gait_cycle(walk.walker, walk.frequency_hz, stance_rows(walk.walker)[1])
     off = found.cycle.values - truth.values
-    return np.stack([off, off / deviations(found.cycle.slopes, found.posterior.covariance)], axis=1)
+    return off / deviations(found.cycle.slopes, found.posterior.covariance)
 
 
 def average_walker_mm(found: Reconstruction) -> np.ndarray:
@@ -132,8 +127,8 @@ def standard_errors(
     away = [np.arctan2(np.sin(off), np.cos(off)), x[LOG_F] - np.log(walk.frequency_hz)]
     return StandardErrors(
         joint_errors(found, truth_mm),
-        angle_errors(found, truth_mm, heading_rad),
+        (posterior.angles_rad - level_angles(truth_mm, heading_rad)) / posterior.angles_sd_rad,
         [of_event[:, 1] for of_event in events],
-        number_errors(found, walk)[:, 1],
+        number_errors(found, walk),
         away / np.array([posterior.heading_sd_rad, posterior.log_frequency_sd]),
     )

@@ -19,8 +19,6 @@ from pipeline.formats.keypoints.contract import MEDIAPIPE, Detections, detection
 from pipeline.formats.points.cells import Rows
 from pipeline.formats.text import number, read_text
 
-Row = tuple[float, str, np.ndarray]
-
 
 def load(path: Path) -> Any:
     """Content of a JSON file; a list, where each line has a JSON text of its own.
@@ -336,7 +334,7 @@ def _detections(
         names = [listed[key] for key in sorted(listed, key=int)]
     else:
         names = list(dict.fromkeys(name for _, _, of_one, _ in found for name in of_one))
-    rows: list[Row] = []
+    rows = []
     for frame, who, of_one, points in found:
         if of_one and of_one != names:
             points, own = np.full((len(names), 3), np.nan), points
