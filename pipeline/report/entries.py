@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from pipeline import papers, pictures
+from pipeline import papers
 from pipeline.papers import Agreement
+from pipeline.pictures.embedding import embedded, packed_vector
 from pipeline.report import page_charts, players
 from pipeline.report.published import Published, PublishedFigure
 from pipeline.report.verdicts import answers, counts_by_kind, reason, tally
@@ -207,10 +208,10 @@ def played_tables(figure: PublishedFigure) -> dict[str, str]:
 def _picture(figure: PublishedFigure, width: int) -> dict[str, Any] | None:
     """Return the vector picture, or the raster one where it is large or is not there; None if there is neither."""
     vector = figure.folder / "figure.svg"
-    if vector.is_file() and (drawn := pictures.packed_vector(vector, MOST_VECTOR_BYTES)):
+    if vector.is_file() and (drawn := packed_vector(vector, MOST_VECTOR_BYTES)):
         return drawn
     raster = figure.folder / "figure.png"
-    return pictures.embedded(raster, width) if raster.is_file() else None
+    return embedded(raster, width) if raster.is_file() else None
 
 
 PUBLISHED = "published.csv"

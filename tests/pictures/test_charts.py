@@ -13,7 +13,7 @@ from PIL import Image
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.palette import COLOURS, Style, hex_colour
-from pipeline.pictures import draw_charts
+from pipeline.pictures.charts import draw_charts
 from pipeline.pictures.style import PNG_DPI, STYLE
 from pipeline.validation import InvalidInput
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pipeline.pictures import draw_tallies
+from pipeline.pictures.tallies import draw_tallies
 
 ROWS = [("one paper", {"holds": 3, "differs": 1}), ("another", {"holds": 5})]
 
