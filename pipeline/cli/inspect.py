@@ -13,9 +13,7 @@ from typing import Any
 from pipeline import formats, mappings
 from pipeline.cli.output import tell
 from pipeline.cli.walkers import options_of
-from pipeline.clips.options import Steady
-from pipeline.clips.usable import RawClip, report_row
-from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
+from pipeline.clips.walks import walk_in
 from pipeline.core import walking
 from pipeline.ingestion import nearest_joints, static_trial
 from pipeline.ingestion.corpus import joints_of
@@ -256,9 +254,7 @@ def _of_walk(motion: MotionCapture, fit: mappings.Fit, path: Path, options: Insp
         return
     found.lines.append(f"axis up: {up}")
     found.lines += walking.uneven_legs(positions)
-    walk = steady_walk(
-        RawClip(report_row(REPORT_COLUMNS, clip=path.name), positions, read.frame_rate_hz, valid), Steady()
-    )
+    walk = walk_in(path.name, positions, read.frame_rate_hz, valid)
     if walk.positions is None:
         reason = _found(walk.row["reason"])
         if walk.row["leg_length_mm"] and static_trial.moves(positions) <= static_trial.STILL:

@@ -11,9 +11,8 @@ import numpy as np
 
 from pipeline import formats, mappings
 from pipeline.cli.options import Options, filled
-from pipeline.clips.options import Locomotion, Steady
-from pipeline.clips.usable import RawClip, report_row
-from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
+from pipeline.clips.options import Locomotion
+from pipeline.clips.walks import walk_in
 from pipeline.core import camera, fourier, linear_model, reconstruction
 from pipeline.formats.budget import read_one
 from pipeline.ingestion.corpus import joints_of
@@ -283,8 +282,7 @@ def steady(
     locomotion: Locomotion = Locomotion.auto,
 ) -> Walk:
     """Return the Fourier representation of the steady part of joints (T, 15, 3), mm."""
-    row = report_row(REPORT_COLUMNS, clip=name)
-    prepared = steady_walk(RawClip(row, positions, frame_rate_hz, valid), Steady(locomotion=locomotion))
+    prepared = walk_in(name, positions, frame_rate_hz, valid, locomotion=locomotion)
     if prepared.positions is None:
         raise InvalidInput(f"no walk: {prepared.row['reason']}", where=name)
     series = fourier.represent(
