@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from pipeline import formats, mappings
 from pipeline.cli.output import tell
@@ -23,7 +23,7 @@ from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping
 from pipeline.skeleton.source_points import plain_name
 from pipeline.storage.publishing import new_file
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import InvalidInput, bounded
 
 
 @dataclass
@@ -34,7 +34,7 @@ class Inspect:
     replace: bool = False
     skeleton: str = ""
     units: str = ""
-    frame_rate_hz: float | None = None
+    frame_rate_hz: Annotated[float, bounded(above=0, at_most=1e5)] | None = None
     subject: str = ""
     static: str = ""
 
@@ -90,8 +90,6 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
         If an option is unknown, or there is no recording.
     """
     source, options = options_of(arguments, Inspect, usage="inspect PATH [write=my_lab.yaml]")
-    if options.frame_rate_hz is not None:
-        require_range("frame_rate_hz", options.frame_rate_hz, above=0, at_most=1e5)
     files = recordings(Path(source))
     chosen = mappings.chosen(options.skeleton or mappings.AUTO)
     known = [chosen] if chosen else list(mappings.shipped().values())

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import Annotated
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from pipeline.core import fourier
 from pipeline.pointlight import Noise, PointLights
 from pipeline.skeleton import WALKER15
 from pipeline.storage.publishing import new_file
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import InvalidInput, bounded
 
 
 class Joints(StrEnum):
@@ -36,24 +36,30 @@ class Joints(StrEnum):
     measured = "measured"
 
 
+_UpToThousand = Annotated[float, bounded(above=0, at_most=1000)]
+
+
 @dataclass
 class Display:
-    """Options of the command, in the units of their names; `point_lights` says what they do."""
+    """Options of the command, in the units of their names; `point_lights` says what they do.
+
+    The display itself checks those without bounds.
+    """
 
     to: str = "walker.svg"
-    view_angle_deg: float = 0.0
-    cycles: float = 1.0
-    frame_rate_hz: float = 60.0
-    harmonics: int = 2
-    seed: int = 1
+    view_angle_deg: Annotated[float, bounded(at_least=-360, at_most=360)] = 0.0
+    cycles: _UpToThousand = 1.0
+    frame_rate_hz: _UpToThousand = 60.0
+    harmonics: Annotated[int, bounded(at_least=1, at_most=10)] = 2
+    seed: Annotated[int, bounded(at_least=0, at_most=2**63)] = 1
     inverted: bool = False
     mirrored: bool = False
     scrambled: bool = False
     phase_scrambled: bool = False
     translating: bool = False
-    speed_mm_s: float | None = None
+    speed_mm_s: Annotated[float, bounded(at_least=-20000, at_most=20000)] | None = None
     joints: Joints = Joints.all
-    lifetime_frames: int = 0
+    lifetime_frames: Annotated[int, bounded(at_least=0, at_most=1e5)] = 0
     shown: int = 8
     noise_dots: int = 0
     noise: Noise = Noise.scrambled_walker
@@ -69,17 +75,6 @@ class Display:
     dot_px: float = 4.0
     replace: bool = False
 
-
-BOUNDS: dict[str, dict[str, Any]] = {
-    "view_angle_deg": {"at_least": -360, "at_most": 360},
-    "cycles": {"above": 0, "at_most": 1000},
-    "frame_rate_hz": {"above": 0, "at_most": 1000},
-    "harmonics": {"at_least": 1, "at_most": 10},
-    "seed": {"at_least": 0, "at_most": 2**63},
-    "speed_mm_s": {"at_least": -20000, "at_most": 20000},
-    "lifetime_frames": {"at_least": 0, "at_most": 1e5},
-}
-"""Of numbers that the display itself does not check."""
 
 _OF = dict.fromkeys(("walker", "method", "from_view_deg"), "figure") | {
     "skeleton": "recording",
@@ -115,9 +110,6 @@ def make(arguments: Sequence[str]) -> tuple[Path, str]:
         If an option is unknown or unusable, or there is no such walker.
     """
     source, options = options_of(arguments, Display, usage=USAGE)
-    for name, bounds in BOUNDS.items():
-        if (value := getattr(options, name)) is not None:
-            require_range(name, value, **bounds)
     require_used(arguments, source, _OF)
     for name, other in _WITH.items():
         if any(item.startswith(f"{name}=") for item in arguments) and not getattr(options, other):
