@@ -12,13 +12,12 @@ import numpy as np
 from pipeline import formats, mappings
 from pipeline.cli.output import tell
 from pipeline.cli.walkers import (
-    SUMMARY,
     FigureWalkers,
     Walk,
     keypoint_walk,
+    kind_of,
     options_of,
     recorded_walk,
-    require_used,
     target_file,
 )
 from pipeline.core import fourier, resampling
@@ -84,13 +83,13 @@ def export(arguments: Sequence[str]) -> Path:
         If an option is unknown or unusable, or there is no such motion.
     """
     named, options = options_of(arguments, Export, usage=USAGE)
-    require_used(arguments, named, _OF)
+    kind = kind_of(named, arguments, _OF)
     suffixes = (".c3d", ".trc", ".bvh", ".csv", ".npz")
     target = target_file(options.to, suffixes, USAGE, named, replace=options.replace)
     source = Path(named)
-    if (source / SUMMARY).is_file():
+    if kind == "film":
         motion = synthesised([("", keypoint_walk(source))], options)
-    elif source.is_dir():
+    elif kind == "figure":
         motion = reconstruction(source, options)
     elif options.cycles is not None:
         walk = recorded_walk(source, skeleton=options.skeleton, units=options.units, subject=options.subject)

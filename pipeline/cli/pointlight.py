@@ -13,13 +13,12 @@ import numpy as np
 from pipeline import pointlight
 from pipeline.cli.output import tell
 from pipeline.cli.walkers import (
-    SUMMARY,
     FigureWalkers,
     Walk,
     keypoint_walk,
+    kind_of,
     options_of,
     recorded_walk,
-    require_used,
     target_file,
 )
 from pipeline.core import fourier
@@ -110,7 +109,7 @@ def make(arguments: Sequence[str]) -> tuple[Path, str]:
         If an option is unknown or unusable, or there is no such walker.
     """
     source, options = options_of(arguments, Display, usage=USAGE)
-    require_used(arguments, source, _OF)
+    kind = kind_of(source, arguments, _OF)
     for name, other in _WITH.items():
         if any(item.startswith(f"{name}=") for item in arguments) and not getattr(options, other):
             raise InvalidInput("would change nothing alone", where=name, expected=f"{other}=… beside it")
@@ -122,7 +121,7 @@ def make(arguments: Sequence[str]) -> tuple[Path, str]:
             received=options.to,
         )
     target = target_file(options.to, SUFFIXES, USAGE, source, replace=options.replace)
-    walk = _walk(source, options)
+    walk = _walk(kind, Path(source), options)
     with new_file(target, replace=options.replace, sources=[source]) as path:
         words = (_in_space if path.suffix.lower() == ".ptd" else _in_view)(path, walk, options)
     return target, words
@@ -187,11 +186,10 @@ def display(walk: Walk, options: Display) -> PointLights:
     )
 
 
-def _walk(source: str, options: Display) -> Walk:
+def _walk(kind: str, path: Path, options: Display) -> Walk:
     """The walker that is named: synthetic, of a figure, of keypoints, or of a recording."""
-    path = Path(source)
     harmonics = options.harmonics
-    if source == "synthetic" and not path.exists():
+    if kind == "synthetic":
         gender = options.gender or 0.0
         coefficients, stride_hz = pointlight.synthetic_walker(gender)
         named = "average synthetic walker"
@@ -203,9 +201,9 @@ def _walk(source: str, options: Display) -> Walk:
             where="gender",
             expected="`pointlight synthetic gender=…`",
         )
-    if (path / SUMMARY).is_file():
+    if kind == "film":
         return keypoint_walk(path, harmonics=harmonics)
-    if not path.is_dir():
+    if kind == "recording":
         return recorded_walk(
             path,
             skeleton=options.skeleton,
