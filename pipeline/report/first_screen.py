@@ -13,6 +13,7 @@ from pipeline.core import camera, fourier
 from pipeline.palette import Style
 from pipeline.papers import Agreement, Beyond, Kind
 from pipeline.pictures.charts import draw_charts
+from pipeline.pictures.style import Canvas
 from pipeline.pictures.tallies import draw_tallies
 from pipeline.pictures.walking import draw_walking
 from pipeline.report.ledger_picture import name_of
@@ -84,15 +85,18 @@ def draw_first_screen(results: Published, to: Path) -> list[Path]:
         zero=True,
         ticks=30,
     )
-    draw_charts(
-        to / "curve",
-        Sheet(charts=[curve], panel_size=(4.3, 2.45)),
-        {"table": table},
-        caption=f"{figure.name}, {results.data}: {len(figure.arrays['walker'])} walkers, each left out in turn;"
-        " bands: 95 % intervals over people.",
+    told = (
+        f"{figure.name}, {results.data}: {len(figure.arrays['walker'])} walkers, each left out in turn;"
+        " bands: 95 % intervals over people."
+    )
+    sheet = Sheet(charts=[curve], panel_size=(4.3, 2.45))
+    draw_charts(Canvas(to / "curve", sheet, {"table": table}, told))
+    told = (
+        "Numbers and sentences of the papers that are judged, with our bounds. Baseline: a simpler method,"
+        " fixed by rule; what describes the data has none."
     )
     draw_tallies(
-        to / "verdicts",
+        Canvas(to / "verdicts", caption=told),
         [
             (name_of(paper), _counts(results, key))
             for key, paper in papers.PAPERS.items()
@@ -100,8 +104,6 @@ def draw_first_screen(results: Published, to: Path) -> list[Path]:
         ],
         _ANSWERS,
         width=4.3,
-        caption="Numbers and sentences of the papers that are judged, with our bounds. Baseline: a simpler method,"
-        " fixed by rule; what describes the data has none.",
     )
     for name in ("curve", "verdicts"):  # the vector files are as small and sharp at any size
         (to / f"{name}.png").unlink()

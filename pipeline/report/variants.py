@@ -152,7 +152,8 @@ def _draw(stem: Path, variants: Sequence[Variant], chart: Chart) -> list[Path]:
     also = [Lines(**one) for one in lines[1:]]
     every = replace(chart, **lines[0], also=also, references=[], band="", strands="", title="")
     from pipeline.pictures.charts import draw_charts
+    from pipeline.pictures.style import Canvas
 
     caption = f"{variants[0].figure.title}. Variants."
-    draw_charts(stem, Sheet(charts=[every]), tables_of, caption=caption)
+    draw_charts(Canvas(stem, Sheet(charts=[every]), tables_of, caption))
     return [stem.with_suffix(".svg"), stem.with_suffix(".png")]

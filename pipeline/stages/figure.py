@@ -75,7 +75,7 @@ def _publish(
         if figure.picture:
             from pipeline.pictures.picture import Picture
 
-            figure.draw(inputs, made, Picture(publication.folder / "figure", caption, sheet, made))
+            figure.draw(inputs, made, Picture(publication.folder / "figure", sheet, made, caption))
         if figure.recording and whole:
             begin = partial(
                 recordings.Recording, publication.folder / "recording.rrd", name=experiment.name, about=inputs.about,
