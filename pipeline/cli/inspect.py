@@ -253,21 +253,19 @@ def _of_walk(motion: MotionCapture, fit: mappings.Fit, path: Path, options: Insp
     found.lines.append(f"axis up: {up}")
     found.lines += walking.uneven_legs(positions)
     walk = walk_in(path.name, positions, read.frame_rate_hz, valid)
+    run = _run(path, options, found.mapping)
     if walk.positions is None:
         reason = _found(walk.row["reason"])
         if walk.row["leg_length_mm"] and static_trial.moves(positions) <= static_trial.STILL:
             reason = "nobody moves; it may be the static trial of other recordings"
         found.lines.append(f"not usable as a walk: {reason}")
-        found.lines.append(
-            f"next: {_after_refusal(reason, path, options, _run(path, options, found.mapping))}"
-        )
+        found.lines.append(f"next: {_after_refusal(reason, path, options, run)}")
         return
     found.strides = walk.row["strides"]
     found.lines.append(
         f"walk: {found.strides:.1f} strides, {walk.row['locomotion']}, {walk.row['frequency_hz']:.2f} Hz"
         + (f"; {walk.row['reason']}" if walk.row["reason"] else "")
     )
-    run = _run(path, options, found.mapping)
     found.lines.append(f"next (with recordings of three people or more in the folder): {run}")
 
 

@@ -14,9 +14,9 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator, NullFormatter
 
 from pipeline.charts import Chart, Line, Reference, lines_of
-from pipeline.palette import NAMES, hex_colour
+from pipeline.palette import hex_colour
 from pipeline.pictures import style as look
-from pipeline.validation import InvalidInput, require_choice, require_finite, require_range
+from pipeline.validation import InvalidInput, require_range
 
 _MOST_OF_LINES = 2.0
 """Height of an ordinate from zero over that of its lines, at most: wider bands leave the axes."""
@@ -80,12 +80,8 @@ def add_charts(figure: Figure, canvas: look.Canvas, grid: Any) -> list[Line2D]:
 def _checked(chart: Chart, lines: list[Line]) -> list[Line]:
     require_range(f"{chart.quantity}, lines", len(lines), at_least=1)
     for line in lines:
-        where = f"{chart.quantity}, {line.key}"
-        require_choice(f"{where}, colour", line.style.colour, NAMES)
-        require_choice(f"{where}, line", line.style.line, look.LINE_STYLES)
-        for values in (line.x, line.y):
-            require_finite(where, values)
         if chart.log_y and line.y.min() <= 0:
+            where = f"{chart.quantity}, {line.key}"
             raise InvalidInput("numbers without a logarithm on a logarithmic axis", where=where)
     return lines
 

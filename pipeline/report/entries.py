@@ -131,7 +131,7 @@ def figure_entry(
         "has_kind": any(claim["kind"] for claim in claims),
         "has_baseline": any(claim["baseline"] for claim in claims),
         "tally": tally(claims),
-        "command": f"make {figure.name}{options_of(results)}",
+        "command": f"make {figure.name}{options_of(results.data, results.scale)}",
         "sources": [f"{name}: {terms.get(name, 'terms not known here')}" for name in figure.sources]
         or ["not stated"],
         "provenance": f"commit {figure.commit}{dirty}, seed {figure.manifest.get('seed', '?')}, Python"
@@ -273,10 +273,10 @@ def number(value: Any) -> str:
     return text.replace("-", "−")
 
 
-def options_of(results: Published) -> str:
-    """Return the options of a make command for these results, with a space before each."""
-    data = "" if results.data == "synthetic" else f" DATA={results.data}"
-    return data + ("" if results.scale == "full" else f" SCALE={results.scale}")
+def options_of(data: str, scale: str) -> str:
+    """Return the options of a make command for results of a data set at a scale, with a space before each."""
+    options = "" if data == "synthetic" else f" DATA={data}"
+    return options + ("" if scale == "full" else f" SCALE={scale}")
 
 
 def _link(folder: Path, name: str) -> str:

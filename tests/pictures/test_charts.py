@@ -212,8 +212,6 @@ def test_an_interval_is_drawn_where_it_is_known_and_the_line_everywhere(tmp_path
         ({"where": {"method": "none"}}, "no row of the table is left"),
         ({"styles": {"other": Style()}}, "no row of the table is left"),
         ({"table": "table_people"}, "no such table"),
-        ({"styles": Style(line="wavy")}, "line must be one of solid, dashed"),
-        ({"styles": Style(colour="pink")}, "colour must be one of black, orange"),
         ({"band": ("error_sd", "angle")}, "an interval whose ends are swapped"),
         ({"log_y": True, "times": -1.0}, "without a logarithm"),
     ],
