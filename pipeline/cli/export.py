@@ -110,17 +110,17 @@ def recording(source: Path, options: Export) -> Motion:
     asked = rate if options.frame_rate_hz is None else options.frame_rate_hz
     wanted = float(require_range("frame_rate_hz", asked, above=0, at_most=rate))
     count = int((len(read.positions_mm) - 1) * wanted / rate + 1e-9) + 1
-    at = np.arange(count) * (rate / wanted)
-    if not options.skeleton:
-        points = resampling.interpolate(read.positions_mm, at) if wanted < rate else read.positions_mm
-        return Motion(read.names, points, wanted, None, own_axes=True)
-    _, positions, valid = joints_of(read, mappings.chosen(options.skeleton), options.subject)
-    there = np.flatnonzero(valid.any(axis=0))
-    place = {int(joint): k for k, joint in enumerate(there)}
-    parents = tuple(place.get(WALKER15.parents[joint], -1) for joint in there)
-    names = tuple(WALKER15.joints[joint] for joint in there)
-    joints = resampling.interpolate(positions, at) if wanted < rate else positions
-    return Motion(names, joints[:, there], wanted, parents)
+    names, points, parents = read.names, read.positions_mm, None
+    if options.skeleton:
+        _, joints, valid = joints_of(read, mappings.chosen(options.skeleton), options.subject)
+        there = np.flatnonzero(valid.any(axis=0)).tolist()
+        parents = tuple(
+            there.index(parent) if (parent := WALKER15.parents[joint]) in there else -1 for joint in there
+        )
+        names, points = tuple(WALKER15.joints[joint] for joint in there), joints[:, there]
+    if wanted < rate:
+        points = resampling.interpolate(points, np.arange(count) * (rate / wanted))
+    return Motion(names, points, wanted, parents, own_axes=not options.skeleton)
 
 
 def reconstruction(folder: Path, options: Export) -> Motion:
@@ -150,8 +150,10 @@ def synthesised(walks: Sequence[tuple[str, Walk]], options: Export) -> Motion:
     parents: list[int] = []
     for ending, walk in walks:
         parents += [parent + len(names) if parent >= 0 else -1 for parent in WALKER15.parents]
-        marks = ["_estimated" if unmeasured else "" for unmeasured in walk.unmeasured]
-        names += [f"{joint}{ending}{mark}" for joint, mark in zip(WALKER15.joints, marks, strict=True)]
+        names += [
+            f"{joint}{ending}" + "_estimated" * bool(unmeasured)
+            for joint, unmeasured in zip(WALKER15.joints, walk.unmeasured, strict=True)
+        ]
     positions = [fourier.synthesise(walk.coefficients, walk.stride_hz, times) for _, walk in walks]
     return Motion(tuple(names), np.concatenate(positions, axis=1), rate, tuple(parents))
 

@@ -208,10 +208,9 @@ def test_tags_are_read_singly_in_lists_and_in_ranges() -> None:
 def test_looking_up_what_is_not_there_is_refused_by_name() -> None:
     with pytest.raises(InvalidInput, match="zhang1999"):
         papers.paper("zhang1999")
-    with pytest.raises(InvalidInput, match="no claim 'zhang2007_nothing'"):
-        papers.claim("zhang2007_nothing")
-    with pytest.raises(InvalidInput, match="no claim and no quantity 'zhang2007_nothing'"):
-        papers.quantity("zhang2007_nothing")
+    for look_up in (papers.claim, papers.quantity):
+        with pytest.raises(InvalidInput, match="no claim and no quantity 'zhang2007_nothing'"):
+            look_up("zhang2007_nothing")
     with pytest.raises(InvalidInput, match=r"there is no pipeline\.papers\.nothing"):
         papers.locate("pipeline.papers.nothing")
 
