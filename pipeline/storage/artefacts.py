@@ -66,7 +66,16 @@ def content_digest(manifest: Mapping[str, Any]) -> str:
 
 
 class Damaged(Exception):
-    """An artefact that differs from what was written, and in which way."""
+    """An artefact that differs from what was written.
+
+    Parameters
+    ----------
+    what : str
+        In which way.
+    """
+
+    def __init__(self, what: str) -> None:
+        super().__init__(what)
 
 
 def read_artefact(folder: Path) -> Artefact | None:
