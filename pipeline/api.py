@@ -11,9 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pipeline import mappings
-from pipeline.clips.options import Steady
-from pipeline.clips.usable import RawClip, report_row
-from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
+from pipeline.clips.walks import walk_in
 from pipeline.core import anatomical, camera, fourier, linear_model, walking
 from pipeline.core.fourier import FourierRepresentation
 from pipeline.core.linear_model import LinearModel
@@ -105,8 +103,7 @@ def represent(
     """
     motion = read(path, frame_rate_hz=frame_rate_hz, units=units)
     motion, positions, valid = joints_of(motion, mappings.chosen(skeleton), subject)
-    raw = RawClip(report_row(REPORT_COLUMNS, clip=Path(path).name), positions, motion.frame_rate_hz, valid)
-    walk = steady_walk(raw, Steady())
+    walk = walk_in(Path(path).name, positions, motion.frame_rate_hz, valid)
     if walk.positions is None:
         raise InvalidInput(str(walk.row["reason"]), where=Path(path).name)
     for doubt in filter(None, (walk.row["reason"], *(note for note in motion.notes if REMARK in note))):

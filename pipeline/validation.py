@@ -242,7 +242,8 @@ Distinct = Annotated[list[Value], require_distinct]
 def require_bounds(name: str, options: Any) -> None:
     """Validate the options of a dataclass, and of those in it, by the checks in their annotations.
 
-    A check is called with the full name and the value of what it annotates; None is not checked.
+    A check is called with the full name and the value of what it annotates; None is not checked.  Options without a
+    name are called by those of their fields alone.
 
     Raises
     ------
@@ -262,7 +263,7 @@ def require_bounds(name: str, options: Any) -> None:
     """
     hints = get_type_hints(type(options), include_extras=True)
     for field in fields(options):
-        _require(f"{name}.{field.name}", getattr(options, field.name), hints[field.name])
+        _require(f"{name}.{field.name}".lstrip("."), getattr(options, field.name), hints[field.name])
 
 
 def _require(name: str, value: Any, hint: Any) -> None:

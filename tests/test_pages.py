@@ -220,6 +220,21 @@ def test_counts_of_an_earlier_rule_leave_their_rows_out() -> None:
     assert "sentences" not in made
 
 
+def test_a_number_that_is_printed_twice_counts_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    yes = (papers.Agreement.AGREES, "", None, papers.Beyond.YES)
+    monkeypatch.setattr(published, "judge", lambda claims, *_: [papers.Verdict(c, *yes) for c in claims])
+    layout = {"": {"rows": [{"verdicts": ["park2011"]}]}}
+    counts = {name: value for _, name, value, _ in published.verdict_counts({}, "synthetic", layout)}
+    for kind in papers.Kind:
+        claims = [c for c in papers.paper("park2011").claims if c.kind is kind and not c.untestable]
+        own = sum(not claim.same_as for claim in claims)
+        if kind is not papers.Kind.CONDITION:
+            assert counts[f"park2011, {kind}s, agrees"] == own
+            assert counts[f"park2011, {kind}s, agrees, beyond the baseline yes"] == own
+            assert counts[f"park2011, {kind}s, agrees, beyond the baseline no"] == 0
+    assert any(claim.same_as for claim in papers.paper("park2011").claims)
+
+
 FACTS = {"data": "synthetic", "scale": "full", "provenance": {"commit": "a" * 40, "dirty": False}}
 
 

@@ -39,7 +39,6 @@ from pipeline.validation import (
     InvalidInput,
     NonNegative,
     Positive,
-    require_bounds,
     require_choice,
 )
 
@@ -87,7 +86,6 @@ def launch_figures(jobs: Jobs, arguments: Sequence[str], *, console: Console) ->
     if require_choice("launch", where[-1] if where else "local", ("local", "slurm")) == "local":
         return make_figures(jobs, console=console)
     options = filled(_Named, [item for item in arguments if item.startswith("launch.")]).launch
-    require_bounds("launch", options)
     return make_on_cluster(jobs, options, console=console)
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from rich.text import Text
 
-from pipeline.cli.presets import listed, presets, split_named
+from pipeline.cli.presets import apart, listed, presets, split_named
 from pipeline.cli.recipes import Recipe, recipes
 from pipeline.cli.status import CURRENT, status
 from pipeline.cli.summary import claim_rows, claims_table, counts_by_kind, open_console
@@ -109,10 +109,10 @@ def claims(arguments: Sequence[str]) -> int:
     one, figures = figures_for(common, [require_choice("experiment", name, known) for name in named])
     folder, out = one.published_in, open_console()
     if not folder.is_dir():
-        options = ("" if one.data == "synthetic" else f" DATA={one.data}") + (
-            "" if one.scale == "full" else f" SCALE={one.scale}"
-        )
-        out.print(f"nothing is made yet in {folder}: make sweeps{options}", soft_wrap=True)
+        from pipeline.report.entries import options_of
+
+        words = f"nothing is made yet in {folder}: make sweeps{options_of(one.data, one.scale)}"
+        out.print(words, soft_wrap=True)
         return 1
     file = folder / "claims.csv"
 
@@ -196,18 +196,13 @@ def view(arguments: Sequence[str]) -> int:
     ).returncode
 
 
-_KEEP = ("light", "only", "name", "run")
-"""Options of `keep` beside those of the data set."""
-
-
 def keep(arguments: Sequence[str]) -> int:
     """Archive full-scale results of this commit, or of another with the same sources, in results/archive.
 
     ``light=1`` writes the small archive of the repository, ``only=FIGURE`` keeps one figure, and ``name=NAME`` keeps a
     run with changed options: the latest in results/scratch, or ``run=FOLDER``.
     """
-    own = dict(item.split("=", 1) for item in arguments if item.partition("=")[0] in _KEEP and "=" in item)
-    arguments = [item for item in arguments if item.partition("=")[0] not in _KEEP]
+    own, arguments = apart(arguments, ("light", "only", "name", "run"))
     one, figures = figures_for(arguments)
     folder = one.published_in
     root, made_with, out = Path(one.results) / "archive", provenance.provenance(), open_console()

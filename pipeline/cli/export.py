@@ -12,13 +12,12 @@ import numpy as np
 from pipeline import formats, mappings
 from pipeline.cli.output import tell
 from pipeline.cli.walkers import (
-    SUMMARY,
     FigureWalkers,
     Walk,
     keypoint_walk,
+    kind_of,
     options_of,
     recorded_walk,
-    require_used,
     target_file,
 )
 from pipeline.core import fourier, resampling
@@ -84,13 +83,13 @@ def export(arguments: Sequence[str]) -> Path:
         If an option is unknown or unusable, or there is no such motion.
     """
     named, options = options_of(arguments, Export, usage=USAGE)
-    require_used(arguments, named, _OF)
+    kind = kind_of(named, arguments, _OF)
     suffixes = (".c3d", ".trc", ".bvh", ".csv", ".npz")
     target = target_file(options.to, suffixes, USAGE, named, replace=options.replace)
     source = Path(named)
-    if (source / SUMMARY).is_file():
+    if kind == "film":
         motion = synthesised([("", keypoint_walk(source))], options)
-    elif source.is_dir():
+    elif kind == "figure":
         motion = reconstruction(source, options)
     elif options.cycles is not None:
         walk = recorded_walk(source, skeleton=options.skeleton, units=options.units, subject=options.subject)
@@ -111,17 +110,17 @@ def recording(source: Path, options: Export) -> Motion:
     asked = rate if options.frame_rate_hz is None else options.frame_rate_hz
     wanted = float(require_range("frame_rate_hz", asked, above=0, at_most=rate))
     count = int((len(read.positions_mm) - 1) * wanted / rate + 1e-9) + 1
-    at = np.arange(count) * (rate / wanted)
-    if not options.skeleton:
-        points = resampling.interpolate(read.positions_mm, at) if wanted < rate else read.positions_mm
-        return Motion(read.names, points, wanted, None, own_axes=True)
-    _, positions, valid = joints_of(read, mappings.chosen(options.skeleton), options.subject)
-    there = np.flatnonzero(valid.any(axis=0))
-    place = {int(joint): k for k, joint in enumerate(there)}
-    parents = tuple(place.get(WALKER15.parents[joint], -1) for joint in there)
-    names = tuple(WALKER15.joints[joint] for joint in there)
-    joints = resampling.interpolate(positions, at) if wanted < rate else positions
-    return Motion(names, joints[:, there], wanted, parents)
+    names, points, parents = read.names, read.positions_mm, None
+    if options.skeleton:
+        _, joints, valid = joints_of(read, mappings.chosen(options.skeleton), options.subject)
+        there = np.flatnonzero(valid.any(axis=0)).tolist()
+        parents = tuple(
+            there.index(parent) if (parent := WALKER15.parents[joint]) in there else -1 for joint in there
+        )
+        names, points = tuple(WALKER15.joints[joint] for joint in there), joints[:, there]
+    if wanted < rate:
+        points = resampling.interpolate(points, np.arange(count) * (rate / wanted))
+    return Motion(names, points, wanted, parents, own_axes=not options.skeleton)
 
 
 def reconstruction(folder: Path, options: Export) -> Motion:
@@ -151,8 +150,10 @@ def synthesised(walks: Sequence[tuple[str, Walk]], options: Export) -> Motion:
     parents: list[int] = []
     for ending, walk in walks:
         parents += [parent + len(names) if parent >= 0 else -1 for parent in WALKER15.parents]
-        marks = ["_estimated" if unmeasured else "" for unmeasured in walk.unmeasured]
-        names += [f"{joint}{ending}{mark}" for joint, mark in zip(WALKER15.joints, marks, strict=True)]
+        names += [
+            f"{joint}{ending}" + "_estimated" * bool(unmeasured)
+            for joint, unmeasured in zip(WALKER15.joints, walk.unmeasured, strict=True)
+        ]
     positions = [fourier.synthesise(walk.coefficients, walk.stride_hz, times) for _, walk in walks]
     return Motion(tuple(names), np.concatenate(positions, axis=1), rate, tuple(parents))
 

@@ -8,14 +8,12 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from pipeline import formats, mappings
 from pipeline.cli.output import tell
 from pipeline.cli.walkers import options_of
-from pipeline.clips.options import Steady
-from pipeline.clips.usable import RawClip, report_row
-from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
+from pipeline.clips.walks import walk_in
 from pipeline.core import walking
 from pipeline.ingestion import nearest_joints, static_trial
 from pipeline.ingestion.corpus import joints_of
@@ -25,7 +23,7 @@ from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping
 from pipeline.skeleton.source_points import plain_name
 from pipeline.storage.publishing import new_file
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import InvalidInput, bounded
 
 
 @dataclass
@@ -36,7 +34,7 @@ class Inspect:
     replace: bool = False
     skeleton: str = ""
     units: str = ""
-    frame_rate_hz: float | None = None
+    frame_rate_hz: Annotated[float, bounded(above=0, at_most=1e5)] | None = None
     subject: str = ""
     static: str = ""
 
@@ -92,8 +90,6 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
         If an option is unknown, or there is no recording.
     """
     source, options = options_of(arguments, Inspect, usage="inspect PATH [write=my_lab.yaml]")
-    if options.frame_rate_hz is not None:
-        require_range("frame_rate_hz", options.frame_rate_hz, above=0, at_most=1e5)
     files = recordings(Path(source))
     chosen = mappings.chosen(options.skeleton or mappings.AUTO)
     known = [chosen] if chosen else list(mappings.shipped().values())
@@ -259,24 +255,20 @@ def _of_walk(motion: MotionCapture, fit: mappings.Fit, path: Path, options: Insp
         return
     found.lines.append(f"axis up: {up}")
     found.lines += walking.uneven_legs(positions)
-    walk = steady_walk(
-        RawClip(report_row(REPORT_COLUMNS, clip=path.name), positions, read.frame_rate_hz, valid), Steady()
-    )
+    walk = walk_in(path.name, positions, read.frame_rate_hz, valid)
+    run = _run(path, options, found.mapping)
     if walk.positions is None:
         reason = _found(walk.row["reason"])
         if walk.row["leg_length_mm"] and static_trial.moves(positions) <= static_trial.STILL:
             reason = "nobody moves; it may be the static trial of other recordings"
         found.lines.append(f"not usable as a walk: {reason}")
-        found.lines.append(
-            f"next: {_after_refusal(reason, path, options, _run(path, options, found.mapping))}"
-        )
+        found.lines.append(f"next: {_after_refusal(reason, path, options, run)}")
         return
     found.strides = walk.row["strides"]
     found.lines.append(
         f"walk: {found.strides:.1f} strides, {walk.row['locomotion']}, {walk.row['frequency_hz']:.2f} Hz"
         + (f"; {walk.row['reason']}" if walk.row["reason"] else "")
     )
-    run = _run(path, options, found.mapping)
     found.lines.append(f"next (with recordings of three people or more in the folder): {run}")
 
 

@@ -7,7 +7,7 @@ from dataclasses import is_dataclass
 from enum import Enum
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
-from pipeline.validation import InvalidInput, require_choice, required
+from pipeline.validation import InvalidInput, require_bounds, require_choice, required
 
 Options = TypeVar("Options")
 
@@ -25,7 +25,7 @@ def filled(kind: type[Options], overrides: Sequence[str]) -> Options:
     Raises
     ------
     InvalidInput
-        If one is no override, names no option, or its value is of another type.
+        If one is no override, names no option, or its value is of another type or out of its annotation's bounds.
 
     Examples
     --------
@@ -49,6 +49,7 @@ def filled(kind: type[Options], overrides: Sequence[str]) -> Options:
         if is_dataclass(hint):
             raise InvalidInput("names several options", where=key, expected=f"{key}.{_names(hint)[0]}=…")
         setattr(owner, name, _value(key, hint, text))
+    require_bounds("", options)
     return options
 
 

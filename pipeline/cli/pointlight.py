@@ -6,27 +6,26 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import Annotated
 
 import numpy as np
 
 from pipeline import pointlight
 from pipeline.cli.output import tell
 from pipeline.cli.walkers import (
-    SUMMARY,
     FigureWalkers,
     Walk,
     keypoint_walk,
+    kind_of,
     options_of,
     recorded_walk,
-    require_used,
     target_file,
 )
 from pipeline.core import fourier
 from pipeline.pointlight import Noise, PointLights
 from pipeline.skeleton import WALKER15
 from pipeline.storage.publishing import new_file
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import InvalidInput, bounded
 
 
 class Joints(StrEnum):
@@ -36,24 +35,30 @@ class Joints(StrEnum):
     measured = "measured"
 
 
+_UpToThousand = Annotated[float, bounded(above=0, at_most=1000)]
+
+
 @dataclass
 class Display:
-    """Options of the command, in the units of their names; `point_lights` says what they do."""
+    """Options of the command, in the units of their names; `point_lights` says what they do.
+
+    The display itself checks those without bounds.
+    """
 
     to: str = "walker.svg"
-    view_angle_deg: float = 0.0
-    cycles: float = 1.0
-    frame_rate_hz: float = 60.0
-    harmonics: int = 2
-    seed: int = 1
+    view_angle_deg: Annotated[float, bounded(at_least=-360, at_most=360)] = 0.0
+    cycles: _UpToThousand = 1.0
+    frame_rate_hz: _UpToThousand = 60.0
+    harmonics: Annotated[int, bounded(at_least=1, at_most=10)] = 2
+    seed: Annotated[int, bounded(at_least=0, at_most=2**63)] = 1
     inverted: bool = False
     mirrored: bool = False
     scrambled: bool = False
     phase_scrambled: bool = False
     translating: bool = False
-    speed_mm_s: float | None = None
+    speed_mm_s: Annotated[float, bounded(at_least=-20000, at_most=20000)] | None = None
     joints: Joints = Joints.all
-    lifetime_frames: int = 0
+    lifetime_frames: Annotated[int, bounded(at_least=0, at_most=1e5)] = 0
     shown: int = 8
     noise_dots: int = 0
     noise: Noise = Noise.scrambled_walker
@@ -69,17 +74,6 @@ class Display:
     dot_px: float = 4.0
     replace: bool = False
 
-
-BOUNDS: dict[str, dict[str, Any]] = {
-    "view_angle_deg": {"at_least": -360, "at_most": 360},
-    "cycles": {"above": 0, "at_most": 1000},
-    "frame_rate_hz": {"above": 0, "at_most": 1000},
-    "harmonics": {"at_least": 1, "at_most": 10},
-    "seed": {"at_least": 0, "at_most": 2**63},
-    "speed_mm_s": {"at_least": -20000, "at_most": 20000},
-    "lifetime_frames": {"at_least": 0, "at_most": 1e5},
-}
-"""Of numbers that the display itself does not check."""
 
 _OF = dict.fromkeys(("walker", "method", "from_view_deg"), "figure") | {
     "skeleton": "recording",
@@ -115,10 +109,7 @@ def make(arguments: Sequence[str]) -> tuple[Path, str]:
         If an option is unknown or unusable, or there is no such walker.
     """
     source, options = options_of(arguments, Display, usage=USAGE)
-    for name, bounds in BOUNDS.items():
-        if (value := getattr(options, name)) is not None:
-            require_range(name, value, **bounds)
-    require_used(arguments, source, _OF)
+    kind = kind_of(source, arguments, _OF)
     for name, other in _WITH.items():
         if any(item.startswith(f"{name}=") for item in arguments) and not getattr(options, other):
             raise InvalidInput("would change nothing alone", where=name, expected=f"{other}=… beside it")
@@ -130,7 +121,7 @@ def make(arguments: Sequence[str]) -> tuple[Path, str]:
             received=options.to,
         )
     target = target_file(options.to, SUFFIXES, USAGE, source, replace=options.replace)
-    walk = _walk(source, options)
+    walk = _walk(kind, Path(source), options)
     with new_file(target, replace=options.replace, sources=[source]) as path:
         words = (_in_space if path.suffix.lower() == ".ptd" else _in_view)(path, walk, options)
     return target, words
@@ -195,11 +186,10 @@ def display(walk: Walk, options: Display) -> PointLights:
     )
 
 
-def _walk(source: str, options: Display) -> Walk:
+def _walk(kind: str, path: Path, options: Display) -> Walk:
     """The walker that is named: synthetic, of a figure, of keypoints, or of a recording."""
-    path = Path(source)
     harmonics = options.harmonics
-    if source == "synthetic" and not path.exists():
+    if kind == "synthetic":
         gender = options.gender or 0.0
         coefficients, stride_hz = pointlight.synthetic_walker(gender)
         named = "average synthetic walker"
@@ -211,9 +201,9 @@ def _walk(source: str, options: Display) -> Walk:
             where="gender",
             expected="`pointlight synthetic gender=…`",
         )
-    if (path / SUMMARY).is_file():
+    if kind == "film":
         return keypoint_walk(path, harmonics=harmonics)
-    if not path.is_dir():
+    if kind == "recording":
         return recorded_walk(
             path,
             skeleton=options.skeleton,

@@ -19,6 +19,12 @@ def split_named(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
     return list(dict.fromkeys(named)), [item for item in arguments if item not in of_figures]
 
 
+def apart(arguments: Sequence[str], names: Sequence[str]) -> tuple[dict[str, str], list[str]]:
+    """Return the options of these names, and the other arguments."""
+    own = [item for item in arguments if "=" in item and item.partition("=")[0] in names]
+    return dict(item.split("=", 1) for item in own), [item for item in arguments if item not in own]
+
+
 def first_comment(name: str) -> str:
     """Return the first comment of a preset: paper, figure and what it shows."""
     text = (CONF / "experiment" / f"{name}.yaml").read_text(encoding="utf-8", errors="replace")

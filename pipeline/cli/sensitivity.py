@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,7 @@ from pipeline.storage.sealed_folders import read_manifest
 from pipeline.storage.store import Store
 from pipeline.studies import interventions
 from pipeline.studies.experiment import Experiment
+from pipeline.studies.interventions import Switch
 from pipeline.studies.ledger import SMOKE, judge, numbers_of, read_folder
 from pipeline.validation import InvalidInput, require_choice
 
@@ -34,24 +35,6 @@ KEEP, QUOTED = "keep", "quoted"
 """Arguments: keep the results in the repository; make the switches alone that explanations quote."""
 
 QUIET = ("figure.picture=false", "figure.recording=false")
-
-
-@dataclass(frozen=True)
-class Switch:
-    """Figures made with some options changed.
-
-    Attributes
-    ----------
-    name : str
-        `PLAIN`, or of the switch.
-    common, overrides, figures : tuple of str
-        Overrides as on the command line: those of the group's plain figures, too, and those of the switch.
-    """
-
-    name: str
-    common: tuple[str, ...]
-    overrides: tuple[str, ...]
-    figures: tuple[str, ...]
 
 
 def groups() -> Mapping[str, Any]:
@@ -135,7 +118,7 @@ def sensitivity(arguments: Sequence[str]) -> int:
             interventions.require_clean(folder)
             if named:  # the figures as they are were made in part: those of the whole group stay
                 rows = [row for row in rows if row["switch"] != PLAIN]
-                numbers = [run for run in numbers if run.switch != PLAIN]
+                numbers = [run for run in numbers if run.name != PLAIN]
             quoted = CONF / "paper" / papers.INTERVENTIONS
             interventions.keep_numbers(quoted, numbers, first.data.name, name)
             if QUOTED not in arguments:
@@ -173,12 +156,8 @@ def _measured(
             plain_tables, plain = made, verdicts
         rows += compare(plain, verdicts, switch.name)
         scale, _ = interventions.made_by(folder)
-        of_names = (numbers_of(names, plain_tables), numbers_of(names, made))
-        numbers.append(
-            interventions.Numbers(
-                switch.name, switch.overrides, scale, *of_names, switch.common, switch.figures
-            )
-        )
+        without, with_it = (numbers_of(names, known) for known in (plain_tables, made))
+        numbers.append(interventions.Numbers(**vars(switch), scale=scale, without=without, with_it=with_it))
     if not rows:
         raise InvalidInput("no claim rests on the figures of this group", where=name)
     return rows, numbers

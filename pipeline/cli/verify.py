@@ -8,6 +8,7 @@ from pathlib import Path
 
 from pipeline.cli.compose import compose, with_options
 from pipeline.cli.figures import make_figures
+from pipeline.cli.presets import apart
 from pipeline.cli.summary import open_console
 from pipeline.storage import agreement, archive, provenance
 from pipeline.storage.sealed_folders import MANIFEST, read_manifest
@@ -20,12 +21,11 @@ def verify(arguments: Sequence[str]) -> int:
     ``rerun=1`` also computes their figures again, with ``only=FIGURE`` one of them, and compares tables and verdicts to
     the digits that the archive promises in digits.csv.
     """
-    own = dict(item.split("=", 1) for item in arguments if item.partition("=")[0] in ("rerun", "only"))
-    named = [Path(item) for item in arguments if item.partition("=")[0] not in ("rerun", "only")]
+    own, named = apart(arguments, ("rerun", "only"))
     if not named:
         raise InvalidInput("no archive is named", expected="verify results/archive/<date>-<commit>")
     status = 0
-    for folder in [one for path in named for one in _archives(path)]:
+    for folder in [one for path in map(Path, named) for one in _archives(path)]:
         complaints = archive.verify(folder)
         for complaint in complaints:
             print(f"{folder}: {complaint}")

@@ -11,9 +11,8 @@ import numpy as np
 
 from pipeline import formats, mappings
 from pipeline.cli.options import Options, filled
-from pipeline.clips.options import Locomotion, Steady
-from pipeline.clips.usable import RawClip, report_row
-from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
+from pipeline.clips.options import Locomotion
+from pipeline.clips.walks import walk_in
 from pipeline.core import camera, fourier, linear_model, reconstruction
 from pipeline.formats.budget import read_one
 from pipeline.ingestion.corpus import joints_of
@@ -69,13 +68,13 @@ def options_of(arguments: Sequence[str], kind: type[Options], *, usage: str) -> 
     return sources[0], options
 
 
-def require_used(arguments: Sequence[str], source: str, of: Mapping[str, str]) -> None:
-    """Refuse options that would change nothing.
+def kind_of(source: str, arguments: Sequence[str], of: Mapping[str, str]) -> str:
+    """Return the kind of a source, with options that change something; refuse those that would not.
 
     Parameters
     ----------
-    arguments : sequence of str
     source : str
+    arguments : sequence of str
     of : mapping of str to str
         Which kinds of source have an option: figure, film (a folder of `reconstruct`), recording, synthetic.
     """
@@ -85,6 +84,7 @@ def require_used(arguments: Sequence[str], source: str, of: Mapping[str, str]) -
     for name in (item.partition("=")[0] for item in arguments):
         if kind not in of.get(name, kind):
             raise InvalidInput("would change nothing here", where=name, expected=of[name], received=kind)
+    return kind
 
 
 def target_file(to: str, suffixes: Sequence[str], usage: str, source: str, *, replace: bool) -> Path:
@@ -138,13 +138,8 @@ class FigureWalkers:
 
     def original(self, name: str) -> Walk:
         """Return a walker as recorded; the first if none is named."""
-        r = self._index(name)
-        return Walk(
-            self._arrays["walker"][r],
-            self._arrays["original"][r],
-            self._arrays["stride_hz"][r],
-            self._arrays["unmeasured"][r],
-        )
+        r, facts = self._index(name), ("walker", "original", "stride_hz", "unmeasured")
+        return Walk(*(self._arrays[fact][r] for fact in facts))
 
     def reconstructed(self, name: str, method: str, view_angle_deg: float | None) -> Walk:
         """Return a walker as reconstructed from a view: from any, where the figure holds what the model learns from.
@@ -283,8 +278,7 @@ def steady(
     locomotion: Locomotion = Locomotion.auto,
 ) -> Walk:
     """Return the Fourier representation of the steady part of joints (T, 15, 3), mm."""
-    row = report_row(REPORT_COLUMNS, clip=name)
-    prepared = steady_walk(RawClip(row, positions, frame_rate_hz, valid), Steady(locomotion=locomotion))
+    prepared = walk_in(name, positions, frame_rate_hz, valid, locomotion=locomotion)
     if prepared.positions is None:
         raise InvalidInput(f"no walk: {prepared.row['reason']}", where=name)
     series = fourier.represent(

@@ -74,6 +74,14 @@ def walks_let_go(
     return walks_of(walks), [walk.kept for walk in walks if walk.positions is not None]
 
 
+def walk_in(
+    name: str, positions: np.ndarray, frame_rate_hz: float, valid: np.ndarray | None, **options: Any
+) -> PreparedClip:
+    """Return the steady part of joints (T, 15, 3) of one recording, by options of `Steady`, or why there is none."""
+    raw = RawClip(report_row(REPORT_COLUMNS, clip=name), positions, frame_rate_hz, valid)
+    return steady_walk(raw, Steady(**options))
+
+
 def steady_walk(raw: RawClip, steady: Steady) -> PreparedClip:
     """Return the steady part of a clip as its treadmill equivalent, or why there is none."""
 

@@ -17,7 +17,7 @@ from pipeline.papers.register import (
     paper,
     quantity,
 )
-from pipeline.papers.verdicts import Evidence, Verdict, count, gain, judge
+from pipeline.papers.verdicts import Evidence, Verdict, gain, judge
 
 __all__ = [
     "BASELINES",
@@ -40,7 +40,6 @@ __all__ = [
     "Support",
     "Verdict",
     "claim",
-    "count",
     "gain",
     "judge",
     "load",

@@ -43,7 +43,7 @@ def claim(name: str) -> Claim:
     InvalidInput
         If no paper has it.
     """
-    found = _named(name)
+    found = quantity(name)
     if not isinstance(found, Claim):
         raise InvalidInput(f"no claim {name!r}", expected="a name of the ledger, as `make claims` lists them")
     return found
@@ -57,14 +57,11 @@ def quantity(name: str) -> Claim | Quantity:
     InvalidInput
         If no paper has it.
     """
-    found = _named(name)
-    if found is None:
-        raise InvalidInput(f"no claim and no quantity {name!r}", expected="a name of conf/paper")
-    return found
-
-
-def _named(name: str) -> Claim | Quantity | None:
-    return next((item for p in PAPERS.values() for item in p.measured if item.name == name), None)
+    for one in PAPERS.values():
+        for item in one.measured:
+            if item.name == name:
+                return item
+    raise InvalidInput(f"no claim and no quantity {name!r}", expected="a name of conf/paper")
 
 
 def locate(dotted: str) -> tuple[Path, int]:

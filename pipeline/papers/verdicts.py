@@ -7,7 +7,7 @@ baseline is decided by the interval of the paired gap between method and baselin
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -197,14 +197,3 @@ def _beyond(found: Evidence) -> Beyond:
     if found.gain.low > 0:
         return Beyond.YES
     return Beyond.WORSE if found.gain.high < 0 else Beyond.NO
-
-
-def count(verdicts: Iterable[Verdict]) -> dict[Kind, dict[tuple[Agreement, Beyond], int]]:
-    """Return how many claims of each kind have which answers; a number that is printed twice counts once."""
-    counts: dict[Kind, dict[tuple[Agreement, Beyond], int]] = {}
-    for verdict in verdicts:
-        if not verdict.claim.same_as:
-            of_kind = counts.setdefault(verdict.claim.kind, {})
-            answers = verdict.agreement, verdict.beyond
-            of_kind[answers] = of_kind.get(answers, 0) + 1
-    return {kind: counts[kind] for kind in Kind if kind in counts}

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,52 +13,39 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator, NullFormatter
 
-from pipeline.charts import Chart, Line, Reference, Sheet, lines_of
-from pipeline.palette import NAMES, hex_colour
+from pipeline.charts import Chart, Line, Reference, lines_of
+from pipeline.palette import hex_colour
 from pipeline.pictures import style as look
-from pipeline.validation import InvalidInput, require_choice, require_finite, require_range
+from pipeline.validation import InvalidInput, require_range
 
 _MOST_OF_LINES = 2.0
 """Height of an ordinate from zero over that of its lines, at most: wider bands leave the axes."""
 
 
-def draw_charts(path_stem: Path, sheet: Sheet, tables: Mapping[str, Any], *, caption: str = "") -> None:
-    """Draw the charts of a sheet, row by row, into ``path_stem.svg`` and ``path_stem.png``.
-
-    Parameters
-    ----------
-    path_stem : Path
-        Without a suffix; the folder must exist.
-    sheet : Sheet
-    tables : mapping of str to table
-        Tidy tables by name.
-    caption : str
-        Of the files; that of the sheet if empty.
+def draw_charts(canvas: look.Canvas) -> None:
+    """Draw the charts of a sheet, row by row.
 
     Raises
     ------
     InvalidInput
         If there is nothing to draw, a column is missing, or a number has no place on the axes.
     """
-    charts = [chart for chart in sheet.charts if chart.picture]
-    require_range(f"{path_stem}, charts", len(charts), at_least=1)
-    require_range(f"{path_stem}, columns", sheet.columns, at_least=1)
-    rows, columns = -(-len(charts) // sheet.columns), sheet.columns
+    sheet, count = canvas.sheet, len(canvas.drawn)
+    require_range(f"{canvas.path_stem}, charts", count, at_least=1)
+    require_range(f"{canvas.path_stem}, columns", sheet.columns, at_least=1)
+    rows, columns = -(-count // sheet.columns), sheet.columns
     with look.applied_style():
         width, height = sheet.panel_size or look.PANEL_SIZE
         figure = look.new_figure(width * columns + look.FRAME, height * rows + look.FRAME)
-        handles = add_charts(figure, sheet, charts, tables, figure.add_gridspec(rows, columns))
-        look.finish(figure, path_stem, caption or sheet.caption, handles)
+        look.finish(figure, canvas, add_charts(figure, canvas, figure.add_gridspec(rows, columns)))
 
 
-def add_charts(
-    figure: Figure, sheet: Sheet, charts: Sequence[Chart], tables: Mapping[str, Any], grid: Any
-) -> list[Line2D]:
+def add_charts(figure: Figure, canvas: look.Canvas, grid: Any) -> list[Line2D]:
     """Add charts to a figure, each at its place in a grid; return the entries of their legend."""
-    columns = sheet.columns
+    sheet, charts, columns = canvas.sheet, canvas.drawn, canvas.sheet.columns
     drawn: list[tuple[Axes, Chart, list[Line]]] = []
     for number, chart in enumerate(charts):
-        lines = _checked(chart, lines_of(chart, tables))
+        lines = _checked(chart, lines_of(chart, canvas.tables))
         first = number - number % columns if sheet.share_y else number
         shared = drawn[first][0] if first < number else None
         axes = figure.add_subplot(grid[number], sharey=shared)
@@ -94,12 +80,8 @@ def add_charts(
 def _checked(chart: Chart, lines: list[Line]) -> list[Line]:
     require_range(f"{chart.quantity}, lines", len(lines), at_least=1)
     for line in lines:
-        where = f"{chart.quantity}, {line.key}"
-        require_choice(f"{where}, colour", line.style.colour, NAMES)
-        require_choice(f"{where}, line", line.style.line, look.LINE_STYLES)
-        for values in (line.x, line.y):
-            require_finite(where, values)
         if chart.log_y and line.y.min() <= 0:
+            where = f"{chart.quantity}, {line.key}"
             raise InvalidInput("numbers without a logarithm on a logarithmic axis", where=where)
     return lines
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,7 +10,6 @@ from matplotlib.axes import Axes
 from matplotlib.colors import PowerNorm
 from matplotlib.lines import Line2D
 
-from pipeline.charts import Sheet
 from pipeline.palette import hex_colour
 from pipeline.pictures import style as look
 from pipeline.pictures.charts import add_charts
@@ -22,32 +19,20 @@ _HEIGHT = 3.4
 """Without the legend, inches."""
 
 
-def draw_heat_map(
-    path_stem: Path, matrix: HeatMap, beside: Sheet, tables: Mapping[str, Any], *, caption: str = ""
-) -> None:
-    """Draw a heat map with its path into ``path_stem.svg`` and ``.png``, charts above one another beside it.
+def draw_heat_map(canvas: look.Canvas, matrix: HeatMap) -> None:
+    """Draw a heat map with its path, and the charts above one another beside it.
 
     Colours go by the square root, so that small misfits are told apart.
-
-    Parameters
-    ----------
-    path_stem : Path
-        Without a suffix; the folder must exist.
-    matrix : HeatMap
-    beside : Sheet
-        Charts, from the top.
-    tables : mapping of str to table
-    caption : str
     """
-    charts = [chart for chart in beside.charts if chart.picture]
+    count = len(canvas.drawn)
     with look.applied_style():
         figure = look.new_figure(look.PAGE_WIDTH + look.FRAME, _HEIGHT + look.LEGEND_LINE)
-        grid = figure.add_gridspec(len(charts), 2, width_ratios=[1.15, 1.0])
+        grid = figure.add_gridspec(count, 2, width_ratios=[1.15, 1.0])
         axes = figure.add_subplot(grid[:, 0])
         handles = _draw_matrix(axes, matrix)
-        places = [grid[number, 1] for number in range(len(charts))]
-        handles += add_charts(figure, beside, charts, tables, places)
-        look.finish(figure, path_stem, caption, handles)
+        places = [grid[number, 1] for number in range(count)]
+        handles += add_charts(figure, canvas, places)
+        look.finish(figure, canvas, handles)
 
 
 def _draw_matrix(axes: Axes, matrix: HeatMap) -> list[Line2D]:

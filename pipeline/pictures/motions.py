@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 
-from pipeline.charts import Sheet
 from pipeline.palette import hex_colour
 from pipeline.pictures import style as look
 from pipeline.pictures.charts import add_charts
@@ -23,35 +20,21 @@ _STRIP_WIDTH, _STRIP_HEIGHT, _CHARTS_HEIGHT = 5.0, 1.3, 1.5
 _TRUTH: dict[str, Any] = {"colour": "silver", "width": look.BONE_WIDTHS["broad"]}
 
 
-def draw_motion(
-    path_stem: Path,
-    scene: MotionScene,
-    bones: Bones,
-    below: Sheet,
-    tables: Mapping[str, Any],
-    *,
-    caption: str = "",
-) -> None:
-    """Draw a motion into ``path_stem.svg`` and ``path_stem.png``; all rows have one scale.
+def draw_motion(canvas: look.Canvas, scene: MotionScene, bones: Bones) -> None:
+    """Draw a motion, and the charts side by side under it; all rows have one scale.
 
     Parameters
     ----------
-    path_stem : Path
-        Without a suffix; the folder must exist.
+    canvas : Canvas
     scene : MotionScene
     bones : sequence of (int, int)
         Pairs of joints.
-    below : Sheet
-        Charts, side by side under the motion.
-    tables : mapping of str to table
-    caption : str
 
     Raises
     ------
     InvalidInput
         If a skeleton of the rows is not finite.
     """
-    charts = [chart for chart in below.charts if chart.picture]
     rows = [("what the camera saw", scene.image, None, "original"), *scene.rows]
     with look.applied_style():
         heights = [*[_STRIP_HEIGHT] * len(rows), _CHARTS_HEIGHT]
@@ -64,10 +47,10 @@ def draw_motion(
             axes.set_title(label, fontsize=look.NOTE_SIZE, pad=1)
             _draw_strip(axes, body, truth, bones, colour)
         _draw_plan(figure.add_subplot(grid[:, 1]), scene)
-        errors = halves[1].subgridspec(1, len(charts))
-        entries = add_charts(figure, below, charts, tables, errors)
+        errors = halves[1].subgridspec(1, len(canvas.drawn))
+        entries = add_charts(figure, canvas, errors)
         truth_entry = look.legend_handle("truth", hex_colour(_TRUTH["colour"]), width=_TRUTH["width"])
-        look.finish(figure, path_stem, caption, [truth_entry, *entries])
+        look.finish(figure, canvas, [truth_entry, *entries])
 
 
 def _draw_strip(axes: Axes, body: np.ndarray, truth: np.ndarray | None, bones: Bones, colour: str) -> None:

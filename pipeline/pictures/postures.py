@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,26 +24,20 @@ _GROUP_WIDTH, _TALLEST_ROW = 3.5, 1.35
 
 
 def draw_postures(
-    path_stem: Path,
-    groups: Sequence[tuple[str, Sequence[PostureRow]]],
-    bones: Bones,
-    *,
-    caption: str = "",
+    canvas: look.Canvas, groups: Sequence[tuple[str, Sequence[PostureRow]]], bones: Bones
 ) -> None:
-    """Draw rows of stick figures, groups side by side, into ``path_stem.svg`` and ``path_stem.png``.
+    """Draw rows of stick figures, groups side by side.
 
     All figures have one scale; the original and the reconstruction of a posture share one origin, so that
     a displacement is seen as one.
 
     Parameters
     ----------
-    path_stem : Path
-        Without a suffix; the folder must exist.
+    canvas : Canvas
     groups : sequence of (str, sequence of PostureRow)
         Title of a group, e.g. ``"(a) Approach I"``, and its rows from the top.
     bones : sequence of (int, int)
         Pairs of joints.
-    caption : str
 
     Raises
     ------
@@ -88,7 +81,7 @@ def draw_postures(
         ]
         if any(row.estimated is not None and row.estimated.any() for row in every):
             handles.append(look.ring_handle("joint that nobody measured", RING_SIZE))
-        look.finish(figure, path_stem, caption, handles)
+        look.finish(figure, canvas, handles)
 
 
 def _centred(row: PostureRow) -> np.ndarray:

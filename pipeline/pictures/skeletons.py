@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
@@ -21,26 +20,19 @@ _LEAST_WIDTH = 3.6
 
 
 def draw_skeletons(
-    path_stem: Path,
-    rows: Sequence[SkeletonRow],
-    bones: Bones,
-    *,
-    legend: tuple[str, str],
-    caption: str = "",
+    canvas: look.Canvas, rows: Sequence[SkeletonRow], bones: Bones, *, legend: tuple[str, str]
 ) -> None:
-    """Draw rows of skeletons into ``path_stem.svg`` and ``path_stem.png``, all at one scale, on a line for the floor.
+    """Draw rows of skeletons, all at one scale, on a line for the floor.
 
     Parameters
     ----------
-    path_stem : Path
-        Without a suffix; the folder must exist.
+    canvas : Canvas
     rows : sequence of SkeletonRow
         From the top; all with as many postures.
     bones : sequence of (int, int)
         Pairs of joints.
     legend : (str, str)
         What the posture of a row is, and what the others are.
-    caption : str
 
     Raises
     ------
@@ -82,4 +74,4 @@ def draw_skeletons(
             (f"{legend[0]}, to compare", ("silver", look.BONE_WIDTHS["broad"])),
         ]
         handles = [look.legend_handle(name, hex_colour(of), width=thick) for name, (of, thick) in kinds]
-        look.finish(figure, path_stem, caption, handles)
+        look.finish(figure, canvas, handles)

@@ -6,8 +6,9 @@ To change how pictures look, change this module; colours are those of `pipeline.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.textpath import text_to_path
 
+from pipeline.charts import Chart, Sheet
 from pipeline.palette import hex_colour
 
 PNG_DPI = 200
@@ -103,6 +105,32 @@ STYLE: dict[Any, Any] = {
 }
 
 
+@dataclass(frozen=True)
+class Canvas:
+    """Where a picture goes, ``path_stem.svg`` and ``path_stem.png``, and the charts of its figure.
+
+    Attributes
+    ----------
+    path_stem : Path
+        Without a suffix; the folder must exist.
+    sheet : Sheet
+    tables : mapping of str to table
+        Tidy tables of the charts by name.
+    caption : str
+        Kept in both files as their description; what is read stands as text beside the picture.
+    """
+
+    path_stem: Path
+    sheet: Sheet = field(default_factory=Sheet)
+    tables: Mapping[str, Any] = field(default_factory=dict)
+    caption: str = ""
+
+    @property
+    def drawn(self) -> list[Chart]:
+        """The charts that the picture shows."""
+        return [chart for chart in self.sheet.charts if chart.picture]
+
+
 @contextmanager
 def applied_style() -> Iterator[None]:
     """Apply the style whatever the user's own settings say, and restore those afterwards."""
@@ -148,18 +176,13 @@ def _legend_above(figure: Figure, handles: Sequence[Line2D]) -> float:
     return LEGEND_LINE + (lines - 1) * 1.5 * NOTE_SIZE / 72
 
 
-def finish(
-    figure: Figure, path_stem: Path, caption: str, handles: Sequence[Line2D], *, room: bool = False
-) -> None:
+def finish(figure: Figure, canvas: Canvas, handles: Sequence[Line2D], *, room: bool = False) -> None:
     """Put the legend above a figure and write ``.svg`` and ``.png``, the same bytes for the same input.
 
     Parameters
     ----------
     figure : Figure
-    path_stem : Path
-        Without a suffix.
-    caption : str
-        Kept in both files as their description; what is read stands as text beside the picture.
+    canvas : Canvas
     handles : sequence of Line2D
         Entries of the legend; none without any.
     room : bool
@@ -179,10 +202,11 @@ def finish(
         axes.set_position((left, low, wide, high))
     # Neither dates nor versions in the files; temporary names first, so that no reader sees half a figure.
     for suffix, without in (("svg", ("Date", "Creator")), ("png", ("Software",))):
-        metadata = {"Description": caption or None} | dict.fromkeys(without)
-        partial = path_stem.with_name(f".{path_stem.name}.{os.getpid()}.part.{suffix}")
+        metadata = {"Description": canvas.caption or None} | dict.fromkeys(without)
+        stem = canvas.path_stem
+        partial = stem.with_name(f".{stem.name}.{os.getpid()}.part.{suffix}")
         figure.savefig(partial, format=suffix, metadata=metadata, dpi=PNG_DPI)
-        partial.replace(path_stem.with_name(f"{path_stem.name}.{suffix}"))
+        partial.replace(stem.with_name(f"{stem.name}.{suffix}"))
 
 
 @cache

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 from pipeline.palette import hex_colour
 from pipeline.pictures import style as look
@@ -19,27 +18,23 @@ _LIGHT = {"amber", "sky", "yellow", "silver"}
 
 
 def draw_tallies(
-    path_stem: Path,
+    canvas: look.Canvas,
     rows: Sequence[tuple[str, Mapping[str, int]]],
     colours: Mapping[str, str],
     *,
     width: float = look.PANEL_SIZE[0],
-    caption: str = "",
 ) -> None:
-    """Draw rows of stacked bars with their numbers into ``path_stem.svg`` and ``path_stem.png``.
+    """Draw rows of stacked bars with their numbers.
 
     Parameters
     ----------
-    path_stem : Path
-        Without a suffix; the folder must exist.
+    canvas : Canvas
     rows : sequence of (str, mapping of str to int)
         From the top: its name, and how many there are of each kind.
     colours : mapping of str to str
         The kinds in order, with the name of the colour of each.
     width : float
         Inches.
-    caption : str
-
     """
     shown = [kind for kind in colours if any(counts.get(kind) for _, counts in rows)]
     most = max(sum(counts.values()) for _, counts in rows)
@@ -62,4 +57,4 @@ def draw_tallies(
         axes.tick_params(left=False, right=False, top=False, bottom=False, labelbottom=False)
         axes.spines[:].set_visible(False)
         handles = [look.legend_handle(kind, hex_colour(colours[kind]), width=_SWATCH) for kind in shown]
-        look.finish(figure, path_stem, caption, handles, room=True)
+        look.finish(figure, canvas, handles, room=True)

@@ -6,7 +6,6 @@ The file needs no script: paths of points and bones go through their places by `
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 
@@ -25,12 +24,28 @@ _FILLED = 0.9
 _NIGHT, _PAPER, _INK, _QUIET = "#14171a", "#ffffff", "#1b1d20", "#595f66"
 
 
-@dataclass(frozen=True, kw_only=True)
-class Walking:
-    """A walker in projections, mm, the second axis up; the frames go around in a loop.
+def draw_walking(
+    path: Path,
+    bones: Bones,
+    *,
+    seen: np.ndarray,
+    original: np.ndarray,
+    reconstructed: np.ndarray,
+    seconds: float,
+    estimated: np.ndarray,
+    words: Sequence[tuple[str, str]],
+    still: int | None = None,
+) -> None:
+    """Write an SVG of a walker: points alone on the left, original (dashed) and reconstruction on the right.
 
-    Attributes
+    Projections are in mm, the second axis up; the frames go around in a loop.
+
+    Parameters
     ----------
+    path : Path
+        ``….svg``; the folder must exist.
+    bones : sequence of (int, int)
+        Pairs of joints.
     seen : (F, J, 2) float
         What the camera sees.
     original, reconstructed : (K, J, 2) float
@@ -39,27 +54,6 @@ class Walking:
         Duration of the F frames of `seen`.
     estimated : (J,) bool
         Joints that nobody measured: drawn hollow.
-    """
-
-    seen: np.ndarray
-    original: np.ndarray
-    reconstructed: np.ndarray
-    seconds: float
-    estimated: np.ndarray
-
-
-def draw_walking(
-    path: Path, walker: Walking, bones: Bones, *, words: Sequence[tuple[str, str]], still: int | None = None
-) -> None:
-    """Write an SVG of a walker: points alone on the left, original (dashed) and reconstruction on the right.
-
-    Parameters
-    ----------
-    path : Path
-        ``….svg``; the folder must exist.
-    walker : Walking
-    bones : sequence of (int, int)
-        Pairs of joints.
     words : sequence of (str, str)
         A title and a line below it, for the left and the right half.
     still : int, optional
@@ -71,8 +65,7 @@ def draw_walking(
         If cycles are not whole or numbers are not finite.
     """
     seen, original, again = (
-        require_finite(f"{path}, walker", part)
-        for part in (walker.seen, walker.original, walker.reconstructed)
+        require_finite(f"{path}, walker", part) for part in (seen, original, reconstructed)
     )
     if len(original) % len(seen):
         raise InvalidInput("a walker that does not go around", where=path, expected="whole cycles")
@@ -91,7 +84,7 @@ def draw_walking(
 
     half = 0.42 * _WIDTH
     left, right = 0.5 * half + _MARGIN, 0.5 * (half + _WIDTH)
-    turning = walker.seconds * len(original) / len(seen)
+    turning = seconds * len(original) / len(seen)
     body, truth = placed(again, right), placed(original, right)
     blue, grey = hex_colour("reconstruction"), hex_colour("reference")
     parts = [
@@ -103,15 +96,13 @@ def draw_walking(
         f'<rect x="{_MARGIN}" y="{_HEADING}" width="{half - _MARGIN:.0f}" height="{_HEIGHT - _HEADING - _MARGIN}"'
         f' rx="8" fill="{_NIGHT}"/>',
         *_headings(words, (_MARGIN, half + 2 * _MARGIN)),
-        _moving(_dots(placed(seen, left)), walker.seconds, 'stroke="#ffffff" stroke-width="9"'),
+        _moving(_dots(placed(seen, left)), seconds, 'stroke="#ffffff" stroke-width="9"'),
         _moving(_lines(truth, pairs), turning, f'stroke="{grey}" stroke-width="2.5" stroke-dasharray="6 6"'),
         _moving(_lines(body, pairs), turning, f'stroke="{blue}" stroke-width="4"'),
         _moving(_dots(body), turning, f'stroke="{blue}" stroke-width="11"'),
     ]
-    if walker.estimated.any():
-        parts.append(
-            _moving(_dots(body[:, walker.estimated]), turning, f'stroke="{_PAPER}" stroke-width="6"')
-        )
+    if estimated.any():
+        parts.append(_moving(_dots(body[:, estimated]), turning, f'stroke="{_PAPER}" stroke-width="6"'))
     path.write_text("\n".join([*parts, "</svg>", ""]), encoding="utf-8")
 
 

@@ -15,7 +15,6 @@ from pipeline.scenes import (
     Columns,
     Image2D,
     Matrix,
-    Notes,
     Plot,
     Rows,
     Space3D,
@@ -135,9 +134,8 @@ def _view(view: View, timeline: str, extents: Extents) -> rrb.View:
             return rrb.BarChartView(**common)
         case Matrix():
             return rrb.Spatial2DView(**common)
-        case Notes():
+        case _:  # notes
             return rrb.TextDocumentView(**common)
-    raise InvalidInput("a view of an unknown kind", where=view.name, received=type(view).__name__)
 
 
 def framed(view: Space3D, extents: Extents) -> tuple[np.ndarray, np.ndarray]:

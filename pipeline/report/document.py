@@ -142,7 +142,7 @@ def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str
         views=[int(walkers["views_deg"][0]), int(walkers["views_deg"][-1])] if walkers else [],
         clips=bool(clips),
         reasons=list(dict.fromkeys(reasons)),
-        options=entries.options_of(results),
+        options=entries.options_of(results.data, results.scale),
         **entries.published_numbers(results),
         ledger=packed_json(ledger) if ledger else "",
         tutorial=[f"{TUTORIAL}/{path.name}" for path in sorted((to / TUTORIAL).glob("*.svg"))],

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from pipeline import papers, pictures
+from pipeline import papers
 from pipeline.papers import Agreement
+from pipeline.pictures.embedding import embedded, packed_vector
 from pipeline.report import page_charts, players
 from pipeline.report.published import Published, PublishedFigure
 from pipeline.report.verdicts import answers, counts_by_kind, reason, tally
@@ -130,7 +131,7 @@ def figure_entry(
         "has_kind": any(claim["kind"] for claim in claims),
         "has_baseline": any(claim["baseline"] for claim in claims),
         "tally": tally(claims),
-        "command": f"make {figure.name}{options_of(results)}",
+        "command": f"make {figure.name}{options_of(results.data, results.scale)}",
         "sources": [f"{name}: {terms.get(name, 'terms not known here')}" for name in figure.sources]
         or ["not stated"],
         "provenance": f"commit {figure.commit}{dirty}, seed {figure.manifest.get('seed', '?')}, Python"
@@ -207,10 +208,10 @@ def played_tables(figure: PublishedFigure) -> dict[str, str]:
 def _picture(figure: PublishedFigure, width: int) -> dict[str, Any] | None:
     """Return the vector picture, or the raster one where it is large or is not there; None if there is neither."""
     vector = figure.folder / "figure.svg"
-    if vector.is_file() and (drawn := pictures.packed_vector(vector, MOST_VECTOR_BYTES)):
+    if vector.is_file() and (drawn := packed_vector(vector, MOST_VECTOR_BYTES)):
         return drawn
     raster = figure.folder / "figure.png"
-    return pictures.embedded(raster, width) if raster.is_file() else None
+    return embedded(raster, width) if raster.is_file() else None
 
 
 PUBLISHED = "published.csv"
@@ -272,10 +273,10 @@ def number(value: Any) -> str:
     return text.replace("-", "−")
 
 
-def options_of(results: Published) -> str:
-    """Return the options of a make command for these results, with a space before each."""
-    data = "" if results.data == "synthetic" else f" DATA={results.data}"
-    return data + ("" if results.scale == "full" else f" SCALE={results.scale}")
+def options_of(data: str, scale: str) -> str:
+    """Return the options of a make command for results of a data set at a scale, with a space before each."""
+    options = "" if data == "synthetic" else f" DATA={data}"
+    return options + ("" if scale == "full" else f" SCALE={scale}")
 
 
 def _link(folder: Path, name: str) -> str:

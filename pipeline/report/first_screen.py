@@ -7,11 +7,15 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline import papers, pictures
+from pipeline import papers
 from pipeline.charts import Chart, Sheet
 from pipeline.core import camera, fourier
 from pipeline.palette import Style
 from pipeline.papers import Agreement, Beyond, Kind
+from pipeline.pictures.charts import draw_charts
+from pipeline.pictures.style import Canvas
+from pipeline.pictures.tallies import draw_tallies
+from pipeline.pictures.walking import draw_walking
 from pipeline.report.ledger_picture import name_of
 from pipeline.report.players import errors_of_walkers, nearest_to_medians
 from pipeline.report.published import Published, PublishedFigure
@@ -81,15 +85,18 @@ def draw_first_screen(results: Published, to: Path) -> list[Path]:
         zero=True,
         ticks=30,
     )
-    pictures.draw_charts(
-        to / "curve",
-        Sheet(charts=[curve], panel_size=(4.3, 2.45)),
-        {"table": table},
-        caption=f"{figure.name}, {results.data}: {len(figure.arrays['walker'])} walkers, each left out in turn;"
-        " bands: 95 % intervals over people.",
+    told = (
+        f"{figure.name}, {results.data}: {len(figure.arrays['walker'])} walkers, each left out in turn;"
+        " bands: 95 % intervals over people."
     )
-    pictures.draw_tallies(
-        to / "verdicts",
+    sheet = Sheet(charts=[curve], panel_size=(4.3, 2.45))
+    draw_charts(Canvas(to / "curve", sheet, {"table": table}, told))
+    told = (
+        "Numbers and sentences of the papers that are judged, with our bounds. Baseline: a simpler method,"
+        " fixed by rule; what describes the data has none."
+    )
+    draw_tallies(
+        Canvas(to / "verdicts", caption=told),
         [
             (name_of(paper), _counts(results, key))
             for key, paper in papers.PAPERS.items()
@@ -97,8 +104,6 @@ def draw_first_screen(results: Published, to: Path) -> list[Path]:
         ],
         _ANSWERS,
         width=4.3,
-        caption="Numbers and sentences of the papers that are judged, with our bounds. Baseline: a simpler method,"
-        " fixed by rule; what describes the data has none.",
     )
     for name in ("curve", "verdicts"):  # the vector files are as small and sharp at any size
         (to / f"{name}.png").unlink()
@@ -131,13 +136,6 @@ def _walker(figure: PublishedFigure, to: Path) -> list[Path]:
         frames = fourier.synthesise(coefficients, 1.0, times)
         return np.stack([camera.project(frame, turn) for frame, turn in zip(frames, turns, strict=True)])
 
-    walker = pictures.Walking(
-        seen=fourier.synthesise(camera.project(truth, angle), 1.0, cycle),
-        original=turning(truth),
-        reconstructed=turning(again),
-        seconds=1.0 / arrays["stride_hz"][r],
-        estimated=arrays["unmeasured"][r],
-    )
     words = (
         ("What one camera sees", "fifteen points, flat: no depth"),
         (
@@ -148,7 +146,17 @@ def _walker(figure: PublishedFigure, to: Path) -> list[Path]:
     )
     files = [to / "walker.svg", to / "walker_still.svg"]
     for path, still in zip(files, (None, _FIRST), strict=True):
-        pictures.draw_walking(path, walker, WALKER15.bones, words=words, still=still)
+        draw_walking(
+            path,
+            WALKER15.bones,
+            seen=fourier.synthesise(camera.project(truth, angle), 1.0, cycle),
+            original=turning(truth),
+            reconstructed=turning(again),
+            seconds=1.0 / arrays["stride_hz"][r],
+            estimated=arrays["unmeasured"][r],
+            words=words,
+            still=still,
+        )
     return files
 
 

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from pipeline import pictures
+from pipeline.pictures.embedding import reduced
 from pipeline.report import document
 from pipeline.report.published import Published, read_published
 from pipeline.storage import agreement, archive, crate, tables
@@ -153,7 +153,7 @@ def _keep_pictures(results: Published, folder: Path, inside: Path) -> int:
     total = 0
     for name in results.figures:
         if (folder / name / "figure.png").is_file():
-            content = pictures.reduced(folder / name / "figure.png", WIDTH)[0]
+            content = reduced(folder / name / "figure.png", WIDTH)[0]
             (inside / name / "figure.webp").write_bytes(content)
             total += len(content)
     return total

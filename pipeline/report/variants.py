@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 
-from pipeline import pictures
 from pipeline.charts import Chart, Lines, Sheet
 from pipeline.palette import CYCLE, Style
 from pipeline.report.published import PublishedFigure, read_published
@@ -152,6 +151,9 @@ def _draw(stem: Path, variants: Sequence[Variant], chart: Chart) -> list[Path]:
         lines.append({**of_table, "times": chart.times, "less": chart.less, "styles": styles})
     also = [Lines(**one) for one in lines[1:]]
     every = replace(chart, **lines[0], also=also, references=[], band="", strands="", title="")
+    from pipeline.pictures.charts import draw_charts
+    from pipeline.pictures.style import Canvas
+
     caption = f"{variants[0].figure.title}. Variants."
-    pictures.draw_charts(stem, Sheet(charts=[every]), tables_of, caption=caption)
+    draw_charts(Canvas(stem, Sheet(charts=[every]), tables_of, caption))
     return [stem.with_suffix(".svg"), stem.with_suffix(".png")]

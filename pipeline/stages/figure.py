@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from pipeline import charts, papers, pictures, recordings
+from pipeline import charts, papers, recordings
 from pipeline.papers import Verdict
 from pipeline.stages import populations
 from pipeline.stages.artefacts import Stored
@@ -65,26 +65,23 @@ def _publish(
         report = report_table(inputs.clips.report, inputs.clips.report_columns)
         tables.write(publication.folder / f"{INGEST}.csv", report, sort_by=["source", "person", "clip"])
         verdicts = judge_figure(
-            experiment.name,
-            {**made, INGEST: report},
-            experiment.data.name,
-            smoke=experiment.scale.name == SMOKE,
-            overridden=folder.parent != experiment.published_in,
-        )
+            experiment.name, {**made, INGEST: report}, experiment.data.name,
+            smoke=experiment.scale.name == SMOKE, overridden=folder.parent != experiment.published_in,
+        )  # fmt: skip
         write_claims(publication.folder / "claims.csv", verdicts)
         (publication.folder / "arrays.npz").write_bytes(packed({**inputs.arrays, **figure.arrays(inputs)}))
         sheet = figure.charts(inputs, made).with_published(_published)
         caption = f"{inputs.caption} {sheet.caption}".strip()
         if figure.picture:
-            stem = publication.folder / "figure"
-            figure.draw(inputs, made, pictures.Picture(stem, caption, sheet, made))
+            from pipeline.pictures.picture import Picture
+
+            figure.draw(inputs, made, Picture(publication.folder / "figure", sheet, made, caption))
         if figure.recording and whole:
             begin = partial(
                 recordings.Recording, publication.folder / "recording.rrd", name=experiment.name, about=inputs.about,
                 edition=f"{experiment.data.name} {experiment.scale.name}", charts=sheet.charts, tables=made,
             )  # fmt: skip
             figure.record(inputs, made, begin)
-        artefacts = [kept.artefact for kept in stages]
         publication.facts = {
             "figure": experiment.name,
             "paper": experiment.paper,
@@ -96,7 +93,8 @@ def _publish(
             "configuration": without_paths(canonical(experiment)),
             "code": figure_code(experiment) if whole else "",
             "stages": {
-                a.stage: {"key": a.key, "content": a.content, "seconds": a.seconds} for a in artefacts
+                a.stage: {"key": a.key, "content": a.content, "seconds": a.seconds}
+                for a in (kept.artefact for kept in stages)
             },
             "inputs": inputs.clips.inputs,
             "caption": caption,

@@ -15,7 +15,7 @@ from pipeline.storage.typed import result_type
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs
 from pipeline.studies.replicated import POPULATION, without_intervals
-from pipeline.studies.study import NoResult, NoSweep, SweepInputs
+from pipeline.studies.study import NoSweep, SweepInputs
 
 
 def count(experiment: Experiment) -> int:
@@ -36,7 +36,7 @@ def tables(experiment: Experiment, store: Store) -> dict[str, pd.DataFrame]:
         return {}
 
     def one(number: int) -> dict[str, pd.DataFrame]:
-        inputs = _inputs(experiment, number, store.forgetful())
+        inputs = inputs_of(experiment, number, store.forgetful())
         with without_intervals():
             found = figure.tables(inputs)
         return {name: _without_intervals(found[name], number) for name in figure.over_people}
@@ -84,11 +84,18 @@ def swept(experiment: Experiment, number: int, store: Store) -> Stored[Any]:
     )
 
 
-def _inputs(experiment: Experiment, number: int, store: Store) -> FigureInputs[Any, Any, Any]:
-    """Return the inputs of the figure for one population; without clips, and without a model that it does not show."""
-    samples = experiment.dataset.build(ingest.run(experiment, store, number).value, workers=1)
-    if isinstance(experiment.sweep, NoSweep):
-        learnt = experiment.model.learn(samples, workers=1)
-        return FigureInputs(experiment, None, samples, learnt, NoResult())  # type: ignore[arg-type]
-    measured = swept(experiment, number, store).value
-    return FigureInputs(experiment, None, samples, None, measured)  # type: ignore[arg-type]
+def inputs_of(
+    experiment: Experiment, number: int, store: Store, *, shown: bool = False
+) -> FigureInputs[Any, Any, Any]:
+    """Return the inputs of the figure for one population; unless it is `shown`, without a model that no table needs."""
+    model, sweep, workers = experiment.model, experiment.sweep, experiment.workers if shown else 1
+    clips = ingest.run(experiment, store, number).value
+    samples = experiment.dataset.build(clips, workers=workers)
+    alone = isinstance(sweep, NoSweep)
+    learnt = model.learn(samples, workers=workers) if shown or alone else None
+    if alone or (shown and sweep.of_populations() != sweep):
+        seed = ingest.seed_of(experiment, number)
+        measured = sweep.measure(SweepInputs(clips, samples, learnt, model, workers, seed))
+    else:  # of which all are measured
+        measured = swept(experiment, number, store).value
+    return FigureInputs(experiment, clips, samples, learnt, measured, number + 1 if shown else 0)

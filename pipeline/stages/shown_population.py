@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pipeline.stages import ingest, populations
+from pipeline.stages import populations
 from pipeline.storage.store import Store
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs
 from pipeline.studies.replicated import POPULATION
-from pipeline.studies.study import Figure, NoSweep, SweepInputs
+from pipeline.studies.study import Figure
 
 Inputs = FigureInputs[Any, Any, Any]
 
@@ -22,7 +22,8 @@ def shown(inputs: Inputs, store: Store) -> tuple[Inputs, dict[str, pd.DataFrame]
     experiment, figure = inputs.experiment, inputs.experiment.figure
     further = populations.tables(experiment, store)
     if further:
-        inputs = _inputs(experiment, _in_the_middle(experiment, further), store)
+        number = _in_the_middle(experiment, further) - 1
+        inputs = populations.inputs_of(experiment, number, store, shown=True)
     made = {**figure.tables(inputs), **further}
     if "table_populations" in further:
         made["table"] = _with_range(figure, made["table"], further["table_populations"], inputs.population)
@@ -37,21 +38,6 @@ def _in_the_middle(experiment: Experiment, made: dict[str, pd.DataFrame]) -> int
         rows = rows[rows["method"] == str(getattr(experiment.sweep, "methods")[0])]  # noqa: B009 - of every such sweep
     error = rows[column].abs().groupby(rows[POPULATION]).mean().sort_values(kind="stable")
     return int(error.index[(len(error) - 1) // 2])
-
-
-def _inputs(experiment: Experiment, population: int, store: Store) -> FigureInputs[Any, Any, Any]:
-    """Return the inputs of the figure for one population; no such figure reads the positions of clips."""
-    seed, workers = ingest.seed_of(experiment, population - 1), experiment.workers
-    options, model = experiment.dataset, experiment.model
-    clips = ingest.run(experiment, store, population - 1).value
-    samples = options.build(clips, workers=workers)
-    learnt = model.learn(samples, workers=workers)
-    sweep = experiment.sweep
-    if sweep.of_populations() == sweep and not isinstance(sweep, NoSweep):  # of which all are measured
-        measured = populations.swept(experiment, population - 1, store).value
-    else:
-        measured = sweep.measure(SweepInputs(clips, samples, learnt, model, workers, seed))
-    return FigureInputs(experiment, clips, samples, learnt, measured, population)
 
 
 def _with_range(figure: Figure, table: pd.DataFrame, each: pd.DataFrame, population: int) -> pd.DataFrame:

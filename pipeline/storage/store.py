@@ -16,7 +16,6 @@ import errno
 import itertools
 import json
 import os
-import re
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext, suppress
@@ -49,7 +48,6 @@ from pipeline.storage.sealed_folders import (
     write_manifest,
     writing,
 )
-from pipeline.validation import InvalidInput
 
 _KEYED_LIBRARIES = ("numpy", "scipy")
 _UNREADABLE = (OSError, ValueError, KeyError, TypeError, AttributeError)
@@ -122,10 +120,6 @@ class Store:
             If the options or notes have no canonical form, an array holds objects, or the results folder
             cannot be written (``cannot write results: …``).
         """
-        if not re.fullmatch(r"[A-Za-z0-9_]+", stage):
-            raise InvalidInput(
-                "no usable name", where="stage", expected="letters, digits, _", received=repr(stage)
-            )
         made_from, key = self._key(stage, options, inputs, code)
         name = f"{stage}-{key}"
         if known := self._memory.get(name):

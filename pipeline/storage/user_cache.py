@@ -81,12 +81,11 @@ def write(name: str, content: bytes, *, of: str = "") -> None:
     """Keep something under a name, of an edition or of all; where nothing can be written, nothing is kept."""
     with suppress(OSError, RuntimeError, InvalidInput):
         folder = place() / of
-        if of and not folder.is_dir():
-            folder.mkdir(parents=True)
-            others = [path for path in place().iterdir() if _EDITION.fullmatch(path.name)]
-            for old in sorted(others, key=lambda path: path.stat().st_mtime)[:-KEPT]:
-                _remove(old)
+        new = not folder.is_dir()
         folder.mkdir(parents=True, exist_ok=True)
+        others = [path for path in place().iterdir() if _EDITION.fullmatch(path.name)] if new else []
+        for old in sorted(others, key=lambda path: path.stat().st_mtime)[:-KEPT]:
+            _remove(old)
         with new_file(folder / name, replace=True) as path:
             path.write_bytes(digest(content).encode() + b"\n" + content)
 

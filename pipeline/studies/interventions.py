@@ -18,30 +18,38 @@ from pipeline.validation import InvalidInput
 
 
 @dataclass(frozen=True)
-class Numbers:
+class Switch:
+    """Figures made with some options changed.
+
+    Attributes
+    ----------
+    name : str
+    common, overrides, figures : tuple of str
+        Overrides as on the command line: those of the figures without the switch, too (a smaller grid, fewer trials),
+        and those of the switch.
+    """
+
+    name: str
+    common: tuple[str, ...]
+    overrides: tuple[str, ...]
+    figures: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Numbers(Switch):
     """Our values without a switch and with it.
 
     Attributes
     ----------
-    switch : str
-    overrides : tuple of str
-        As on the command line.
     scale : str
         Of the figures made with it.
     without, with_it : dict of str to Estimate
         By the name of the claim or quantity.
-    common : tuple of str
-        Overrides of the figures with the switch and without: a smaller grid, fewer trials.
-    figures : tuple of str
     """
 
-    switch: str
-    overrides: tuple[str, ...]
     scale: str
     without: Mapping[str, papers.Estimate]
     with_it: Mapping[str, papers.Estimate]
-    common: tuple[str, ...] = ()
-    figures: tuple[str, ...] = ()
 
 
 def names_quoted(data_name: str, group: str, switch: str) -> list[str]:
@@ -88,9 +96,7 @@ def keep_numbers(path: Path, numbers: Sequence[Numbers], data_name: str, group: 
     """Replace the numbers of these switches in the table that explanations quote."""
     rows = [
         {
-            "data": data_name,
-            "group": group,
-            "switch": run.switch,
+            "switch": run.name,
             "overrides": " ".join(run.overrides),
             "scale": run.scale,
             "name": name,
@@ -110,11 +116,9 @@ def keep_table(
     path: Path, rows: Sequence[Mapping[str, Any]], numbers: Sequence[Numbers], data_name: str, group: str
 ) -> None:
     """Replace the rows of these switches in the table of what switches move; what does not move is left out."""
-    made = {run.switch: run for run in numbers}
+    made = {run.name: run for run in numbers}
     moved = [
         {
-            "data": data_name,
-            "group": group,
             "scale": made[row["switch"]].scale,
             **row,
             "common": " ".join(made[row["switch"]].common),
@@ -129,19 +133,17 @@ def keep_runs(
     path: Path, rows: Sequence[Mapping[str, Any]], numbers: Sequence[Numbers], data_name: str, group: str
 ) -> None:
     """Replace these switches in the table of what was run: options, figures, how many claims were judged and moved."""
-    of_switch = {run.switch: [row for row in rows if row["switch"] == run.switch] for run in numbers}
+    of_switch = {run.name: [row for row in rows if row["switch"] == run.name] for run in numbers}
     runs = [
         {
-            "data": data_name,
-            "group": group,
-            "switch": run.switch,
+            "switch": run.name,
             "overrides": " ".join(run.overrides),
             "common": " ".join(run.common),
             "figures": " ".join(run.figures),
             "scale": run.scale,
-            "claims": len(of_switch[run.switch]),
-            "outside_the_interval": sum(row["outside_the_interval"] for row in of_switch[run.switch]),
-            "answers_moved": sum(row["answer_moves"] for row in of_switch[run.switch]),
+            "claims": len(of_switch[run.name]),
+            "outside_the_interval": sum(row["outside_the_interval"] for row in of_switch[run.name]),
+            "answers_moved": sum(row["answer_moves"] for row in of_switch[run.name]),
         }
         for run in numbers
     ]
@@ -158,7 +160,8 @@ def _replace(
     sort_by: list[str],
 ) -> None:
     """Replace the rows of these switches in a table, which goes when no row is left."""
-    made, by = {(data_name, group, run.switch) for run in numbers}, ["data", "group", "switch"]
+    rows = [{"data": data_name, "group": group, **row} for row in rows]
+    made, by = {(data_name, group, run.name) for run in numbers}, ["data", "group", "switch"]
 
     def stale(row: Mapping[str, str]) -> bool:
         return tuple(row[name] for name in by) in made

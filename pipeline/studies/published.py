@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -80,21 +81,22 @@ def verdict_counts(
         claims = [c for key in keys for c in papers.paper(key).claims if not c.untestable]
         verdicts = judge(claims, by_name, data_name)
         if {verdict.agreement for verdict in verdicts} != {Agreement.UNTESTABLE}:
-            found = papers.count(verdicts)
+            # A number that is printed twice counts once.
+            found = Counter((v.claim.kind, v.agreement, v.beyond) for v in verdicts if not v.claim.same_as)
             counted += [
                 ("", _count_name(keys, kind, agreement, *beyond), float(times), "claims")
                 for kind in Kind
                 for agreement in kind.answers
-                for beyond, times in _counts(found.get(kind, {}), agreement).items()
+                for beyond, times in _counts(found, kind, agreement).items()
             ]
     return counted
 
 
 def _counts(
-    found: Mapping[tuple[Agreement, Beyond], int], agreement: Agreement
+    found: Counter[tuple[Kind, Agreement, Beyond]], kind: Kind, agreement: Agreement
 ) -> dict[tuple[Beyond, ...], int]:
     """Return how many claims have an agreement, and how many of these have each answer about their baseline."""
-    of_it: dict[tuple[Beyond, ...], int] = {(beyond,): found.get((agreement, beyond), 0) for beyond in Beyond}
+    of_it: dict[tuple[Beyond, ...], int] = {(beyond,): found[kind, agreement, beyond] for beyond in Beyond}
     judged = agreement not in (Agreement.MET, Agreement.NOT_MET, Agreement.UNTESTABLE)
     return {(): sum(of_it.values())} | (of_it if judged else {})
 

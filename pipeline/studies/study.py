@@ -36,7 +36,7 @@ from pipeline.validation import Finite, InvalidInput, Positive, require_bounds, 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from pipeline.pictures import Picture as Picture
+    from pipeline.pictures.picture import Picture as Picture
     from pipeline.recordings import Recording
 
     # Begins the recording of one figure, given further words of its description, and its timeline if not time.

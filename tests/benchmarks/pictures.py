@@ -10,9 +10,10 @@ from pathlib import Path
 
 import pandas as pd
 
-from pipeline import pictures
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.palette import CYCLE, Style
+from pipeline.pictures.charts import draw_charts
+from pipeline.pictures.style import Canvas
 from tests.benchmarks.tables import Row
 
 SERIES = {
@@ -44,7 +45,7 @@ def draw_columns(
         ticks=list(range(1, len(rows) + 1)),
         references=[Reference(y=1.0)],
     )
-    pictures.draw_charts(stem, Sheet(charts=[chart]), {"table": table}, caption=textwrap.fill(caption, 110))
+    draw_charts(Canvas(stem, Sheet(charts=[chart]), {"table": table}, textwrap.fill(caption, 110)))
 
 
 def draw_growth(stem: Path, table: pd.DataFrame, caption: str) -> None:
@@ -59,4 +60,4 @@ def draw_growth(stem: Path, table: pd.DataFrame, caption: str) -> None:
         growth(y="peak_mb", label="Peak memory", unit="MB", zero=True),
     ]
     sheet = Sheet(charts=charts, columns=2, panel_size=(3.5, 3.0))
-    pictures.draw_charts(stem, sheet, {"table": table}, caption=caption)
+    draw_charts(Canvas(stem, sheet, {"table": table}, caption))

@@ -87,6 +87,11 @@ def test_nothing_is_computed_of_a_changed_archive_or_of_a_figure_that_is_not_in_
     assert names == []
 
 
+def test_an_option_without_a_value_is_taken_for_an_archive_and_refused(archived: Path) -> None:
+    with pytest.raises(InvalidInput, match="rerun: this is no archive"):
+        command("verify")([str(archived), "rerun"])
+
+
 @pytest.mark.parametrize("kept", [{"of_tomorrow": 1}, {"sweep": {"<type>": "Forgotten"}}])
 def test_options_of_another_version_are_not_made_again(kept: dict[str, Any]) -> None:
     with pytest.raises(InvalidInput, match="zhang2007_fig5: options are not those of this version"):

@@ -7,6 +7,7 @@ import numpy as np
 from pipeline.charts import Chart, Sheet
 from pipeline.palette import COLOURS, Style
 from pipeline.pictures.matrix import draw_heat_map
+from pipeline.pictures.style import Canvas
 from pipeline.scenes import HeatMap
 
 MATRIX = HeatMap(
@@ -28,7 +29,7 @@ BESIDE = Sheet(
 
 
 def test_the_path_the_outline_and_the_lines_beside_are_drawn(tmp_path: Path) -> None:
-    draw_heat_map(tmp_path / "a", MATRIX, BESIDE, {}, caption="Data: none.")
+    draw_heat_map(Canvas(tmp_path / "a", BESIDE, caption="Data: none."), MATRIX)
     text = (tmp_path / "a.svg").read_text(encoding="utf-8").lower()
     for name in ("orange", "grey", "purple"):
         assert text.count(f"stroke: {COLOURS[name].lower()}") == 2, "the line, and its entry in the legend"

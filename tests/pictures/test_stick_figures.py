@@ -11,6 +11,7 @@ from pipeline.charts import Chart, Sheet
 from pipeline.pictures.motions import draw_motion
 from pipeline.pictures.postures import draw_postures
 from pipeline.pictures.skeletons import draw_skeletons
+from pipeline.pictures.style import Canvas
 from pipeline.scenes import MotionScene, PostureRow, SkeletonRow
 from pipeline.validation import InvalidInput
 
@@ -32,7 +33,7 @@ def segments(path: Path) -> int:
 def draw(stem: Path) -> None:
     """Draw two groups of two rows of postures."""
     rows = (POSTURES, replace(POSTURES, label="30°"))
-    draw_postures(stem, [("(a)", rows), ("(b)", rows)], BONES, caption="Data: none.")
+    draw_postures(Canvas(stem, caption="Data: none."), [("(a)", rows), ("(b)", rows)], BONES)
 
 
 def test_equal_postures_give_equal_bytes(tmp_path: Path) -> None:
@@ -50,15 +51,15 @@ def test_every_posture_draws_every_bone_twice(tmp_path: Path) -> None:
 
 def test_joints_that_nobody_measured_are_rings(tmp_path: Path) -> None:
     hollow = replace(POSTURES, estimated=np.array([True, False, False]))
-    draw_postures(tmp_path / "a", [("", [hollow])], BONES)
-    draw_postures(tmp_path / "b", [("", [POSTURES])], BONES)
+    draw_postures(Canvas(tmp_path / "a"), [("", [hollow])], BONES)
+    draw_postures(Canvas(tmp_path / "b"), [("", [POSTURES])], BONES)
     white = [(tmp_path / f"{name}.svg").read_text().count("fill: #ffffff; stroke") for name in "ab"]
     count, kinds, legend = 5, 2, 1
     assert white[0] - white[1] == count * kinds + legend
 
 
 def test_skeletons_stand_over_the_posture_that_they_vary(tmp_path: Path) -> None:
-    draw_skeletons(tmp_path / "a", [SKELETONS, SKELETONS], BONES, legend=("mean", "sample"))
+    draw_skeletons(Canvas(tmp_path / "a"), [SKELETONS, SKELETONS], BONES, legend=("mean", "sample"))
     rows, centres, others, again, ground = 2, 1, 4, 2 * 2, 1
     assert segments(tmp_path / "a.svg") == rows * ((centres + others + again) * len(BONES) + ground)
 
@@ -66,18 +67,19 @@ def test_skeletons_stand_over_the_posture_that_they_vary(tmp_path: Path) -> None
 def test_a_gap_is_not_drawn_in_silence(tmp_path: Path) -> None:
     gaps = replace(POSTURES, reconstructed=POSTURES.original * np.nan)
     with pytest.raises(InvalidInput, match="must be finite"):
-        draw_postures(tmp_path / "a", [("", (gaps,))], BONES)
+        draw_postures(Canvas(tmp_path / "a"), [("", (gaps,))], BONES)
     with pytest.raises(InvalidInput, match="must be finite"):
         draw_skeletons(
-            tmp_path / "a", [replace(SKELETONS, centre=LIMB * np.nan)], BONES, legend=("mean", "sample")
+            Canvas(tmp_path / "a"),
+            [replace(SKELETONS, centre=LIMB * np.nan)],
+            BONES,
+            legend=("mean", "sample"),
         )
     with pytest.raises(InvalidInput, match="must be finite"):
         draw_motion(
-            tmp_path / "a",
+            Canvas(tmp_path / "a", BELOW),
             replace(SCENE, rows=[("", SCENE.image * np.nan, SCENE.image, "blue")]),
             BONES,
-            BELOW,
-            {},
         )
     assert list(tmp_path.iterdir()) == []
 
@@ -99,7 +101,7 @@ BELOW = Sheet(
 
 
 def test_a_motion_shows_every_bone_in_the_image_and_twice_in_each_row(tmp_path: Path) -> None:
-    draw_motion(tmp_path / "a", SCENE, BONES, BELOW, {})
-    draw_motion(tmp_path / "b", replace(SCENE, rows=SCENE.rows[:1]), BONES, BELOW, {})
+    draw_motion(Canvas(tmp_path / "a", BELOW), SCENE, BONES)
+    draw_motion(Canvas(tmp_path / "b", BELOW), replace(SCENE, rows=SCENE.rows[:1]), BONES)
     instants, kinds = 2, 2
     assert segments(tmp_path / "a.svg") - segments(tmp_path / "b.svg") == instants * kinds * len(BONES)

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pipeline.pictures import draw_tallies
+from pipeline.pictures.style import Canvas
+from pipeline.pictures.tallies import draw_tallies
 
 ROWS = [("one paper", {"holds": 3, "differs": 1}), ("another", {"holds": 5})]
 
 
 def test_a_bar_for_each_number(tmp_path: Path) -> None:
     for name in ("one", "two"):
-        draw_tallies(tmp_path / name, ROWS, {"holds": "green", "differs": "orange", "unknown": "grey"})
+        draw_tallies(
+            Canvas(tmp_path / name), ROWS, {"holds": "green", "differs": "orange", "unknown": "grey"}
+        )
     drawn = (tmp_path / "one.svg").read_text(encoding="utf-8")
     assert drawn == (tmp_path / "two.svg").read_text(encoding="utf-8")
     assert drawn.lower().count("fill: #009e73") == 2

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
-from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from pipeline.pictures import Walking, draw_walking
+from pipeline.pictures.walking import draw_walking
 from pipeline.validation import InvalidInput
 
 BONES = ((0, 1), (1, 2))
 LIMB = np.array([[0.0, 1700.0], [50.0, 900.0], [-200.0, 0.0]])
 STEPS = LIMB + 10.0 * np.arange(4)[:, None, None]
-WALKER = Walking(
+draw = partial(
+    draw_walking,
+    bones=BONES,
     seen=STEPS,
     original=np.tile(STEPS, (2, 1, 1)),
     reconstructed=np.tile(STEPS, (2, 1, 1)) + 5.0,
@@ -31,7 +33,7 @@ def elements(path: Path, name: str) -> list[ElementTree.Element]:
 
 
 def test_points_and_bones_go_through_all_frames_and_back_to_the_first(tmp_path: Path) -> None:
-    draw_walking(tmp_path / "a.svg", WALKER, BONES, words=WORDS)
+    draw(tmp_path / "a.svg", words=WORDS)
     moving = elements(tmp_path / "a.svg", "animate")
     frames = [element.get("values", "").split(";") for element in moving]
     assert [len(each) for each in frames] == [5, 9, 9, 9, 9]
@@ -43,13 +45,11 @@ def test_points_and_bones_go_through_all_frames_and_back_to_the_first(tmp_path: 
 
 
 def test_the_still_picture_is_one_frame(tmp_path: Path) -> None:
-    draw_walking(
-        tmp_path / "a.svg", replace(WALKER, estimated=np.zeros(3, bool)), BONES, words=WORDS, still=2
-    )
+    draw(tmp_path / "a.svg", estimated=np.zeros(3, bool), words=WORDS, still=2)
     assert elements(tmp_path / "a.svg", "animate") == []
     assert len(elements(tmp_path / "a.svg", "path")) == 4
 
 
 def test_turns_of_broken_cycles_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match="does not go around"):
-        draw_walking(tmp_path / "a.svg", replace(WALKER, seen=STEPS[:3]), BONES, words=WORDS)
+        draw(tmp_path / "a.svg", seen=STEPS[:3], words=WORDS)

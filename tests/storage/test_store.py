@@ -286,11 +286,6 @@ def test_results_that_cannot_be_kept_are_refused(
     assert list((tmp_path / "cache").iterdir()) == []
 
 
-def test_a_stage_needs_a_plain_name(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match="no usable name"):
-        Store(tmp_path).artefact("../model", {}, [], Work())
-
-
 # --- what is damaged -------------------------------------------------------------------------------------
 
 

@@ -18,7 +18,7 @@ from pipeline.validation import InvalidInput
 
 def numbers(switch: str, with_it: float) -> Numbers:
     ends = Estimate(with_it, with_it - 1.0, with_it + 2.0)
-    return Numbers(switch, ("data.walkers=3",), "full", {"x": Estimate(1.0)}, {"x": ends})
+    return Numbers(switch, (), ("data.walkers=3",), (), "full", {"x": Estimate(1.0)}, {"x": ends})
 
 
 def test_numbers_of_a_switch_replace_its_old_ones_and_no_others(tmp_path: Path) -> None:
@@ -26,7 +26,7 @@ def test_numbers_of_a_switch_replace_its_old_ones_and_no_others(tmp_path: Path) 
     interventions.keep_numbers(path, [numbers("few", 2.0), numbers("many", 3.0)], "synthetic", "walks")
     interventions.keep_numbers(path, [numbers("few", 4.0)], "synthetic", "walks")
     interventions.keep_numbers(path, [numbers("few", 5.0)], "optical", "walks")
-    unquoted = Numbers("unquoted", (), "full", {}, {})
+    unquoted = Numbers("unquoted", (), (), (), "full", {}, {})
     interventions.keep_numbers(path, [unquoted], "optical", "walks")
     runs = papers.read_runs(path)
     found = {key: (run.with_it["x"].value, run.without["x"].value) for key, run in runs.items()}

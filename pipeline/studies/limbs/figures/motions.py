@@ -27,7 +27,7 @@ from pipeline.studies.study import Figure
 from pipeline.validation import Count
 
 if TYPE_CHECKING:
-    from pipeline.pictures import Picture
+    from pipeline.pictures.picture import Picture
     from pipeline.recordings import Recorder, Recording
 
 LIMBS = WALKER14.limbs
