@@ -14,10 +14,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pipeline import pictures
 from pipeline.charts import Chart, Sheet
 from pipeline.core import camera, errors, fourier, linear_model, reconstruction
 from pipeline.palette import Style
+from pipeline.pictures.charts import draw_charts
+from pipeline.pictures.postures import draw_postures
+from pipeline.pictures.style import Canvas
 from pipeline.scenes import PostureRow
 from pipeline.skeleton import WALKER15
 from pipeline.storage.publishing import publish
@@ -79,11 +81,11 @@ side = [
     camera.project(fourier.synthesise(motion, 1.0, times), np.radians(90.0)) for motion in (walks[0], again)
 ]
 with publish(FOLDER / "one_walker", having="tutorial") as published:
-    pictures.draw_postures(
-        published.folder / "one_walker",
+    caption = f"Five instants of a cycle, seen from the side; computed from 30° alone, {off_mm:.1f} mm off in depth."
+    draw_postures(
+        Canvas(published.folder / "one_walker", caption=caption),
         [("", [PostureRow(label="side view", original=side[0], reconstructed=side[1])])],
         WALKER15.bones,
-        caption=f"Five instants of a cycle, seen from the side; computed from 30° alone, {off_mm:.1f} mm off in depth.",
     )
     published.facts = {"tutorial": "one walker", "off_mm": off_mm}
 
@@ -151,12 +153,8 @@ chart = Chart(
 )
 with publish(FOLDER / "answer", having="tutorial") as published:
     answer.to_csv(published.folder / "answer.csv", index=False, float_format="%.6g")
-    pictures.draw_charts(
-        published.folder / "answer",
-        Sheet(charts=[chart]),
-        {"table": answer},
-        caption=f"Forty walkers held out, thirteen views, {DRAWS} draws; bands: nine tenths of the draws.",
-    )
+    caption = f"Forty walkers held out, thirteen views, {DRAWS} draws; bands: nine tenths of the draws."
+    draw_charts(Canvas(published.folder / "answer", Sheet(charts=[chart]), {"table": answer}, caption))
     published.facts = {"tutorial": "number of walkers", "draws": DRAWS}
 mean_mm = answer.pivot(index="walkers", columns="method", values="mean")
 better = mean_mm.index[mean_mm["map"] < mean_mm["baseline"]]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from pipeline import papers
@@ -13,6 +14,7 @@ from pipeline.cli.presets import CONF
 from pipeline.cli.sensitivity import PLAIN, compare, moved_table, sensitivity, switches
 from pipeline.papers import Agreement, Estimate, Evidence, Verdict
 from pipeline.storage import tables
+from pipeline.storage.provenance import PROJECT
 from pipeline.validation import InvalidInput
 
 pytestmark = pytest.mark.thorough
@@ -77,3 +79,8 @@ def test_groups_and_single_switches_are_tabulated(tmp_path: Path, monkeypatch: p
         assert {row["switch"] for row in tables.read_rows(folder / "table.csv")} == {PLAIN, "short"}
     with pytest.raises(InvalidInput, match="group of switches"):
         sensitivity([*options[:-1], "shorter"])
+
+
+def test_every_interval_of_the_table_of_sensitivity_holds_its_value() -> None:
+    kept = pd.read_csv(PROJECT / "results" / "sensitivity.csv").dropna(subset=["value_low"])
+    assert kept["value"].between(kept["value_low"], kept["value_high"]).all()

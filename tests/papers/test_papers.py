@@ -380,11 +380,6 @@ def test_a_tested_explanation_quotes_a_run_that_was_made_with_its_switch(
     assert any(run.with_it[name] != run.without[name] for name in run.with_it), "the switch moves something"
 
 
-def test_every_interval_of_the_table_of_sensitivity_holds_its_value() -> None:
-    kept = pd.read_csv(ROOT / "results" / "sensitivity.csv").dropna(subset=["value_low"])
-    assert kept["value"].between(kept["value_low"], kept["value_high"]).all()
-
-
 def test_every_run_of_the_table_of_interventions_is_quoted() -> None:
     quoted = {(e.run.data, e.run.group, e.run.switch) for c in CLAIMS for e in c.why.values() if e.run}
     kept = papers.read_runs(ROOT / "conf" / "paper" / papers.INTERVENTIONS)
