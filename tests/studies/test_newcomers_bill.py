@@ -53,7 +53,7 @@ from pipeline.formats.text import millimetres_in
 from pipeline.skeleton.recorded import MotionCapture
 
 
-def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
+def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
     """Read a point list in millimetres, if no unit is given."""
     where = Path(path).name
     head, *lines = read_bytes(Path(path)).decode("ascii", errors="replace").splitlines()
