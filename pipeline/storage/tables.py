@@ -23,8 +23,8 @@ from pipeline.storage.sealed_folders import MANIFEST, digest, file_digest, read_
 from pipeline.validation import InvalidInput
 
 _INTEGER, _NUMBER = r"(?:0|-?[1-9]\d{0,17})", r"(?:-?(?:0|[1-9]\d*)(?:\.\d+)?(?:e[+-]?\d+)?|-?inf|)"
-_INTEGERS, _NUMBERS = (re.compile(rf"{cell}(?:\n{cell})*+") for cell in (_INTEGER, _NUMBER))
-"""Of all cells of a column, a line to each."""
+_NO_INTEGER, _NO_NUMBER = (re.compile(rf"^(?!{cell}$)", re.MULTILINE) for cell in (_INTEGER, _NUMBER))
+"""A cell of a column, of which each is a line."""
 _SHOWN_DIFFERENCES = 10
 _ROWS_AT_A_TIME = 50_000
 
@@ -338,12 +338,11 @@ def _cells(path: Path, sha256: str | None = None) -> dict[str, Sequence[str]]:
 def _typed(cells: Sequence[str]) -> np.ndarray:
     """Return a column in the narrowest type that fits every cell."""
     lines = "\n".join(cells)
-    if (
-        lines.count("\n") == len(cells) - 1
-    ):  # one search for all cells takes a fifth of the time of one for each
-        if _INTEGERS.fullmatch(lines):
+    # One search for all cells takes a fifth of the time of one for each.
+    if lines.count("\n") == len(cells) - 1:
+        if not _NO_INTEGER.search(lines):
             return np.array(list(map(int, cells)), dtype=np.int64)
-        if _NUMBERS.fullmatch(lines):
+        if not _NO_NUMBER.search(lines):
             return np.array([float(cell or "nan") for cell in cells], dtype=np.float64)
     if cells and set(cells) <= {"True", "False"}:
         return np.array([cell == "True" for cell in cells])
