@@ -204,7 +204,7 @@ class FolderData(Recordings):
 
     @staticmethod
     def _require_names(clips: Sequence[Clip]) -> None:
-        """Require files of one name in several folders to be told whose they are: it would be one person's for all."""
+        """Refuse files of one name in several folders: the default `person` would take them for one person's."""
         known: dict[str, str] = {}
         for clip in clips:
             if (first := known.setdefault(PurePosixPath(clip.name).name, clip.name)) != clip.name:

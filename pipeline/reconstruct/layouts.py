@@ -203,7 +203,7 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
 
 
 def _upright(layout: Layout, points: np.ndarray) -> float:
-    """Share of detections with head, shoulder, hip, knee and ankle, those seen, in turn, of the worse side; or NaN."""
+    """Share of detections with head, shoulder, hip, knee, ankle in vertical order, on the worse side; or NaN."""
 
     def height(joint: str) -> np.ndarray:
         part = points[:, [layout.points.index(point) for point in layout.joints[joint]], 1]

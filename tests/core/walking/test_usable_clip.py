@@ -121,7 +121,7 @@ def test_legs_that_were_never_seen_whole_are_refused(hidden: str) -> None:
         walking.require_millimetres(positions)
 
 
-@pytest.mark.parametrize("where", [0.2, 0.75])
+@pytest.mark.parametrize("where", [0.2, 0.75, 1.0])
 def test_a_marker_of_thigh_or_shank_is_no_knee(where: float) -> None:
     positions = overground(0).positions.copy()
     hip, knee, ankle = (WALKER15.index(f"left_{part}") for part in ("hip", "knee", "ankle"))
