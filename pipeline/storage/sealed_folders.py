@@ -315,12 +315,21 @@ def _not_listed(folder: Path) -> list[str]:
 
 
 def _besides(folder: Path, ours: set[str]) -> Iterator[str]:
-    """Yield the relative names of what is in a folder besides files of ours."""
+    """Yield the relative names of what is in a folder besides files of ours; OSError if it cannot be read whole."""
     parents = {parent.as_posix() for name in ours for parent in PurePosixPath(name).parents}
-    for path in sorted(folder.rglob("*")):
-        name, above = (part.relative_to(folder).as_posix() for part in (path, path.parent))
-        if above in parents and name not in (parents if path.is_dir() and not path.is_symlink() else ours):
-            yield name
+
+    def walk(inside: Path) -> Iterator[str]:
+        for path in sorted(inside.iterdir()):
+            name = path.relative_to(folder).as_posix()
+            if path.is_dir() and not path.is_symlink():
+                if name in parents:
+                    yield from walk(path)
+                else:
+                    yield name
+            elif name not in ours:
+                yield name
+
+    yield from walk(folder)
 
 
 def _retire(aside: Path, folder: Path) -> None:
