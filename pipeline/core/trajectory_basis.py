@@ -255,6 +255,33 @@ def coefficients(
     return np.linalg.solve(r, q[:above].T @ seen)
 
 
+def on_rays(theta: np.ndarray, middle: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    """Trajectory (F, 3) in the basis that is nearest to rays, mm, without any length: of least norm, where several are.
+
+    The linear solution of Park et al. 2010, reference 28 of park2011, which says of it what cannot be had by the
+    basis alone [park2011 4].  It is as good as the rays' own motion lies outside the basis.
+
+    Parameters
+    ----------
+    theta : (F, K)
+        Basis of frames in which the rays are known.
+    middle, direction : (F, 3)
+        A point of each ray, mm, and its unit direction.
+
+    Examples
+    --------
+    >>> theta, rays = cosine_basis(4, 1), np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 1], [0, 1, 0]])
+    >>> on_rays(theta, 3.0 - 2.0 * rays, rays).round(9)[0]
+    array([3., 3., 3.])
+    """
+    across = np.eye(3) - direction[:, :, None] * direction[:, None]
+    frames, components = theta.shape
+    system = (theta[:, None, :, None] * across[:, :, None]).reshape(3 * frames, 3 * components)
+    wanted = (across @ middle[..., None]).ravel()
+    found = np.linalg.lstsq(system, wanted, rcond=_SINGULAR)[0]
+    return theta @ found.reshape(components, 3)
+
+
 def _stacked(theta: np.ndarray, observed: np.ndarray, ridge: np.ndarray | None) -> tuple[int, np.ndarray]:
     """Frames observed, and Theta_o above diag(sqrt(R)).
 

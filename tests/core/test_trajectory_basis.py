@@ -148,3 +148,17 @@ def test_what_cannot_be_done_is_refused_in_one_sentence(case: str) -> None:
     attempt, sentence = REFUSED[case]
     with pytest.raises(InvalidInput, match=sentence):
         attempt()
+
+
+@given(seed=seeds)
+def test_the_basis_alone_finds_what_moving_rays_determine_and_no_more(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    frames, components = 40, 5
+    theta = basis.cosine_basis(frames, components)
+    truth = theta @ rng.normal(size=(components, 3))
+    turning = rng.normal(size=(frames, 3))
+    turning /= np.linalg.norm(turning, axis=1, keepdims=True)
+    np.testing.assert_allclose(basis.on_rays(theta, truth + 7.0 * turning, turning), truth, atol=1e-8)
+    # Parallel rays say nothing of the depth: of all trajectories on them the one of least norm has none.
+    ahead = np.broadcast_to([0.0, 0.0, 1.0], (frames, 3))
+    np.testing.assert_allclose(basis.on_rays(theta, truth, ahead), truth * [1.0, 1.0, 0.0], atol=1e-8)

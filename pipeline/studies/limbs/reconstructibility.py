@@ -16,7 +16,7 @@ from pipeline.core.articulated_trajectory import LimbChoice
 from pipeline.core.articulation import Adjustment
 from pipeline.core.reconstructibility import Reading, confidence_of_mirror_margin, outside, reconstructibility
 from pipeline.core.refinement import refine
-from pipeline.core.trajectory_basis import cosine_basis
+from pipeline.core.trajectory_basis import cosine_basis, on_rays
 from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
 from pipeline.studies.limbs import baselines
@@ -102,6 +102,8 @@ def _compared_with_truth(trial: LimbTrial, choice: LimbChoice) -> dict[str, Any]
     rows = choice.basis.rows(len(used), used)
     middle, half = hits.middle[used], hits.half_chord[used]
     axis = (trial.parent - trial.view.centre)[used]
+    theta = cosine_basis(len(used), choice.basis.components)[used]
+    alone = on_rays(theta, middle, hits.rays.direction[used])
     truth, impostor = (hits.middle + sign * signs[:, None] * hits.half_chord for sign in (1, -1))
     weight = (half**2).sum(axis=1)
     matrix = (np.eye(len(rows)) - rows @ rows.T) * (half @ half.T)
@@ -121,6 +123,8 @@ def _compared_with_truth(trial: LimbTrial, choice: LimbChoice) -> dict[str, Any]
         # Whether most of the chosen candidates are the impostor's.
         "taken_impostor": bool((weight * solution.signs * signs[used]).sum() < 0),
         **baselines.limb_errors(trial),
+        # Where the basis alone says little, rounding is amplified: six digits are those of any processor.
+        "basis_alone_error": float(f"{distance(alone, trial.relative[used]) / trial.length:.6g}"),
         # Of the programme's matrix: its elements beside the diagonal, and its smallest to largest eigenvalue.
         "positive_off_diagonal": (beside > ROUNDING * np.abs(matrix).max()).mean(),
         "numerically_singular": bool(spectrum[-1] <= 0 or spectrum[0] / spectrum[-1] < SINGULAR),

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
-from pipeline.core import action_model
+from pipeline.core import action_model, synchronization
 from pipeline.core.posture import PARAMETERS
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Matrix, Notes, Rows, Space3D
@@ -236,6 +236,7 @@ def _performances(inputs: Inputs) -> pd.DataFrame:
     along, baseline = variance_along_modes(postures, data.person)
     unseen = np.full((len(data.person), 1), np.nan)
     deviation = action.linear - action.linear.mean(axis=(0, 1))
+    of_height, of_cosines = _explained(postures, action)
     columns = {
         "performance": inputs.samples,
         "person": data.person,
@@ -258,10 +259,25 @@ def _performances(inputs: Inputs) -> pd.DataFrame:
             for s in ("linear", "synchronized")
         },
         "squared_deviation": (deviation**2).mean(axis=(1, 2)),
+        "height_explained": of_height,
+        "cosines_explained": of_cosines,
         "cosine_change_max": [np.abs(np.diff(_cosines(p), axis=0)).max() for p in postures],
         "angle_change_max": [_angle_change_max(_cosines(p)) for p in postures],
     }
     return tidy(columns, by=["performance"])
+
+
+def _explained(postures: list[np.ndarray], action: Action) -> list[np.ndarray]:
+    """Shares (M,) of the variance of height and of cosines that the mean of the other performances explains."""
+    normalised = np.stack([synchronization.normalise(p, action.linear.shape[1]) for p in postures])
+    all_in_step = synchronization.warp(normalised, action.disparity)  # (M, P, 37)
+    others = (all_in_step.sum(axis=0) - all_in_step) / (len(all_in_step) - 1)
+    left = ((all_in_step - others) ** 2).mean(axis=1)
+    whole = all_in_step.var(axis=1)
+    return [
+        1.0 - left[:, numbers].sum(axis=1) / whole[:, numbers].sum(axis=1)
+        for numbers in (slice(1), slice(1, None))
+    ]
 
 
 def _cosines(postures: np.ndarray) -> np.ndarray:
