@@ -29,7 +29,8 @@ class Scale:
     clips: int  # most clips of varied motion; 0: all
     populations: int  # further synthetic populations for intervals; 0: none
     trials: int  # trials for every value of a sweep over limbs
-    filmed: int  # simulated clips of keypoints
+    filmed: int  # simulated clips of keypoints, from all sides
+    filmed_elsewhere: int  # the same, of people of a laboratory that is left out
     takes: int  # the same, under every condition
     films: int  # simulated clips of each kind of film as people make it
     levels: int  # of each kind of change of these clips, the last so many; 0: all

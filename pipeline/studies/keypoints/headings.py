@@ -48,6 +48,10 @@ class KeypointHeadings(FilmedClips):
 class KeypointLaboratories(KeypointHeadings):
     """Simulated clips of people whose laboratory no model has seen; of a single source, each person is left out."""
 
+    clips: Annotated[int, bounded(at_least=len(HEADINGS_DEG))] = scaled(
+        value="filmed_elsewhere"
+    )  # number of simulated clips
+
     @property
     def conditions(self) -> list[Condition]:
         """Return the usual condition without the walker's laboratory."""
