@@ -141,7 +141,10 @@ def _measured(
         names = interventions.names_quoted(data_name, name, switch.name)
         folder = below / _word(switch.name)
         for experiment, figure in _lacking(switch, options, below):
-            make_figure(experiment, figure, store=Store(Path(experiment.results)))
+            try:
+                make_figure(experiment, figure, store=Store(Path(experiment.results)))
+            except InvalidInput as error:
+                raise InvalidInput(str(error), where=f"{switch.name}, {figure.name}") from None
         smoke = any(read_manifest(folder / figure)["scale"] == SMOKE for figure in switch.figures)
         made = {**plain_tables, **read_folder(folder, switch.figures)}
         claims = [
