@@ -17,6 +17,7 @@ import numpy as np
 from pipeline.formats.contract import damaged
 from pipeline.formats.keypoints.contract import MEDIAPIPE, Detections, detections, timed
 from pipeline.formats.points.cells import Rows
+from pipeline.formats.points.csv.table import role_of
 from pipeline.formats.text import number, read_text
 
 
@@ -179,9 +180,8 @@ _WHO = ("idx", "track_id", "person_id", "personID", "instance_id")
 _SURE = ("visibility", "score", "confidence", "likelihood", "conf", "visible", "presence")
 _SCORES = ("keypoint_scores", "scores", "confidence", "confidences", "score")
 _NAME = ("name", "part", "label", "keypoint")
-_TIMES = ("time", "time_s", "timestamp", "time_ms", "timestamp_ms", "timestampMs", "t")
 """Keys of all frames, of the people in one, of somebody's points; of a frame's name, of a person's, of how sure a
-point is, of all points, of a point's name; of a frame's time."""
+point is, of all points, of a point's name."""
 
 
 def _first(item: Any, keys: Iterable[str]) -> Any:
@@ -307,25 +307,15 @@ def _detections(
         part for part in content.values() if _has(part, "fps") or _has(part, "width")
     ]  # meta, metadata, …
     rate, size = settings({key: value for part in [*within, sizes, content] for key, value in part.items()})
-    stamps = {name: str(_first(item, _TIMES)) for name, item in frames}
-    if "None" not in stamps.values():
-        table = Rows(
-            f"{where}, times",
-            [[stamp] for stamp in stamps.values()],
-            range(1, len(stamps) + 1),
-            notes,
-            header=["time"],
-        )
+    titles = (key for _, item in frames if isinstance(item, dict) for key in item)
+    if title := next((key for key in titles if role_of(key)[0] == "time"), ""):
+        stamps = {name: str(_first(item, [title])) for name, item in frames}
+        lines = range(1, len(stamps) + 1)
+        table = Rows(f"{where}, times", [[stamp] for stamp in stamps.values()], lines, notes, header=[title])
         at, rate = timed(table, 0, np.array([*number.values()]), rate)
         number = dict(zip(number, at, strict=True))
     found = [(number[name], *one) for name, item in frames for one in _people(item, f"{where}, frame {name}")]
     span = int(max(number.values())) + 1
-    if empty := len(number) - len({frame for frame, *_ in found}):
-        notes.append(f"{empty} of {len(number)} frames are without people.")
-    if span > len(number):
-        notes.append(
-            f"{span - len(number)} frames are missing, or without people, between the first and the last."
-        )
     categories = content.get("categories")
     listed = _first(content.get("meta_info"), ["keypoint_id2name"]) or content.get("skeleton")
     if isinstance(categories, list):

@@ -37,8 +37,7 @@ def test_a_folder_of_openpose_with_empty_people_and_a_gap(tmp_path: Path) -> Non
     assert (found.format, found.n_frames, found.frame.tolist()) == ("openpose", 4, [0, 3])
     np.testing.assert_allclose(found.points[0], POINTS)
     assert found.identity.tolist() == ["", ""]
-    assert any("without people" in note for note in found.notes)
-    assert any("1 frames are missing" in note for note in found.notes)
+    assert found.notes == ("2 frames between the first and the last are missing, or without people.",)
 
 
 def test_folders_of_other_programs_with_a_file_to_each_frame(tmp_path: Path) -> None:
@@ -293,11 +292,43 @@ def test_gaps_in_time_are_missing_frames_and_uneven_times_are_places_between(
     found = timed(kind, [0.0, 0.04, 0.08, 0.6, 0.64], tmp_path)
     assert (found.frame_rate_hz, found.n_frames) == (25.0, 17 + first)
     assert (found.frame - first).tolist() == [0, 1, 2, 15, 16]
-    assert "12 frames have no row and are missing." in found.notes
+    assert found.notes == ("12 frames between the first and the last are missing, or without people.",)
     uneven = timed(kind, [0.0, 0.04, 0.0704, 0.12, 0.52, 0.56], tmp_path)
     assert uneven.frame_rate_hz == 25.0
     np.testing.assert_allclose(uneven.frame - first, [0.0, 1.0, 1.76, 3.0, 13.0, 14.0])
     assert any("not evenly spaced" in note for note in uneven.notes)
+
+
+@pytest.mark.parametrize("kind", ["wide", "numbered", "long", "json"])
+def test_the_rate_is_the_camera_s_though_frames_are_lost_and_times_jitter(kind: str, tmp_path: Path) -> None:
+    generator = np.random.default_rng(4)
+    at = np.flatnonzero(generator.random(200) > 0.3)
+    found = timed(kind, ((at + generator.uniform(-0.1, 0.1, len(at))) / 30.0).round(3).tolist(), tmp_path)
+    assert found.frame_rate_hz == pytest.approx(30.0, rel=0.01)
+    np.testing.assert_allclose(found.frame - found.frame[0], at - at[0], atol=0.6)
+
+
+@pytest.mark.parametrize("kind", ["wide", "numbered", "json"])
+def test_a_time_that_stands_twice_is_not_used(kind: str, tmp_path: Path) -> None:
+    times = [k / 25 for k in range(40)]
+    times[10] = times[9]
+    found = timed(kind, times, tmp_path)
+    assert (found.frame_rate_hz, np.diff(found.frame).tolist()) == (25.0, [1] * 39)
+    assert "1 times are those of the row before, the first in a." in found.notes[0]
+    times[20:24] = [times[19]] * 4
+    with_rate = timed(kind, times, tmp_path, fps=30)
+    assert with_rate.frame_rate_hz == 30.0
+    assert any("The times are not used" in note for note in with_rate.notes)
+
+
+@pytest.mark.parametrize(
+    ("key", "second"),
+    [("timestamp_ms", 1e3), ("timeMs", 1e3), ("t_us", 1e6), ("timestamp_ns", 1e9), ("time_s", 1)],
+)
+def test_a_key_that_names_the_unit_of_times_is_believed(key: str, second: float, tmp_path: Path) -> None:
+    rows = [{key: second * k / 1000.0, "keypoints": POINTS.tolist()} for k in range(9)]
+    found = keypoints.read(write(tmp_path / "a.json", rows))
+    assert (found.frame_rate_hz, found.frame.tolist(), found.notes) == (1000.0, [*range(9)], ())
 
 
 @pytest.mark.parametrize("kind", ["wide", "numbered", "json"])

@@ -17,14 +17,19 @@ from pipeline.formats.points.cells import NOTHING, Rows
 from pipeline.formats.points.even_times import unit_of_times
 from pipeline.formats.text import LENGTHS, number, read_text, unit_of
 
-_MILLISECONDS = ("_ms", "_msec", "_milliseconds")
-_MICROSECONDS = ("_us", "_usec")
+_DIGITS = {
+    **dict.fromkeys(("ms", "msec", "millis", "milliseconds"), 3),
+    **dict.fromkeys(("us", "µs", "usec", "microseconds"), 6),
+    **dict.fromkeys(("ns", "nanoseconds"), 9),
+}
+"""Ends of titles of times that are in parts of a second, and how many digits these have."""
 _ROLES = {
     "time": {
         *(
-            f"{word}{unit}"
+            f"{word}{joint}{unit}"
             for word in ("time", "t", "timestamp")
-            for unit in ("", "_s", "_sec", "_seconds", *_MILLISECONDS, *_MICROSECONDS)
+            for joint in ("", "_")
+            for unit in ("", "s", "sec", "seconds", *_DIGITS)
         ),
         "seconds",
     },
@@ -290,13 +295,13 @@ def _drop_rotations(columns: Columns, unread: list[str], header: list[str]) -> N
 
 
 def set_to_seconds(table: Rows, column: int) -> None:
-    """Write the times of the rows as seconds, in place: from dates, or milli- or microseconds if the title says so.
+    """Write the times of the rows as seconds, in place: from dates, or parts of a second if the title says so.
 
     Those of a calendar are counted from the first.
     """
     words = [word.replace(",", ".") if table.decimal_comma else word for word in table.texts(column)]
     title = role_of(table.header[column])[1]
-    digits = 3 * title.endswith(_MILLISECONDS) + 6 * title.endswith(_MICROSECONDS)
+    digits = next((digits for end, digits in _DIGITS.items() if title.endswith(end)), 0)
     scale = 10.0**-digits
     if any(":" in word for word in words):
         dates = [
