@@ -140,20 +140,22 @@ def detections(
         notes.append("The third numbers of keypoints are often below 0: depths, which are no confidence.")
         confidence[:] = 1.0
     points[missing | ~(confidence > 0)] = np.nan
-    if (gone := int(frame[-1] - frame[0]) + 1 - len(people)) > 0:
-        notes.append(f"{gone} frames between the first and the last are missing, or without people.")
     notes += _leave_out_placeholders(points)
     missing = np.isnan(points[..., 0])
     confidence[missing] = 0.0
     if missing.all():
         raise damaged("every keypoint is missing", where, "coordinates of a person", "0, -1 or nothing")
+    seen = ~missing.all(axis=1)
+    frame = frame[seen]
+    if (gone := int(frame[-1] - frame[0]) + 1 - len(np.unique(frame))) > 0:
+        notes.append(f"{gone} frames between the first and the last are missing, or without people.")
     return Detections(
         format=format,
         names=tuple(map(harmless, names)) if len(names) == counts[0] else (),
         frame=frame,
-        identity=np.array([harmless(who[:80]) for _, who, _ in rows], dtype=str),
-        points=points,
-        confidence=confidence,
+        identity=np.array([harmless(who[:80]) for _, who, _ in rows], dtype=str)[seen],
+        points=points[seen],
+        confidence=confidence[seen],
         n_frames=frames,
         frame_rate_hz=frame_rate_hz,
         image_size=image_size,
@@ -185,10 +187,9 @@ def timed(table: Rows, column: int, frames: np.ndarray | None, rate: float) -> t
             raise damaged("no row has a time", table.where)
         twice = np.flatnonzero(np.diff(times[known]) == 0) + 1
         if 0 < len(twice) <= TWICE * len(known):
-            place = table.place(first[known[twice[0]]])
             table.notes.append(
-                f"{len(twice)} times are those of the row before, the first in {place}, and are not used: "
-                "the rows are put between their neighbours."
+                f"{len(twice)} times are those of the row before, the first in {table.place(first[known[twice[0]]])}, "
+                "and are not used: the rows are put between their neighbours."
             )
             known = np.delete(known, twice)
         at, own = frames_of(times[known], None, lambda k: table.place(first[known[k]]), table.notes)

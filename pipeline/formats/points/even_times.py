@@ -51,10 +51,13 @@ def at_equal_intervals(
 
     Parameters
     ----------
-    times_s, declared_hz, place, notes
-        As in `frames_of`.
+    times_s : (T,) float64
     positions : (T, P, 3) float64
         NaN where missing.
+    declared_hz : float or None
+    place : callable
+    notes : list of str
+        These as in `frames_of`.
 
     Raises
     ------
@@ -103,10 +106,10 @@ def frames_of(
                 "the frame rate is unknown", place(0), "two frames or more, or a rate in the header"
             )
         return np.zeros(1), declared_hz
-    mean, duration = float(steps.mean()), float(times_s[-1] - times_s[0])
+    duration = float(times_s[-1] - times_s[0])
     # Times that are uniform as they are printed are exact.
-    rounding = _rounding(times_s) if np.abs(steps / mean - 1).max() > 1e-6 else 0.0
-    rate = _rate(times_s) if declared_hz is None else declared_hz
+    rounding = _rounding(times_s) if np.abs(steps / steps.mean() - 1).max() > 1e-6 else 0.0
+    rate = declared_hz or _rate(times_s)
     if not 1 <= rate <= 1e6:
         raise damaged("the times are not in seconds", place(1), "1 Hz or more", f"{rate:g} Hz")
     frames = np.maximum(np.round(steps * rate), 1)
@@ -129,12 +132,11 @@ def frames_of(
             "the option frame_rate_hz, or a rate in the header",
             f"{rate:.4g} Hz give or take {100 * doubt:.2g} %",
         )
-    if off.max() <= 0.02 + 1.1 * rounding * rate:
-        if declared_hz is None:
-            rate = _whole(duration, span, rounding)
-        return np.append(0.0, np.cumsum(frames)), rate
+    even = off.max() <= 0.02 + 1.1 * rounding * rate
     if declared_hz is None:
-        rate = _whole(duration, rate * duration, rounding)
+        rate = _whole(span / duration if even else rate, doubt)
+    if even:
+        return np.append(0.0, np.cumsum(frames)), rate
     notes.append(
         f"The times are not evenly spaced ({steps.min():.4g} to {steps.max():.4g} s); "
         f"they were resampled to {rate:.6g} Hz."
@@ -191,12 +193,10 @@ def _rounding(times_s: np.ndarray) -> float:
     return 0.0
 
 
-def _whole(duration_s: float, span: float, rounding: float) -> float:
-    """Return a rate from times: the whole number of hertz, or of its tenths, within the doubt that rounding leaves."""
-    exact = span / duration_s
-    doubt = max(rounding / duration_s, 1e-9) * exact
+def _whole(exact: float, doubt: float) -> float:
+    """Return a rate as the whole number of hertz, or of its tenths, within a share of doubt about it."""
     for candidate in (float(round(exact)), round(exact, 1)):
-        if abs(candidate - exact) <= doubt:
+        if abs(candidate - exact) <= max(doubt, 1e-9) * exact:
             return candidate
     return float(f"{exact:.12g}")
 

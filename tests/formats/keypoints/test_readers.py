@@ -66,6 +66,7 @@ def test_labels_of_poses_of_yolo(tmp_path: Path, columns: int, more: str, who: s
     for frame in (9, 10, 12):
         line = "0 .5 .5 .2 .6 " + " ".join(map(repr, shares.ravel().tolist())) + more
         (tmp_path / f"walk_{frame}.txt").write_text(line + "\n", encoding="utf-8")
+    (tmp_path / "walk_11.txt").write_text("", encoding="utf-8")  # nobody
     (tmp_path / "classes.txt").write_text("person\n", encoding="utf-8")
     found = keypoints.read(tmp_path)
     assert (found.format, found.n_frames, found.frame.tolist()) == ("yolo", 4, [0, 1, 3])
@@ -154,6 +155,7 @@ WRITTEN = {
         "keypoints": [{"7": MARKS[:, [1, 0, 3]].tolist()}] * 2,
         "skeleton": dict(zip(map(str, range(17)), NAMED, strict=True)),
     },
+    "landmarks of the world": [{"worldLandmarks": objects("visibility")}] * 2,
     "within a pose": {"metadata": {"fps": 30}, "frames": [{"frame_idx": k, "pose": IN_TURN} for k in (3, 4)]},
     "named, beside others": [
         {"frame": k, "bbox": [1, 2, 3, 4], "note": "", **dict(zip(NAMED, objects("conf"), strict=True))} for k in (3, 4)
@@ -375,6 +377,65 @@ def test_tables_with_several_people(written: str, tmp_path: Path) -> None:
     assert found.frame[seen].tolist() == [0, 0, 1]
     assert found.identity[seen].tolist() == ["person1", "person2", "person1"]
     np.testing.assert_array_equal(found.points[seen], [[[1, 2]] * 3] * 3)
+
+
+@pytest.mark.parametrize("kind", ["csv", "json"])
+def test_people_may_have_names_without_a_number(kind: str, tmp_path: Path) -> None:
+    if kind == "json":
+        frame = {who: MARKS[:, [0, 1, 3]].tolist() for who in ("bob", "anna")}
+        found = keypoints.read(write(tmp_path / "a.json", {"fps": 30, "frames": [frame] * 2}))
+    else:
+        titles = [
+            f"{who}_{part}_{axis}"
+            for who in ("bob", "anna")
+            for part in ("nose", "left_knee")
+            for axis in "xy"
+        ]
+        (tmp_path / "a.csv").write_text(f"{','.join(titles)}\n" + "1,2,3,4,5,6,7,8\n" * 2, encoding="utf-8")
+        found = keypoints.read(tmp_path / "a.csv")
+        assert found.names == ("nose", "left_knee")
+    assert (found.frame.tolist(), found.identity.tolist()) == ([0, 0, 1, 1], ["bob", "anna"] * 2)
+
+
+@pytest.mark.parametrize(
+    "names",
+    ["left_hip left_knee right_hip right_knee", "hip_left hip_right knee_left knee_right", "L_knee R_knee"],
+)
+def test_sides_and_joints_are_no_people(names: str, tmp_path: Path) -> None:
+    titles = [f"{name}_{axis}" for name in names.split() for axis in "xy"]
+    (tmp_path / "a.csv").write_text(
+        f"{','.join(titles)}\n{','.join(map(str, range(len(titles))))}\n", encoding="utf-8"
+    )
+    assert keypoints.read(tmp_path / "a.csv").names == tuple(names.split())
+
+
+def test_people_one_below_the_other_in_a_long_table_are_told_apart(tmp_path: Path) -> None:
+    lines = [f"{t},{part},{who},7" for t in (0, 1) for who in (1, 2) for part in ("hip", "knee")]
+    (tmp_path / "a.csv").write_text("\n".join(["frame,keypoint,x,y", *lines, ""]), encoding="utf-8")
+    found = keypoints.read(tmp_path / "a.csv")
+    assert (found.frame.tolist(), found.points[:, 1, 0].tolist()) == ([0, 0, 1, 1], [1, 2, 1, 2])
+
+
+@pytest.mark.parametrize(
+    "cell", ["[{}, {}]", "({}, {}, 0.5)", "[{} {} -7 0.5]", "(np.float64({}), np.float64({}))"]
+)
+def test_cells_that_hold_a_point(cell: str, tmp_path: Path) -> None:
+    rows = [f'{t},"{cell.format(1.5, 2)}","{cell.format(-3, "4e-1")}"\n' for t in (0, 1)]
+    (tmp_path / "a.csv").write_text(
+        "frame,nose,left_knee\n" + "".join(rows) + "2,,\n" * ("," in cell), encoding="utf-8"
+    )
+    found = keypoints.read(tmp_path / "a.csv")
+    assert (found.names, found.frame.tolist()) == (("nose", "left_knee"), [0, 1])
+    np.testing.assert_array_equal(found.points, [[[1.5, 2], [-3, 0.4]]] * 2)
+    assert set(found.confidence.ravel().tolist()) == {0.5 if "0.5" in cell else 1.0}
+
+
+@pytest.mark.parametrize(("titles", "noted"), [("x y z", True), ("x y z visibility", False), ("x y", False)])
+def test_points_that_may_be_in_3d_are_remarked_on(titles: str, noted: bool, tmp_path: Path) -> None:
+    header = ",".join(f"left_knee_{axis}" for axis in titles.split())
+    row = ",".join("5678"[: len(titles.split())]) + "\n"
+    (tmp_path / "a.csv").write_text(f"frame,{header}\n0,{row}1,{row}", encoding="utf-8")
+    assert any("in 3D" in note for note in keypoints.read(tmp_path / "a.csv").notes) == noted
 
 
 def test_names_of_people_that_have_other_points_are_names(tmp_path: Path) -> None:

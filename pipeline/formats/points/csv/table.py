@@ -18,10 +18,9 @@ from pipeline.formats.points.even_times import unit_of_times
 from pipeline.formats.text import LENGTHS, number, read_text, unit_of
 
 _DIGITS = {
-    **dict.fromkeys(("ms", "msec", "millis", "milliseconds"), 3),
-    **dict.fromkeys(("us", "µs", "usec", "microseconds"), 6),
-    **dict.fromkeys(("ns", "nanoseconds"), 9),
-}
+    "ms": 3, "msec": 3, "millis": 3, "milliseconds": 3, "us": 6, "µs": 6, "usec": 6, "microseconds": 6, "ns": 9,
+    "nanoseconds": 9,
+}  # fmt: skip
 """Ends of titles of times that are in parts of a second, and how many digits these have."""
 _ROLES = {
     "time": {
@@ -259,7 +258,7 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
             raise damaged(
                 f"the point {point!r} lacks an axis" if point else "an axis is missing",
                 place,
-                "x, y and z",
+                "x, y and z; keypoints of a film go to `reconstruct`",
                 ", ".join(sorted(axes)),
             )
         columns.axes[point] = {axis: axes[axis] for axis in "xyz"}
