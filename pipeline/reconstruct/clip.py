@@ -206,7 +206,7 @@ def _rate(given: Input, source: Detections, notes: list[str]) -> float:
         )  # fmt: skip
     least, most = POSSIBLE["frame_rate_hz"]
     require_range(f"{Path(given.path).name}, frames a second", rate, at_least=least, at_most=most)
-    if source.frame_rate_hz and abs(rate / source.frame_rate_hz - 1) > 0.01:
+    if source.frame_rate_hz and abs(rate / source.frame_rate_hz - 1) > 5e-4:
         notes.append(
             f"The file says {source.frame_rate_hz:g} frames a second; {rate:g} was given and is used."
         )

@@ -19,9 +19,10 @@ from pipeline.cli.export import export
 from pipeline.core.keypoint_walk.calibration import ANYBODY, AS_OURS
 from pipeline.core.keypoint_walk.objective import FOCAL_SD, TURN
 from pipeline.core.keypoint_walk.tracks import find_tracks
+from pipeline.formats import keypoints
 from pipeline.formats.keypoints import Detections, detections
 from pipeline.reconstruct import layouts, model_file
-from pipeline.reconstruct.clip import Input, choose, reconstruct_clip
+from pipeline.reconstruct.clip import Input, _rate, choose, reconstruct_clip
 from pipeline.reconstruct.image import in_pixels
 from pipeline.reconstruct.summary import (
     TURNED_DEG,
@@ -142,6 +143,10 @@ def test_an_unknown_rate_is_asked_for_and_a_wrong_one_remarked_on(model: Path, t
     walk = reconstruct_clip(given(path, frame_rate_hz=60.0, focal_px=sim.focal_px), model)
     assert walk.frame_rate_hz == 30.0
     assert any("frame rate is taken to be 30 Hz" in note for note in walk.notes)
+    slow.write_text("time,left_knee_x,left_knee_y\n0,1,2\n0.04,3,4\n", encoding="utf-8")
+    notes: list[str] = []
+    assert _rate(given(slow, frame_rate_hz=25.03), keypoints.read(slow), notes) == 25.03
+    assert notes == ["The file says 25 frames a second; 25.03 was given and is used."]
     # At half the rate it is a slow walk, of which times and speeds are as right as the rate.
     half = given(path, frame_rate_hz=15.0, focal_px=sim.focal_px)
     found = summarise(reconstruct_clip(half, model))

@@ -11,10 +11,12 @@ from pipeline.formats.budget import require_points
 from pipeline.formats.contract import damaged, harmless
 from pipeline.formats.points.cells import Rows
 from pipeline.formats.points.csv.table import set_to_seconds
-from pipeline.formats.points.even_times import at_equal_intervals
+from pipeline.formats.points.even_times import frames_of
 from pipeline.shortened import shortened
 
 LARGEST_PX = 1e6
+TWICE = 0.05
+"""Share of rows with the time of the row before, up to which these were written by mistake."""
 MOST_FRAMES = 10_000_000
 MOST_PAIRS = 20_000_000
 """Of people in a frame, each with each, summed over frames: so many are compared to follow who walks."""
@@ -143,13 +145,17 @@ def detections(
     confidence[missing] = 0.0
     if missing.all():
         raise damaged("every keypoint is missing", where, "coordinates of a person", "0, -1 or nothing")
+    seen = ~missing.all(axis=1)
+    frame = frame[seen]
+    if (gone := int(frame[-1] - frame[0]) + 1 - len(np.unique(frame))) > 0:
+        notes.append(f"{gone} frames between the first and the last are missing, or without people.")
     return Detections(
         format=format,
         names=tuple(map(harmless, names)) if len(names) == counts[0] else (),
         frame=frame,
-        identity=np.array([harmless(who[:80]) for _, who, _ in rows], dtype=str),
-        points=points,
-        confidence=confidence,
+        identity=np.array([harmless(who[:80]) for _, who, _ in rows], dtype=str)[seen],
+        points=points[seen],
+        confidence=confidence[seen],
         n_frames=frames,
         frame_rate_hz=frame_rate_hz,
         image_size=image_size,
@@ -179,11 +185,14 @@ def timed(table: Rows, column: int, frames: np.ndarray | None, rate: float) -> t
         known = np.flatnonzero(np.isfinite(times))  # a frame without people may have none
         if not known.size:
             raise damaged("no row has a time", table.where)
-        times = times[known]
-        grid, own = at_equal_intervals(
-            times, times.reshape(-1, 1, 1), None, lambda k: table.place(first[known[k]]), table.notes
-        )
-        grid = grid.ravel()
+        twice = np.flatnonzero(np.diff(times[known]) == 0) + 1
+        if 0 < len(twice) <= TWICE * len(known):
+            table.notes.append(
+                f"{len(twice)} times are those of the row before, the first in {table.place(first[known[twice[0]]])}, "
+                "and are not used: the rows are put between their neighbours."
+            )
+            known = np.delete(known, twice)
+        at, own = frames_of(times[known], None, lambda k: table.place(first[known[k]]), table.notes)
     except ValueError as error:  # InvalidInput, or of numpy: a date that is none
         if frames is None:
             raise
@@ -192,8 +201,7 @@ def timed(table: Rows, column: int, frames: np.ndarray | None, rate: float) -> t
     if rate and abs(own / rate - 1.0) > 1e-3:
         table.notes.append(f"By the times there are {own:g} frames a second, not {rate:g} as is declared.")
         rate = 0.0
-    seen = np.flatnonzero(np.isfinite(grid))
-    late = numbers[known[0]] + np.interp(times, grid[seen], seen) - numbers[known]
+    late = numbers[known[0]] + at - numbers[known]
     return (numbers + np.interp(numbers, numbers[known], late)).round(5)[which], rate or own
 
 

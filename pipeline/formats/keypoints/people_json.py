@@ -17,6 +17,7 @@ import numpy as np
 from pipeline.formats.contract import damaged
 from pipeline.formats.keypoints.contract import MEDIAPIPE, Detections, detections, timed
 from pipeline.formats.points.cells import Rows
+from pipeline.formats.points.csv.table import role_of
 from pipeline.formats.text import number, read_text
 
 
@@ -99,7 +100,8 @@ def read_folder(path: Path) -> Detections:
     files = sorted(file for file in path.glob("*.json") if not file.name.startswith("."))
     labels = sorted(path.glob("*[0-9].txt"))
     if labels and not any(map(holds_keypoints, files)):
-        return _detections("yolo", path.name, [(file.name, _labelled(file)) for file in labels], {})
+        people = [(file.name, _labelled(file) if file.stat().st_size else []) for file in labels]
+        return _detections("yolo", path.name, people, {})
     if len(files) == 1:
         return read(files[0])
     if not files:
@@ -164,6 +166,7 @@ _PEOPLE = ("people", "instances", "bodies", "annots", "persons", "poses", "pose"
 _POINTS = (
     "pose_keypoints_2d", "keypoints", "pred_keypoints",
     "pose_landmarks", "poseLandmarks", "landmarks", "landmark", "joints",
+    "pose_world_landmarks", "poseWorldLandmarks", "worldLandmarks", "world_landmarks",
 )  # fmt: skip
 _WHICH_FRAME = (
     "frame_id",
@@ -179,9 +182,8 @@ _WHO = ("idx", "track_id", "person_id", "personID", "instance_id")
 _SURE = ("visibility", "score", "confidence", "likelihood", "conf", "visible", "presence")
 _SCORES = ("keypoint_scores", "scores", "confidence", "confidences", "score")
 _NAME = ("name", "part", "label", "keypoint")
-_TIMES = ("time", "time_s", "timestamp", "time_ms", "timestamp_ms", "timestampMs", "t")
 """Keys of all frames, of the people in one, of somebody's points; of a frame's name, of a person's, of how sure a
-point is, of all points, of a point's name; of a frame's time."""
+point is, of all points, of a point's name."""
 
 
 def _first(item: Any, keys: Iterable[str]) -> Any:
@@ -234,10 +236,12 @@ def _is_points(value: Any) -> bool:
 
 
 def _crowd(item: Any) -> Any:
-    """The people in a frame, whom numbers may name; None if it is none."""
-    if isinstance(item, dict) and item and all(map(str.isdigit, item)):
-        return [{"idx": who, "keypoints": points} for who, points in item.items()]
-    return _first(item, _PEOPLE)
+    """The people in a frame, whom keys may name; None if it is none."""
+    found = _first(item, _PEOPLE)
+    if found is not None or not isinstance(item, dict) or not item:
+        return found
+    named = all(map(str.isdigit, item)) or all(map(_is_points, item.values()))
+    return [{"idx": who, "keypoints": points} for who, points in item.items()] if named else None
 
 
 def _is_frame(item: Any) -> bool:
@@ -307,25 +311,14 @@ def _detections(
         part for part in content.values() if _has(part, "fps") or _has(part, "width")
     ]  # meta, metadata, …
     rate, size = settings({key: value for part in [*within, sizes, content] for key, value in part.items()})
-    stamps = {name: str(_first(item, _TIMES)) for name, item in frames}
-    if "None" not in stamps.values():
-        table = Rows(
-            f"{where}, times",
-            [[stamp] for stamp in stamps.values()],
-            range(1, len(stamps) + 1),
-            notes,
-            header=["time"],
-        )
+    keys = (key for _, item in frames if isinstance(item, dict) for key in item)
+    if title := next((key for key in keys if role_of(key)[0] == "time"), ""):
+        stamps = {name: str(_first(item, [title])) for name, item in frames}
+        lines = range(1, len(stamps) + 1)
+        table = Rows(f"{where}, times", [[stamp] for stamp in stamps.values()], lines, notes, header=[title])
         at, rate = timed(table, 0, np.array([*number.values()]), rate)
         number = dict(zip(number, at, strict=True))
     found = [(number[name], *one) for name, item in frames for one in _people(item, f"{where}, frame {name}")]
-    span = int(max(number.values())) + 1
-    if empty := len(number) - len({frame for frame, *_ in found}):
-        notes.append(f"{empty} of {len(number)} frames are without people.")
-    if span > len(number):
-        notes.append(
-            f"{span - len(number)} frames are missing, or without people, between the first and the last."
-        )
     categories = content.get("categories")
     listed = _first(content.get("meta_info"), ["keypoint_id2name"]) or content.get("skeleton")
     if isinstance(categories, list):
@@ -344,8 +337,8 @@ def _detections(
         rows.append((frame, who, points))
     if not names and rows and len(rows[0][2]) == len(MEDIAPIPE):
         program, names = "mediapipe", list(MEDIAPIPE)
-    return detections(program, where, rows, span, names=list(map(str, names)), frame_rate_hz=rate, image_size=size,
-                      notes=notes)  # fmt: skip
+    return detections(program, where, rows, int(max(number.values())) + 1, names=list(map(str, names)),
+                      frame_rate_hz=rate, image_size=size, notes=notes)  # fmt: skip
 
 
 def settings(content: dict[str, Any]) -> tuple[float, tuple[int, int]]:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -25,75 +27,113 @@ _ROLES = {
 """What columns are that are none of these in tables of markers."""
 
 
+_NUMBER = re.compile(r"(?<!\w)-?(?:nan|None|[\d.]+(?:e[+-]?\d+)?)")
+_KINDS = {2: "xy", 3: "xyc", 4: "xyzc"}
+"""What the numbers of a point in one cell are."""
+_SOMEBODY = re.compile(r"^(?:.*?\d|(?!left|right|[lr][ _.:-])[^\W\d_]+)[ _.:-]+(?=\D)", re.IGNORECASE)
+"""Who begins a name: with a number, or not with a side."""
+
+
 def read_csv(path: Path) -> Detections:
     """Read CSV: wide (``left_knee_x, left_knee_y``, …) or long (``frame, keypoint, x, y``).
 
     Frame rate and image size come from a ``.json`` of the same name beside it, if there is one.
     """
     table = read_table(path)
-    rate, size = 0.0, (0, 0)
     beside = path.with_suffix(".json")
-    if beside.is_file() and isinstance(content := load(beside), dict):
-        rate, size = settings(content)
-        if rate or size[0]:
-            table.notes.append(f"Frame rate and image size are those of {beside.name}.")
+    content = load(beside) if beside.is_file() else None
+    rate, size = settings(content if isinstance(content, dict) else {})
+    if rate or size[0]:
+        table.notes.append(f"Frame rate and image size are those of {beside.name}.")
+    _split_points(table)
     roles = {
         role or _ROLES.get(plain, ""): column
         for column, (role, plain) in reversed(list(enumerate(map(role_of, table.header))))
     }
+    columns = _columns(table, "point" in roles)
+    kinds = set[str]().union(*columns.values())
+    if "z" in kinds and "c" not in kinds:
+        table.notes.append(
+            "Columns z are not used.  If the points are in 3D, they are no film's: see `inspect`."
+        )
+    names, is_long, rows = list(columns), "" in columns, np.arange(len(table.cells))
+    if is_long and not ("point" in roles and {"frame", "time"} & set(roles)):
+        received = ", ".join(table.header[:8])
+        raise damaged("a long table needs the columns frame and keypoint", table.where, received=received)
+    people = table.texts(roles["person"]) if "person" in roles else [""] * len(rows)
+    frames = _frames(table, roles["frame"]) if "frame" in roles else rows
+    if "time" in roles:
+        unnumbered = "frame" not in roles and (is_long or "person" in roles)
+        frames, rate = timed(table, roles["time"], None if unnumbered else frames, rate)
+    elif "frame" not in roles:
+        table.notes.append("Rows are taken as frames, there being no column frame.")
+    points = np.ones((len(rows), len(names), 3))
+    for k, of in enumerate(columns.values()):
+        read = [of[kind] for kind in "xyc" if kind in of]
+        points[:, k, : len(read)] = table.numbers(read)
+    bodies = [*zip(frames.tolist(), people, points, strict=True)]
+    if is_long:
+        names, bodies = _side_by_side(bodies, table.texts(roles["point"]), table.where)
+    crowd, names = _crowd(names)
+    found = [
+        (frame, inner or who, marks)
+        for frame, who, body in bodies
+        for inner, marks in zip(crowd, body.reshape(len(crowd), -1, 3), strict=True)
+    ]
+    kind = "mediapipe" if set(MEDIAPIPE) <= set(names) else "csv"
+    return detections(kind, table.where, found, int(frames.max()) + 1, names=names, frame_rate_hz=rate,
+                      image_size=size, notes=table.notes)  # fmt: skip
+
+
+def _split_points(table: Rows) -> None:
+    """Give each number of cells that hold a point, as ``[0.7, 0.1]`` or ``(0.7, 0.1, 0.9)``, a column, in place."""
+    held = {k for row in table.cells for k, cell in enumerate(row) if cell.startswith(("[", "("))}
+    for column in sorted(held, reverse=True):
+        title, marks = table.header[column], list(map(_NUMBER.findall, table.texts(column)))
+        if kinds := _KINDS.get(max(map(len, marks))):
+            table.header[column : column + 1] = [f"{title}_{kind}" for kind in kinds]
+            for row, mark in zip(table.cells, marks, strict=True):
+                row[column : column + 1] = (mark + [""] * 4)[: len(kinds)]
+
+
+def _columns(table: Rows, is_long: bool) -> dict[str, dict[str, int]]:
+    """Columns x, y and, if there are some, z and c, the confidence, of each point, ``""`` in a long table."""
     columns: dict[str, dict[str, int]] = {}
-    for point, kind, _, number in coordinates(table.header, "xy", _CONFIDENCE):
-        columns.setdefault(point, {})[kind if kind in "xy" else "confidence"] = number
+    for point, kind, _, number in coordinates(table.header, "xy", ("z", *_CONFIDENCE)):
+        columns.setdefault(point, {})[kind if kind in "xyz" else "c"] = number
     whole = {name: of for name, of in columns.items() if {"x", "y"} <= set(of)}
     if not whole:
         expected = "columns such as left_knee_x and left_knee_y, or keypoint, x and y"
         raise damaged("no keypoints in the table", table.where, expected, ", ".join(table.header[:6]))
-    if len(whole) > 1 and "point" not in roles:
+    if len(whole) > 1 and not is_long:
         whole.pop("", None)  # of a box around somebody
-    count, is_long = len(table.cells), "" in whole
-    people = table.texts(roles["person"]) if "person" in roles else [""] * count
-    frames = _frames(table, roles["frame"]) if "frame" in roles else np.arange(count)
-    if "time" in roles:
-        unnumbered = "frame" not in roles and (is_long or "person" in roles)
-        frames, rate = timed(table, roles["time"], None if unnumbered else frames, rate)
-        roles["frame"] = roles["time"]
-    names, which = list(whole), [0] * count
-    body = first_row = np.arange(count)
-    if is_long:
-        if not {"frame", "point"} <= set(roles):
-            received = ", ".join(table.header[:8])
-            raise damaged("a long table needs the columns frame and keypoint", table.where, received=received)
-        whole = {"": whole[""]}
-        place: dict[str, int] = {}
-        which = [place.setdefault(name, len(place)) for name in table.texts(roles["point"])]
-        names = list(place)
-        keys = [f"{frame} {who}" for frame, who in zip(frames, people, strict=True)]
-        _, first_row, body = np.unique(keys, return_index=True, return_inverse=True)
-    bodies = len(first_row)
-    require_points(bodies, len(names), table.where)
-    points = np.full((bodies, len(names), 3), [np.nan, np.nan, 1.0])
-    for k, of in enumerate(whole.values()):
-        points[body, np.add(which, k), : len(of)] = table.numbers(
-            [of[kind] for kind in ("x", "y", "confidence") if kind in of]
-        )
-    seen = np.flatnonzero(np.isfinite(points[..., 0]).any(axis=1))
-    if "frame" not in roles:
-        table.notes.append("Rows are taken as frames, there being no column frame.")
-    if len(seen) < bodies:
-        table.notes.append(f"{bodies - len(seen)} of {bodies} frames are without people.")
-    parts = [re.sub(r"^.*?\d[ _.:-]+(?=\D)", "", name) for name in names]
+    return {"": whole[""]} if "" in whole else whole
+
+
+def _side_by_side(bodies: list[Any], parts: list[str], where: str) -> tuple[list[str], list[Any]]:
+    """Names of points, and bodies (frame, identity, points) whose points, one each, stand one below the other.
+
+    A point that comes again in a frame is another body's, though nobody says whose.
+    """
+    place = {name: k for k, name in enumerate(dict.fromkeys(parts))}
+    keys, before = [], Counter[Any]()
+    for (frame, who, _), part in zip(bodies, parts, strict=True):
+        keys.append((frame, who, before[frame, who, part]))
+        before[frame, who, part] += 1
+    require_points(len({*keys}), len(place), where)
+    whole = {key: np.full((len(place), 3), np.nan) for key in dict.fromkeys(keys)}
+    for key, part, (*_, marks) in zip(keys, parts, bodies, strict=True):
+        whole[key][place[part]] = marks[0]
+    return list(place), [(frame, who, marks) for (frame, who, _), marks in whole.items()]
+
+
+def _crowd(names: list[str]) -> tuple[list[str], list[str]]:
+    """Who is in a table and the names of everybody's points, where names begin with somebody: ``person1_nose``."""
+    parts = [_SOMEBODY.sub("", name) for name in names]
     own = parts[: len({*parts})]
     crowd = [name.removesuffix(own[0])[:-1] for name in names[:: len(own)]]
-    if parts != own * len(crowd):
-        own, crowd = names, [""]
-    rows = [
-        (frames[first_row[n]], who or people[first_row[n]], marks)
-        for n in seen
-        for who, marks in zip(crowd, points[n].reshape(len(crowd), -1, 3), strict=True)
-    ]
-    kind = "mediapipe" if set(MEDIAPIPE) <= set(own) else "csv"
-    return detections(kind, table.where, rows, int(frames.max()) + 1, names=own, frame_rate_hz=rate,
-                      image_size=size, notes=table.notes)  # fmt: skip
+    told = crowd[0][-1:].isdigit() or (len(crowd) > 1 and "knee" in "".join(own).lower())
+    return (crowd, own) if told and parts == own * len(crowd) else ([""], names)
 
 
 def _frames(table: Rows, column: int) -> np.ndarray:
@@ -114,7 +154,7 @@ def read_trc(path: Path) -> Detections:
                       "px, as Sports2D writes with save_px", units or "nothing")  # fmt: skip
     values = table.positions
     values[..., 2] = 1.0
-    rows = [(n, "", points) for n, points in enumerate(values) if np.isfinite(points).all(axis=-1).any()]
+    rows = [(n, "", points) for n, points in enumerate(values)]
     return detections(
         "trc",
         path.name,

@@ -11,8 +11,10 @@ from pipeline.formats.contract import damaged
 
 _GAP = 2.5
 """Intervals longer than so many typical ones are gaps: nothing is interpolated across them."""
-
-
+_ENOUGH = 10_000
+"""Steps that tell a rate."""
+_APART = 8
+"""Rows between which frames are counted, at most."""
 _SKIPPED = 10
 """Frames from row to row that are no gaps: the times contradict the rate that is declared."""
 
@@ -50,9 +52,41 @@ def at_equal_intervals(
     Parameters
     ----------
     times_s : (T,) float64
-        Seconds of the rows.
     positions : (T, P, 3) float64
         NaN where missing.
+    declared_hz : float or None
+    place : callable
+    notes : list of str
+        These as in `frames_of`.
+
+    Raises
+    ------
+    InvalidInput
+        As `frames_of` does, or if times leave nearly everything out.
+    """
+    at, rate = frames_of(times_s, declared_hz, place, notes)
+    count = int(at[-1] + 1e-6) + 1
+    even = not (at % 1).any()
+    if even and count == len(at):
+        return positions, rate
+    require_points(count, positions.shape[1], place(int(np.diff(at).argmax()) + 1), "the times jump")
+    if not even:
+        return _interpolated(at, positions, np.arange(float(count))), rate
+    filled = np.full((count, *positions.shape[1:]), np.nan)
+    filled[at.astype(int)] = positions
+    notes.append(f"{count - len(positions)} frames have no row and are missing.")
+    return filled, rate
+
+
+def frames_of(
+    times_s: np.ndarray, declared_hz: float | None, place: Callable[[int], str], notes: list[str]
+) -> tuple[np.ndarray, float]:
+    """Return the frame (T,) of each row, the first 0, not whole if times are uneven, and the rate in hertz.
+
+    Parameters
+    ----------
+    times_s : (T,) float64
+        Seconds of the rows.
     declared_hz : float or None
         Frames per second that the file declares.
     place : callable
@@ -62,7 +96,7 @@ def at_equal_intervals(
     Raises
     ------
     InvalidInput
-        If times do not increase, are too coarse, contradict the declared rate, or leave nearly everything out.
+        If times do not increase, are too coarse, or contradict the declared rate.
     """
     times_s = _in_seconds(times_s, declared_hz, place, notes)
     steps = np.diff(times_s)
@@ -71,19 +105,14 @@ def at_equal_intervals(
             raise damaged(
                 "the frame rate is unknown", place(0), "two frames or more, or a rate in the header"
             )
-        return positions, declared_hz
-    mean, duration = float(steps.mean()), float(times_s[-1] - times_s[0])
+        return np.zeros(1), declared_hz
+    duration = float(times_s[-1] - times_s[0])
     # Times that are uniform as they are printed are exact.
-    rounding = _rounding(times_s) if np.abs(steps / mean - 1).max() > 1e-6 else 0.0
-    rate = 1.0 / np.median(steps) if declared_hz is None else declared_hz
-    if declared_hz is None and rounding < 0.01 * mean and np.abs(steps / mean - 1).max() < 0.01:
-        rate = 1.0 / mean
+    rounding = _rounding(times_s) if np.abs(steps / steps.mean() - 1).max() > 1e-6 else 0.0
+    rate = declared_hz or _rate(times_s)
     if not 1 <= rate <= 1e6:
         raise damaged("the times are not in seconds", place(1), "1 Hz or more", f"{rate:g} Hz")
     frames = np.maximum(np.round(steps * rate), 1)
-    if declared_hz is None:  # many steps tell how long a gap is, one that is printed in milliseconds does not
-        rate = float(frames[frames <= 2].sum() / steps[frames <= 2].sum())
-        frames = np.maximum(np.round(steps * rate), 1)
     off = np.abs(steps * rate - frames)
     span = frames.sum()
     if len(frames) > 2 and (skipped := np.median(frames)) > _SKIPPED:
@@ -103,21 +132,31 @@ def at_equal_intervals(
             "the option frame_rate_hz, or a rate in the header",
             f"{rate:.4g} Hz give or take {100 * doubt:.2g} %",
         )
-    if off.max() <= 0.02 + 1.1 * rounding * rate:
-        if declared_hz is None:
-            rate = _whole(duration, span, rounding)
-        return _with_gaps(frames, positions, place, notes), rate
+    even = off.max() <= 0.02 + 1.1 * rounding * rate
     if declared_hz is None:
-        usual = frames <= 2
-        rate = _whole(float(steps[usual].sum()), int(usual.sum()), rounding)
-    count = int(duration * rate + 1e-6) + 1
-    require_points(count, positions.shape[1], place(int(steps.argmax()) + 1), "the times jump")
-    grid = times_s[0] + np.arange(count) / rate
+        rate = _whole(span / duration if even else rate, doubt)
+    if even:
+        return np.append(0.0, np.cumsum(frames)), rate
     notes.append(
         f"The times are not evenly spaced ({steps.min():.4g} to {steps.max():.4g} s); "
         f"they were resampled to {rate:.6g} Hz."
     )
-    return _interpolated(times_s, positions, grid), rate
+    return (times_s - times_s[0]) * rate, rate
+
+
+def _rate(times_s: np.ndarray) -> float:
+    """Return the lowest rate, in hertz, at which most steps are near to whole frames."""
+    steps = np.diff(times_s)
+    typical = np.median(steps)
+    usual = steps[steps <= _GAP * typical][:_ENOUGH]
+    frames = np.arange(0.8, 3.3, 0.01)  # in a typical step
+    fit = np.cos(2 * np.pi / typical * np.outer(frames, usual)).mean(axis=1)
+    rate = frames[np.argmax(fit - (0.1 + 1 / len(usual)) * frames)] / typical
+    for apart in range(1, min(_APART, len(steps)) + 1):  # the farther, the less a late frame matters
+        spans = times_s[apart:] - times_s[:-apart]
+        spans = spans[spans <= _GAP * np.median(spans)]
+        rate = np.round(spans * rate).sum() / spans.sum()
+    return float(rate)
 
 
 def _in_seconds(
@@ -154,28 +193,12 @@ def _rounding(times_s: np.ndarray) -> float:
     return 0.0
 
 
-def _whole(duration_s: float, span: float, rounding: float) -> float:
-    """Return a rate from times: the whole number of hertz, or of its tenths, within the doubt that rounding leaves."""
-    exact = span / duration_s
-    doubt = max(rounding / duration_s, 1e-9) * exact
+def _whole(exact: float, doubt: float) -> float:
+    """Return a rate as the whole number of hertz, or of its tenths, within a share of doubt about it."""
     for candidate in (float(round(exact)), round(exact, 1)):
-        if abs(candidate - exact) <= doubt:
+        if abs(candidate - exact) <= max(doubt, 1e-9) * exact:
             return candidate
     return float(f"{exact:.12g}")
-
-
-def _with_gaps(
-    frames: np.ndarray, positions: np.ndarray, place: Callable[[int], str], notes: list[str]
-) -> np.ndarray:
-    index = np.concatenate([[0], np.cumsum(frames)]).astype(int)
-    count = int(index[-1]) + 1
-    if count == len(positions):
-        return positions
-    require_points(count, positions.shape[1], place(int(frames.argmax()) + 1), "the times jump")
-    filled = np.full((count, *positions.shape[1:]), np.nan)
-    filled[index] = positions
-    notes.append(f"{count - len(positions)} frames have no row and are missing.")
-    return filled
 
 
 def _interpolated(times: np.ndarray, positions: np.ndarray, grid: np.ndarray) -> np.ndarray:

@@ -37,8 +37,7 @@ def test_a_folder_of_openpose_with_empty_people_and_a_gap(tmp_path: Path) -> Non
     assert (found.format, found.n_frames, found.frame.tolist()) == ("openpose", 4, [0, 3])
     np.testing.assert_allclose(found.points[0], POINTS)
     assert found.identity.tolist() == ["", ""]
-    assert any("without people" in note for note in found.notes)
-    assert any("1 frames are missing" in note for note in found.notes)
+    assert found.notes == ("2 frames between the first and the last are missing, or without people.",)
 
 
 def test_folders_of_other_programs_with_a_file_to_each_frame(tmp_path: Path) -> None:
@@ -67,6 +66,7 @@ def test_labels_of_poses_of_yolo(tmp_path: Path, columns: int, more: str, who: s
     for frame in (9, 10, 12):
         line = "0 .5 .5 .2 .6 " + " ".join(map(repr, shares.ravel().tolist())) + more
         (tmp_path / f"walk_{frame}.txt").write_text(line + "\n", encoding="utf-8")
+    (tmp_path / "walk_11.txt").write_text("", encoding="utf-8")  # nobody
     (tmp_path / "classes.txt").write_text("person\n", encoding="utf-8")
     found = keypoints.read(tmp_path)
     assert (found.format, found.n_frames, found.frame.tolist()) == ("yolo", 4, [0, 1, 3])
@@ -155,6 +155,7 @@ WRITTEN = {
         "keypoints": [{"7": MARKS[:, [1, 0, 3]].tolist()}] * 2,
         "skeleton": dict(zip(map(str, range(17)), NAMED, strict=True)),
     },
+    "landmarks of the world": [{"worldLandmarks": objects("visibility")}] * 2,
     "within a pose": {"metadata": {"fps": 30}, "frames": [{"frame_idx": k, "pose": IN_TURN} for k in (3, 4)]},
     "named, beside others": [
         {"frame": k, "bbox": [1, 2, 3, 4], "note": "", **dict(zip(NAMED, objects("conf"), strict=True))} for k in (3, 4)
@@ -293,11 +294,43 @@ def test_gaps_in_time_are_missing_frames_and_uneven_times_are_places_between(
     found = timed(kind, [0.0, 0.04, 0.08, 0.6, 0.64], tmp_path)
     assert (found.frame_rate_hz, found.n_frames) == (25.0, 17 + first)
     assert (found.frame - first).tolist() == [0, 1, 2, 15, 16]
-    assert "12 frames have no row and are missing." in found.notes
+    assert found.notes == ("12 frames between the first and the last are missing, or without people.",)
     uneven = timed(kind, [0.0, 0.04, 0.0704, 0.12, 0.52, 0.56], tmp_path)
     assert uneven.frame_rate_hz == 25.0
     np.testing.assert_allclose(uneven.frame - first, [0.0, 1.0, 1.76, 3.0, 13.0, 14.0])
     assert any("not evenly spaced" in note for note in uneven.notes)
+
+
+@pytest.mark.parametrize("kind", ["wide", "numbered", "long", "json"])
+def test_the_rate_is_the_camera_s_though_frames_are_lost_and_times_jitter(kind: str, tmp_path: Path) -> None:
+    generator = np.random.default_rng(4)
+    at = np.flatnonzero(generator.random(200) > 0.3)
+    found = timed(kind, ((at + generator.uniform(-0.1, 0.1, len(at))) / 30.0).round(3).tolist(), tmp_path)
+    assert found.frame_rate_hz == pytest.approx(30.0, rel=0.01)
+    np.testing.assert_allclose(found.frame - found.frame[0], at - at[0], atol=0.6)
+
+
+@pytest.mark.parametrize("kind", ["wide", "numbered", "json"])
+def test_a_time_that_stands_twice_is_not_used(kind: str, tmp_path: Path) -> None:
+    times = [k / 25 for k in range(40)]
+    times[10] = times[9]
+    found = timed(kind, times, tmp_path)
+    assert (found.frame_rate_hz, np.diff(found.frame).tolist()) == (25.0, [1] * 39)
+    assert "1 times are those of the row before, the first in a." in found.notes[0]
+    times[20:24] = [times[19]] * 4
+    with_rate = timed(kind, times, tmp_path, fps=30)
+    assert with_rate.frame_rate_hz == 30.0
+    assert any("The times are not used" in note for note in with_rate.notes)
+
+
+@pytest.mark.parametrize(
+    ("key", "second"),
+    [("timestamp_ms", 1e3), ("timeMs", 1e3), ("t_us", 1e6), ("timestamp_ns", 1e9), ("time_s", 1)],
+)
+def test_a_key_that_names_the_unit_of_times_is_believed(key: str, second: float, tmp_path: Path) -> None:
+    rows = [{key: second * k / 1000.0, "keypoints": POINTS.tolist()} for k in range(9)]
+    found = keypoints.read(write(tmp_path / "a.json", rows))
+    assert (found.frame_rate_hz, found.frame.tolist(), found.notes) == (1000.0, [*range(9)], ())
 
 
 @pytest.mark.parametrize("kind", ["wide", "numbered", "json"])
@@ -344,6 +377,65 @@ def test_tables_with_several_people(written: str, tmp_path: Path) -> None:
     assert found.frame[seen].tolist() == [0, 0, 1]
     assert found.identity[seen].tolist() == ["person1", "person2", "person1"]
     np.testing.assert_array_equal(found.points[seen], [[[1, 2]] * 3] * 3)
+
+
+@pytest.mark.parametrize("kind", ["csv", "json"])
+def test_people_may_have_names_without_a_number(kind: str, tmp_path: Path) -> None:
+    if kind == "json":
+        frame = {who: MARKS[:, [0, 1, 3]].tolist() for who in ("bob", "anna")}
+        found = keypoints.read(write(tmp_path / "a.json", {"fps": 30, "frames": [frame] * 2}))
+    else:
+        titles = [
+            f"{who}_{part}_{axis}"
+            for who in ("bob", "anna")
+            for part in ("nose", "left_knee")
+            for axis in "xy"
+        ]
+        (tmp_path / "a.csv").write_text(f"{','.join(titles)}\n" + "1,2,3,4,5,6,7,8\n" * 2, encoding="utf-8")
+        found = keypoints.read(tmp_path / "a.csv")
+        assert found.names == ("nose", "left_knee")
+    assert (found.frame.tolist(), found.identity.tolist()) == ([0, 0, 1, 1], ["bob", "anna"] * 2)
+
+
+@pytest.mark.parametrize(
+    "names",
+    ["left_hip left_knee right_hip right_knee", "hip_left hip_right knee_left knee_right", "L_knee R_knee"],
+)
+def test_sides_and_joints_are_no_people(names: str, tmp_path: Path) -> None:
+    titles = [f"{name}_{axis}" for name in names.split() for axis in "xy"]
+    (tmp_path / "a.csv").write_text(
+        f"{','.join(titles)}\n{','.join(map(str, range(len(titles))))}\n", encoding="utf-8"
+    )
+    assert keypoints.read(tmp_path / "a.csv").names == tuple(names.split())
+
+
+def test_people_one_below_the_other_in_a_long_table_are_told_apart(tmp_path: Path) -> None:
+    lines = [f"{t},{part},{who},7" for t in (0, 1) for who in (1, 2) for part in ("hip", "knee")]
+    (tmp_path / "a.csv").write_text("\n".join(["frame,keypoint,x,y", *lines, ""]), encoding="utf-8")
+    found = keypoints.read(tmp_path / "a.csv")
+    assert (found.frame.tolist(), found.points[:, 1, 0].tolist()) == ([0, 0, 1, 1], [1, 2, 1, 2])
+
+
+@pytest.mark.parametrize(
+    "cell", ["[{}, {}]", "({}, {}, 0.5)", "[{} {} -7 0.5]", "(np.float64({}), np.float64({}))"]
+)
+def test_cells_that_hold_a_point(cell: str, tmp_path: Path) -> None:
+    rows = [f'{t},"{cell.format(1.5, 2)}","{cell.format(-3, "4e-1")}"\n' for t in (0, 1)]
+    (tmp_path / "a.csv").write_text(
+        "frame,nose,left_knee\n" + "".join(rows) + "2,,\n" * ("," in cell), encoding="utf-8"
+    )
+    found = keypoints.read(tmp_path / "a.csv")
+    assert (found.names, found.frame.tolist()) == (("nose", "left_knee"), [0, 1])
+    np.testing.assert_array_equal(found.points, [[[1.5, 2], [-3, 0.4]]] * 2)
+    assert set(found.confidence.ravel().tolist()) == {0.5 if "0.5" in cell else 1.0}
+
+
+@pytest.mark.parametrize(("titles", "noted"), [("x y z", True), ("x y z visibility", False), ("x y", False)])
+def test_points_that_may_be_in_3d_are_remarked_on(titles: str, noted: bool, tmp_path: Path) -> None:
+    header = ",".join(f"left_knee_{axis}" for axis in titles.split())
+    row = ",".join("5678"[: len(titles.split())]) + "\n"
+    (tmp_path / "a.csv").write_text(f"frame,{header}\n0,{row}1,{row}", encoding="utf-8")
+    assert any("in 3D" in note for note in keypoints.read(tmp_path / "a.csv").notes) == noted
 
 
 def test_names_of_people_that_have_other_points_are_names(tmp_path: Path) -> None:

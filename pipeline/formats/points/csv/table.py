@@ -17,14 +17,18 @@ from pipeline.formats.points.cells import NOTHING, Rows
 from pipeline.formats.points.even_times import unit_of_times
 from pipeline.formats.text import LENGTHS, number, read_text, unit_of
 
-_MILLISECONDS = ("_ms", "_msec", "_milliseconds")
-_MICROSECONDS = ("_us", "_usec")
+_DIGITS = {
+    "ms": 3, "msec": 3, "millis": 3, "milliseconds": 3, "us": 6, "µs": 6, "usec": 6, "microseconds": 6, "ns": 9,
+    "nanoseconds": 9,
+}  # fmt: skip
+"""Ends of titles of times that are in parts of a second, and how many digits these have."""
 _ROLES = {
     "time": {
         *(
-            f"{word}{unit}"
+            f"{word}{joint}{unit}"
             for word in ("time", "t", "timestamp")
-            for unit in ("", "_s", "_sec", "_seconds", *_MILLISECONDS, *_MICROSECONDS)
+            for joint in ("", "_")
+            for unit in ("", "s", "sec", "seconds", *_DIGITS)
         ),
         "seconds",
     },
@@ -254,7 +258,7 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
             raise damaged(
                 f"the point {point!r} lacks an axis" if point else "an axis is missing",
                 place,
-                "x, y and z",
+                "x, y and z; keypoints of a film go to `reconstruct`",
                 ", ".join(sorted(axes)),
             )
         columns.axes[point] = {axis: axes[axis] for axis in "xyz"}
@@ -290,13 +294,13 @@ def _drop_rotations(columns: Columns, unread: list[str], header: list[str]) -> N
 
 
 def set_to_seconds(table: Rows, column: int) -> None:
-    """Write the times of the rows as seconds, in place: from dates, or milli- or microseconds if the title says so.
+    """Write the times of the rows as seconds, in place: from dates, or parts of a second if the title says so.
 
     Those of a calendar are counted from the first.
     """
     words = [word.replace(",", ".") if table.decimal_comma else word for word in table.texts(column)]
     title = role_of(table.header[column])[1]
-    digits = 3 * title.endswith(_MILLISECONDS) + 6 * title.endswith(_MICROSECONDS)
+    digits = next((digits for end, digits in _DIGITS.items() if title.endswith(end)), 0)
     scale = 10.0**-digits
     if any(":" in word for word in words):
         dates = [
