@@ -32,7 +32,7 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     frame_rate_hz : float, optional
         Used if the file states 0 and has no analog samples, whose rate would tell it.
     units : str, optional
-        Unit of length to use in place of POINT:UNITS; a contradiction is noted.
+        Unit of length to use in place of POINT:UNITS; a contradiction is noted.  Without either ``"mm"``.
 
     Returns
     -------
@@ -42,7 +42,7 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     Raises
     ------
     InvalidInput
-        If the file is not C3D, is truncated, contradicts itself, or does not state its unit or its rate.
+        If the file is not C3D, is truncated, contradicts itself, its unit is unknown, or it does not state its rate.
     """
     notes: list[str] = []
     data, where = read_bytes(path), path.name
@@ -52,7 +52,7 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
         return _segments(data, header, parameters, where, units, notes)
     scale = _scale(header, parameters, where)
     layout = find_layout(header, parameters, 4 if scale < 0 else 2, len(data), where, notes)
-    unit, millimetres = _unit(parameters, where, units, notes)
+    unit, millimetres, assumed = _unit(parameters, where, units, notes)
     rate = _rate(header, parameters, where, notes, frame_rate_hz)
     names = _labels(parameters, layout.points, notes)
     if header.first > 1:
@@ -72,17 +72,17 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     if beyond := np.count_nonzero(measured & ~valid):
         notes.append(f"{beyond} samples declared as measured are not numbers or lie beyond any laboratory.")
     leave_out_placeholders(positions, notes, millimetres)
-    return motion_capture(names, positions, rate, unit, notes)
+    return motion_capture(names, positions, rate, unit, notes, units_assumed=assumed)
 
 
-def _unit(parameters: Parameters, where: str, units: str | None, notes: list[str]) -> tuple[str, float]:
-    """The unit of length that the file declares, or that was asked for, and its millimetres."""
+def _unit(parameters: Parameters, where: str, units: str | None, notes: list[str]) -> tuple[str, float, bool]:
+    """The unit of length that was asked for, or that the file declares, its millimetres, and whether it is neither."""
     declared = unit_of((parameters.texts("POINT:UNITS") or [""])[0])
-    unit = declared if units is None else units
-    millimetres = millimetres_in(unit, f"{where}, {'POINT:UNITS' if units is None else 'option units'}")
+    unit = units or declared or "mm"
+    millimetres = millimetres_in(unit, f"{where}, POINT:UNITS")
     if declared and declared != unit:
         notes.append(f"The file says its unit is {declared!r}; {unit!r} was asked for and used.")
-    return unit, millimetres
+    return unit, millimetres, not (units or declared)
 
 
 def _segments(
@@ -97,9 +97,9 @@ def _segments(
             what = "the file holds analog channels alone, no points: export the trial with its trajectories"
         raise damaged(what, where, received=f"{channels} channels" if channels else "")
     names, origins, rate = found
-    unit, millimetres = _unit(parameters, where, units, notes)
+    unit, millimetres, assumed = _unit(parameters, where, units, notes)
     notes.append("The file has no points; these are the origins of its segments (ROTATION).")
-    return motion_capture(names, origins * millimetres, rate, unit, notes)
+    return motion_capture(names, origins * millimetres, rate, unit, notes, units_assumed=assumed)
 
 
 def _scale(header: Header, parameters: Parameters, where: str) -> float:

@@ -66,7 +66,7 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     frame_rate_hz : float, optional
         Used if the file states no rate (DataRate 0) and has no times that tell it.
     units : str, optional
-        Unit of length if the file has no setting Units.
+        Unit of length if the file has no setting Units; ``"mm"`` if not given.
 
     Returns
     -------
@@ -82,7 +82,8 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
         times contradict its frame rate.
     """
     table, where = read_table(path), path.name
-    unit = unit_of(table.settings.get("units", "")) or units or ""
+    stated = unit_of(table.settings.get("units", "")) or units
+    unit = stated or "mm"
     positions = table.positions * millimetres_in(unit, f"{where}, Units in line 3")
     leave_out_placeholders(positions, table.notes)
     rate = table.rate
@@ -92,7 +93,7 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
             raise damaged("the frame rate is unknown", f"{where}, column Time", "the option frame_rate_hz")
     else:
         positions, rate = at_equal_intervals(table.times, positions, rate, table.place, table.notes)
-    return motion_capture(table.names, positions, rate, unit, table.notes)
+    return motion_capture(table.names, positions, rate, unit, table.notes, units_assumed=not stated)
 
 
 def read_table(path: Path) -> Table:

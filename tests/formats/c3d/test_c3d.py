@@ -167,14 +167,19 @@ def test_every_unit_becomes_millimetres(tmp_path: Path, unit: str) -> None:
     assert motion.units == unit
 
 
-@pytest.mark.parametrize("point", [{"UNITS": "furlong"}, {"UNITS": None}], ids=["unknown", "absent"])
-def test_a_unit_that_is_not_known_is_asked_for(tmp_path: Path, point: dict[str, object]) -> None:
-    data = make(steps(), LABELS, point=point)
+def test_a_unit_that_is_not_known_is_asked_for_and_one_that_is_absent_is_assumed(tmp_path: Path) -> None:
+    data = make(steps(), LABELS, point={"UNITS": "furlong"})
     with pytest.raises(InvalidInput, match=r"POINT:UNITS: .*unit of length.*option units"):
         read(tmp_path, data)
     np.testing.assert_array_equal(read(tmp_path, data, units="m").positions_mm, steps() * 1000)
     with pytest.raises(InvalidInput, match="option units"):
         read(tmp_path, data, units="ell")
+    unstated = make(steps(), LABELS, point={"UNITS": None})
+    motion = read(tmp_path, unstated)
+    assert (motion.units, motion.units_assumed) == ("mm", True)
+    np.testing.assert_array_equal(motion.positions_mm, steps())
+    metres = read(tmp_path, unstated, units="m")
+    assert (metres.units, metres.units_assumed) == ("m", False)
 
 
 def test_the_unit_asked_for_wins_and_is_noted(tmp_path: Path) -> None:
@@ -346,7 +351,6 @@ def test_a_file_cut_anywhere_is_refused_with_the_bytes(tmp_path: Path) -> None:
         ({0: b"\xff"}, "truncated before the end of its parameters"),
         ({514: b"\xff"}, "byte 514: the parameter section runs past the end"),
         ({515: b"\x01"}, "byte 515: the processor type is unknown"),
-        ({516: b"\x7f"}, "unit of length is unknown"),
         ({523: b"\xff\x7f"}, "points past the end of the parameters"),
         ({16: b"\0\0"}, "no start of the data"),
         ({16: b"\xff\xff"}, "the data do not begin between"),

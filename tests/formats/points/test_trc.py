@@ -121,10 +121,11 @@ def test_a_unit_may_be_a_word(tmp_path: Path, written: str, unit: str) -> None:
     assert motion.units == unit
 
 
-def test_a_unit_that_the_file_does_not_state_is_asked_for(tmp_path: Path) -> None:
+def test_a_unit_that_the_file_does_not_state_is_assumed(tmp_path: Path) -> None:
     text = made().replace("Units", "Colour")
-    with pytest.raises(InvalidInput, match=r"Units in line 3: the unit of length is unknown .*option units"):
-        read(tmp_path, text)
+    motion = read(tmp_path, text)
+    assert (motion.units, motion.units_assumed) == ("mm", True)
+    np.testing.assert_allclose(motion.positions_mm, EXPECTED)
     np.testing.assert_allclose(read(tmp_path, text, units="m").positions_mm, EXPECTED * 1000)
     assert read(tmp_path, made(), units="m").units == "mm"
 
