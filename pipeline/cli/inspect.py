@@ -17,7 +17,7 @@ from pipeline.clips.walks import walk_in
 from pipeline.core import walking
 from pipeline.ingestion import nearest_joints, static_trial
 from pipeline.ingestion.corpus import joints_of
-from pipeline.ingestion.data import FolderData
+from pipeline.ingestion.data import BY_FOLDER, WHOSE, FolderData
 from pipeline.skeleton.mapped_joints import up_axis
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping
@@ -89,14 +89,15 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
     InvalidInput
         If an option is unknown, or there is no recording.
     """
-    source, options = options_of(arguments, Inspect, usage="inspect PATH [write=my_lab.yaml]")
-    files = recordings(Path(source))
+    named, options = options_of(arguments, Inspect, usage="inspect PATH [write=my_lab.yaml]")
+    source = Path(named)
+    files = recordings(source)
     chosen = mappings.chosen(options.skeleton or mappings.AUTO)
     known = [chosen] if chosen else list(mappings.shipped().values())
     stated: dict[str, Any] = {"units": options.units or None, "frame_rate_hz": options.frame_rate_hz}
     statics = _statics(files)
     for path in files:
-        found = Findings(path.name)
+        found = Findings(path.relative_to(source if source.is_dir() else path.parent).as_posix())
         try:
             motion = formats.read(path, **stated)
         except InvalidInput as refusal:
@@ -136,13 +137,13 @@ def _statics(files: Sequence[Path]) -> dict[Path, tuple[Path, ...]]:
     if len(files) == 1:
         near = files[0].parent.iterdir()
         files = sorted({*files, *(p for p in near if formats.is_recording(p) and p.is_file())})
-    return static_trial.candidates({path: _person(path) for path in files})
+    return static_trial.candidates({path: _person(path.name) for path in files})
 
 
-def _person(path: Path) -> str:
-    """Whom the name of a file names, as runs have it unless told otherwise."""
-    match = re.search(FolderData.person, path.stem)
-    return match[1] if match else path.name
+def _person(name: str, pattern: str = FolderData.person) -> str:
+    """Whom the name of a file names by data.person."""
+    match = re.search(pattern, name)
+    return match[1] if match else name
 
 
 def _found(refusal: object) -> str:
@@ -171,11 +172,14 @@ def _of_no_mapping(motion: MotionCapture, fit: mappings.Fit, path: Path) -> list
 def summary(folder: Path, found: Sequence[Findings]) -> list[str]:
     """Return what the recordings of a folder hold together, in lines to be printed."""
     walks = [one for one in found if one.strides]
-    who = sorted({_person(Path(one.name)) for one in walks})
+    doubled = len({Path(one.name).name for one in found}) < len(found)
+    who = sorted({_person(one.name, BY_FOLDER) if doubled else _person(Path(one.name).name) for one in walks})
     lines = [f"{len(walks)} of {len(found)} files hold walks, of {len(who)} people: {', '.join(who[:12])}"]
     if len(who) > 12:
         lines[0] += ", …"
-    if len(who) < len(walks) or len(who) < 3:
+    if doubled:
+        lines.append(f"(files of one name in several folders: runs need data.person={WHOSE})")
+    elif len(who) < len(walks) or len(who) < 3:
         lines.append(
             f"(a person is what data.person='{FolderData.person}' finds in the name of a file; with a folder for each"
             " person: data.person='^(.+?)/')"
@@ -183,7 +187,7 @@ def summary(folder: Path, found: Sequence[Findings]) -> list[str]:
     if len(who) >= 3:
         lines.append(
             "next: python -m pipeline experiment=zhang2007_fig5 data=folder"
-            f" data.path={shlex.quote(str(folder))} skeleton=auto"
+            f" data.path={shlex.quote(str(folder))} skeleton=auto" + f" data.person='{BY_FOLDER}'" * doubled
         )
     if others := _other_files(folder):
         lines.append(f"not read: {others}")

@@ -174,6 +174,12 @@ class RecordedData(Recordings):
         return found
 
 
+BY_FOLDER = "^(.+?)/"
+"""Pattern of `FolderData.person`, if each folder is a person's."""
+WHOSE = f"'{BY_FOLDER}' if each folder is a person's, '([^/_.]+)[^/]*$' if they are of one person"
+"""What `FolderData.person` can be, where files have one name."""
+
+
 @dataclass(kw_only=True)
 class FolderData(Recordings):
     """The user's own files."""
@@ -211,7 +217,7 @@ class FolderData(Recordings):
                 raise InvalidInput(
                     "files of one name in several folders: whose they are is not known",
                     where="data.person",
-                    expected="'^(.+?)/' if each folder is a person's, '([^/_.]+)[^/]*$' if they are of one person",
+                    expected=WHOSE,
                     received=f"{first}, {clip.name}",
                 )
 

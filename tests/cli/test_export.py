@@ -205,6 +205,18 @@ def test_what_cannot_be_exported_is_refused(figure: Path, arguments: list[str], 
         export([argument.replace("FIGURE", str(figure)) for argument in arguments])
 
 
+def test_inspect_says_that_files_of_one_name_need_the_person(walk: np.ndarray, tmp_path: Path) -> None:
+    for who in ("anna", "ben", "eva"):
+        (tmp_path / who).mkdir()
+        trc.write(tmp_path / who / "walk_1.trc", WALKER15.joints, walk, HZ)
+    found = list(inspect([str(tmp_path)]))
+    assert [one.name for one in found] == ["anna/walk_1.trc", "ben/walk_1.trc", "eva/walk_1.trc"]
+    count, asked, following = summary(tmp_path, found)
+    assert count == "3 of 3 files hold walks, of 3 people: anna, ben, eva"
+    assert "one name in several folders: runs need data.person='^(.+?)/' if each folder is" in asked
+    assert following.endswith("skeleton=auto data.person='^(.+?)/'")
+
+
 def test_inspect_goes_on_after_a_file_of_two_people(walk: np.ndarray, tmp_path: Path) -> None:
     names = [f"{who}:{joint}" for who in ("anna", "ben") for joint in WALKER15.joints]
     c3d.write(tmp_path / "a.c3d", names, np.concatenate([walk, walk + 900], axis=1), HZ)
