@@ -32,15 +32,16 @@ class Fit:
     missing : tuple of str
         Joints that it does not give.
     lacking : tuple of str
-        The points that mark the family and the first that legs and pelvis need, of those that the recording lacks.
+        Of those that mark the family, and of the rule of each joint of legs and pelvis that lacks least, the first,
+        the points that the recording lacks.
     points : int
         Points of the recording that are used.
     usable : bool
         Whether the points that mark the family, legs and pelvis are there.
     rank : tuple of int
-        What makes one fit better than another, the weightiest first: whether it is usable; joints of legs and pelvis;
-        joints; fewer of them put below their points, which a mapping of joints by name need not do; points; joints
-        given by the first of their rules.
+        What makes one fit better than another, the weightiest first: whether it is usable; fewer points lacking;
+        joints of legs and pelvis; joints; fewer of them put below their points, which a mapping of joints by name need
+        not do; points; joints given by the first of their rules.
     """
 
     mapping: SourceMapping
@@ -54,7 +55,11 @@ class Fit:
 def fitted(motion: MotionCapture, mapping: SourceMapping) -> Fit:
     """Return how a mapping fits a recording."""
     points = SourcePoints(motion, mapping.points)
-    unmarked = [point for point in mapping.recognised_by if points.find(point) is None]
+
+    def absent(names: Iterable[str]) -> list[str]:
+        return [point for point in names if points.find(point) is None]
+
+    unmarked = absent(mapping.recognised_by)
     missing, lacking, first, lowered, used = [], [*unmarked], 0, 0, set()
     for joint in WALKER15.joints:
         rules = mapping.rules(joint)
@@ -64,25 +69,22 @@ def fitted(motion: MotionCapture, mapping: SourceMapping) -> Fit:
             rule = None
         if rule is None or not points.sees(rule[0]):
             missing.append(joint)
-            if joint in LOWER_BODY:
-                lacking += [point for found, _ in rules[:1] for point in found if points.find(point) is None][
-                    :1
-                ]
+            if joint in LOWER_BODY and rules:
+                found = max((rule for rule, _ in rules), key=lambda rule: len(rule) - len(absent(rule)))
+                lacking += absent(found)[:1]
         else:
             first += rule[0] is rules[0][0]
             lowered += rule[1] is not None
             used |= {points.index(point) for point in rule[0]}
     lower = len(set(LOWER_BODY) - set(missing))
     usable = not unmarked and lower == len(LOWER_BODY)
-    rank = (usable, lower, -len(missing), -lowered, len(used), first)
-    return Fit(mapping, tuple(missing), tuple(dict.fromkeys(lacking)), len(used), usable, rank)
+    lacking = list(dict.fromkeys(lacking))
+    rank = (usable, -len(lacking), lower, -len(missing), -lowered, len(used), first)
+    return Fit(mapping, tuple(missing), tuple(lacking), len(used), usable, rank)
 
 
 def suggest(motion: MotionCapture, mappings: Iterable[SourceMapping]) -> Fit:
-    """Return the best fit of several mappings: legs and pelvis first, then the number of joints, of points, of rules.
-
-    Ties go to the mapping that comes first.
-    """
+    """Return the best fit of several mappings, of equal ones the first."""
     return max((fitted(motion, mapping) for mapping in mappings), key=lambda fit: fit.rank)
 
 
