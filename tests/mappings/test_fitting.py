@@ -134,6 +134,41 @@ def test_the_family_is_recognised(motion: MotionCapture, family: str) -> None:
             np.testing.assert_allclose(positions[0, j], [SIDE[j], 0, HEIGHT[j]])
 
 
+@pytest.mark.parametrize(
+    ("patterns", "family"),
+    [
+        ("{S}ASI {S}PSI {S}KNEE {S}KNEEM {S}ANK {S}ANKM", "skin_landmarks"),
+        ("{S}_IAS {S}_IPS {S}_LEP {S}_MEP {S}_LMAL {S}_MMAL", "skin_landmarks"),
+        ("{S}ASIS {S}PSIS {S}LK {S}MK {S}LA {S}MA", "skin_landmarks"),
+        ("{side}_ASIS {side}_PSIS Lat_Epicondyle_{side} Malleolus_{side}", "skin_landmarks"),
+        ("{side}_HipJC {side}_Knee_Center {side}_AJC", "skin_landmarks"),
+        ("{S}GT {S}KNE {S}KNM {S}ANK {S}ANM", "trochanters"),
+        ("{S}ASI {S}PSI {S}GT {S}KNE {S}ANK {S}HEE", "plugin_gait"),
+        ("{S}ASI {S}PSI {S}LFC {S}MFC {S}LMAL {S}MMAL", "rajagopal"),
+    ],
+)
+def test_landmarks_go_by_many_names(patterns: str, family: str) -> None:
+    names = [
+        pattern.format(side=side, S=side[0].upper())
+        for side in ("left", "right")
+        for pattern in patterns.split()
+    ]
+    fit = mappings.suggest(with_points(body({"head": "Head"}), *names), mappings.shipped().values())
+    assert (fit.mapping.name, fit.usable) == (family, True)
+
+
+def test_the_nearest_mapping_is_told_by_the_markers_that_are_missing() -> None:
+    names = {
+        "left_hip": "LASI",
+        "right_hip": "RASI",
+        "pelvis": "SACR",
+        "left_knee": "LKNE",
+        "left_ankle": "LANK",
+    }
+    fit = mappings.suggest(body(names | {"right_ankle": "RANK"}), mappings.shipped().values())
+    assert (fit.mapping.name, fit.usable, fit.lacking) == ("plugin_gait", False, ("RKNE",))
+
+
 def test_without_legs_nothing_fits() -> None:
     fit = mappings.suggest(
         body({"head": "Head", "sternum": "Neck", "left_knee": "LKnee"}), mappings.shipped().values()
