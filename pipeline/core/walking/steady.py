@@ -181,7 +181,9 @@ def steady_stretch(
             turn = heading[stop - 1] - heading[start]
             along = (facing(block) * velocity).sum(axis=-1)
             if np.median((along - 0.5 * speed)[start:stop]) < 0:
-                raise InvalidInput("no steady walking: the walk is not forwards, or left and right are exchanged")
+                raise InvalidInput(
+                    "no steady walking: the walk is not forwards, or left and right or an axis are exchanged"
+                )
     found = (stop - start) / stride
     if found < cycles:
         raise InvalidInput(

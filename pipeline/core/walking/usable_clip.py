@@ -77,7 +77,7 @@ def require_millimetres(positions: np.ndarray) -> None:
     ------
     InvalidInput
         If their mean length is outside of `LEG_LENGTH_MM`; the sentence names the unit that it looks like.  If thigh
-        and shank are as unlike as no person's.
+        and shank are as unlike as no person's, or left and right are exchanged along a limb.
     """
     length = leg_length(positions)
     if not np.isfinite(length):
@@ -91,6 +91,7 @@ def require_millimetres(positions: np.ndarray) -> None:
                 expected=f"thigh and shank of which neither is {MOST_UNLIKE:g} times as long as the other",
                 received=f"{thigh:.0f} and {shank:.0f} mm",
             )
+        _require_sides(positions)
         return
     bound = LEG_LENGTH_MM[length > LEG_LENGTH_MM[1]]
     # Ranges overlap (legs of 36 are inches or a child's centimetres): the unit nearest to an adult's 850 mm.
@@ -102,6 +103,26 @@ def require_millimetres(positions: np.ndarray) -> None:
         expected="legs of 350 to 1300 mm",
         received=f"{length:.3g} mm" if length < 100 else f"{told_apart(length, bound, 0)} mm",
     )
+
+
+def _require_sides(positions: np.ndarray) -> None:
+    """Refuse limbs that would be shorter with the lower ends of the other side, forelimbs only if steadier as well.
+
+    Forearms and shanks may cross, as of folded arms; thighs and upper arms do not.
+    """
+    mirror, names = WALKER15.mirror, WALKER15.joints
+    for upper, lower in WALKER15.bones:
+        ends = positions[:, [[lower, mirror[lower]], [mirror[lower], lower]]]
+        lengths = np.linalg.norm(ends - positions[:, None, [upper, mirror[upper]]], axis=-1)
+        lengths = lengths[np.isfinite(lengths).all(axis=(1, 2))]
+        if len(lengths) and upper != mirror[upper]:
+            trunk = WALKER15.parents[upper]
+            (own, across), (varies, steady) = lengths.mean(axis=0), lengths.std(axis=0)
+            if (own > across).all() and (trunk == mirror[trunk] or (varies > steady).all()):
+                raise InvalidInput(
+                    "left and right are exchanged in the names of points",
+                    expected=f"{names[lower]} nearer to {names[upper]} than that of the other side",
+                )
 
 
 @dataclass(frozen=True)

@@ -132,6 +132,17 @@ def test_a_marker_of_thigh_or_shank_is_no_knee(where: float) -> None:
         walking.require_millimetres(positions)
 
 
+@pytest.mark.parametrize("parts", [["ankle"], ["knee"], ["knee", "ankle"], ["hip"], ["wrist"], ["shoulder"]])
+def test_points_of_the_other_side_are_refused(parts: list[str]) -> None:
+    positions = overground(0).positions.copy()
+    positions[:3, WALKER15.index("left_elbow")] = np.nan
+    pairs = [[WALKER15.index(f"{side}_{part}") for side in ("left", "right")] for part in parts]
+    for left, right in pairs:
+        positions[:, [left, right]] = positions[:, [right, left]]
+    with pytest.raises(InvalidInput, match="left and right are exchanged in the names of points"):
+        walking.require_millimetres(positions)
+
+
 def test_no_size_at_all_is_refused() -> None:
     with pytest.raises(InvalidInput, match="unit of length is wrong"):
         walking.require_millimetres(np.zeros((9, 15, 3)))
