@@ -37,7 +37,7 @@ def load_mat(data: bytes, where: str, *_: object) -> tuple[dict[str, np.ndarray]
     require_memory(40 * numbers.size, where)
     arrays = {
         "names": np.array([text.tobytes().decode(f"utf-{8 * text.itemsize}") for text in labels]),
-        "positions_mm": numbers.reshape(shape[::-1])[:, :3].swapaxes(1, 2),
+        "positions_mm": numbers.reshape(-1, *shape[1::-1])[:, :3].swapaxes(1, 2),
         "frame_rate_hz": rate,
     }
     return arrays, list(arrays)

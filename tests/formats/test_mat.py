@@ -58,6 +58,11 @@ def test_the_labelled_markers_of_a_trial(compressed: bool, tmp_path: Path) -> No
     np.testing.assert_array_equal(motion.positions_mm[1, 1], [10, 12, 14])
 
 
+def test_of_one_frame_matlab_leaves_the_last_dimension_out(tmp_path: Path) -> None:
+    motion = formats.read(written(tmp_path / "a.mat", {"static": trial(DATA[..., 0])}))
+    np.testing.assert_array_equal(motion.positions_mm, [[[1, 3, 5], [9, 11, 13]]])
+
+
 def test_labels_as_matlab_writes_those_that_are_not_latin(tmp_path: Path) -> None:
     path = written(tmp_path / "a.mat", {"walk": trial()})
     utf_8 = np.array([16, 5], "<u4").tobytes() + "LÄNK".encode().ljust(8, b"\0")

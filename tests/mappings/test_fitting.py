@@ -103,6 +103,7 @@ ANATOMY = dict(zip(PARTS, ("troch", "condylus", "malleolus", "acromion", "epicon
         (behind("b_", named("{S}_{word}", TALKING)), "mixamo"),
         (named("{word}_{S}", OLD_MAKEHUMAN), "bones"),
         (named("{side}{word}", SOMA), "rokoko"),
+        (with_points(renamed(named("{side}{word}", SOMA), "Bob_{}"), "Head", "Neck", "Spine4"), "rokoko"),
         (with_points(named("{word}.{S}", MMD), "上半身", "下半身", "肩.L", "肩.R"), "mikumikudance"),
         (
             with_points(
