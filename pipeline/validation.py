@@ -137,6 +137,11 @@ def require_range(
     return value
 
 
+def listed(names: Sequence[str]) -> str:
+    """Return the first eight names, for a sentence."""
+    return ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
+
+
 def told_apart(value: float, bound: float, decimals: int) -> str:
     """Return a number with as many decimals as show on which side of a bound it is, and at least so many.
 

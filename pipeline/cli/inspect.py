@@ -23,7 +23,7 @@ from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping
 from pipeline.skeleton.source_points import plain_name
 from pipeline.storage.publishing import new_file
-from pipeline.validation import InvalidInput, bounded
+from pipeline.validation import InvalidInput, bounded, listed
 
 
 @dataclass
@@ -174,9 +174,7 @@ def summary(folder: Path, found: Sequence[Findings]) -> list[str]:
     walks = [one for one in found if one.strides]
     doubled = len({Path(one.name).name for one in found}) < len(found)
     who = sorted({_person(one.name, BY_FOLDER) if doubled else _person(Path(one.name).name) for one in walks})
-    lines = [f"{len(walks)} of {len(found)} files hold walks, of {len(who)} people: {', '.join(who[:12])}"]
-    if len(who) > 12:
-        lines[0] += ", …"
+    lines = [f"{len(walks)} of {len(found)} files hold walks, of {len(who)} people: {listed(who)}"]
     if doubled:
         lines.append(f"(files of one name in several folders: runs need data.person={WHOSE})")
     elif len(who) < len(walks) or len(who) < 3:
@@ -239,8 +237,7 @@ def _of_file(motion: MotionCapture, suffix: str) -> list[str]:
         f"{suffix.lstrip('.').lower()}: {points} points, {frames} frames at {motion.frame_rate_hz:.6g} Hz"
         f" ({frames / motion.frame_rate_hz:.1f} s), {unit}, {gaps:.1f} % of the samples missing"
     )
-    names = ", ".join(motion.names[:8]) + (", …" if points > 8 else "")
-    return [line, f"points: {names}", *motion.notes]
+    return [line, f"points: {listed(motion.names)}", *motion.notes]
 
 
 def _of_walk(motion: MotionCapture, fit: mappings.Fit, path: Path, options: Inspect, found: Findings) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from pipeline.formats.budget import count_bytes
 from pipeline.skeleton.recorded import MotionCapture
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, listed
 
 LARGEST = 1e9
 """Largest length (mm) or angle that is read; a damaged file may hold larger ones, which would overflow later."""
@@ -113,11 +113,11 @@ def motion_capture(
     valid = np.isfinite(positions_mm).all(axis=-1)
     seen = valid.any(axis=0)
     if seen.any() and not seen.all():
-        notes.append(f"Points in name only, never measured: {_listed([*compress(names, ~seen)])}.")
+        notes.append(f"Points in name only, never measured: {listed([*compress(names, ~seen)])}.")
         names = [*compress(names, seen)]
         positions_mm, valid = positions_mm[:, seen], valid[:, seen]
     if changed := [name for name in names if name not in stated]:
-        notes.append(f"Names that a spreadsheet would run begin with an apostrophe: {_listed(changed)}.")
+        notes.append(f"Names that a spreadsheet would run begin with an apostrophe: {listed(changed)}.")
     _tell_apart(names, positions_mm, notes)
     if of_angles and not valid.all():
         gaps = int((~valid).any(axis=1).sum())
@@ -181,10 +181,6 @@ def harmless(name: str) -> str:
     return f"'{name}" if name.lstrip()[:1] in ("=", "+", "-", "@") else name
 
 
-def _listed(names: Sequence[str]) -> str:
-    return ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
-
-
 def _tell_apart(names: list[str], positions_mm: np.ndarray, notes: list[str]) -> None:
     """Number the later ones of equal names, as of medial markers of a standing trial: ``LKNE``, ``LKNE_2``.
 
@@ -204,6 +200,6 @@ def _tell_apart(names: list[str], positions_mm: np.ndarray, notes: list[str]) ->
         taken.add(names[k])
         numbered.append(names[k])
     if numbered:
-        notes.append(f"Names that stand twice are numbered: {_listed(numbered)}.")
+        notes.append(f"Names that stand twice are numbered: {listed(numbered)}.")
     if doubled > len(numbered):
         notes.append(f"{doubled - len(numbered)} names of points stand more than once.")

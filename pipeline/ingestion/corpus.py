@@ -18,6 +18,7 @@ import numpy as np
 from pipeline import fetch, formats, mappings
 from pipeline.core import walking
 from pipeline.formats import acclaim
+from pipeline.formats.points.csv import bids
 from pipeline.ingestion import static_trial
 from pipeline.ingestion.exchanged_labels import exchanged_back
 from pipeline.skeleton import WALKER15
@@ -358,8 +359,8 @@ def _digest(path: Path) -> str:
 
 
 def _read_together(path: Path) -> list[Path]:
-    """Return the files that a recording is read from: itself and, for an AMC, its skeleton."""
-    files = [path]
+    """Return the files that a recording is read from: itself and, for an AMC, its skeleton, for BIDS, its titles."""
+    files = [path, *bids.beside(path)]
     if path.suffix.lower() == ".amc":
         with suppress(InvalidInput):  # a missing skeleton is refused when the clip is read
             files.append(acclaim.skeleton_of(path))

@@ -9,7 +9,7 @@ import numpy as np
 
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import Lowering, Rule, SourceMapping
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, listed
 
 _SEPARATORS = re.compile(r"[\W_]+")
 _SIDE_FIRST = re.compile(
@@ -116,8 +116,7 @@ class SourcePoints:
             return InvalidInput(f"no rule for the joint {joint!r}", mapping.name)
         lacked = next(point for point in _points_of(*rules[-1]) if self.find(point) is None)
         what = f"the joint {joint!r} needs the point {lacked!r}, which the file does not have"
-        names = self._motion.names
-        received = "points " + ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
+        received = f"points {listed(self._motion.names)}"
         return InvalidInput(what, mapping.name, "skeleton=auto, or a mapping of these points", received)
 
     def distance(self, joint: str, lowering: Lowering, mapping: SourceMapping) -> float:

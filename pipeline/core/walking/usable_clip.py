@@ -119,10 +119,8 @@ def _require_sides(positions: np.ndarray) -> None:
             trunk = WALKER15.parents[upper]
             (own, across), (varies, steady) = lengths.mean(axis=0), lengths.std(axis=0)
             if (own > across).all() and (trunk == mirror[trunk] or (varies > steady).all()):
-                raise InvalidInput(
-                    "left and right are exchanged in the names of points",
-                    expected=f"{names[lower]} nearer to {names[upper]} than that of the other side",
-                )
+                what = f"left and right are exchanged in the names of points: {names[lower]} is nearer to"
+                raise InvalidInput(f"{what} {names[mirror[upper]]} than to {names[upper]}")
 
 
 @dataclass(frozen=True)

@@ -491,3 +491,38 @@ def test_frames_that_are_lost_again_and_again_do_not_tell_the_rate(tmp_path: Pat
     motion = formats.read(path)
     assert motion.frame_rate_hz == 50.0
     assert np.flatnonzero(motion.valid[:, 0]).tolist() == frames.tolist()
+
+
+CHANNELS = """name\tcomponent\ttype\ttracked_point\tunits
+t\tn/a\tLATENCY\tn/a\ts
+q_x\tx\tORNT\tHead\tn/a
+h_x\tx\tPOS\tHead\tm
+h_y\ty\tPOS\tHead\tm
+h_z\tz\tPOS\tHead\tm
+"""
+
+
+def test_bids_motion_has_its_titles_and_its_rate_in_files_beside_it(tmp_path: Path) -> None:
+    path, channels, settings = (
+        tmp_path / f"sub-1_tracksys-omc_{ending}" for ending in ("motion.tsv", "channels.tsv", "motion.json")
+    )
+    path.write_text("0\t.7\t1\t2\t3\n0.01\t.7\t1.5\tn/a\t3\n0.02\t.7\t2\t2\t3\n")
+    with pytest.raises(InvalidInput, match="the header names no points"):
+        formats.read(path)
+    channels.write_text(CHANNELS)
+    with pytest.raises(InvalidInput, match=r"motion.tsv: the channels or the rate cannot be read"):
+        formats.read(path)
+    settings.write_text('{"SamplingFrequency": 100}')
+    motion = formats.read(path)
+    assert (motion.names, motion.frame_rate_hz, motion.units) == (("Head",), 100.0, "m")
+    np.testing.assert_array_equal(motion.positions_mm[[0, 2], 0], [[1000, 2000, 3000], [2000, 2000, 3000]])
+    assert not motion.valid[1, 0]
+    channels.write_text(CHANNELS.replace("LATENCY", "MISC"))
+    assert formats.read(path, frame_rate_hz=50.0).frame_rate_hz == 100.0
+    path.write_text("0\t.7\t1\t2\t3\n0.01\t.7\tx\t2\t3\n")
+    with pytest.raises(InvalidInput, match=r"motion.tsv, line 2, column 'Head_x_m'"):
+        formats.read(path)
+    for damage in ("{}", "[]", "{", '{"SamplingFrequency": "fast"}'):
+        settings.write_text(damage)
+        with pytest.raises(InvalidInput, match=r"motion.tsv: the channels or the rate cannot be read"):
+            formats.read(path)

@@ -18,6 +18,7 @@ import numpy as np
 from pipeline.formats.budget import require_points
 from pipeline.formats.contract import damaged, leave_out_placeholders, motion_capture
 from pipeline.formats.points.cells import Rows, positions_to_write
+from pipeline.formats.points.csv import bids
 from pipeline.formats.points.csv.table import Columns, read_header, read_table, set_to_seconds, unit_of_length
 from pipeline.formats.points.even_times import at_equal_intervals
 from pipeline.formats.points.sections import exported
@@ -50,7 +51,9 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     """
     if (motion := exported(path, frame_rate_hz, units)) is not None:
         return motion
-    table = read_table(path)
+    titles, rate = bids.titles_and_rate(path)
+    frame_rate_hz = rate or frame_rate_hz
+    table = read_table(path, titles)
     columns = read_header(table, rate_is_given=frame_rate_hz is not None)
     unit = unit_of_length(table, columns, "mm" if units is None else units)
     millimetres = millimetres_in(unit, table.where)

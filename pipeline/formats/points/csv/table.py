@@ -26,7 +26,7 @@ _ROLES = {
     "time": {
         *(
             f"{word}{joint}{unit}"
-            for word in ("time", "t", "timestamp")
+            for word in ("time", "t", "timestamp", "zeit", "temps")
             for joint in ("", "_")
             for unit in ("", "s", "sec", "seconds", *_DIGITS)
         ),
@@ -112,8 +112,10 @@ def role_of(title: str) -> tuple[str, str]:
     return next((role for role, titles in _ROLES.items() if plain in titles), ""), plain
 
 
-def read_table(path: Path) -> Rows:
+def read_table(path: Path, titles: str = "") -> Rows:
     """Read a table whose cells are separated by commas, semicolons, tabs or blanks, with words above it or none.
+
+    `titles` is a line that the file lacks.
 
     Titles may stand in several lines, as points over their axes or axes over units: they are joined.
 
@@ -124,8 +126,9 @@ def read_table(path: Path) -> Rows:
     """
     where = path.name
     text, notes = read_text(path)
-    begin, titles, delimiter = _begin(text.split("\n"))
-    text = "\n".join(text.split("\n")[begin:])
+    begin, titled, delimiter = _begin((titles + text).split("\n"))
+    text = "\n".join((titles + text).split("\n")[begin:])
+    begin -= bool(titles)
     if delimiter == " ":
         text = "\n".join(" ".join(line.split()) for line in text.split("\n"))
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
@@ -139,10 +142,10 @@ def read_table(path: Path) -> Rows:
         raise damaged("the quoting is broken", f"{where}, line {reader.line_num + begin}") from error
     if rows and len(rows[0]) == 4 and not _holds_numbers(rows[0][:1]) and _holds_numbers(rows[0][1:]):
         rows, lines = _numbered(rows), [0, *lines]
-    if len(rows) <= titles:
+    if len(rows) <= titled:
         raise damaged("there is no table", where, "a header and a row", f"{len(rows)} rows")
-    header = _joined([[cell.strip() for cell in row] for row in rows[:titles]])
-    table = Rows(where, rows[titles:], lines[titles:], notes, delimiter != ",", header)
+    header = _joined([[cell.strip() for cell in row] for row in rows[:titled]])
+    table = Rows(where, rows[titled:], lines[titled:], notes, delimiter != ",", header)
     for k, row in enumerate(table.cells):
         while len(row) > len(header) and not row[-1].strip():
             row.pop()
