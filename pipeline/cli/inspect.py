@@ -155,7 +155,7 @@ def _of_no_mapping(motion: MotionCapture, fit: mappings.Fit, path: Path) -> list
     """Which mapping is nearest, if any point of it is there, and what marks no joint."""
     lines = ["no mapping fits"]
     if fit.points:
-        lacking = ", ".join(fit.lacking[:6]) or "points of legs and pelvis"
+        lacking = listed(fit.lacking)
         lines[0] += f"; the nearest is {fit.mapping.name}, for which are missing: {lacking}"
     clusters = static_trial.technical_clusters(motion)
     if len({plain_name(motion.names[group[0]])[0] for group in clusters}) == 2:  # of both sides

@@ -129,7 +129,7 @@ def joints_of(
     if mapping is None:
         fit = mappings.suggest(motion, known)
         if not fit.usable:
-            lacking = ", ".join(fit.lacking[:4]) or "points of legs and pelvis"
+            lacking = ", ".join(fit.lacking[:4])
             raise InvalidInput(
                 "no mapping that ships gives legs and pelvis of this recording",
                 expected="`python -m pipeline inspect FILE write=my_lab.yaml`, then skeleton=my_lab.yaml",

@@ -39,9 +39,9 @@ class Fit:
     usable : bool
         Whether the points that mark the family, legs and pelvis are there.
     rank : tuple of int
-        What makes one fit better than another, the weightiest first: whether it is usable; fewer points lacking;
-        joints of legs and pelvis; joints; fewer of them put below their points, which a mapping of joints by name need
-        not do; points; joints given by the first of their rules.
+        What makes one fit better than another, the weightiest first: fewer points lacking; joints; fewer of them put
+        below their points, which a mapping of joints by name need not do; points; joints given by the first of their
+        rules.
     """
 
     mapping: SourceMapping
@@ -59,8 +59,8 @@ def fitted(motion: MotionCapture, mapping: SourceMapping) -> Fit:
     def absent(names: Iterable[str]) -> list[str]:
         return [point for point in names if points.find(point) is None]
 
-    unmarked = absent(mapping.recognised_by)
-    missing, lacking, first, lowered, used = [], [*unmarked], 0, 0, set()
+    lacking = absent(mapping.recognised_by)
+    missing, first, lowered, used = [], 0, 0, set()
     for joint in WALKER15.joints:
         rules = mapping.rules(joint)
         try:
@@ -69,18 +69,18 @@ def fitted(motion: MotionCapture, mapping: SourceMapping) -> Fit:
             rule = None
         if rule is None or not points.sees(rule[0]):
             missing.append(joint)
-            if joint in LOWER_BODY and rules:
-                found = max((rule for rule, _ in rules), key=lambda rule: len(rule) - len(absent(rule)))
-                lacking += absent(found)[:1]
+            if joint in LOWER_BODY:
+                nearest = max(
+                    (rule for rule, _ in rules), key=lambda rule: len(rule) - len(absent(rule)), default={}
+                )
+                lacking += [*absent(nearest), joint][:1]
         else:
             first += rule[0] is rules[0][0]
             lowered += rule[1] is not None
             used |= {points.index(point) for point in rule[0]}
-    lower = len(set(LOWER_BODY) - set(missing))
-    usable = not unmarked and lower == len(LOWER_BODY)
     lacking = list(dict.fromkeys(lacking))
-    rank = (usable, -len(lacking), lower, -len(missing), -lowered, len(used), first)
-    return Fit(mapping, tuple(missing), tuple(lacking), len(used), usable, rank)
+    rank = (-len(lacking), -len(missing), -lowered, len(used), first)
+    return Fit(mapping, tuple(missing), tuple(lacking), len(used), not lacking, rank)
 
 
 def suggest(motion: MotionCapture, mappings: Iterable[SourceMapping]) -> Fit:

@@ -110,17 +110,19 @@ def _require_sides(positions: np.ndarray) -> None:
 
     Forearms and shanks may cross, as of folded arms; thighs and upper arms do not.
     """
-    mirror, names = WALKER15.mirror, WALKER15.joints
+    mirror = WALKER15.mirror
     for upper, lower in WALKER15.bones:
         ends = positions[:, [[lower, mirror[lower]], [mirror[lower], lower]]]
         lengths = np.linalg.norm(ends - positions[:, None, [upper, mirror[upper]]], axis=-1)
         lengths = lengths[np.isfinite(lengths).all(axis=(1, 2))]
         if len(lengths) and upper != mirror[upper]:
             trunk = WALKER15.parents[upper]
-            (own, across), (varies, steady) = lengths.mean(axis=0), lengths.std(axis=0)
-            if (own > across).all() and (trunk == mirror[trunk] or (varies > steady).all()):
-                what = f"left and right are exchanged in the names of points: {names[lower]} is nearer to"
-                raise InvalidInput(f"{what} {names[mirror[upper]]} than to {names[upper]}")
+            (own, across), (varies, steady) = lengths.mean(axis=(0, 2)), lengths.std(axis=(0, 2))
+            if own > across and (trunk == mirror[trunk] or varies > steady):
+                joint = WALKER15.joints[lower]
+                raise InvalidInput(
+                    f"left and right are exchanged in the names of points, at {joint} or above"
+                )
 
 
 @dataclass(frozen=True)
