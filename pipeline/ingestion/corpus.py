@@ -26,7 +26,7 @@ from pipeline.skeleton.mapped_joints import map_joints
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping
 from pipeline.skeleton.source_points import SourcePoints
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, listed
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,7 @@ def joints_of(
     if mapping is None:
         fit = mappings.suggest(motion, known)
         if not fit.usable:
-            lacking = ", ".join(fit.lacking[:4])
+            lacking = listed(fit.lacking)
             raise InvalidInput(
                 "no mapping that ships gives legs and pelvis of this recording",
                 expected="`python -m pipeline inspect FILE write=my_lab.yaml`, then skeleton=my_lab.yaml",

@@ -22,7 +22,7 @@ from pipeline.skeleton.mapped_joints import map_joints, up_axis, with_z_up
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping
 from pipeline.skeleton.source_points import SourcePoints, plain_name
-from pipeline.validation import InvalidInput, told_apart
+from pipeline.validation import InvalidInput, listed, told_apart
 
 STILL = 0.02
 """Root mean square motion of three quarters of the points of somebody who stands still, at most, to the body's size."""
@@ -173,7 +173,7 @@ def carry(
     """
     fit = mappings.suggest(posture, known)
     if not fit.usable:
-        lacking = ", ".join(fit.lacking[:4])
+        lacking = listed(fit.lacking)
         raise InvalidInput("the static trial gives no legs and pelvis", name, received=f"no {lacking}")
     place = with_z_up(posture.positions_mm[0], up_axis(posture, fit.mapping))
     mapped, _ = map_joints(posture, fit.mapping)

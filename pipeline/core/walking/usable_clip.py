@@ -119,9 +119,8 @@ def _require_sides(positions: np.ndarray) -> None:
             trunk = WALKER15.parents[upper]
             (own, across), (varies, steady) = lengths.mean(axis=(0, 2)), lengths.std(axis=(0, 2))
             if own > across and (trunk == mirror[trunk] or varies > steady):
-                joint = WALKER15.joints[lower]
                 raise InvalidInput(
-                    f"left and right are exchanged in the names of points, at {joint} or above"
+                    f"left and right are exchanged in the names of points, at {WALKER15.joints[lower]} or above"
                 )
 
 
