@@ -83,6 +83,6 @@ def test_groups_and_single_switches_are_tabulated(tmp_path: Path, monkeypatch: p
 
 def test_every_interval_that_is_judged_in_the_table_of_sensitivity_holds_its_value() -> None:
     kept = pd.read_csv(PROJECT / "results" / "sensitivity.csv").dropna(subset=["value_low"])
-    # Errors of a symmetric model are asymmetric by chance alone, people drawn again by another: nothing is judged by it.
+    # Errors of a symmetric model are asymmetric by chance, people drawn again by another: nothing is judged by it.
     kept = kept[kept["agreement"] != "untestable"]
     assert kept["value"].between(kept["value_low"], kept["value_high"]).all()
