@@ -11,10 +11,10 @@ from __future__ import annotations
 import operator
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import fields, is_dataclass
+from dataclasses import dataclass, field, fields, is_dataclass
 from functools import partial
 from itertools import pairwise
-from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, TypeVar, dataclass_transform, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -239,6 +239,14 @@ Increasing = Annotated[list[Value], require_increasing]
 Distinct = Annotated[list[Value], require_distinct]
 
 
+@dataclass_transform(kw_only_default=True, field_specifiers=(field,))
+class Options:
+    """Options of one kind; a subclass is a dataclass whose fields are given by name."""
+
+    def __init_subclass__(cls) -> None:
+        dataclass(kw_only=True)(cls)
+
+
 def require_bounds(name: str, options: Any) -> None:
     """Validate the options of a dataclass, and of those in it, by the checks in their annotations.
 
@@ -262,8 +270,8 @@ def require_bounds(name: str, options: Any) -> None:
     pipeline.validation.InvalidInput: sweep.trials must be at least 1 (got 0)
     """
     hints = get_type_hints(type(options), include_extras=True)
-    for field in fields(options):
-        _require(f"{name}.{field.name}".lstrip("."), getattr(options, field.name), hints[field.name])
+    for option in fields(options):
+        _require(f"{name}.{option.name}".lstrip("."), getattr(options, option.name), hints[option.name])
 
 
 def _require(name: str, value: Any, hint: Any) -> None:

@@ -38,6 +38,7 @@ from pipeline.validation import (
     CountOrAll,
     InvalidInput,
     NonNegative,
+    Options,
     Positive,
     require_choice,
 )
@@ -55,8 +56,7 @@ class Interrupt(StrEnum):
     cancel = "cancel"
 
 
-@dataclass(kw_only=True)
-class Launch:
+class Launch(Options):
     """Options of jobs."""
 
     partition: str = ""  # the cluster's own default
@@ -69,8 +69,7 @@ class Launch:
     interrupt: Interrupt = Interrupt.leave
 
 
-@dataclass(kw_only=True)
-class _Named:
+class _Named(Options):
     launch: Launch = field(default_factory=Launch)
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from enum import StrEnum
 from functools import partial
 from pathlib import Path, PurePosixPath
@@ -21,10 +21,9 @@ from pipeline.clips.options import Data, Missing, Skeleton, Steady, SyntheticPeo
 from pipeline.ingestion import recorded
 from pipeline.ingestion.corpus import Clip, Listing, first_people, folder_clips, in_turn, listed_clips
 from pipeline.resources import DATA
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, Options
 
 
-@dataclass(kw_only=True)
 class SyntheticData(SyntheticPeople):
     """Synthetic people."""
 
@@ -55,8 +54,7 @@ class Cut(StrEnum):
     """The middle cycle of a steady walk."""
 
 
-@dataclass(kw_only=True)
-class NamedClips:
+class NamedClips(Options):
     """Which recordings hold clips of one kind."""
 
     sources: list[str] = field(default_factory=list)  # of the table; * stands for all
@@ -64,14 +62,12 @@ class NamedClips:
     limit: int = 0  # at most so many clips, of walks so many people; 0: all
 
 
-@dataclass(kw_only=True)
 class RecordedPerformances(NamedClips):
     """Which recordings hold performances of one action."""
 
     cut: Cut = Cut.whole
 
 
-@dataclass(kw_only=True)
 class Recordings(Data):
     """Options of every data set of recordings."""
 
@@ -114,7 +110,6 @@ class Recordings(Data):
         return Request({**options, "clips": [clip.identity for clip in clips]}, make, recorded.__name__)
 
 
-@dataclass(kw_only=True)
 class RecordedData(Recordings):
     """Public recordings listed in `data/sources.csv`."""
 
@@ -174,7 +169,6 @@ class RecordedData(Recordings):
         return found
 
 
-@dataclass(kw_only=True)
 class FolderData(Recordings):
     """The user's own files."""
 

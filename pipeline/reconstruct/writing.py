@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,14 +17,13 @@ from pipeline.reconstruct.summary import summarise, table_rows
 from pipeline.storage import tables
 from pipeline.storage.publishing import publish
 from pipeline.storage.sealed_folders import require_replaceable
-from pipeline.validation import InvalidInput, missing_package, require_name
+from pipeline.validation import InvalidInput, Options, missing_package, require_name
 from pipeline.video import kept
 
 PAGE = "walk.html"
 
 
-@dataclass(kw_only=True)
-class Output:
+class Output(Options):
     """What is written where."""
 
     path: str = ""  # folder; empty: results/reconstructed/<name of the input>
@@ -38,8 +37,7 @@ class Output:
     overlay: bool = True  # of a video: the skeleton over it
 
 
-@dataclass(kw_only=True)
-class Reconstruct:
+class Reconstruct(Options):
     """Options of the command ``reconstruct``."""
 
     input: Input = field(default_factory=Input)

@@ -31,7 +31,7 @@ from pipeline.charts import Sheet
 from pipeline.clips.kinds import Corpus, Keep
 from pipeline.scenes import Columns, Notes, Rows
 from pipeline.seeding import derive_generator
-from pipeline.validation import Finite, InvalidInput, Positive, require_bounds, require_range
+from pipeline.validation import Finite, InvalidInput, Options, Positive, require_bounds, require_range
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -52,8 +52,7 @@ MOST_VALUES = 100_000
 """Largest number of values of a grid."""
 
 
-@dataclass(kw_only=True)
-class Grid:
+class Grid(Options):
     """Equally spaced values from `start` to `stop`, which is included if a whole number of steps reaches it.
 
     Examples
@@ -103,8 +102,7 @@ class Represents(Protocol):
         """Return clips without positions that have their samples."""
 
 
-@dataclass(kw_only=True)
-class Dataset(ABC):
+class Dataset(Options, ABC):
     """Options of the dataset stage: how samples are made of clips."""
 
     corpus: ClassVar[Corpus]
@@ -123,8 +121,7 @@ class Dataset(ABC):
         """Return the samples: a frozen dataclass with `clip`, `source` and `words` among its fields."""
 
 
-@dataclass(kw_only=True)
-class Model(ABC):
+class Model(Options, ABC):
     """Options of the model stage: what is learnt from the samples."""
 
     dataset: ClassVar[type[Dataset]]
@@ -168,8 +165,7 @@ class SweepInputs(Generic[ClipsT, DatasetT, ModelT]):
         return derive_generator(self.seed, purpose)
 
 
-@dataclass(kw_only=True)
-class Sweep(ABC):
+class Sweep(Options, ABC):
     """Options of the sweep stage: what is measured on every fold, for which values."""
 
     draws_random_numbers: ClassVar[bool] = False
@@ -209,7 +205,6 @@ class NoResult:
     """Result of `NoSweep`."""
 
 
-@dataclass(kw_only=True)
 class NoSweep(Sweep):
     """No sweep: the figure shows the model."""
 
@@ -218,8 +213,7 @@ class NoSweep(Sweep):
         return NoResult()
 
 
-@dataclass(kw_only=True)
-class Figure(ABC):
+class Figure(Options, ABC):
     """Options of the figure stage: tables, picture and recordings.
 
     `validate` is given the `Experiment`, the other methods its `FigureInputs`.

@@ -117,7 +117,6 @@ class Action:
 ActionInputs = SweepInputs[None, Postures, Action]
 
 
-@dataclass(kw_only=True)
 class ActionSpaceModel(Model):
     """aSpace, median sequence, synchronized performances and action model."""
 

@@ -62,7 +62,6 @@ class SampledPostures:
     mean_performance: np.ndarray
 
 
-@dataclass(kw_only=True)
 class PostureSampling(Sweep):
     """Accepted postures drawn from the action model."""
 

@@ -47,7 +47,6 @@ class TimeErrors:
     moving: np.ndarray
 
 
-@dataclass(kw_only=True)
 class Smoothness(Sweep):
     """Synchronization for other mu, both readings of the penalty, one start [mozerov2006 12, 16]."""
 

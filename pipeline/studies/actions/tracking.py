@@ -65,7 +65,6 @@ class TrackingErrors:
     remarks: list[str]
 
 
-@dataclass(kw_only=True)
 class HeldOutTracking(Sweep):
     """Held-out performances tracked in 2D with the action model as prior."""
 

@@ -122,7 +122,6 @@ class MethodErrors:
     shown_noise_px: float
 
 
-@dataclass(kw_only=True)
 class FaceOffSweep(CameraSweep):
     """Walks reconstructed by eigenwalkers and by articulated trajectories from the same projections."""
 

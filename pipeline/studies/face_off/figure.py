@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
@@ -48,7 +47,6 @@ ORDER = ["varied", "camera", "method", "view_angle_deg", "noise_px", "occluded",
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, MethodErrors]
 
 
-@dataclass(kw_only=True)
 class FaceOffFigure(Figure):
     """Both families against view, noise and occlusion."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import cast
 
@@ -29,7 +28,6 @@ MOST_OF_VIEW_DEG = 10.0
 """Ends of the axes: a view taken for another would press all else together."""
 
 
-@dataclass(kw_only=True)
 class KeypointChangesFigure(KeypointFigure):
     """Error, view, coverage and verdicts by condition."""
 

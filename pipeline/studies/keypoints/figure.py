@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, cast
 
@@ -17,7 +16,6 @@ from pipeline.studies.keypoints.shown import METHODS, Inputs, KeypointFigure
 from pipeline.studies.keypoints.tables import errors_by, views_by
 
 
-@dataclass(kw_only=True)
 class KeypointHeadingsFigure(KeypointFigure):
     """Error and coverage by heading."""
 

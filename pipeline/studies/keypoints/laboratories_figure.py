@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 
 import pandas as pd
@@ -18,7 +17,6 @@ from pipeline.studies.keypoints.tables import errors_by, views_by
 EVERYBODY = "everybody"
 
 
-@dataclass(kw_only=True)
 class KeypointLaboratoriesFigure(KeypointFigure):
     """Error and coverage by laboratory."""
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pandas as pd
 
@@ -24,7 +22,6 @@ METHODS = {
 }
 
 
-@dataclass(kw_only=True)
 class KeypointFigure(Figure):
     """A figure of simulated clips, whose recording shows one of them."""
 

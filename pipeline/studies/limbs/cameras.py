@@ -5,7 +5,7 @@ A further path is a member of `Camera`, its colour, and what `CameraSweep.camera
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import StrEnum
 from typing import Annotated
 
@@ -38,7 +38,6 @@ class Camera(StrEnum):
         return {Camera.still: "orange", Camera.moving: "purple", Camera.shaky: "blue"}[self]
 
 
-@dataclass(kw_only=True)
 class CameraSweep(Sweep):
     """A sweep over motion that is seen by perspective cameras."""
 

@@ -141,7 +141,6 @@ class Scene:
         return np.where(hidden[..., None], np.nan, self.images)
 
 
-@dataclass(kw_only=True)
 class MissingDataSweep(LimbSweep):
     """Error of a whole skeleton against the share of missing points."""
 

@@ -38,7 +38,6 @@ class Proofs:
     rows: pd.DataFrame
 
 
-@dataclass(kw_only=True)
 class ProofSweep(LimbSweep):
     """Share of programmes that are proved, by frames and components."""
 

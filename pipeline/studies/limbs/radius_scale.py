@@ -6,7 +6,7 @@ In the paper the scale is that of the radius at the start: adjusted to the rays,
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -32,7 +32,6 @@ ANY_FACTOR = 100.0
 """How far the radius may go from where it starts: from each scale to the truth."""
 
 
-@dataclass(kw_only=True)
 class RadiusScaleSweep(LimbSweep):
     """Error against scale of the radius that is assumed."""
 

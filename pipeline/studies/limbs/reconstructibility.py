@@ -60,7 +60,6 @@ class LimbReconstructibilities:
     paths: np.ndarray
 
 
-@dataclass(kw_only=True)
 class ReconstructibilitySweep(LimbSweep):
     """Error against reconstructibility [park2011 13]."""
 

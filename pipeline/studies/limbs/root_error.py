@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,6 @@ from pipeline.studies.limbs.trials import LimbInputs, LimbSweep, LimbTrial, wron
 from pipeline.validation import Increasing, NonNegative
 
 
-@dataclass(kw_only=True)
 class RootErrorSweep(LimbSweep):
     """Error against error of the parent trajectory, in radii."""
 

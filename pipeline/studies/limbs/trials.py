@@ -82,7 +82,6 @@ class LimbTrial:
         return replace(self, view=Pinhole(self.view.intrinsics, turned, centre), **cut)
 
 
-@dataclass(kw_only=True)
 class LimbSweep(CameraSweep):
     """A sweep over limbs, the same ones at every point."""
 

@@ -54,7 +54,6 @@ class JointAngleErrors:
     stride_hz: float
 
 
-@dataclass(kw_only=True)
 class JointAngles(Sweep):
     """Joint angles of reconstructions at a known view angle."""
 

@@ -124,7 +124,6 @@ class KnownViewErrors:
         return self.sigma2.iloc[np.arange(len(self.nested)) * len(self.sigma2_mm2) + self.nested]
 
 
-@dataclass(kw_only=True)
 class KnownView(Sweep):
     """Reconstruction at a known view angle."""
 

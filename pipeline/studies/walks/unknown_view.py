@@ -56,7 +56,6 @@ class ViewAngles:
     remarks: list[str]
 
 
-@dataclass(kw_only=True)
 class UnknownView(Sweep):
     """The view angle estimated together with the motion."""
 

@@ -6,7 +6,7 @@ and three standard deviations on either side of it.  `key_frame_agreement` says 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -52,7 +52,6 @@ THIN_DASHED = Style("", "blue", line="dashed", width=1 / 3, opacity=0.7)
 Inputs = FigureInputs[Postures, Action, Timings]
 
 
-@dataclass(kw_only=True)
 class ActionModelFigure(Figure):
     """The first dimensions of the aSpace: raw, synchronized, by key-frames, and what is learnt."""
 

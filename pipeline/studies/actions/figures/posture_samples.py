@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pandas as pd
 
@@ -32,7 +30,6 @@ APART_MM = 750.0
 Inputs = FigureInputs[Postures, Action, SampledPostures]
 
 
-@dataclass(kw_only=True)
 class PostureSamples(Figure):
     """Mean postures and accepted samples as skeletons."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import pandas as pd
 
@@ -39,7 +39,6 @@ CONDITION = ["leave_out", "varied", "particles", "noise_mm", "occluded", "method
 Inputs = FigureInputs[Postures, Action, TrackingErrors]
 
 
-@dataclass(kw_only=True)
 class TrackingError(Figure):
     """Error against particles, noise and occlusion, with the prior, without it, and of the mean alone."""
 

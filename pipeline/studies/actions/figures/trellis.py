@@ -9,7 +9,6 @@ Symbols: ``p`` sample of the median sequence, ``d`` disparity, ``E`` squared dis
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import Annotated
 
@@ -37,7 +36,6 @@ DIMENSION = 1
 COMPARED = {"linear": "before", "synchronized": "after"}
 
 
-@dataclass(kw_only=True)
 class OptimalPath(Figure):
     """The disparity space image of one pair and the optimal path through it."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -36,7 +35,6 @@ COMPARED = {"linear": "before: linearly synchronized", "synchronized": "after: s
 """What the recording shows."""
 
 
-@dataclass(kw_only=True)
 class Warp(Figure):
     """One dimension of the aSpace, unsynchronized, linear, by key-frames, automatically."""
 

@@ -7,8 +7,6 @@ key-frames.  The median sequence, whose time is its own, is left out of means an
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pandas as pd
 
@@ -46,7 +44,6 @@ are not told); the pelvis height goes with the trunk."""
 Inputs = FigureInputs[Postures, Action, TimeErrors]
 
 
-@dataclass(kw_only=True)
 class WarpError(Figure):
     """How far the recovered time is from the true one, in frames."""
 

@@ -6,7 +6,6 @@ Root error and radius scale, of one limb, are here; a whole skeleton with missin
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, cast
 
@@ -56,7 +55,6 @@ BASELINE_WORDS = (
 )
 
 
-@dataclass(kw_only=True)
 class RootErrorFigure(Figure):
     """Error of a limb against that of its parent, and its spread."""
 
@@ -125,7 +123,6 @@ class RootErrorFigure(Figure):
         record_on_sphere(inputs, begin, "root_error_per_mille", ROOT)
 
 
-@dataclass(kw_only=True)
 class RadiusScaleFigure(Figure):
     """Error of a limb against the scale of its radius."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, cast
 
@@ -54,7 +53,6 @@ PATHS = {"original": ("green", 1.0), "impostor": ("orange", 1.0), "reconstructed
 Inputs = FigureInputs[LimbStretches, BasisFit, LimbReconstructibilities]
 
 
-@dataclass(kw_only=True)
 class LimbScatter(Figure):
     """Error of each trial against reconstructibility."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, cast
 
@@ -37,7 +36,6 @@ BANDED = (
 Inputs = FigureInputs[LimbStretches, BasisFit, MissingDataErrors]
 
 
-@dataclass(kw_only=True)
 class MissingDataFigure(Figure):
     """Error of a whole skeleton against the share of missing points."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -49,7 +49,6 @@ LIGHT_COLOURS = {"green": "decided", "amber": "in_doubt", "red": "undecided"}
 Inputs = FigureInputs[LimbStretches, BasisFit, MotionsOfBoth]
 
 
-@dataclass(kw_only=True)
 class MotionsFigure(Figure):
     """Images, reconstructions from other views, whole trajectories."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
@@ -32,7 +31,6 @@ KEYS = ["frames", "components", "noise_px"]
 Inputs = FigureInputs[LimbStretches, BasisFit, Proofs]
 
 
-@dataclass(kw_only=True)
 class ProofsFigure(Figure):
     """Share of programmes proved, and what it costs."""
 

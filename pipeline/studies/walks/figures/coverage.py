@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -32,7 +31,6 @@ _SHARP: dict[str, Any] = {
 }  # fmt: skip
 
 
-@dataclass(kw_only=True)
 class BarCoverage(Figure):
     """Coverage and width of error bars."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -24,7 +23,6 @@ from pipeline.studies.walks.joint_angles import JointAngleErrors, JointAngles
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, JointAngleErrors]
 
 
-@dataclass(kw_only=True)
 class JointAngleFigure(Figure):
     """Errors of hip, knee, shoulder and elbow flexion against view angle."""
 

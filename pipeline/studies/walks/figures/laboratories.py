@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 
 import pandas as pd
@@ -32,7 +31,6 @@ SPANNED = {
 LEFT_OUT = {PERSON: "person", LABORATORY: "laboratory"}
 
 
-@dataclass(kw_only=True)
 class LearningCurves(Figure):
     """Errors and bars across laboratories, and by the number of people and laboratories that are learnt from."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -23,7 +22,6 @@ from pipeline.validation import InvalidInput
 PUBLISHED = Reference(x="zhang2007_optimal_variance", label="published 70")
 
 
-@dataclass(kw_only=True)
 class NoiseVariance(Figure):
     """Error of approach II against sigma²."""
 

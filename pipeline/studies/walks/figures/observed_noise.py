@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 
 import pandas as pd
@@ -36,7 +35,6 @@ WORDS = {
 }
 
 
-@dataclass(kw_only=True)
 class NoiseTolerance(Figure):
     """Errors and coverage under errors of the observed dimensions."""
 

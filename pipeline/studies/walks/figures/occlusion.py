@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -32,7 +31,6 @@ WORDS = {
 MOST_HIDDEN = "far_side"
 
 
-@dataclass(kw_only=True)
 class HiddenJointErrors(Figure):
     """Errors and bars of hidden joints."""
 

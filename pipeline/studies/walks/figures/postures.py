@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import permutations
 from typing import Any
 
@@ -40,7 +39,6 @@ _TITLES = {"least_squares": "Approach I", "map": "Approach II", "anatomical": "A
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, KnownViewErrors]
 
 
-@dataclass(kw_only=True)
 class Postures(Figure):
     """Postures over one cycle, original and reconstructed."""
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pandas as pd
 
@@ -36,7 +34,6 @@ PUBLISHED = {
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, NoResult]
 
 
-@dataclass(kw_only=True)
 class Spectrum(Figure):
     """Cumulative variance and share of each harmonic."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -27,7 +26,6 @@ BASELINE = "map_tuned"
 SHOWN = {name: style for name, style in STYLES.items() if METHODS[name].part}
 
 
-@dataclass(kw_only=True)
 class StructureLadder(Figure):
     """Error of each step of the ladder, by view and in all."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import ClassVar
 
@@ -25,7 +24,6 @@ LEAST_RANGE_DEG = 5.0
 """Of the axis of the residual, either way."""
 
 
-@dataclass(kw_only=True)
 class ViewAngleEstimates(Figure):
     """Estimated against true view angle."""
 

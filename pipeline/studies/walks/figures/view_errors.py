@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, cast
 
@@ -48,7 +47,6 @@ _SD = {
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, KnownViewErrors]
 
 
-@dataclass(kw_only=True)
 class ViewErrors(Figure):
     """Errors and missing variance against view angle."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -34,7 +33,6 @@ NEAR_DEG = 20.0
 """How far from the truth the posterior is drawn."""
 
 
-@dataclass(kw_only=True)
 class ViewPosterior(Figure):
     """View angles, how sure, and whether surely right."""
 
