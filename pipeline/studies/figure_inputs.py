@@ -18,6 +18,9 @@ DatasetT = TypeVar("DatasetT")
 ModelT = TypeVar("ModelT")
 SweepT = TypeVar("SweepT")
 
+Tables = dict[str, pd.DataFrame]
+"""Of a figure, by name."""
+
 
 @dataclass(frozen=True)
 class FigureInputs(Generic[DatasetT, ModelT, SweepT]):

@@ -34,10 +34,9 @@ from pipeline.seeding import derive_generator
 from pipeline.validation import Finite, InvalidInput, Options, Positive, require_bounds, require_range
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from pipeline.pictures.picture import Picture as Picture
     from pipeline.recordings import Recording
+    from pipeline.studies.figure_inputs import Tables
 
     # Begins the recording of one figure, given further words of its description, and its timeline if not time.
     Recorder = Callable[..., Recording]
@@ -242,18 +241,18 @@ class Figure(Options, ABC):
         require_bounds("figure", self)
 
     @abstractmethod
-    def tables(self, inputs: Any) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Any) -> Tables:
         """Return the tables by file name without suffix, ``table`` and ``table_…``, sorted."""
 
     def arrays(self, inputs: Any) -> dict[str, np.ndarray]:
         """Return further arrays of ``arrays.npz``, of which the report computes; none by default."""
         return {}
 
-    def charts(self, inputs: Any, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Any, tables: Tables) -> Sheet:
         """Return what is drawn of the tables, for picture, recording and page; no chart by default."""
         return Sheet()
 
-    def draw(self, inputs: Any, tables: dict[str, pd.DataFrame], picture: Picture) -> None:
+    def draw(self, inputs: Any, tables: Tables, picture: Picture) -> None:
         """Draw the picture: the charts by default."""
         picture.charts()
 
@@ -262,7 +261,7 @@ class Figure(Options, ABC):
         own = type(self).draw is not Figure.draw
         return own or any(chart.picture and not chart.page for chart in sheet.charts)
 
-    def record(self, inputs: Any, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Any, tables: Tables, begin: Recorder) -> None:
         """Write the recording: the charts over `timeline` by default."""
         with begin(timeline=self.timeline) as recording:
             recording.blueprint(Columns(Rows(*recording.plots), Notes(), shares=(2, 1)))

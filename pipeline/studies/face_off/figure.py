@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any, cast
 
 import numpy as np
-import pandas as pd
 
 from pipeline.charts import Chart, Lines, Sheet
 from pipeline.palette import Style
@@ -14,7 +13,7 @@ from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.face_off.comparison import CHILDREN, FaceOffSweep, MethodErrors
 from pipeline.studies.face_off.methods import PELVIS
-from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
+from pipeline.studies.figure_inputs import FigureInputs, Tables, sd, tidy
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.presentation import interval_words, lift
 from pipeline.studies.replicated import aggregate
@@ -53,7 +52,7 @@ class FaceOffFigure(Figure):
     model = EigenwalkersModel
     sweep = FaceOffSweep
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: each walker; ``table_joints``: each joint of undisturbed views; ``table_summary``: means.
 
         A method that a camera's images cannot be given to has no rows there.
@@ -78,7 +77,7 @@ class FaceOffFigure(Figure):
             "table_summary": aggregate(rows, ORDER, how, banded, cluster="person", count="walkers"),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """A panel to a camera: error of each method as it is and disturbed; on the page, against view, too."""
         options = cast(FaceOffSweep, inputs.experiment.sweep)
         table = tables["table_summary"]
@@ -126,7 +125,7 @@ class FaceOffFigure(Figure):
             " of the image as it is.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log one walker: recorded, by every method from every camera; what the cameras saw; errors over time."""
         sweep, options = inputs.sweep, cast(FaceOffSweep, inputs.experiment.sweep)
         true = sweep.shown_true

@@ -12,7 +12,7 @@ import pandas as pd
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.palette import Style
-from pipeline.studies.figure_inputs import tidy
+from pipeline.studies.figure_inputs import Tables, tidy
 from pipeline.studies.keypoints.changes import ChangedErrors, KeypointChanges
 from pipeline.studies.keypoints.conditions import Condition
 from pipeline.studies.keypoints.kinds import FILM_KINDS
@@ -33,7 +33,7 @@ class KeypointChangesFigure(KeypointFigure):
 
     sweep = KeypointChanges
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """``table``: errors by condition and method; ``table_changes``: less those of the same clips as usual.
 
         ``table_views``: view, cadence, coverage, verdicts, labels; ``table_clips``: clips; ``table_kinds`` and
@@ -66,7 +66,7 @@ class KeypointChangesFigure(KeypointFigure):
             "table_people": tidy(people[columns], by=["person", "condition", "method"]),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """What each condition adds to the errors of joints and knees; error of the view, and shares of clips."""
         options = cast(KeypointChanges, inputs.experiment.sweep)
         words = _words([options.conditions[n] for n in tables["table_views"]["condition"].tolist()])
@@ -111,7 +111,7 @@ class KeypointChangesFigure(KeypointFigure):
         )
 
 
-def _of_kinds(films: pd.DataFrame) -> dict[str, pd.DataFrame]:
+def _of_kinds(films: pd.DataFrame) -> Tables:
     """Tables of films as people make them, of each kind and of each film; none where there are no such films."""
     if films.empty:
         return {}

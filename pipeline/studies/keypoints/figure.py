@@ -5,11 +5,9 @@ from __future__ import annotations
 from functools import partial
 from typing import Any, cast
 
-import pandas as pd
-
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.palette import Style
-from pipeline.studies.figure_inputs import tidy
+from pipeline.studies.figure_inputs import Tables, tidy
 from pipeline.studies.keypoints.headings import KeypointHeadings
 from pipeline.studies.keypoints.measured import ERRORS, LEVELS_PERCENT, VERDICTS
 from pipeline.studies.keypoints.shown import METHODS, Inputs, KeypointFigure
@@ -21,7 +19,7 @@ class KeypointHeadingsFigure(KeypointFigure):
 
     sweep = KeypointHeadings
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """``table``: errors by heading and method; ``table_views``: view, cadence, coverage; ``table_clips``: clips.
 
         Headings to either side are pooled; an angle's error is the mean over clips of its root mean square.
@@ -37,7 +35,7 @@ class KeypointHeadingsFigure(KeypointFigure):
             "table_people": tidy(people, by=["person", *by]),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Errors of joints and knees by heading; error of the view; coverage of bars."""
         options = cast(KeypointHeadings, inputs.experiment.sweep)
         heading = partial(

@@ -8,7 +8,7 @@ import pandas as pd
 
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.palette import Style
-from pipeline.studies.figure_inputs import tidy
+from pipeline.studies.figure_inputs import Tables, tidy
 from pipeline.studies.keypoints.headings import KeypointLaboratories
 from pipeline.studies.keypoints.measured import ERRORS, VERDICTS
 from pipeline.studies.keypoints.shown import METHODS, Inputs, KeypointFigure
@@ -22,7 +22,7 @@ class KeypointLaboratoriesFigure(KeypointFigure):
 
     sweep = KeypointLaboratories
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """``table``: errors by laboratory and method, and of everybody; ``table_views``: view, cadence, coverage."""
         people, dataset, by = inputs.sweep.people, inputs.dataset, ["laboratory", "method"]
         laboratory = dict(zip(dataset.people, dataset.sources.tolist(), strict=True))
@@ -42,7 +42,7 @@ class KeypointLaboratoriesFigure(KeypointFigure):
             "table_people": tidy(people[["person", "method", *ERRORS]], by=["person", "method"]),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Errors of joints and knees by laboratory; coverage of 95 % bars as computed and calibrated."""
         words = {name: name.replace("_", " ") for name in tables["table"]["laboratory"]}
         chart = partial(Chart, x="laboratory", words=words)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import pandas as pd
 
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Image2D, Notes, Plot, Rows, Space3D
-from pipeline.studies.figure_inputs import FigureInputs
+from pipeline.studies.figure_inputs import FigureInputs, Tables
 from pipeline.studies.keypoints.dataset import FilmedWalkers
 from pipeline.studies.keypoints.measured import FilmedErrors
 from pipeline.studies.keypoints.model import KeypointWalkers, KeypointWalkersModel
@@ -27,7 +26,7 @@ class KeypointFigure(Figure):
 
     model = KeypointWalkersModel
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log the clip of median error: image and reprojection, truth, reconstruction and average walker."""
         sweep = inputs.sweep
         T = len(sweep.shown_true_mm)

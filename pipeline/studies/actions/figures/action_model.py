@@ -31,7 +31,7 @@ from pipeline.studies.actions.figures.pairs import pairs_table
 from pipeline.studies.actions.model import ALIGNMENTS, Action, ActionSpaceModel
 from pipeline.studies.actions.timing import Timing, Timings
 from pipeline.studies.actions.without_mistiming import without_mistiming
-from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.figure_inputs import FigureInputs, Tables, tidy
 from pipeline.studies.presentation import entity_name, interval_words
 from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure, Recorder
@@ -60,7 +60,7 @@ class ActionModelFigure(Figure):
 
     dimensions: Count = 4  # of the aSpace that are drawn
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: the drawn sequences; distances, spectrum, performances, alignments, model, posture.
 
         ``table_pairs``, ``table_space`` and ``table_space_draws`` are what the claims and their intervals rest on;
@@ -102,7 +102,7 @@ class ActionModelFigure(Figure):
             "table_posture": _posture(inputs),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """A row for each dimension, with the paper's four columns; the spectrum, on the page."""
         bound = options_of(inputs).bound
         charts = [
@@ -131,7 +131,7 @@ class ActionModelFigure(Figure):
             + interval_words(np.unique(inputs.dataset.person).size, bands="Orange band"),
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log the mean performance among the others as skeletons; the learnt model over samples; all distances."""
         action, bound, names = inputs.model, options_of(inputs).bound, inputs.samples
         median, index = action.median, {"sample": np.arange(len(action.model.mean))}

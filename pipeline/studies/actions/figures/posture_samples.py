@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pandas as pd
 
 from pipeline.charts import Sheet
 from pipeline.core import camera
@@ -13,7 +12,7 @@ from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.model import Action, ActionSpaceModel
 from pipeline.studies.actions.posture_samples import PostureSampling, SampledPostures
 from pipeline.studies.experiment import Experiment
-from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.figure_inputs import FigureInputs, Tables, tidy
 from pipeline.studies.replicated import DRAW
 from pipeline.studies.study import Figure, Picture, Recorder
 from pipeline.validation import require_range
@@ -42,7 +41,7 @@ class PostureSamples(Figure):
         for frame in getattr(experiment.sweep, "frames"):  # noqa: B009
             require_range("sweep.frames", frame, at_least=1, at_most=samples)
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: joints of mean postures (draw -1) and of the samples shown; ``table_samples``: all.
 
         ``table_samples_draws``: the same by models learnt of people drawn again.
@@ -60,7 +59,7 @@ class PostureSamples(Figure):
             "table_samples_draws": tidy(sweep.again, by=[DRAW, "frame", "kind"]),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """No chart, but what the caption says of the samples."""
         accepted = tables["table_samples"].query("kind == 'accepted'")
         measured = "; ".join(
@@ -75,7 +74,7 @@ class PostureSamples(Figure):
             f" over joints: {measured}.",
         )
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], picture: Picture) -> None:
+    def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
         """Draw a row for each frame: the mean posture with accepted samples, then those that differ most."""
         order = np.argsort(inputs.sweep.frames)
         seen = camera.project(inputs.sweep.bodies[order], np.radians(VIEW_DEG))
@@ -90,7 +89,7 @@ class PostureSamples(Figure):
         ]
         picture.skeletons(rows, WALKER15.bones, legend=("mean posture", "accepted by the action model"))
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log the mean performance, playing; at each of the frames the mean posture and its samples side by side."""
         performance = inputs.sweep.mean_performance
         angle = np.radians(VIEW_DEG)

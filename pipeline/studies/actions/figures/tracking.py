@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import pandas as pd
-
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Image2D, Notes, Plot, Rows, Space3D
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.model import Action, ActionSpaceModel
 from pipeline.studies.actions.tracking import HeldOutTracking, TrackingErrors
-from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
+from pipeline.studies.figure_inputs import FigureInputs, Tables, sd, tidy
 from pipeline.studies.presentation import interval_words
 from pipeline.studies.replicated import aggregate
 from pipeline.studies.study import Figure, Recorder
@@ -45,7 +43,7 @@ class TrackingError(Figure):
     model = ActionSpaceModel
     sweep = HeldOutTracking
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: each condition and method over performances; ``table_performances``: each performance."""
         columns = [
             "performance",
@@ -70,7 +68,7 @@ class TrackingError(Figure):
         table = aggregate(each, CONDITION, how, ["error_mm"], cluster="person", count="")
         return {"table": table, "table_performances": each}
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """A row for each way of leaving out: error against particles, noise and occlusion."""
         table, sweep = tables["table"], inputs.sweep
         top = 1.05 * table[["error_mm", "error_mm_high"]].max(axis=None)
@@ -109,7 +107,7 @@ class TrackingError(Figure):
             " postures, projected into the aSpace.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log one performance: true, tracked with the prior and without, the mean alone; the image; errors."""
         sweep = inputs.sweep
         index, methods = {"time": sweep.shown_time_s}, list(map(str, sweep.methods))

@@ -21,7 +21,7 @@ from pipeline.studies.actions.figures.alignments import (
 from pipeline.studies.actions.figures.pairs import pairs_table
 from pipeline.studies.actions.model import ALIGNMENTS, ActionSpaceModel
 from pipeline.studies.actions.without_mistiming import WithoutMistiming, without_mistiming
-from pipeline.studies.figure_inputs import tidy
+from pipeline.studies.figure_inputs import Tables, tidy
 from pipeline.studies.study import Figure, Recorder
 from pipeline.validation import Count, InvalidInput
 
@@ -43,7 +43,7 @@ class Warp(Figure):
     dimension: Count = 1  # of the aSpace that is drawn
     performances: Count = 6  # drawn; the table has all
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: all performances in one dimension; ``table_rates``: how far their rates are from constant;
         ``table_pairs``: squared distance of each two in that dimension.
 
@@ -69,7 +69,7 @@ class Warp(Figure):
             "table_pairs": pairs_table(inputs, baseline, slice(self.dimension - 1, self.dimension)),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Each alignment, with the median sequence among some performances; the two that the recording compares."""
         median, *others = self._drawn(inputs)
         styles = {median: Style("median sequence", "original", width=1.2)} | {
@@ -129,7 +129,7 @@ class Warp(Figure):
             *(others[i] for i in np.linspace(0, len(others) - 1, wanted).round().astype(int)),
         ]
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log the median sequence and the performance farthest from it in time, linear above, synchronized below."""
         action, names = inputs.model, inputs.samples
         people = {"pattern": action.median, "performance": action.farthest}

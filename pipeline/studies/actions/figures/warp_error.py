@@ -8,7 +8,6 @@ key-frames.  The median sequence, whose time is its own, is left out of means an
 from __future__ import annotations
 
 import numpy as np
-import pandas as pd
 
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.core import synchronization
@@ -20,7 +19,7 @@ from pipeline.studies.actions.figures.alignments import options_of
 from pipeline.studies.actions.model import Action, ActionSpaceModel
 from pipeline.studies.actions.smoothness import Smoothness, TimeErrors
 from pipeline.studies.experiment import Experiment
-from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
+from pipeline.studies.figure_inputs import FigureInputs, Tables, sd, tidy
 from pipeline.studies.presentation import interval_words
 from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
@@ -55,7 +54,7 @@ class WarpError(Figure):
         """Raise InvalidInput, with ``data`` as its `where`, if the data set does not know the true course."""
         require_true_course(experiment.data.knows_true_course)
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: error of each alignment and smoothness; ``table_starts``: with free and fixed start.
 
         ``table_performances`` has the errors of each performance at the model's own smoothness and penalty, and the
@@ -100,7 +99,7 @@ class WarpError(Figure):
             "table_performances": tidy(performances, by=["performance"]),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """The error where the pattern moves, and everywhere, against smoothness; others and mu = 0 as lines across."""
         table = tables["table"]
         synchronized = table[table["stage"] == "synchronized"]

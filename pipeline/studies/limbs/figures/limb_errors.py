@@ -13,7 +13,7 @@ import pandas as pd
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.palette import Style
-from pipeline.studies.figure_inputs import sd, tidy
+from pipeline.studies.figure_inputs import Tables, sd, tidy
 from pipeline.studies.limbs.figures.limb_on_sphere import Inputs, record_on_sphere
 from pipeline.studies.limbs.figures.presentation import (
     ADJUST_COLOURS,
@@ -61,7 +61,7 @@ class RootErrorFigure(Figure):
     model = TrajectoryBasisModel
     sweep = RootErrorSweep
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``, ``table_points``: before the first camera; ``table_cameras``: before all."""
         rows = inputs.sweep.rows
         above = rows.assign(above_parent=rows["child_error_ratio"] > rows["parent_error_ratio"])
@@ -81,7 +81,7 @@ class RootErrorFigure(Figure):
         errors = ["child_error_ratio", "parent_error_ratio", "limb_error", "error_up_to_mirror"]
         return _tables(rows, cameras, ["root_error_ratio"], errors)
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """The error against that of the parent, and its standard deviation over trials."""
         options = cast(RootErrorSweep, inputs.experiment.sweep)
         first, *others = options.cameras
@@ -118,7 +118,7 @@ class RootErrorFigure(Figure):
             f" {BASELINE_WORDS.format(length='assumed')} (b) Over trials.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log the median error from every camera and the error of the parent, and the limb that is shown."""
         record_on_sphere(inputs, begin, "root_error_per_mille", ROOT)
 
@@ -129,7 +129,7 @@ class RadiusScaleFigure(Figure):
     model = TrajectoryBasisModel
     sweep = RadiusScaleSweep
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``, ``table_points``: before the first camera; ``table_cameras``: before all."""
         rows, swept = inputs.sweep.rows, ["radius_scale", "adjust"]
         medians = {**BASELINE_MEDIANS, f"{ADJUSTED_BASELINE}_median": (ADJUSTED_BASELINE, "median")}
@@ -147,7 +147,7 @@ class RadiusScaleFigure(Figure):
         errors = ["limb_error", "error_up_to_mirror", "radius_ratio", ADJUSTED_BASELINE]
         return _tables(rows, cameras, swept, errors)
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """The error against the scale of the radius, a panel to a camera."""
         options = cast(RadiusScaleSweep, inputs.experiment.sweep)
         first = options.ways[0]
@@ -181,14 +181,12 @@ class RadiusScaleFigure(Figure):
             f" first. {_interval_words(tables)} {BASELINE_WORDS.format(length='adjusted')}",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log the median error before the first camera over the scale, and the limb that is shown."""
         record_on_sphere(inputs, begin, "log10_scale_per_mille", "radius_scale")
 
 
-def _tables(
-    rows: pd.DataFrame, cameras: pd.DataFrame, swept: Sequence[str], errors: Sequence[str]
-) -> dict[str, pd.DataFrame]:
+def _tables(rows: pd.DataFrame, cameras: pd.DataFrame, swept: Sequence[str], errors: Sequence[str]) -> Tables:
     """Every trial before the first camera, errors before all; over trials before the first, and before all."""
     every, first = tidy(rows, by=["trial", *swept]), rows["camera"][0]
     return {

@@ -14,7 +14,7 @@ from pipeline.core.reconstructibility import GREEN_ABOVE, MARGIN_GREEN_ABOVE, Re
 from pipeline.core.statistics import rank_correlation
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Notes, Rows, Space3D
-from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.figure_inputs import FigureInputs, Tables, tidy
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.figures.presentation import (
@@ -59,7 +59,7 @@ class LimbScatter(Figure):
     model = TrajectoryBasisModel
     sweep = ReconstructibilitySweep
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: every trial; ``table_running``: of all cameras, over reconstructibility.
 
         ``table_correlation``: rank correlation of error and what might predict it; ``table_refinement``: of direct
@@ -83,7 +83,7 @@ class LimbScatter(Figure):
             "table_refinement": refinement.reset_index(),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """The error of every trial against reconstructibility and the mirror margin; the running median."""
         options = _options(inputs)
         table, correlation = tables["table"], tables["table_correlation"]
@@ -136,7 +136,7 @@ class LimbScatter(Figure):
             f" {100 * table['proved'].mean():.1f} % of the programmes are proved to be solved.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log the running median over log eta, and the limb at the cursor, a good and a bad one on their spheres."""
         trials = inputs.sweep.rows
         eta = trials["reconstructibility"].clip(*RANGE).to_numpy()

@@ -6,12 +6,11 @@ from functools import partial
 from typing import Any, cast
 
 import numpy as np
-import pandas as pd
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.scenes import Bars, Columns, Image2D, Notes, Plot, Rows, Space3D, Tabs
-from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
+from pipeline.studies.figure_inputs import FigureInputs, Tables, sd, tidy
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.figures.presentation import BASELINE_LABELS
 from pipeline.studies.limbs.missing_data import MissingDataErrors, MissingDataSweep, Pattern
@@ -42,7 +41,7 @@ class MissingDataFigure(Figure):
     model = TrajectoryBasisModel
     sweep = MissingDataSweep
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: every skeleton at every fraction and pattern; ``table_points``: over skeletons.
 
         ``table_hinges``: with knees and elbows that flex one way, at the paper's fraction.
@@ -68,7 +67,7 @@ class MissingDataFigure(Figure):
             "table_points": tidy(points, by=["pattern", "missing_fraction"]),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """The relative error as in the paper, and the error of points that were seen and that were not."""
         options = cast(MissingDataSweep, inputs.experiment.sweep)
         table, first = tables["table_points"], options.patterns[0]
@@ -136,7 +135,7 @@ class MissingDataFigure(Figure):
             ),
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log one skeleton with its missing points imputed, and errors over time and fractions."""
         sweep, table = inputs.sweep, tables["table_points"]
         options = cast(MissingDataSweep, inputs.experiment.sweep)

@@ -13,7 +13,7 @@ from pipeline.core.limb_chain import WALKER14
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Image2D, MotionScene, Notes, Rows, Space3D
 from pipeline.skeleton import WALKER15
-from pipeline.studies.figure_inputs import FigureInputs, columns_of, tidy
+from pipeline.studies.figure_inputs import FigureInputs, Tables, columns_of, tidy
 from pipeline.studies.limbs import baselines
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
@@ -65,7 +65,7 @@ class MotionsFigure(Figure):
         """Return the reconstructions that the figure shows."""
         return inputs.sweep.mirrors_tried if self.mirrors else inputs.sweep.as_chosen
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: each joint of each clip and camera; ``table_clips``; ``table_limbs``.
 
         ``table_steps``: each clip and camera, from nothing known on; ``table_papers``: of clips in the paper's
@@ -96,7 +96,7 @@ class MotionsFigure(Figure):
         ]
         return list(dict.fromkeys(n for n in found if n is not None)) or [0]
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Error of every clip, with the paper's number: by camera on the page, from step to step in the picture."""
         options, sweep = _options(inputs), self._of(inputs)
         table, steps = tables["table_clips"], tables["table_steps"]
@@ -135,7 +135,7 @@ class MotionsFigure(Figure):
             ". Published: of one video of walking.",
         )
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], picture: Picture) -> None:
+    def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
         """Draw one clip before the first camera, before and after; the cameras from above; errors of all clips."""
         sweep, n = self._of(inputs), self.chosen(inputs)[0]
         middles = (np.arange(self.instants) + 0.5) * (sweep.truth.shape[1] - 1) / self.instants
@@ -167,7 +167,7 @@ class MotionsFigure(Figure):
         scene = MotionScene(image=image, rows=rows[-2:], ground=truth[:, ROOT, :2], cameras=cameras)
         picture.motion(scene, WALKER15.bones)
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log every clip shown from every camera: truth, reconstruction by confidence, image, whole trajectories."""
         sweep, options = self._of(inputs), _options(inputs)
         numbers, cameras = self.chosen(inputs), [str(camera) for camera in sweep.cameras]

@@ -6,13 +6,12 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.core import camera, fourier
 from pipeline.scenes import Columns, Image2D, Notes, Space3D
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.figure_inputs import FigureInputs, Tables, tidy
 from pipeline.studies.presentation import lift
 from pipeline.studies.study import Figure, Recorder
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
@@ -37,7 +36,7 @@ class BarCoverage(Figure):
     model = AnatomicalModel
     sweep = Coverage
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """``table``: by method, bars and level; 95 % bars by view, joint group and walker beside it.
 
         ``table_walkers_views``, ``table_walkers_joints``: of every walker, anatomical and calibrated alone.
@@ -59,7 +58,7 @@ class BarCoverage(Figure):
             made[f"table{end}"] = people.means(rows, by, "covered_percent", ["half_width_mm"])
         return made
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Reliability as computed and calibrated; 95 % bars by view: what they cover and how wide they are."""
         styles = {name: STYLES[name] for name in METHODS}
         of = partial(Chart, by="method", styles=styles)
@@ -106,7 +105,7 @@ class BarCoverage(Figure):
             " multipliers by joint group, learnt from all other people. Bands: 95 % over people.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """One walker as a cloud: the truth, the most probable walker and samples of the posterior."""
         sweep, data = inputs.sweep, inputs.dataset
         sample = inputs.model.tested[sweep.sample_person]

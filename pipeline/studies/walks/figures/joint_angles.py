@@ -13,7 +13,7 @@ from pipeline.palette import Style
 from pipeline.scenes import Columns, Notes, Plot, Rows, Space3D
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.figure_inputs import FigureInputs, Tables, tidy
 from pipeline.studies.presentation import lift
 from pipeline.studies.replicated import SD, aggregate
 from pipeline.studies.study import Figure, Recorder
@@ -31,7 +31,7 @@ class JointAngleFigure(Figure):
     over_people = ("table_walkers",)
     ranked_by = ("table_walkers", "rmse_deg")
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: each method, angle and view, over walkers; ``table_walkers``: each walker, over views.
 
         Walkers of whom a joint of the angle was not measured take no part in it.  ``table_summary``: mean, median and
@@ -55,7 +55,7 @@ class JointAngleFigure(Figure):
             "table_summary": over(walkers, which, "walkers", _median="median", _worst="max"),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """A column for each angle: its error, and below it the error without the constant offset."""
         shown = [angle for angle in JOINT_ANGLES if (tables["table"]["angle"] == angle).any()]
         charts = [
@@ -77,7 +77,7 @@ class JointAngleFigure(Figure):
             " mean over people. Average walker: its depth, the image kept.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log one walker over a cycle, own and reconstructed, with its joint angles."""
         sweep, methods = inputs.sweep, inputs.sweep.methods.tolist()
         count = len(sweep.shown_angle_rad[0])

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from functools import partial
 
-import pandas as pd
-
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Matrix, Notes, Rows
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.figure_inputs import FigureInputs, Tables, tidy
 from pipeline.studies.study import Figure, Recorder
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.people_intervals import PeopleResampled
@@ -41,7 +39,7 @@ class NoiseTolerance(Figure):
     model = AnatomicalModel
     sweep = ObservedNoise
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """``table``: by condition and method; ``table_walkers``: by walker."""
         sweep = inputs.sweep.rows
         people = PeopleResampled(len(inputs.model.people), inputs.experiment.seed)
@@ -66,7 +64,7 @@ class NoiseTolerance(Figure):
             "table_walkers": tidy(walkers, by=["walker", "condition", "method"]),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Error and coverage under each condition."""
         by_condition = partial(
             Chart, x="condition", x_label="error of the image", words=WORDS, by="method", styles=METHODS
@@ -84,7 +82,7 @@ class NoiseTolerance(Figure):
             " people.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Error of every walker under every condition, walkers down and conditions across."""
         walkers = tables["table_walkers"]
         with begin(

@@ -16,7 +16,7 @@ from pipeline.scenes import Columns, Image2D, Notes, PostureRow, Space3D, Tabs
 from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.figure_inputs import FigureInputs, columns_of, tidy
+from pipeline.studies.figure_inputs import FigureInputs, Tables, columns_of, tidy
 from pipeline.studies.presentation import entity_name, lift
 from pipeline.studies.study import Figure, Picture, Recorder
 from pipeline.studies.walks.figures.presentation import METHODS, TRIED
@@ -51,7 +51,7 @@ class Postures(Figure):
     instants: Count = 5  # of the cycle that are drawn
     recorded: Count = 24  # walkers of the recording, spread over all; 80 of them would take 14 MB
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """``table``: joints of one walker at each instant; ``table_demonstrations``: every walker, every view.
 
         ``table_identification``: whether a walker seen from one view is told among all seen from another.
@@ -111,7 +111,7 @@ class Postures(Figure):
             "table_identification": _identification(inputs),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """RMS error of every walker from the middle view, on the page."""
         tried = [m for m in TRIED if m in inputs.sweep.methods]
         views = inputs.sweep.demonstration_view_deg
@@ -131,7 +131,7 @@ class Postures(Figure):
             " show.",
         )
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], picture: Picture) -> None:
+    def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
         """Rows of postures, each seen along the observed horizontal, so that across the page runs what was missing."""
         columns = columns_of(tables["table"])
         methods = inputs.sweep.methods.tolist()
@@ -160,7 +160,7 @@ class Postures(Figure):
             groups.append((title, rows))
         picture.postures(groups, WALKER15.bones)
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Walkers, original and reconstructed from every demonstration view, walking in place."""
         data, views = inputs.dataset, inputs.sweep.demonstration_view_deg
         methods = inputs.sweep.methods.tolist()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pandas as pd
 
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.core import fourier
@@ -13,7 +12,7 @@ from pipeline.scenes import Bars, Columns, Notes, Rows, Space3D
 from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.figure_inputs import FigureInputs, Tables, tidy
 from pipeline.studies.presentation import lift
 from pipeline.studies.study import Figure, NoResult, Recorder
 
@@ -41,7 +40,7 @@ class Spectrum(Figure):
     over_people = ("table", "table_harmonics")
     ranked_by = ("table", "cumulative_fraction")
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: variance of each component; ``table_harmonics``: share of each harmonic per walker."""
         model, data = inputs.model, inputs.dataset
         share = model.eigenvalues / model.total_variance
@@ -69,7 +68,7 @@ class Spectrum(Figure):
             ),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """The variance that a number of components leaves."""
         kept, table = inputs.model.kept, tables["table"]
         reached = 100 * table["cumulative_fraction"][kept - 1]
@@ -103,7 +102,7 @@ class Spectrum(Figure):
         )
         return Sheet(charts=[chart], caption=f"Band: {inputs.banded}." * (len(left) > 1))
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log the average walker and the first eigenwalkers, walking, beside the spectrum."""
         table, model = tables["table"], inputs.model
         frequency = inputs.dataset.frequency_hz.mean()

@@ -10,7 +10,7 @@ import pandas as pd
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.figure_inputs import FigureInputs, Tables, tidy
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.figures.presentation import VIEW
@@ -34,7 +34,7 @@ class StructureLadder(Figure):
     sequence = "seen_from_deg"
     timeline = "view_angle_deg"
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """``table``: by method and view; ``table_ladder``: by method; ``table_walkers``: of every walker."""
         model = inputs.model
         people = PeopleResampled(len(model.people), inputs.experiment.seed)
@@ -78,7 +78,7 @@ class StructureLadder(Figure):
             "table_walkers": tidy(walkers, by=["walker", "method"]),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Error against view; every step with its interval; the whole against MAP, person by person."""
         error = partial(Chart, y="absolute_error_mm2", by="method", label="mean square error")
         step = partial(error, table="table_ladder", x="method")

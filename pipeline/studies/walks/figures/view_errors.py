@@ -17,7 +17,7 @@ from pipeline.scenes import Columns, Image2D, Notes, Rows, Space3D
 from pipeline.seeding import derive_generator
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.figure_inputs import FigureInputs, Tables, tidy
 from pipeline.studies.presentation import lift
 from pipeline.studies.replicated import SD, aggregate
 from pipeline.studies.study import Figure, Recorder
@@ -55,7 +55,7 @@ class ViewErrors(Figure):
     over_people = ("table", "table_walkers", "table_coefficients")
     sequence = "view_angle_deg"
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``, per method and view, and the tables beside it.
 
         ``table_people``: the same of every walker; ``table_walkers``: per walker and method, mean over views;
@@ -118,7 +118,7 @@ class ViewErrors(Figure):
             "person": data.person,
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Absolute error, relative error, variance of the missing dimension."""
         first = str(inputs.sweep.methods[0])
         view = partial(Chart, **VIEW, zero=True)
@@ -147,7 +147,7 @@ class ViewErrors(Figure):
             f" {inputs.banded}. Average walker: its depth, the image kept.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """The curves over view angle; one walker, seen and reconstructed from the angle at the cursor."""
         sweep, data, model = inputs.sweep, inputs.dataset, inputs.model
         views, angles = np.rint(sweep.view_angle_deg).astype(int), np.radians(sweep.view_angle_deg)

@@ -12,7 +12,7 @@ from pipeline.core import statistics
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Matrix, Notes, Rows
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.figure_inputs import FigureInputs, Tables, tidy
 from pipeline.studies.study import Figure, Recorder
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.figures.presentation import VIEW
@@ -39,7 +39,7 @@ class ViewPosterior(Figure):
     model = AnatomicalModel
     sweep = ViewAngleBars
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """``table``: by method and view; ``table_bars``: by level; ``table_walkers``: by walker."""
         rows, bars, which = inputs.sweep.rows, inputs.sweep.bars, ["method", "view_angle_deg"]
         people = PeopleResampled(len(inputs.model.people), inputs.experiment.seed)
@@ -75,7 +75,7 @@ class ViewPosterior(Figure):
             "table_walkers": tidy(each, by=["walker", "method"]),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Error and posterior width by view; the posterior about the true angle; error against width."""
         sweep = inputs.sweep
         middle, best = len(sweep.view_angle_deg) // 2, sweep.rows[sweep.rows["method"] == "anatomical"]
@@ -105,7 +105,7 @@ class ViewPosterior(Figure):
         ]  # fmt: skip
         return Sheet(charts=charts, columns=2, caption="Bands: 95 % intervals over people.")
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Error and posterior width over view angle; the posterior as a matrix."""
         with begin(
             "\nThe matrix: true angle down, candidates across, in the same degrees.\n",
