@@ -13,9 +13,9 @@ from pipeline.stages.artefacts import Stored, stored
 from pipeline.storage.store import Store
 from pipeline.storage.typed import result_type
 from pipeline.studies.experiment import Experiment
-from pipeline.studies.figure_inputs import FigureInputs, Tables
+from pipeline.studies.figure_inputs import FigureInputs
 from pipeline.studies.replicated import POPULATION, without_intervals
-from pipeline.studies.study import NoSweep, SweepInputs
+from pipeline.studies.study import NoSweep, SweepInputs, Tables
 
 
 def count(experiment: Experiment) -> int:

@@ -10,9 +10,9 @@ import pandas as pd
 from pipeline.stages import populations
 from pipeline.storage.store import Store
 from pipeline.studies.experiment import Experiment
-from pipeline.studies.figure_inputs import FigureInputs, Tables
+from pipeline.studies.figure_inputs import FigureInputs
 from pipeline.studies.replicated import POPULATION
-from pipeline.studies.study import Figure
+from pipeline.studies.study import Figure, Tables
 
 Inputs = FigureInputs[Any, Any, Any]
 

@@ -18,9 +18,6 @@ DatasetT = TypeVar("DatasetT")
 ModelT = TypeVar("ModelT")
 SweepT = TypeVar("SweepT")
 
-Tables = dict[str, pd.DataFrame]
-"""Of a figure, by name."""
-
 
 @dataclass(frozen=True)
 class FigureInputs(Generic[DatasetT, ModelT, SweepT]):

@@ -23,7 +23,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from types import ModuleType
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -34,9 +34,10 @@ from pipeline.seeding import derive_generator
 from pipeline.validation import Finite, InvalidInput, Options, Positive, require_bounds, require_range
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from pipeline.pictures.picture import Picture as Picture
     from pipeline.recordings import Recording
-    from pipeline.studies.figure_inputs import Tables
 
     # Begins the recording of one figure, given further words of its description, and its timeline if not time.
     Recorder = Callable[..., Recording]
@@ -46,6 +47,8 @@ else:  # a figure is written without matplotlib and rerun, which only its annota
 ClipsT = TypeVar("ClipsT")
 DatasetT = TypeVar("DatasetT")
 ModelT = TypeVar("ModelT")
+Tables: TypeAlias = "dict[str, pd.DataFrame]"
+"""Of a figure, by name."""
 
 MOST_VALUES = 100_000
 """Largest number of values of a grid."""

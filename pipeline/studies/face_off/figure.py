@@ -13,11 +13,11 @@ from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.face_off.comparison import CHILDREN, FaceOffSweep, MethodErrors
 from pipeline.studies.face_off.methods import PELVIS
-from pipeline.studies.figure_inputs import FigureInputs, Tables, sd, tidy
+from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.presentation import interval_words, lift
 from pipeline.studies.replicated import aggregate
-from pipeline.studies.study import Figure, Recorder
+from pipeline.studies.study import Figure, Recorder, Tables
 
 METHODS = {
     "least_squares": Style("eigenwalkers (least squares)", "least_squares"),

@@ -12,13 +12,14 @@ import pandas as pd
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.palette import Style
-from pipeline.studies.figure_inputs import Tables, tidy
+from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.keypoints.changes import ChangedErrors, KeypointChanges
 from pipeline.studies.keypoints.conditions import Condition
 from pipeline.studies.keypoints.kinds import FILM_KINDS
 from pipeline.studies.keypoints.measured import ERRORS, VERDICTS
 from pipeline.studies.keypoints.shown import Inputs, KeypointFigure
 from pipeline.studies.keypoints.tables import errors_by, views_by
+from pipeline.studies.study import Tables
 
 ROW_HEIGHT = 0.17
 """Of a condition, inches."""

@@ -6,11 +6,11 @@ import numpy as np
 
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Image2D, Notes, Plot, Rows, Space3D
-from pipeline.studies.figure_inputs import FigureInputs, Tables
+from pipeline.studies.figure_inputs import FigureInputs
 from pipeline.studies.keypoints.dataset import FilmedWalkers
 from pipeline.studies.keypoints.measured import FilmedErrors
 from pipeline.studies.keypoints.model import KeypointWalkers, KeypointWalkersModel
-from pipeline.studies.study import Figure, Recorder
+from pipeline.studies.study import Figure, Recorder, Tables
 
 Inputs = FigureInputs[FilmedWalkers, KeypointWalkers, FilmedErrors]
 

@@ -31,10 +31,10 @@ from pipeline.studies.actions.figures.pairs import pairs_table
 from pipeline.studies.actions.model import ALIGNMENTS, Action, ActionSpaceModel
 from pipeline.studies.actions.timing import Timing, Timings
 from pipeline.studies.actions.without_mistiming import without_mistiming
-from pipeline.studies.figure_inputs import FigureInputs, Tables, tidy
+from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import entity_name, interval_words
 from pipeline.studies.replicated import interval_over_people
-from pipeline.studies.study import Figure, Recorder
+from pipeline.studies.study import Figure, Recorder, Tables
 from pipeline.validation import Count
 
 COLUMNS = (

@@ -12,9 +12,9 @@ from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.model import Action, ActionSpaceModel
 from pipeline.studies.actions.posture_samples import PostureSampling, SampledPostures
 from pipeline.studies.experiment import Experiment
-from pipeline.studies.figure_inputs import FigureInputs, Tables, tidy
+from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.replicated import DRAW
-from pipeline.studies.study import Figure, Picture, Recorder
+from pipeline.studies.study import Figure, Picture, Recorder, Tables
 from pipeline.validation import require_range
 
 VIEW_DEG = -55.0

@@ -24,8 +24,8 @@ from pipeline.seeding import derive_generator
 from pipeline.studies.actions.figures.alignments import STYLES, Inputs, options_of
 from pipeline.studies.actions.figures.other_paths import distances_so_far, random_paths, single_corner_changes
 from pipeline.studies.actions.model import ActionSpaceModel
-from pipeline.studies.figure_inputs import Tables, tidy
-from pipeline.studies.study import Figure, Picture, Recorder
+from pipeline.studies.figure_inputs import tidy
+from pipeline.studies.study import Figure, Picture, Recorder, Tables
 from pipeline.validation import InvalidInput, bounded
 
 RANDOM_PATHS = 10_000

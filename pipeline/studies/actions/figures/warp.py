@@ -21,8 +21,8 @@ from pipeline.studies.actions.figures.alignments import (
 from pipeline.studies.actions.figures.pairs import pairs_table
 from pipeline.studies.actions.model import ALIGNMENTS, ActionSpaceModel
 from pipeline.studies.actions.without_mistiming import WithoutMistiming, without_mistiming
-from pipeline.studies.figure_inputs import Tables, tidy
-from pipeline.studies.study import Figure, Recorder
+from pipeline.studies.figure_inputs import tidy
+from pipeline.studies.study import Figure, Recorder, Tables
 from pipeline.validation import Count, InvalidInput
 
 PERFORMANCE_COLOURS = ("orange", "blue", "green", "purple", "amber", "sky", "grey")

@@ -19,10 +19,10 @@ from pipeline.studies.actions.figures.alignments import options_of
 from pipeline.studies.actions.model import Action, ActionSpaceModel
 from pipeline.studies.actions.smoothness import Smoothness, TimeErrors
 from pipeline.studies.experiment import Experiment
-from pipeline.studies.figure_inputs import FigureInputs, Tables, sd, tidy
+from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.presentation import interval_words
 from pipeline.studies.replicated import interval_over_people
-from pipeline.studies.study import Figure
+from pipeline.studies.study import Figure, Tables
 
 PENALTIES = {
     "change": Style("change of the disparity is penalised", "blue"),

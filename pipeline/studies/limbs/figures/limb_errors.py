@@ -13,7 +13,7 @@ import pandas as pd
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.palette import Style
-from pipeline.studies.figure_inputs import Tables, sd, tidy
+from pipeline.studies.figure_inputs import sd, tidy
 from pipeline.studies.limbs.figures.limb_on_sphere import Inputs, record_on_sphere
 from pipeline.studies.limbs.figures.presentation import (
     ADJUST_COLOURS,
@@ -27,7 +27,7 @@ from pipeline.studies.limbs.radius_scale import RadiusScaleSweep
 from pipeline.studies.limbs.root_error import RootErrorSweep
 from pipeline.studies.presentation import interval_words
 from pipeline.studies.replicated import aggregate
-from pipeline.studies.study import Figure, Recorder
+from pipeline.studies.study import Figure, Recorder, Tables
 
 BASELINES = ("hanging_error", "mean_pose_error")
 """Errors of baselines, as `baselines.limb_errors`."""

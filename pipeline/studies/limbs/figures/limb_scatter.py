@@ -14,7 +14,7 @@ from pipeline.core.reconstructibility import GREEN_ABOVE, MARGIN_GREEN_ABOVE, Re
 from pipeline.core.statistics import rank_correlation
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Notes, Rows, Space3D
-from pipeline.studies.figure_inputs import FigureInputs, Tables, tidy
+from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.figures.presentation import (
@@ -34,7 +34,7 @@ from pipeline.studies.limbs.reconstructibility import (
 from pipeline.studies.limbs.scores import SUCCESS
 from pipeline.studies.presentation import interval_words
 from pipeline.studies.replicated import interval_over_clusters
-from pipeline.studies.study import Figure, Recorder
+from pipeline.studies.study import Figure, Recorder, Tables
 
 MOST = 1000.0
 """Of reconstructibility, which is without bound where the truth lies in the basis."""

@@ -10,7 +10,7 @@ import numpy as np
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.scenes import Bars, Columns, Image2D, Notes, Plot, Rows, Space3D, Tabs
-from pipeline.studies.figure_inputs import FigureInputs, Tables, sd, tidy
+from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.figures.presentation import BASELINE_LABELS
 from pipeline.studies.limbs.missing_data import MissingDataErrors, MissingDataSweep, Pattern
@@ -18,7 +18,7 @@ from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.trials import ROOT
 from pipeline.studies.presentation import interval_words, lift
 from pipeline.studies.replicated import aggregate
-from pipeline.studies.study import Figure, Recorder
+from pipeline.studies.study import Figure, Recorder, Tables
 
 PATTERN_NAMES = {Pattern.random: "one by one at random", Pattern.block: "runs of frames"}
 PATTERN_LABELS = {Pattern.random: "random", Pattern.block: "runs"}

@@ -13,7 +13,7 @@ from pipeline.core.limb_chain import WALKER14
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Image2D, MotionScene, Notes, Rows, Space3D
 from pipeline.skeleton import WALKER15
-from pipeline.studies.figure_inputs import FigureInputs, Tables, columns_of, tidy
+from pipeline.studies.figure_inputs import FigureInputs, columns_of, tidy
 from pipeline.studies.limbs import baselines
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
@@ -23,7 +23,7 @@ from pipeline.studies.limbs.motions import MotionsSweep
 from pipeline.studies.limbs.reconstructed_motions import Motions, MotionsOfBoth
 from pipeline.studies.limbs.trials import ROOT
 from pipeline.studies.presentation import entity_name
-from pipeline.studies.study import Figure
+from pipeline.studies.study import Figure, Tables
 from pipeline.validation import Count
 
 if TYPE_CHECKING:

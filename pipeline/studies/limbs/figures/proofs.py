@@ -10,11 +10,11 @@ import numpy as np
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.studies.experiment import Experiment
-from pipeline.studies.figure_inputs import FigureInputs, Tables, tidy
+from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.limbs.dataset import LimbDataset, LimbStretches
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.proofs import Proofs, ProofSweep
-from pipeline.studies.study import Figure
+from pipeline.studies.study import Figure, Tables
 
 COLOURS = ("blue", "orange", "green", "purple", "sky", "amber")
 """Of the numbers of components, in turn."""

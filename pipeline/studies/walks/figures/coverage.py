@@ -11,9 +11,9 @@ from pipeline.charts import Chart, Reference, Sheet
 from pipeline.core import camera, fourier
 from pipeline.scenes import Columns, Image2D, Notes, Space3D
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.figure_inputs import FigureInputs, Tables, tidy
+from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
-from pipeline.studies.study import Figure, Recorder
+from pipeline.studies.study import Figure, Recorder, Tables
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.figures.presentation import VIEW
 from pipeline.studies.walks.people_intervals import PeopleResampled

@@ -7,9 +7,9 @@ from functools import partial
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.figure_inputs import FigureInputs, Tables, tidy
+from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.replicated import aggregate
-from pipeline.studies.study import Figure
+from pipeline.studies.study import Figure, Tables
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.sweeps.laboratories import LABORATORY, PERSON, Laboratories, LaboratoryErrors
 from pipeline.studies.walks.sweeps.ladder import STYLES

@@ -12,8 +12,8 @@ from pipeline.palette import Style
 from pipeline.scenes import Columns, Matrix, Notes, Rows
 from pipeline.studies.eigenwalkers.model import EigenwalkersModel
 from pipeline.studies.experiment import Experiment
-from pipeline.studies.figure_inputs import Tables, sd, tidy
-from pipeline.studies.study import Figure, Recorder
+from pipeline.studies.figure_inputs import sd, tidy
+from pipeline.studies.study import Figure, Recorder, Tables
 from pipeline.studies.walks.figures.view_errors import Inputs, over_walkers
 from pipeline.studies.walks.known_view import KnownView
 from pipeline.studies.walks.methods import Baseline, Method

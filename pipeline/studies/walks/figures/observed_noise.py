@@ -8,8 +8,8 @@ from pipeline.charts import Chart, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Matrix, Notes, Rows
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.figure_inputs import FigureInputs, Tables, tidy
-from pipeline.studies.study import Figure, Recorder
+from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.study import Figure, Recorder, Tables
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.people_intervals import PeopleResampled
 from pipeline.studies.walks.sweeps.ladder import STYLES

@@ -16,9 +16,9 @@ from pipeline.scenes import Columns, Image2D, Notes, PostureRow, Space3D, Tabs
 from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.figure_inputs import FigureInputs, Tables, columns_of, tidy
+from pipeline.studies.figure_inputs import FigureInputs, columns_of, tidy
 from pipeline.studies.presentation import entity_name, lift
-from pipeline.studies.study import Figure, Picture, Recorder
+from pipeline.studies.study import Figure, Picture, Recorder, Tables
 from pipeline.studies.walks.figures.presentation import METHODS, TRIED
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
 from pipeline.studies.walks.methods import Baseline

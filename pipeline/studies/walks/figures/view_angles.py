@@ -12,9 +12,9 @@ from pipeline.charts import Chart, Reference, Sheet
 from pipeline.core import statistics
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.figure_inputs import FigureInputs, Tables, tidy
+from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.replicated import aggregate
-from pipeline.studies.study import Figure
+from pipeline.studies.study import Figure, Tables
 from pipeline.studies.walks.figures.presentation import CURVES, VIEW
 from pipeline.studies.walks.unknown_view import UnknownView, ViewAngles
 

@@ -17,10 +17,10 @@ from pipeline.scenes import Columns, Image2D, Notes, Rows, Space3D
 from pipeline.seeding import derive_generator
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.figure_inputs import FigureInputs, Tables, tidy
+from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
 from pipeline.studies.replicated import SD, aggregate
-from pipeline.studies.study import Figure, Recorder
+from pipeline.studies.study import Figure, Recorder, Tables
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
 from pipeline.studies.walks.figures.presentation import CURVES, METHODS, VIEW
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
