@@ -130,7 +130,6 @@ class FaceOffFigure(Figure):
         sweep, options = inputs.sweep, cast(FaceOffSweep, inputs.experiment.sweep)
         true = sweep.shown_true
         ground, times = lift(true), np.arange(len(true)) / options.frame_rate_hz
-        index = {"time": times}
         methods = [str(method) for method in sweep.methods]
         with begin(
             f"\nWalker `{inputs.samples[sweep.shown[0]]}` from "
@@ -138,12 +137,13 @@ class FaceOffFigure(Figure):
             "by the articulated method is the median. All bodies are laid on the recorded pelvis. Grey: recorded. "
             + ", ".join(f"{RECORDED[m].colour}: {RECORDED[m].label}" for m in methods)
             + ".\n",
+            at=times,
         ) as rec:
             worst = 0.0
-            rec.skeleton("world/original", true + ground, index=index)
+            rec.skeleton("world/original", true + ground)
             for c, camera in enumerate(options.cameras):
                 image = options.upright_mm(sweep.shown_images[c])
-                rec.image_points(f"image/observed/{camera}", image, index=index)
+                rec.image_points(f"image/observed/{camera}", image)
                 for m, method in enumerate(methods):
                     body = sweep.shown_positions[c, m]
                     if np.isnan(body).all():
@@ -151,7 +151,7 @@ class FaceOffFigure(Figure):
                     moved = body - body[:, [PELVIS]] + true[:, [PELVIS]]
                     style = RECORDED[method]
                     entity = f"world/reconstructed/{camera}/{method}"
-                    rec.skeleton(entity, moved + ground, index=index, colour=style.colour)
+                    rec.skeleton(entity, moved + ground, colour=style.colour)
                     off = np.linalg.norm(moved - true, axis=-1)[:, CHILDREN].mean(axis=1)
                     worst = max(worst, off.max())
                     rec.curve(

@@ -31,7 +31,6 @@ class KeypointFigure(Figure):
         sweep = inputs.sweep
         T = len(sweep.shown_true_mm)
         times = np.arange(T) / sweep.shown_rate_hz
-        index = {"time": times}
         shown = sweep.clips.iloc[sweep.shown]
         words = (
             f"\nA clip of `{shown['person']}`, heading {shown['heading_deg']:g}°, of median error."
@@ -45,17 +44,15 @@ class KeypointFigure(Figure):
         }
         ground = sweep.shown_true_mm[..., 1].max()
         flip = np.array([1.0, -1.0])
-        with begin(words) as rec:
+        with begin(words, at=times) as rec:
+            rec.image_points("image/observed", sweep.shown_image_px * flip, [(0, 0)], thickness_mm=4.0)
             rec.image_points(
-                "image/observed", sweep.shown_image_px * flip, [(0, 0)], index=index, thickness_mm=4.0
-            )
-            rec.image_points(
-                "image/reprojection", sweep.shown_reprojection_px * flip, index=index, colour="map",
+                "image/reprojection", sweep.shown_reprojection_px * flip, colour="map",
                 thickness_mm=2.5,
             )  # fmt: skip
             for entity, (level, colour) in bodies.items():
                 upright = np.stack([level[..., 0], level[..., 2], ground - level[..., 1]], axis=-1)
-                rec.skeleton(f"world/{entity}", upright, index=index, colour=colour)
+                rec.skeleton(f"world/{entity}", upright, colour=colour)
                 if name := entity.partition("/")[2]:
                     off = np.linalg.norm(level - sweep.shown_true_mm, axis=-1).mean(axis=1)
                     rec.curve(f"curves/error_mm/{name}", times, off, label=METHODS[name].label, colour=colour)

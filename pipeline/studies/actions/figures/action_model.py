@@ -134,18 +134,18 @@ class ActionModelFigure(Figure):
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log the mean performance among the others as skeletons; the learnt model over samples; all distances."""
         action, bound, names = inputs.model, options_of(inputs).bound, inputs.samples
-        median, index = action.median, {"sample": np.arange(len(action.model.mean))}
+        median = action.median
         with begin(
             f"\nOrange: the mean performance, with the limbs of {names[median]}, the median sequence, which is "
             f"silver; beside them all performances, synchronized. Curves: mean "
             f"± 1 standard deviation, bounds at ±{bound:g}. Matrix: synchronization distances of all ordered pairs, "
             "the pattern n downwards, the performance m to the right.\n",
             timeline="sample",
+            at=np.arange(len(action.model.mean)),
         ) as rec:
             rec.skeleton(
                 "world/mean_performance",
                 skeleton(inputs, action.model.mean, median),
-                index=index,
                 colour="orange",
                 thickness_mm=12.0,
             )
@@ -153,7 +153,6 @@ class ActionModelFigure(Figure):
                 rec.skeleton(
                     f"world/performances/{entity_name(name)}",
                     skeleton(inputs, action.synchronized[m], m),
-                    index=index,
                     colour="original" if m == median else STYLES["synchronized"].colour,
                     thickness_mm=5.0,
                 )

@@ -100,11 +100,11 @@ class PostureSamples(Figure):
             "\nSide by side, silver: the mean posture; blue: postures drawn at random within the learnt bounds. "
             "Orange, `world/mean_performance`: plays on the timeline `frame`, counted from 1.\n",
             timeline="frame",
+            at=np.arange(1, len(performance) + 1),
         ) as rec:
             rec.skeleton(
                 "world/mean_performance",
                 performance,
-                index={"frame": np.arange(1, len(performance) + 1)},
                 colour="orange",
             )
             rows = []
@@ -118,7 +118,7 @@ class PostureSamples(Figure):
                     rec.skeleton(
                         f"world/frame_{frame}/{name}",
                         (joints + (draw - middle) * APART_MM * to_right)[None],
-                        index={"frame": np.array([1])},
+                        at=[1],
                         colour="blue" if draw else "original",
                     )
                 rows.append(

@@ -109,8 +109,7 @@ class TrackingError(Figure):
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log one performance: true, tracked with the prior and without, the mean alone; the image; errors."""
-        sweep = inputs.sweep
-        index, methods = {"time": sweep.shown_time_s}, list(map(str, sweep.methods))
+        sweep, methods = inputs.sweep, list(map(str, inputs.sweep.methods))
         with begin(
             f"\nPerformance `{inputs.samples[sweep.shown[0]]}`, by the model learnt without "
             + ("it" if sweep.leave_out[0] == "performance" else "its person")
@@ -119,13 +118,14 @@ class TrackingError(Figure):
             "one whose error with the prior is the median. Silver: recorded. "
             + ", ".join(f"{RECORDED[m].colour}: {RECORDED[m].label}" for m in methods)
             + ".\n",
+            at=sweep.shown_time_s,
         ) as rec:
-            rec.skeleton("world/original", sweep.shown_true, index=index)
+            rec.skeleton("world/original", sweep.shown_true)
             for method, joints, error in zip(methods, sweep.shown_joints, sweep.shown_error_mm, strict=True):
                 # Laid on the recorded pelvis, as the error is.
                 moved = joints - joints[:, [8]] + sweep.shown_true[:, [8]]
                 style = RECORDED[method]
-                rec.skeleton(f"world/tracked/{method}", moved, index=index, colour=style.colour)
+                rec.skeleton(f"world/tracked/{method}", moved, colour=style.colour)
                 rec.curve(
                     f"curves/error_mm/{method}",
                     sweep.shown_time_s,
@@ -133,7 +133,7 @@ class TrackingError(Figure):
                     label=style.label,
                     colour=style.colour,
                 )
-            rec.image_points("image/observed", sweep.shown_image, index=index)
+            rec.image_points("image/observed", sweep.shown_image)
             spaces = [
                 Space3D(
                     name=METHODS[method].label,

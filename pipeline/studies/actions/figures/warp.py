@@ -139,8 +139,8 @@ class Warp(Figure):
             "synchronized automatically. Below, both do the same at the same sample; above, not yet. Postures are "
             "those of the aSpace.\n",
             timeline="sample",
+            at=np.arange(action.linear.shape[1]),
         ) as rec:
-            index = {"sample": np.arange(action.linear.shape[1])}
             for alignment in COMPARED:
                 for who, m in people.items():
                     pattern = who == "pattern"
@@ -150,7 +150,6 @@ class Warp(Figure):
                     rec.skeleton(
                         f"world/{alignment}/{who}",
                         skeleton(inputs, coordinates, m, aside_mm=aside_mm),
-                        index=index,
                         colour=style.colour,
                     )
             bodies = [

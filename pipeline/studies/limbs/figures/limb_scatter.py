@@ -166,19 +166,17 @@ class LimbScatter(Figure):
             timeline="log10_eta_per_mille",
         ) as rec:
             globe, wires = sphere()
-            first = {"log10_eta_per_mille": at[:1]}
             for where, chosen in {**{k: np.array([v]) for k, v in shown.items()}, "cursor": rows}.items():
-                index = {"log10_eta_per_mille": at} if where == "cursor" else first
                 for part, (name, (colour, scale)) in enumerate(PATHS.items()):
                     rec.skeleton(
                         f"world/{where}/{name}",
                         scale * paths[chosen, part],
                         bones,
-                        index=index,
+                        at=at if where == "cursor" else at[:1],
                         colour=colour,
                         thickness_mm=6.0,
                     )
-                rec.skeleton(f"world/{where}/sphere", globe, wires, index=first, thickness_mm=1.0)
+                rec.skeleton(f"world/{where}/sphere", globe, wires, at=at[:1], thickness_mm=1.0)
             spaces = [
                 Space3D(name=name, origin=f"world/{where}", eye_mm=EYE_MM, target_mm=(0.0, 0.0, 0.0))
                 for where, name in (

@@ -141,7 +141,6 @@ class MissingDataFigure(Figure):
         options = cast(MissingDataSweep, inputs.experiment.sweep)
         true, found, imputed = sweep.shown_true, sweep.shown_found, sweep.shown_imputed
         times = np.arange(len(true)) / inputs.dataset.frame_rate_hz
-        index = {"time": times}
         # Its place in the world is where it was recorded: brought to the middle of the view, on the ground.
         ground = lift(true) - true[:, ROOT].mean(axis=0) * [1.0, 1.0, 0.0]
         error = np.linalg.norm(found - true, axis=-1)
@@ -151,20 +150,20 @@ class MissingDataFigure(Figure):
             f"({PATTERN_NAMES[Pattern(sweep.shown_pattern)]}), the one of median error. Grey: recorded; blue: "
             "reconstructed; orange: points that were imputed. In the image missing points are not there. Bars: mean "
             "relative error in percent over percent of missing points.\n",
+            at=times,
         ) as rec:
-            rec.skeleton("world/original", true + ground, index=index)
-            rec.skeleton("world/reconstructed", found + ground, index=index, colour="blue")
+            rec.skeleton("world/original", true + ground)
+            rec.skeleton("world/reconstructed", found + ground, colour="blue")
             if imputed.any():
                 # Points alone: a bone needs both its ends, so none is drawn between a joint and itself.
                 rec.skeleton(
                     "world/imputed",
                     np.where(imputed[..., None], found + ground, np.nan),
                     [(j, j) for j in range(true.shape[1])],
-                    index=index,
                     colour="orange",
                     thickness_mm=16.0,
                 )
-            rec.image_points("image/observed", options.upright_mm(sweep.shown_image), index=index)
+            rec.image_points("image/observed", options.upright_mm(sweep.shown_image))
             for part, here, colour in (("imputed", imputed, "orange"), ("seen", seen, "blue")):
                 has = here.any(axis=1)
                 if has.any():

@@ -173,29 +173,29 @@ class MotionsFigure(Figure):
         numbers, cameras = self.chosen(inputs), [str(camera) for camera in sweep.cameras]
         confidence = confidences(sweep.mirror_margin)
         words = {n: entity_name(str(inputs.dataset.clip[sweep.stretch[n]])) for n in numbers}
-        index = {"time": np.arange(sweep.truth.shape[1]) / inputs.dataset.frame_rate_hz}
         with begin(
             "\nOther clips can be switched on in the streams tree; they stand over the origin by their "
             "mean pelvis: `world/original/<clip>` (grey), `world/reconstructed/<camera>/<clip>/<confidence>`, "
             "`world/trajectories/<camera>/<clip>` of wrists and ankles.\n\nLimbs are green where the data have decided "
             "between a limb and its mirror, amber where they are in doubt, orange where both are as good.  "
-            "`table_clips.csv` has the error of each.\n"
+            "`table_clips.csv` has the error of each.\n",
+            at=np.arange(sweep.truth.shape[1]) / inputs.dataset.frame_rate_hz,
         ) as rec:
             for n in numbers:
                 shift = sweep.truth[n, :, ROOT].mean(axis=0) * [1.0, 1.0, 0.0]
                 truth = sweep.truth[n] - shift
-                rec.skeleton(f"world/original/{words[n]}", truth, index=index)
+                rec.skeleton(f"world/original/{words[n]}", truth)
                 _trace(rec, f"world/trajectories/original/{words[n]}", truth, "original")
                 for c, camera in enumerate(cameras):
                     positions = sweep.positions[n, c] - shift
                     for name, colour in LIGHT_COLOURS.items():
                         entity = f"world/reconstructed/{camera}/{words[n]}/{name}"
-                        _limbs_of(rec, entity, positions, confidence[n, c] == name, index, colour)
+                        _limbs_of(rec, entity, positions, confidence[n, c] == name, colour)
                     _trace(rec, f"world/trajectories/{camera}/{words[n]}", positions, "blue")
                     matrix, image = sweep.camera_matrix[n, c].copy(), options.upright_mm(sweep.images[n, c])
                     matrix[..., 3] += matrix[..., :3] @ shift
                     rec.camera(
-                        f"world/cameras/{camera}/{words[n]}", matrix, image, index=index,
+                        f"world/cameras/{camera}/{words[n]}", matrix, image,
                         distance_mm=options.distance_mm,
                     )  # fmt: skip
             first = words[numbers[0]]
@@ -255,7 +255,6 @@ def _limbs_of(
     entity: str,
     positions: np.ndarray,
     which: np.ndarray,
-    index: dict[str, np.ndarray],
     colour: str,
 ) -> None:
     """Add those limbs (14,) of a skeleton of one confidence, if there are any."""
@@ -265,7 +264,7 @@ def _limbs_of(
     apart = np.full_like(positions, np.nan)
     held = sorted({joint for bone in bones for joint in bone})
     apart[:, held] = positions[:, held]
-    rec.skeleton(entity, apart, bones, index=index, colour=colour, thickness_mm=9.0)
+    rec.skeleton(entity, apart, bones, colour=colour, thickness_mm=9.0)
 
 
 def _trace(rec: Recording, entity: str, positions: np.ndarray, colour: str) -> None:
@@ -273,4 +272,4 @@ def _trace(rec: Recording, entity: str, positions: np.ndarray, colour: str) -> N
     frames = len(positions)
     points = np.concatenate([positions[:, WALKER15.index(joint)] for joint in TRACED])
     steps = [(k * frames + t, k * frames + t + 1) for k in range(len(TRACED)) for t in range(frames - 1)]
-    rec.skeleton(entity, points[None], steps, index={"time": np.zeros(1)}, colour=colour, thickness_mm=2.0)
+    rec.skeleton(entity, points[None], steps, at=[0], colour=colour, thickness_mm=2.0)

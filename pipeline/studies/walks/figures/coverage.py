@@ -114,7 +114,6 @@ class BarCoverage(Figure):
         seen = camera.project(walker, angle)
         seconds = 1.0 / data.frequency_hz[sample]
         times = np.arange(0.0, seconds, 1.0 / _PLAYED_HZ)
-        index = {"time": times}
         original = fourier.synthesise(walker, 1.0 / seconds, times)
         ground = lift(original)
 
@@ -125,26 +124,24 @@ class BarCoverage(Figure):
         with begin(
             f"\nThe walker shown is {who}, the one of median error, seen from {SAMPLE_VIEW_DEG:g}°. Thin: "
             f"{len(sweep.samples)} walkers drawn from the posterior; where they part, the image does not tell.\n",
+            at=times,
         ) as rec:
-            rec.skeleton("world/original", original + ground, index=index)
+            rec.skeleton("world/original", original + ground)
             rec.skeleton(
                 "world/reconstructed/anatomical",
                 motion(sweep.estimate),
-                index=index,
                 colour=STYLES["anatomical"].colour,
             )
             for number, missing in enumerate(sweep.samples, start=1):
                 rec.skeleton(
                     f"world/posterior/sample_{number:02d}",
                     motion(missing),
-                    index=index,
                     colour="sky",
                     thickness_mm=1.5,
                 )
             rec.image_points(
                 "image/observed",
                 fourier.synthesise(seen, 1.0 / seconds, times),
-                index=index,
             )
             space = Space3D(name="truth, reconstruction and samples of the posterior")
             rec.blueprint(

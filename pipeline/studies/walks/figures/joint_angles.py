@@ -82,7 +82,7 @@ class JointAngleFigure(Figure):
         sweep, methods = inputs.sweep, inputs.sweep.methods.tolist()
         count = len(sweep.shown_angle_rad[0])
         seconds = np.arange(count) / (count * sweep.stride_hz)
-        index, ground = {"time": seconds}, lift(sweep.shown_joints_mm[0])
+        ground = lift(sweep.shown_joints_mm[0])
         shown = {
             "original": Style("original", "original"),
             **{f"reconstructed/{m}": CURVES[m] for m in methods},
@@ -91,12 +91,12 @@ class JointAngleFigure(Figure):
             f"\nThe walker of median error, {inputs.samples[sweep.shown[0]]}, over one cycle: original and "
             "reconstructed from the frontal view. Curves: flexion of the left "
             "side in degrees.\n",
+            at=seconds,
         ) as rec:
             for number, (name, style) in enumerate(shown.items()):
                 rec.skeleton(
                     f"world/{name}",
                     sweep.shown_joints_mm[number] + ground,
-                    index=index,
                     colour=style.colour,
                 )
                 for k, angle in enumerate(JOINT_ANGLES):

@@ -168,7 +168,6 @@ class Postures(Figure):
         middle = 1 if len(views) > 1 else 0
         seconds = 1.0 / np.median(data.frequency_hz)
         times = np.arange(0.0, seconds, 1.0 / _PLAYED_HZ)
-        index = {"time": times}
         recorded = sorted({self.walker, *evenly(self.recorded, len(inputs.samples)).tolist()})
         with begin(
             f"\n{len(recorded)} of {len(inputs.samples)} walkers are played at one common pace and can be switched on"
@@ -177,6 +176,7 @@ class Postures(Figure):
             "Grey: original; spheres of wire, and rings in the image: joints that no marker gave. "
             + ", ".join(f"{colour_name(TRIED[m].colour)}: {TRIED[m].label}" for m in methods)
             + ".\n",
+            at=times,
         ) as rec:
             for r in recorded:
                 word = entity_name(inputs.samples[r])
@@ -186,21 +186,18 @@ class Postures(Figure):
                 rec.skeleton(
                     f"world/original/{word}",
                     original + ground,
-                    index=index,
                     estimated=estimated,
                 )
                 for v, view in enumerate(views):
                     rec.image_points(
                         f"image/observed/view_{view:.0f}/{word}",
                         fourier.synthesise(camera.project(truth, np.radians(view)), 1.0 / seconds, times),
-                        index=index,
                         estimated=estimated,
                     )
                     for m, method in enumerate(methods):
                         rec.skeleton(
                             f"world/reconstructed/{method}/view_{view:.0f}/{word}",
                             fourier.synthesise(reconstructed(inputs, m, r, v), 1.0 / seconds, times) + ground,
-                            index=index,
                             colour=TRIED[method].colour,
                             estimated=estimated,
                         )

@@ -107,11 +107,10 @@ class Spectrum(Figure):
         table, model = tables["table"], inputs.model
         frequency = inputs.dataset.frequency_hz.mean()
         times = np.arange(0, 1.0 / frequency, 1.0 / 60.0)
-        with begin() as rec:
-            index = {"time": times}
+        with begin(at=times) as rec:
             average = fourier.synthesise(unflatten(model.mean), frequency, times)
             ground = lift(average)
-            rec.skeleton("world/average", average + ground, index=index)
+            rec.skeleton("world/average", average + ground)
             for n in range(min(EIGENWALKERS_SHOWN, len(model.components))):
                 reach = 2.0 * np.sqrt(model.eigenvalues[n])
                 for sign, word, colour in ((-1, "minus", "orange"), (1, "plus", "blue")):
@@ -119,7 +118,6 @@ class Spectrum(Figure):
                     rec.skeleton(
                         f"world/eigenwalker_{n + 1}/{word}_2_sd",
                         fourier.synthesise(walker, frequency, times) + ground,
-                        index=index,
                         colour=colour,
                     )
             components = table["component"].to_numpy()

@@ -156,7 +156,6 @@ class ViewErrors(Figure):
         walker = error.argsort().iloc[len(error) // 2]  # the median one
         fold = model.fold(walker)
         truth = data.coefficients[walker]
-        index = {"view_angle_deg": views}
         instant = np.array([_INSTANT])
         posture = fourier.synthesise(truth, 1.0, instant)[0]
         ground = lift(posture)
@@ -164,6 +163,7 @@ class ViewErrors(Figure):
             f"\nThe walker shown is {inputs.samples[walker]}, the one of median error. Drag the cursor: the image "
             "is what the camera at that angle sees, the coloured skeletons what each approach makes of it.\n",
             timeline="view_angle_deg",
+            at=views,
         ) as rec:
             for method in sweep.methods.tolist():
                 if method == "anatomical":
@@ -180,16 +180,14 @@ class ViewErrors(Figure):
                 rec.skeleton(
                     f"world/reconstructed/{method}",
                     np.stack(again) + ground,
-                    index=index,
                     colour=CURVES[method].colour,
                 )
             rec.skeleton(
                 "world/original",
                 np.repeat(posture[None] + ground, len(views), axis=0),
-                index=index,
             )
             seen = np.stack([camera.project(posture, a) for a in angles])
-            rec.image_points("image/observed", seen, index=index)
+            rec.image_points("image/observed", seen)
             space = Space3D(name="original and reconstructed")
             scene = Columns(space, Image2D(name="observed", beside=space), shares=(3, 2))
             rec.blueprint(Columns(Rows(*rec.plots), Rows(scene, Notes(), shares=(3, 1))))
