@@ -215,7 +215,7 @@ def _words(kind: type[Any]) -> dict[str, str]:
         for node in ast.walk(ast.parse(textwrap.dedent("\n".join(lines)))):
             if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
                 place = (lines[k] for k in range(node.lineno - 1, node.end_lineno or node.lineno))
-                comment = " ".join(m[1] for line in place if (m := re.search(r"  # (.+)$", line)))
+                comment = " ".join(m[1] for line in place if (m := re.search(r"  # (?!fmt:)(.+)$", line)))
                 if comment and not comment.startswith("type:"):
                     found[node.target.id] = comment
     return found

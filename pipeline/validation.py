@@ -11,6 +11,7 @@ from __future__ import annotations
 import operator
 import re
 from collections.abc import Iterable, Sequence
+from copy import deepcopy
 from dataclasses import dataclass, field, fields, is_dataclass
 from functools import partial
 from itertools import pairwise
@@ -241,9 +242,22 @@ Distinct = Annotated[list[Value], require_distinct]
 
 @dataclass_transform(kw_only_default=True, field_specifiers=(field,))
 class Options:
-    """Options of one kind; a subclass is a dataclass whose fields are given by name."""
+    """Options of one kind; a subclass is a dataclass whose fields are given by name.
+
+    A default that is a list, or itself options, is copied for each instance.
+
+    Examples
+    --------
+    >>> class Sweep(Options):
+    ...     views_deg: list[float] = [0.0, 90.0]
+    >>> Sweep().views_deg is Sweep().views_deg
+    False
+    """
 
     def __init_subclass__(cls) -> None:
+        for name, default in list(vars(cls).items()):
+            if isinstance(default, list | Options):
+                setattr(cls, name, field(default_factory=partial(deepcopy, default)))
         dataclass(kw_only=True)(cls)
 
 
@@ -260,9 +274,7 @@ def require_bounds(name: str, options: Any) -> None:
 
     Examples
     --------
-    >>> from dataclasses import dataclass
-    >>> @dataclass
-    ... class Sweep:
+    >>> class Sweep(Options):
     ...     trials: Count
     >>> require_bounds("sweep", Sweep(trials=0))
     Traceback (most recent call last):

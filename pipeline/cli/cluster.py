@@ -16,7 +16,7 @@ import subprocess
 import time
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -70,7 +70,7 @@ class Launch(Options):
 
 
 class _Named(Options):
-    launch: Launch = field(default_factory=Launch)
+    launch: Launch = Launch()
 
 
 def launch_figures(jobs: Jobs, arguments: Sequence[str], *, console: Console) -> list[str]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import field
 from enum import StrEnum
 from typing import Annotated, ClassVar
 
@@ -139,5 +138,5 @@ class SyntheticPeople(Data):
     offsets: Annotated[float, bounded(at_least=0, at_most=100)] = (
         1.0  # factor on how far offsets of joint angles differ
     )
-    performances: SyntheticPerformances = field(default_factory=SyntheticPerformances)
-    clips: SyntheticClips = field(default_factory=SyntheticClips)
+    performances: SyntheticPerformances = SyntheticPerformances()
+    clips: SyntheticClips = SyntheticClips()

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import field, replace
+from dataclasses import replace
 from enum import StrEnum
 from functools import partial
 from pathlib import Path, PurePosixPath
@@ -57,7 +57,7 @@ class Cut(StrEnum):
 class NamedClips(Options):
     """Which recordings hold clips of one kind."""
 
-    sources: list[str] = field(default_factory=list)  # of the table; * stands for all
+    sources: list[str] = []  # of the table; * stands for all
     action: str = ""  # beginning of the table's action, or the whole of it
     limit: int = 0  # at most so many clips, of walks so many people; 0: all
 
@@ -71,9 +71,9 @@ class RecordedPerformances(NamedClips):
 class Recordings(Data):
     """Options of every data set of recordings."""
 
-    steady: Steady = field(default_factory=Steady)
-    performances: RecordedPerformances = field(default_factory=RecordedPerformances)
-    clips: NamedClips = field(default_factory=NamedClips)
+    steady: Steady = Steady()
+    performances: RecordedPerformances = RecordedPerformances()
+    clips: NamedClips = NamedClips()
 
     def named(self, corpus: Corpus) -> NamedClips:
         """Return which recordings hold clips of one kind."""
@@ -118,12 +118,12 @@ class RecordedData(Recordings):
     table: str = "data/sources.csv"  # of all files: source, subject, action, address, sha256
     raw: str = "data/raw"  # folder of downloaded files
     mirror: str = ""  # folders that hold the same files, with : between them; read where raw lacks one
-    folders: list[str] = field(default_factory=list)  # of your own walks: a further source each
+    folders: list[str] = []  # of your own walks: a further source each
     person: str = (
         "^([^_.]+)"  # in folders: regular expression on the file's name; its first group names the person
     )
-    skeletons: list[str] = field(default_factory=list)  # mappings of the table's skeleton column
-    same_person: list[list[str]] = field(default_factory=list)  # subjects that are one person
+    skeletons: list[str] = []  # mappings of the table's skeleton column
+    same_person: list[list[str]] = []  # subjects that are one person
 
     @property
     def walks(self) -> NamedClips:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -27,9 +27,7 @@ class Output(Options):
     """What is written where."""
 
     path: str = ""  # folder; empty: results/reconstructed/<name of the input>
-    formats: list[Format] = field(
-        default_factory=lambda: [Format.c3d, Format.trc, Format.bvh, Format.csv]
-    )  # of the walk in 3D
+    formats: list[Format] = [Format.c3d, Format.trc, Format.bvh, Format.csv]  # of the walk in 3D
     names: Names = Names.ours  # of a BVH's joints, for retargeting: ours, mixamo, rokoko
     in_place: bool = False  # a BVH without the path
     recording: bool = True  # for the rerun viewer
@@ -40,8 +38,8 @@ class Output(Options):
 class Reconstruct(Options):
     """Options of the command ``reconstruct``."""
 
-    input: Input = field(default_factory=Input)
-    output: Output = field(default_factory=Output)
+    input: Input = Input()
+    output: Output = Output()
     model_folder: str = ""  # of a model of one's own; empty: the one that comes with the package
 
 

@@ -48,7 +48,7 @@ class Experiment(Options):
     sweep: Sweep
     figure: Figure
     cost_s: float  # processor time at full scale, about: short before long, and how long is left
-    skeleton: Skeleton = field(default_factory=Skeleton)
+    skeleton: Skeleton = Skeleton()
     seed: int = 2007  # of all random numbers
     workers: int = field(
         default_factory=usable_cores

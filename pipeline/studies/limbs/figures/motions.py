@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import field
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -57,9 +56,9 @@ class MotionsFigure(Figure):
 
     mirrors: bool = False  # show the reconstructions in which mirrors of limbs in doubt were tried
     instants: Count = 4  # of each motion that are drawn
-    shown: list[str] = field(  # the first clip whose action says so is drawn
-        default_factory=lambda: ["dance", "jump", "cartwheel", "signals", "walk", "bending", "smooth angles"]
-    )
+    shown: list[str] = [  # the first clip whose action says so is drawn
+        "dance", "jump", "cartwheel", "signals", "walk", "bending", "smooth angles",
+    ]  # fmt: skip
 
     def _of(self, inputs: Inputs) -> Motions:
         """Return the reconstructions that the figure shows."""
