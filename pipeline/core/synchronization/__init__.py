@@ -1,7 +1,7 @@
 """One performance brought to the rate of another: mozerov2006 section 3.
 
-`synchronize` does it for a pair, `synchronize_all` for all ordered pairs with how far these are apart,
-`median_sequence` chooses the pattern to which all are brought; `normalise` aligns ends
+`synchronize` does it for a pair, `synchronize_all` for all ordered pairs, `distances` says how far
+these are apart, `median_sequence` chooses the pattern to which all are brought; `normalise` aligns ends
 alone, and `choose_key_frames` with `resample_by_key_frames` is the paper's comparison.
 
 Symbols
@@ -12,7 +12,7 @@ Symbols
 ``E``         disparity space image, squared distances of x_n(p) and x_m(p + d)
 """
 
-from pipeline.core.synchronization.all_pairs import AllPairs, median_sequence, synchronize_all
+from pipeline.core.synchronization.all_pairs import AllPairs, distances, median_sequence, synchronize_all
 from pipeline.core.synchronization.key_frames import (
     KeyFrames,
     KeyFrameSynchronization,
@@ -41,6 +41,7 @@ __all__ = [
     "allowed_disparities",
     "choose_key_frames",
     "disparity_space_image",
+    "distances",
     "median_sequence",
     "normalise",
     "rate_to_rate",

@@ -161,6 +161,32 @@ def synchronize_all(
     return found
 
 
+def distances(
+    sequences: Sequence[np.ndarray] | np.ndarray,
+    *,
+    max_disparity: int,
+    smoothness: float,
+    penalty: str = "change",
+    start: str = "fixed",
+    steps: Sequence[int] = STEPS,
+) -> np.ndarray:
+    """Synchronization distances C(n, m) (M, M) of all ordered pairs: `synchronize_all` without the paths.
+
+    Parameters
+    ----------
+    sequences, max_disparity, smoothness, penalty, start, steps
+        As for `synchronize_all`, which also says what it raises.
+    """
+    return synchronize_all(
+        sequences,
+        max_disparity=max_disparity,
+        smoothness=smoothness,
+        penalty=penalty,
+        start=start,
+        steps=steps,
+    ).cost
+
+
 def _tiles(rows: np.ndarray, nodes: Trellis) -> Iterator[tuple[slice, slice, np.ndarray, list[np.ndarray]]]:
     """Ranges of n and of m that together cover all pairs, with the costs (m, n) and S of each, soon reused."""
     count, _, dimension = rows.shape

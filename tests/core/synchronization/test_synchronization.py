@@ -15,6 +15,7 @@ from pipeline.core.synchronization import (
     all_pairs,
     allowed_disparities,
     disparity_space_image,
+    distances,
     median_sequence,
     normalise,
     rate_to_rate,
@@ -244,6 +245,7 @@ def test_a_sequence_with_itself_has_no_disparity_and_no_cost(
     assert found.cost == 0.0
     sequences = [x, performance(generator, frames, dimension), x]
     pairs = synchronize_all(sequences, **switch)
+    assert np.array_equal(distances(sequences, **switch), pairs.cost)
     for n, m in ((0, 0), (1, 1), (0, 2), (2, 0)):
         assert not pairs.disparity[n, m].any()
         assert pairs.cost[n, m] == 0.0
