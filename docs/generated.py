@@ -9,6 +9,7 @@ import ast
 import csv
 import inspect
 import re
+import textwrap
 import types
 from collections import defaultdict
 from collections.abc import Callable, Iterator
@@ -211,10 +212,10 @@ def _words(kind: type[Any]) -> dict[str, str]:
             continue
         found |= documented(inspect.cleandoc(vars(base).get("__doc__") or ""), "Attributes")
         lines = inspect.getsource(base).splitlines()
-        for node in ast.walk(ast.parse(inspect.cleandoc("\n".join(lines)))):
+        for node in ast.walk(ast.parse(textwrap.dedent("\n".join(lines)))):
             if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
                 place = (lines[k] for k in range(node.lineno - 1, node.end_lineno or node.lineno))
-                comment = " ".join(m[1] for line in place if (m := re.search(r"  # (.+)$", line)))
+                comment = " ".join(m[1] for line in place if (m := re.search(r"  # (?!fmt:)(.+)$", line)))
                 if comment and not comment.startswith("type:"):
                     found[node.target.id] = comment
     return found

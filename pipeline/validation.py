@@ -11,10 +11,11 @@ from __future__ import annotations
 import operator
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import fields, is_dataclass
+from copy import deepcopy
+from dataclasses import dataclass, field, fields, is_dataclass
 from functools import partial
 from itertools import pairwise
-from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, TypeVar, dataclass_transform, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -244,6 +245,27 @@ Increasing = Annotated[list[Value], require_increasing]
 Distinct = Annotated[list[Value], require_distinct]
 
 
+@dataclass_transform(kw_only_default=True, field_specifiers=(field,))
+class Options:
+    """Options of one kind; a subclass is a dataclass whose fields are given by name.
+
+    A default that is a list, or itself options, is copied for each instance.
+
+    Examples
+    --------
+    >>> class Sweep(Options):
+    ...     views_deg: list[float] = [0.0, 90.0]
+    >>> Sweep().views_deg is Sweep().views_deg
+    False
+    """
+
+    def __init_subclass__(cls) -> None:
+        for name, default in list(vars(cls).items()):
+            if isinstance(default, list | Options):
+                setattr(cls, name, field(default_factory=partial(deepcopy, default)))
+        dataclass(kw_only=True)(cls)
+
+
 def require_bounds(name: str, options: Any) -> None:
     """Validate the options of a dataclass, and of those in it, by the checks in their annotations.
 
@@ -257,9 +279,7 @@ def require_bounds(name: str, options: Any) -> None:
 
     Examples
     --------
-    >>> from dataclasses import dataclass
-    >>> @dataclass
-    ... class Sweep:
+    >>> class Sweep(Options):
     ...     trials: Count
     >>> require_bounds("sweep", Sweep(trials=0))
     Traceback (most recent call last):
@@ -267,8 +287,8 @@ def require_bounds(name: str, options: Any) -> None:
     pipeline.validation.InvalidInput: sweep.trials must be at least 1 (got 0)
     """
     hints = get_type_hints(type(options), include_extras=True)
-    for field in fields(options):
-        _require(f"{name}.{field.name}".lstrip("."), getattr(options, field.name), hints[field.name])
+    for option in fields(options):
+        _require(f"{name}.{option.name}".lstrip("."), getattr(options, option.name), hints[option.name])
 
 
 def _require(name: str, value: Any, hint: Any) -> None:

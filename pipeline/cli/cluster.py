@@ -16,7 +16,7 @@ import subprocess
 import time
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -38,6 +38,7 @@ from pipeline.validation import (
     CountOrAll,
     InvalidInput,
     NonNegative,
+    Options,
     Positive,
     require_choice,
 )
@@ -55,8 +56,7 @@ class Interrupt(StrEnum):
     cancel = "cancel"
 
 
-@dataclass(kw_only=True)
-class Launch:
+class Launch(Options):
     """Options of jobs."""
 
     partition: str = ""  # the cluster's own default
@@ -69,9 +69,8 @@ class Launch:
     interrupt: Interrupt = Interrupt.leave
 
 
-@dataclass(kw_only=True)
-class _Named:
-    launch: Launch = field(default_factory=Launch)
+class _Named(Options):
+    launch: Launch = Launch()
 
 
 def launch_figures(jobs: Jobs, arguments: Sequence[str], *, console: Console) -> list[str]:

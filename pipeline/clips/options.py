@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Annotated, ClassVar
 
 from pipeline.clips.kinds import Corpus, Request
-from pipeline.validation import CountOrAll, bounded, require_bounds
+from pipeline.validation import CountOrAll, Options, bounded, require_bounds
 
 
 class Locomotion(StrEnum):
@@ -35,8 +34,7 @@ class Missing(StrEnum):
     """They are left out everywhere, for all walkers."""
 
 
-@dataclass(kw_only=True)
-class Skeleton:
+class Skeleton(Options):
     """How the points of the user's files become joints."""
 
     mapping: str = "walker15"  # one that ships, auto, or a file.yaml
@@ -52,8 +50,7 @@ class Heading(StrEnum):
     """That of the path; on a treadmill, where the hips face."""
 
 
-@dataclass(kw_only=True)
-class SyntheticPerformances:
+class SyntheticPerformances(Options):
     """Bending to the floor, each performance with its own, known rate [mozerov2006 section 4]."""
 
     performances: Annotated[int, bounded(at_least=1, at_most=10_000)] = 40  # number of performances
@@ -65,8 +62,7 @@ class SyntheticPerformances:
     limit: int = 0  # at most so many performances; 0: all
 
 
-@dataclass(kw_only=True)
-class SyntheticClips:
+class SyntheticClips(Options):
     """Walking, bending and bodies of smooth angles in turn: motion with a known answer (park2011)."""
 
     clips: Annotated[int, bounded(at_least=1, at_most=10_000)] = (
@@ -78,8 +74,7 @@ class SyntheticClips:
     limit: int = 0  # at most so many clips; 0: all
 
 
-@dataclass(kw_only=True)
-class Steady:
+class Steady(Options):
     """Criteria of steady walking, and of a usable Fourier series of it."""
 
     locomotion: Locomotion = Locomotion.auto
@@ -94,8 +89,7 @@ class Steady:
     frequency_ratio: float = 1.6  # to the population's median, at equal Froude number
 
 
-@dataclass(kw_only=True)
-class Data(ABC):
+class Data(Options, ABC):
     """Where clips come from."""
 
     knows_true_course: ClassVar[bool] = False
@@ -129,7 +123,6 @@ class Data(ABC):
         """
 
 
-@dataclass(kw_only=True)
 class SyntheticPeople(Data):
     """Synthetic people: how many, for how long."""
 
@@ -145,5 +138,5 @@ class SyntheticPeople(Data):
     offsets: Annotated[float, bounded(at_least=0, at_most=100)] = (
         1.0  # factor on how far offsets of joint angles differ
     )
-    performances: SyntheticPerformances = field(default_factory=SyntheticPerformances)
-    clips: SyntheticClips = field(default_factory=SyntheticClips)
+    performances: SyntheticPerformances = SyntheticPerformances()
+    clips: SyntheticClips = SyntheticClips()

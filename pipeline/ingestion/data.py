@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from enum import StrEnum
 from functools import partial
 from pathlib import Path, PurePosixPath
@@ -21,10 +21,9 @@ from pipeline.clips.options import Data, Missing, Skeleton, Steady, SyntheticPeo
 from pipeline.ingestion import recorded
 from pipeline.ingestion.corpus import Clip, Listing, first_people, folder_clips, in_turn, listed_clips
 from pipeline.resources import DATA
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, Options
 
 
-@dataclass(kw_only=True)
 class SyntheticData(SyntheticPeople):
     """Synthetic people."""
 
@@ -55,29 +54,26 @@ class Cut(StrEnum):
     """The middle cycle of a steady walk."""
 
 
-@dataclass(kw_only=True)
-class NamedClips:
+class NamedClips(Options):
     """Which recordings hold clips of one kind."""
 
-    sources: list[str] = field(default_factory=list)  # of the table; * stands for all
+    sources: list[str] = []  # of the table; * stands for all
     action: str = ""  # beginning of the table's action, or the whole of it
     limit: int = 0  # at most so many clips, of walks so many people; 0: all
 
 
-@dataclass(kw_only=True)
 class RecordedPerformances(NamedClips):
     """Which recordings hold performances of one action."""
 
     cut: Cut = Cut.whole
 
 
-@dataclass(kw_only=True)
 class Recordings(Data):
     """Options of every data set of recordings."""
 
-    steady: Steady = field(default_factory=Steady)
-    performances: RecordedPerformances = field(default_factory=RecordedPerformances)
-    clips: NamedClips = field(default_factory=NamedClips)
+    steady: Steady = Steady()
+    performances: RecordedPerformances = RecordedPerformances()
+    clips: NamedClips = NamedClips()
 
     def named(self, corpus: Corpus) -> NamedClips:
         """Return which recordings hold clips of one kind."""
@@ -114,7 +110,6 @@ class Recordings(Data):
         return Request({**options, "clips": [clip.identity for clip in clips]}, make, recorded.__name__)
 
 
-@dataclass(kw_only=True)
 class RecordedData(Recordings):
     """Public recordings listed in `data/sources.csv`."""
 
@@ -123,12 +118,12 @@ class RecordedData(Recordings):
     table: str = "data/sources.csv"  # of all files: source, subject, action, address, sha256
     raw: str = "data/raw"  # folder of downloaded files
     mirror: str = ""  # folders that hold the same files, with : between them; read where raw lacks one
-    folders: list[str] = field(default_factory=list)  # of your own walks: a further source each
+    folders: list[str] = []  # of your own walks: a further source each
     person: str = (
         "^([^_.]+)"  # in folders: regular expression on the file's name; its first group names the person
     )
-    skeletons: list[str] = field(default_factory=list)  # mappings of the table's skeleton column
-    same_person: list[list[str]] = field(default_factory=list)  # subjects that are one person
+    skeletons: list[str] = []  # mappings of the table's skeleton column
+    same_person: list[list[str]] = []  # subjects that are one person
 
     @property
     def walks(self) -> NamedClips:
@@ -180,7 +175,6 @@ WHOSE = f"'{BY_FOLDER}' if each folder is a person's, '([^/_.]+)[^/]*$' if they 
 """What `FolderData.person` can be, where files have one name."""
 
 
-@dataclass(kw_only=True)
 class FolderData(Recordings):
     """The user's own files."""
 

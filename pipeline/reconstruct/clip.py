@@ -23,7 +23,7 @@ from pipeline.reconstruct import layouts, model_file
 from pipeline.reconstruct.image import in_pixels, upside_down
 from pipeline.reconstruct.layouts import Layout
 from pipeline.shortened import shortened
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import InvalidInput, Options, require_range
 from pipeline.video.film import on_even_grid
 
 FOCAL_SHARE = 0.75
@@ -46,8 +46,7 @@ class Labels(StrEnum):
     as_given = "as_given"
 
 
-@dataclass(kw_only=True)
-class Input:
+class Input(Options):
     """Keypoints to be reconstructed, and what is known of the video."""
 
     path: str = ""  # file of keypoints

@@ -46,7 +46,6 @@ def write_recording(walk: Walk, summary_text: str, path: Path) -> None:
     stretch, found = walk.best, walk.best.fitted
     T = len(stretch.pixels)
     seconds = stretch.frames / walk.frame_rate_hz
-    index = {"time": seconds}
     # The viewer's images are in pixels, which a recording takes for millimetres; its rows count upwards.
     flip = np.array([1.0, -1.0])
     image = {
@@ -66,18 +65,16 @@ def write_recording(walk: Walk, summary_text: str, path: Path) -> None:
     headings = (np.degrees(found.starts.headings_rad) + 180.0) % 360.0 - 180.0
     order = np.argsort(headings)
     evidence = found.starts.heading_cost.max() - found.starts.heading_cost
-    with recordings.Recording(path, name="keypoint_walk", about=summary_text) as recording:
+    with recordings.Recording(path, name="keypoint_walk", about=summary_text, at=seconds) as recording:
+        recording.image_points("image/observed", image["keypoints"], [(0, 0)], thickness_mm=0.006 * size)
         recording.image_points(
-            "image/observed", image["keypoints"], [(0, 0)], index=index, thickness_mm=0.006 * size
-        )
-        recording.image_points(
-            "image/reprojection", image["reprojection"], index=index, colour="map",
+            "image/reprojection", image["reprojection"], colour="map",
             thickness_mm=0.004 * size,
         )  # fmt: skip
         bones = [(15 * s + a, 15 * s + b) for s in range(count) for a, b in WALKER15.bones]
         cloud = np.moveaxis(samples, 0, 1).reshape(T, -1, 3)
-        recording.skeleton("world/samples", cloud, bones, index=index, colour="grey", thickness_mm=1.5)
-        recording.skeleton("world/reconstructed", mean, index=index, colour="map")
+        recording.skeleton("world/samples", cloud, bones, colour="grey", thickness_mm=1.5)
+        recording.skeleton("world/reconstructed", mean, colour="map")
         recording.bars("view/evidence", evidence[order] / 2.0, headings[order])
         for name, colour in (("left_knee", "blue"), ("right_knee", "orange")):
             k = ANGLES.index(name)

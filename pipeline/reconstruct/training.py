@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -27,7 +26,7 @@ from pipeline.core.keypoint_walk.calibration import ANYBODY, AS_OURS, LEVELS, St
 from pipeline.reconstruct.model_file import TrainedModel
 from pipeline.seeding import derive_generator
 from pipeline.synthetic.keypoints import DetectorError, Filming
-from pipeline.validation import require_range
+from pipeline.validation import Options, require_range
 
 HEADINGS_DEG = (0, 30, -30, 60, -60, 90, -90, 180)
 """Of simulated clips, overground and on a treadmill each; a person's walks take turns."""
@@ -35,8 +34,7 @@ LEAST_KNOWN = 3
 """People of other laboratories of whom bars for anybody may be learnt."""
 
 
-@dataclass(kw_only=True)
-class Training:
+class Training(Options):
     """Options of training.
 
     Attributes

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,20 +17,17 @@ from pipeline.reconstruct.summary import summarise, table_rows
 from pipeline.storage import tables
 from pipeline.storage.publishing import publish
 from pipeline.storage.sealed_folders import require_replaceable
-from pipeline.validation import InvalidInput, missing_package, require_name
+from pipeline.validation import InvalidInput, Options, missing_package, require_name
 from pipeline.video import kept
 
 PAGE = "walk.html"
 
 
-@dataclass(kw_only=True)
-class Output:
+class Output(Options):
     """What is written where."""
 
     path: str = ""  # folder; empty: results/reconstructed/<name of the input>
-    formats: list[Format] = field(
-        default_factory=lambda: [Format.c3d, Format.trc, Format.bvh, Format.csv]
-    )  # of the walk in 3D
+    formats: list[Format] = [Format.c3d, Format.trc, Format.bvh, Format.csv]  # of the walk in 3D
     names: Names = Names.ours  # of a BVH's joints, for retargeting: ours, mixamo, rokoko
     in_place: bool = False  # a BVH without the path
     recording: bool = True  # for the rerun viewer
@@ -38,12 +35,11 @@ class Output:
     overlay: bool = True  # of a video: the skeleton over it
 
 
-@dataclass(kw_only=True)
-class Reconstruct:
+class Reconstruct(Options):
     """Options of the command ``reconstruct``."""
 
-    input: Input = field(default_factory=Input)
-    output: Output = field(default_factory=Output)
+    input: Input = Input()
+    output: Output = Output()
     model_folder: str = ""  # of a model of one's own; empty: the one that comes with the package
 
 

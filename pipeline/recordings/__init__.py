@@ -20,14 +20,13 @@ further words; skeletons, images, bars and matrices are added one by one; the la
 >>> from pipeline.charts import Chart
 >>> from pipeline.recordings import Recording
 >>> from pipeline.scenes import Columns, Notes, Rows, Space3D
->>> from pipeline.skeleton import WALKER15
 >>> ERROR = Chart(x="view_angle_deg", y="error_mm", by="method", label="Error", unit="mm")
 >>> def record(table, original, folder):
 ...     with Recording(
 ...         folder / "recording.rrd", name="zhang2007_fig5", about="# Errors", timeline="view_angle_deg",
-...         charts=[ERROR], tables={"table": table},
+...         at=range(-90, 91), charts=[ERROR], tables={"table": table},
 ...     ) as rec:
-...         rec.skeleton("world/original", original, WALKER15.bones, index={"view_angle_deg": range(-90, 91)})
+...         rec.skeleton("world/original", original)
 ...         rec.blueprint(Columns(Rows(*rec.plots), Space3D(name="original"), Notes()))
 """
 

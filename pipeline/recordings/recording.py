@@ -48,6 +48,8 @@ class Recording:
         Description in Markdown, shown by `Notes`.
     timeline : str
         Timeline of everything that moves: the abscissa.
+    at : (T,) array
+        Its values where a body stands, if they are not given with it.
     edition : str
         Distinguishes recordings of the same name (data set, scale).
     charts : sequence of Chart
@@ -69,11 +71,12 @@ class Recording:
         name: str,
         about: str,
         timeline: str = "time",
+        at: Sequence[float] | np.ndarray = (),
         edition: str = "",
         charts: Sequence[Chart] = (),
         tables: Mapping[str, Any] | None = None,
     ) -> None:
-        self.path, self.name, self.timeline = path, name, timeline
+        self.path, self.name, self.timeline, self._at = path, name, timeline, at
         self._about, self._edition = about + words, edition
         self._extents: dict[str, Extent | None] = {}  # every entity, with the box around what it draws
         self._charts, self._tables = charts, tables or {}
@@ -119,7 +122,7 @@ class Recording:
         positions_mm: np.ndarray,
         bones: Sequence[tuple[int, int]] = WALKER15.bones,
         *,
-        index: Mapping[str, np.ndarray],
+        at: Sequence[float] | np.ndarray | None = None,
         colour: str = "original",
         thickness_mm: float = 7.0,
         estimated: np.ndarray | None = None,
@@ -134,8 +137,9 @@ class Recording:
             Millimetres; NaN hides a joint and its bones.
         bones : sequence of (int, int)
             Pairs of joints.
-        index : mapping of str to (T,) array
-            Timeline → strictly increasing values: seconds for ``time``, integers for any other.
+        at : (T,) array, optional
+            Strictly increasing values of the timeline: seconds for ``time``, integers for any other; those of the
+            recording, if it is left out.
         colour : str
             Name or role of `pipeline.palette`; lines in space cannot be dashed, so colour alone tells methods apart.
         thickness_mm : float
@@ -153,7 +157,8 @@ class Recording:
         points: Any = rr.Points2D if space == 2 else rr.Points3D
         strips: Any = rr.LineStrips2D if space == 2 else rr.LineStrips3D
         joints, ends, extent = body(entity, positions_mm, bones, space)
-        columns = self._claim(entity, extent, index, len(joints))
+        at = self._at if at is None else at
+        columns = self._claim(entity, extent, at, len(joints))
         colours, radius = rgb(entity, colour), thickness_mm * METRES
         radii: float | np.ndarray = 1.5 * radius
         if estimated is not None:  # in space, only the ends of the bones are left of those nobody measured
@@ -167,7 +172,7 @@ class Recording:
         if estimated is not None and flags.any():
             part = f"{entity}/estimated"
             style, columns_of, extent = hollow_joints(part, positions_mm[:, flags], colour, thickness_mm)
-            times = self._claim(part, extent, index, len(joints))
+            times = self._claim(part, extent, at, len(joints))
             self._static(part, style)
             self._stream.send_columns(part, indexes=times, columns=columns_of)
 
@@ -180,7 +185,6 @@ class Recording:
         matrix: np.ndarray,
         image_mm: np.ndarray,
         *,
-        index: Mapping[str, np.ndarray],
         distance_mm: float,
     ) -> None:
         """Add a camera in space, and on ``<entity>/seen`` the skeleton that it saw; its image has `entity` as origin.
@@ -192,18 +196,16 @@ class Recording:
             A homogeneous point of the world, mm, to one of the image, whose middle is the origin.
         image_mm : (T, J, 2) float
             What it saw, right and up, at a distance.
-        index : mapping of str to (T,) array
-            As `skeleton`.
         distance_mm : float
             That distance.
         """
         half = 1.1 * np.nanmax(np.abs(image_mm), axis=(0, 1))
-        self.skeleton(f"{entity}/seen", image_mm + half * [1.0, -1.0], index=index)
+        self.skeleton(f"{entity}/seen", image_mm + half * [1.0, -1.0])
         turned = require_finite(entity, require_shape(entity, matrix, (len(image_mm), 3, 4)))[..., :3]
         centre = -np.linalg.solve(turned, matrix[..., 3:])[..., 0] * METRES
         axes = turned / np.linalg.norm(turned, axis=-1, keepdims=True)  # right, down, away
         low, high = (tuple(end(centre, axis=0).tolist()) for end in (np.min, np.max))
-        columns = self._claim(entity, Extent(low, high), index, len(centre))
+        columns = self._claim(entity, Extent(low, high), self._at, len(centre))
         focal, (right, down) = distance_mm * METRES, half * METRES
         pinhole = rr.Pinhole.from_fields(
             image_from_camera=[[focal, 0.0, right], [0.0, focal, down], [0.0, 0.0, 1.0]],
@@ -259,7 +261,7 @@ class Recording:
             raise InvalidInput("a standard deviation that does not fit", where=entity, expected=expected)
         low, high = (values - half).min(), (values + half).max()
         extent = Extent((places[0], low), (places[-1], high))
-        columns = self._claim(entity, extent, {self.timeline: places}, len(values))
+        columns = self._claim(entity, extent, places, len(values))
         style: dict[str, Any] = {"names": label, "colors": rgb(entity, colour), "widths": width * _LINE_WIDTH}
         if sd is None:
             self._static(entity, rr.SeriesLines.from_fields(**style))
@@ -273,7 +275,7 @@ class Recording:
             drawn = band(where, places, *interval)
             if drawn is not None:
                 known, extent, parts = drawn
-                columns = self._claim(where, extent, {self.timeline: places[known]}, known.sum())
+                columns = self._claim(where, extent, places[known], known.sum())
                 self._static(where, rr.Measurements.from_fields(**{**style, "widths": 0.0}))
                 self._stream.send_columns(where, indexes=columns, columns=parts)
 
@@ -382,7 +384,7 @@ class Recording:
         self,
         entity: str,
         extent: Extent | None = None,
-        index: Mapping[str, np.ndarray] | None = None,
+        at: Sequence[float] | np.ndarray | None = None,
         rows: int = 0,
     ) -> list[rr.TimeColumn]:
         """Return the time columns of an entity, which may be used only once: static data would hide the rest."""
@@ -391,10 +393,7 @@ class Recording:
             raise InvalidInput("the path of an entity is not safe", where=repr(entity), expected=expected)
         if entity in self._extents:
             raise InvalidInput("the entity has been used already", where=entity)
-        if index is not None and self.timeline not in index:
-            reason = "must have rows on the recording's timeline"
-            raise InvalidInput(reason, where=entity, expected=self.timeline, received=", ".join(index))
-        columns = [time_column(entity, timeline, v, rows) for timeline, v in (index or {}).items()]
+        columns = [] if at is None else [time_column(entity, self.timeline, at, rows)]
         self._extents[entity] = extent
         return columns
 

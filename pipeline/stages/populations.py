@@ -15,7 +15,7 @@ from pipeline.storage.typed import result_type
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs
 from pipeline.studies.replicated import POPULATION, without_intervals
-from pipeline.studies.study import NoSweep, SweepInputs
+from pipeline.studies.study import NoSweep, SweepInputs, Tables
 
 
 def count(experiment: Experiment) -> int:
@@ -26,7 +26,7 @@ def count(experiment: Experiment) -> int:
     return data.populations
 
 
-def tables(experiment: Experiment, store: Store) -> dict[str, pd.DataFrame]:
+def tables(experiment: Experiment, store: Store) -> Tables:
     """Return the tables of all further populations, ``table_populations`` for ``table``; none if there are none.
 
     Training and test people vary together; the sweep is the figure's (`Sweep.of_populations`).
@@ -35,7 +35,7 @@ def tables(experiment: Experiment, store: Store) -> dict[str, pd.DataFrame]:
     if not total:
         return {}
 
-    def one(number: int) -> dict[str, pd.DataFrame]:
+    def one(number: int) -> Tables:
         inputs = inputs_of(experiment, number, store.forgetful())
         with without_intervals():
             found = figure.tables(inputs)

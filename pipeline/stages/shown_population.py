@@ -12,12 +12,12 @@ from pipeline.storage.store import Store
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs
 from pipeline.studies.replicated import POPULATION
-from pipeline.studies.study import Figure
+from pipeline.studies.study import Figure, Tables
 
 Inputs = FigureInputs[Any, Any, Any]
 
 
-def shown(inputs: Inputs, store: Store) -> tuple[Inputs, dict[str, pd.DataFrame]]:
+def shown(inputs: Inputs, store: Store) -> tuple[Inputs, Tables]:
     """Return the inputs of what a figure shows, and its tables; the inputs as they are if there is one population."""
     experiment, figure = inputs.experiment, inputs.experiment.figure
     further = populations.tables(experiment, store)
@@ -30,7 +30,7 @@ def shown(inputs: Inputs, store: Store) -> tuple[Inputs, dict[str, pd.DataFrame]
     return inputs, made
 
 
-def _in_the_middle(experiment: Experiment, made: dict[str, pd.DataFrame]) -> int:
+def _in_the_middle(experiment: Experiment, made: Tables) -> int:
     """Return the population whose error is the median one, the lower of two, by `Figure.ranked_by`."""
     name, column = experiment.figure.ranked_by
     rows = made[f"{name}_populations"]

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 
 from pipeline.clips.options import Data, Skeleton
 from pipeline.processes import usable_cores
 from pipeline.studies.study import Dataset, Figure, Model, Sweep
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import InvalidInput, Options, require_range
 
 
-@dataclass(kw_only=True)
-class Scale:
+class Scale(Options):
     """Sizes of a run, from which any preset takes those that it uses."""
 
     name: str  # `smoke` or `full`
@@ -36,8 +35,7 @@ class Scale:
     levels: int  # of each kind of change of these clips, the last so many; 0: all
 
 
-@dataclass(kw_only=True)
-class Experiment:
+class Experiment(Options):
     """A figure of a paper, with all options of the stages that make it."""
 
     name: str  # of the figure, of its Make target and of its folder of results
@@ -51,7 +49,7 @@ class Experiment:
     sweep: Sweep
     figure: Figure
     cost_s: float  # processor time at full scale, about: short before long, and how long is left
-    skeleton: Skeleton = field(default_factory=Skeleton)
+    skeleton: Skeleton = Skeleton()
     seed: int = 2007  # of all random numbers
     workers: int = field(
         default_factory=usable_cores

@@ -23,7 +23,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from types import ModuleType
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -31,7 +31,7 @@ from pipeline.charts import Sheet
 from pipeline.clips.kinds import Corpus, Keep
 from pipeline.scenes import Columns, Notes, Rows
 from pipeline.seeding import derive_generator
-from pipeline.validation import Finite, InvalidInput, Positive, require_bounds, require_range
+from pipeline.validation import Finite, InvalidInput, Options, Positive, require_bounds, require_range
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -47,13 +47,14 @@ else:  # a figure is written without matplotlib and rerun, which only its annota
 ClipsT = TypeVar("ClipsT")
 DatasetT = TypeVar("DatasetT")
 ModelT = TypeVar("ModelT")
+Tables: TypeAlias = "dict[str, pd.DataFrame]"
+"""Of a figure, by name."""
 
 MOST_VALUES = 100_000
 """Largest number of values of a grid."""
 
 
-@dataclass(kw_only=True)
-class Grid:
+class Grid(Options):
     """Equally spaced values from `start` to `stop`, which is included if a whole number of steps reaches it.
 
     Examples
@@ -103,8 +104,7 @@ class Represents(Protocol):
         """Return clips without positions that have their samples."""
 
 
-@dataclass(kw_only=True)
-class Dataset(ABC):
+class Dataset(Options, ABC):
     """Options of the dataset stage: how samples are made of clips."""
 
     corpus: ClassVar[Corpus]
@@ -123,8 +123,7 @@ class Dataset(ABC):
         """Return the samples: a frozen dataclass with `clip`, `source` and `words` among its fields."""
 
 
-@dataclass(kw_only=True)
-class Model(ABC):
+class Model(Options, ABC):
     """Options of the model stage: what is learnt from the samples."""
 
     dataset: ClassVar[type[Dataset]]
@@ -168,8 +167,7 @@ class SweepInputs(Generic[ClipsT, DatasetT, ModelT]):
         return derive_generator(self.seed, purpose)
 
 
-@dataclass(kw_only=True)
-class Sweep(ABC):
+class Sweep(Options, ABC):
     """Options of the sweep stage: what is measured on every fold, for which values."""
 
     draws_random_numbers: ClassVar[bool] = False
@@ -209,7 +207,6 @@ class NoResult:
     """Result of `NoSweep`."""
 
 
-@dataclass(kw_only=True)
 class NoSweep(Sweep):
     """No sweep: the figure shows the model."""
 
@@ -218,8 +215,7 @@ class NoSweep(Sweep):
         return NoResult()
 
 
-@dataclass(kw_only=True)
-class Figure(ABC):
+class Figure(Options, ABC):
     """Options of the figure stage: tables, picture and recordings.
 
     `validate` is given the `Experiment`, the other methods its `FigureInputs`.
@@ -248,18 +244,18 @@ class Figure(ABC):
         require_bounds("figure", self)
 
     @abstractmethod
-    def tables(self, inputs: Any) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Any) -> Tables:
         """Return the tables by file name without suffix, ``table`` and ``table_…``, sorted."""
 
     def arrays(self, inputs: Any) -> dict[str, np.ndarray]:
         """Return further arrays of ``arrays.npz``, of which the report computes; none by default."""
         return {}
 
-    def charts(self, inputs: Any, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Any, tables: Tables) -> Sheet:
         """Return what is drawn of the tables, for picture, recording and page; no chart by default."""
         return Sheet()
 
-    def draw(self, inputs: Any, tables: dict[str, pd.DataFrame], picture: Picture) -> None:
+    def draw(self, inputs: Any, tables: Tables, picture: Picture) -> None:
         """Draw the picture: the charts by default."""
         picture.charts()
 
@@ -268,7 +264,7 @@ class Figure(ABC):
         own = type(self).draw is not Figure.draw
         return own or any(chart.picture and not chart.page for chart in sheet.charts)
 
-    def record(self, inputs: Any, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Any, tables: Tables, begin: Recorder) -> None:
         """Write the recording: the charts over `timeline` by default."""
         with begin(timeline=self.timeline) as recording:
             recording.blueprint(Columns(Rows(*recording.plots), Notes(), shares=(2, 1)))

@@ -33,11 +33,11 @@ def walker(frames: int, seed: int = 0) -> np.ndarray:
 
 def write_gait(path: Path, *, positions: np.ndarray, colour: str = "original", edition: str = "") -> None:
     """A recording of two walkers and an image over time, one walker hidden."""
-    index = {"time": np.arange(len(positions)) / 120.0, "frame": np.arange(len(positions))}
-    with Recording(path, name="gait", about="# Gait", edition=edition) as recording:
-        recording.skeleton("world/original/walker_07", positions, BONES, index=index, colour=colour)
-        recording.skeleton("world/original/walker_08", positions + 5.0, BONES, index=index)
-        recording.image_points("image/observed", positions[..., [0, 2]], BONES, index=index)
+    times = np.arange(len(positions)) / 120.0
+    with Recording(path, name="gait", about="# Gait", edition=edition, at=times) as recording:
+        recording.skeleton("world/original/walker_07", positions, BONES, colour=colour)
+        recording.skeleton("world/original/walker_08", positions + 5.0, BONES)
+        recording.image_points("image/observed", positions[..., [0, 2]], BONES)
         shown = ("world/original/walker_07",)
         views = [Space3D(name="space", shown=shown), Image2D(name="image"), Notes()]
         recording.blueprint(Columns(*views, shares=(3, 1, 1)), playing=True)
@@ -58,10 +58,9 @@ def write_curves(path: Path, *, error: np.ndarray, sd: np.ndarray) -> None:
 
 def test_joints_that_nobody_measured_are_spheres_of_wire(tmp_path: Path) -> None:
     positions, estimated = walker(4), np.isin(np.arange(15), (0, 4))
-    index = {"time": np.arange(4) / 30.0}
-    with Recording(tmp_path / "a.rrd", name="gait", about="# Gait") as recording:
-        recording.skeleton("world/a", positions, BONES, index=index, estimated=estimated)
-        recording.skeleton("world/b", positions, BONES, index=index, estimated=np.zeros(15, dtype=bool))
+    with Recording(tmp_path / "a.rrd", name="gait", about="# Gait", at=np.arange(4) / 30.0) as recording:
+        recording.skeleton("world/a", positions, BONES, estimated=estimated)
+        recording.skeleton("world/b", positions, BONES, estimated=np.zeros(15, dtype=bool))
         recording.blueprint(Space3D(name="space"))
     assert {"world/a", "world/a/estimated", "world/b"} <= set(entities(tmp_path / "a.rrd"))
     assert "world/b/estimated" not in entities(tmp_path / "a.rrd")
@@ -71,15 +70,14 @@ def test_joints_that_nobody_measured_are_spheres_of_wire(tmp_path: Path) -> None
     verify(tmp_path / "a.rrd")
 
 
-def test_skeletons_are_read_back_in_metres_on_every_timeline(tmp_path: Path) -> None:
+def test_skeletons_are_read_back_in_metres_at_their_times(tmp_path: Path) -> None:
     positions = walker(6)
     write_gait(tmp_path / "a.rrd", positions=positions)
-    for index, values in (("time", np.arange(6) / 120.0), ("frame", np.arange(6))):
-        at, joints = read_column(tmp_path / "a.rrd", "world/original/walker_07", "Points3D:positions", index)
-        np.testing.assert_allclose(at, values, atol=1e-9)
-        assert joints.dtype == np.float32
-        np.testing.assert_array_equal(joints, (positions / 1000.0).astype(np.float32))
-    _, ends = read_column(tmp_path / "a.rrd", "world/original/walker_07", "LineStrips3D:strips", "frame")
+    at, joints = read_column(tmp_path / "a.rrd", "world/original/walker_07", "Points3D:positions", "time")
+    np.testing.assert_allclose(at, np.arange(6) / 120.0, atol=1e-9)
+    assert joints.dtype == np.float32
+    np.testing.assert_array_equal(joints, (positions / 1000.0).astype(np.float32))
+    _, ends = read_column(tmp_path / "a.rrd", "world/original/walker_07", "LineStrips3D:strips", "time")
     assert ends.shape == (6, 14, 2, 3)
     for b, (parent, child) in enumerate(BONES):
         np.testing.assert_array_equal(ends[:, b, 0], joints[:, parent])
@@ -89,7 +87,7 @@ def test_skeletons_are_read_back_in_metres_on_every_timeline(tmp_path: Path) -> 
 def test_images_are_stored_with_their_vertical_axis_down(tmp_path: Path) -> None:
     positions = walker(2)
     write_gait(tmp_path / "a.rrd", positions=positions)
-    _, points = read_column(tmp_path / "a.rrd", "image/observed", "Points2D:positions", "frame")
+    _, points = read_column(tmp_path / "a.rrd", "image/observed", "Points2D:positions", "time")
     np.testing.assert_allclose(points[..., 0], positions[..., 0] / 1000.0, rtol=1e-6)
     np.testing.assert_allclose(points[..., 1], -positions[..., 2] / 1000.0, rtol=1e-6)
 
@@ -102,10 +100,9 @@ def test_a_camera_stands_where_it_was_and_its_frustum_looks_at_what_it_saw(tmp_p
     )
     body = np.linspace(0.0, 1.0, 15)[None, :, None] * [300.0, 100.0, 500.0]
     image = camera.project(body) * 4.0 * [1.0, -1.0]
-    with Recording(tmp_path / "a.rrd", name="a", about="a camera") as rec:
-        index = {"time": np.zeros(1)}
-        rec.skeleton("world/body", body, index=index)
-        rec.camera("world/camera", camera.matrix[None], image, index=index, distance_mm=4000.0)
+    with Recording(tmp_path / "a.rrd", name="a", about="a camera", at=[0]) as rec:
+        rec.skeleton("world/body", body)
+        rec.camera("world/camera", camera.matrix[None], image, distance_mm=4000.0)
         rec.blueprint(Columns(Space3D(name="b"), Image2D(name="i", origin="world/camera")))
     path = tmp_path / "a.rrd"
     at = {
@@ -126,7 +123,7 @@ def test_missing_joints_stay_missing(tmp_path: Path) -> None:
     positions = walker(3)
     positions[1, 4] = np.nan
     write_gait(tmp_path / "a.rrd", positions=positions)
-    _, joints = read_column(tmp_path / "a.rrd", "world/original/walker_07", "Points3D:positions", "frame")
+    _, joints = read_column(tmp_path / "a.rrd", "world/original/walker_07", "Points3D:positions", "time")
     assert np.isnan(joints[1, 4]).all()
     assert np.isfinite(np.delete(joints.reshape(-1, 3), 15 + 4, axis=0)).all()
 
@@ -220,9 +217,8 @@ def test_logarithms_and_references_are_curves_too(tmp_path: Path) -> None:
 
 def test_joints_that_nobody_measured_are_rings_in_an_image(tmp_path: Path) -> None:
     points, estimated = walker(3)[..., [0, 2]], np.isin(np.arange(15), (2, 7))
-    index = {"time": np.arange(3) / 30.0}
-    with Recording(tmp_path / "a.rrd", name="gait", about="# Gait") as recording:
-        recording.image_points("image/a", points, BONES, index=index, estimated=estimated)
+    with Recording(tmp_path / "a.rrd", name="gait", about="# Gait", at=np.arange(3) / 30.0) as recording:
+        recording.image_points("image/a", points, BONES, estimated=estimated)
         recording.blueprint(Image2D(name="image"))
     _, insides = read_column(tmp_path / "a.rrd", "image/a/estimated", "Points2D:positions", "time")
     np.testing.assert_allclose(insides, points[:, estimated] * [1e-3, -1e-3], rtol=1e-6)
@@ -299,7 +295,7 @@ def test_walkers_that_are_not_shown_start_hidden(tmp_path: Path) -> None:
 def test_nothing_in_a_recording_tells_the_time_of_day(tmp_path: Path) -> None:
     write_gait(tmp_path / "a.rrd", positions=walker(2))
     for chunk in RrdReader(tmp_path / "a.rrd").stream().to_chunks():
-        assert set(chunk.timeline_names) <= {"time", "frame"}
+        assert set(chunk.timeline_names) <= {"time"}
         assert not [n for n in chunk.to_record_batch().schema.names if "start_time" in n]
 
 
@@ -346,31 +342,27 @@ def test_a_recording_without_a_layout_is_refused(tmp_path: Path) -> None:
 
 
 GOOD = walker(3)
-TIMES = {"time": np.arange(3.0)}
+TIMES = np.arange(3.0)
 
 
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda r: r.skeleton("world/a", GOOD[..., 0], BONES, index=TIMES), r"must have shape \(T, J, 3\)"),
-        (lambda r: r.skeleton("world/a", np.empty((0, 15, 3)), BONES, index=TIMES), "all missing"),
-        (lambda r: r.skeleton("world/a", np.full((3, 15, 3), np.nan), BONES, index=TIMES), "all missing"),
-        (lambda r: r.skeleton("world/a", GOOD * np.inf, BONES, index=TIMES), "infinite"),
-        (lambda r: r.skeleton("world/a", GOOD, [(0, 15)], index=TIMES), "pairs of joints"),
-        (lambda r: r.skeleton("world/a", GOOD, [], index=TIMES), "pairs of joints"),
-        (lambda r: r.skeleton("world/a", GOOD, BONES, index=TIMES, colour="pink"), "colour must be one of"),
-        (lambda r: r.skeleton("world/a", GOOD, BONES, index={"frame": np.arange(3)}), "recording's timeline"),
+        (lambda r: r.skeleton("world/a", GOOD[..., 0], BONES, at=TIMES), r"must have shape \(T, J, 3\)"),
+        (lambda r: r.skeleton("world/a", np.empty((0, 15, 3)), BONES, at=TIMES), "all missing"),
+        (lambda r: r.skeleton("world/a", np.full((3, 15, 3), np.nan), BONES, at=TIMES), "all missing"),
+        (lambda r: r.skeleton("world/a", GOOD * np.inf, BONES, at=TIMES), "infinite"),
+        (lambda r: r.skeleton("world/a", GOOD, [(0, 15)], at=TIMES), "pairs of joints"),
+        (lambda r: r.skeleton("world/a", GOOD, [], at=TIMES), "pairs of joints"),
+        (lambda r: r.skeleton("world/a", GOOD, BONES, at=TIMES, colour="pink"), "colour must be one of"),
+        (lambda r: r.skeleton("world/a", GOOD, BONES), "world/a on time: no values"),
         (
-            lambda r: r.skeleton("world/a", GOOD, BONES, index={"time": np.arange(4.0)}),
+            lambda r: r.skeleton("world/a", GOOD, BONES, at=np.arange(4.0)),
             "expected 3 increasing",
         ),
-        (lambda r: r.skeleton("world/a", GOOD, BONES, index={"time": np.zeros(3)}), "3 increasing"),
-        (
-            lambda r: r.skeleton("world/a", GOOD, BONES, index={**TIMES, "frame": np.arange(3) + 0.5}),
-            "not of integers",
-        ),
-        (lambda r: r.skeleton("world/a b", GOOD, BONES, index=TIMES), "not safe"),
-        (lambda r: r.skeleton("about", GOOD, BONES, index=TIMES), "used already"),
+        (lambda r: r.skeleton("world/a", GOOD, BONES, at=np.zeros(3)), "3 increasing"),
+        (lambda r: r.skeleton("world/a b", GOOD, BONES, at=TIMES), "not safe"),
+        (lambda r: r.skeleton("about", GOOD, BONES, at=TIMES), "used already"),
         (lambda r: r.curve("curves/a", np.arange(3), np.arange(4.0), label="a"), "4 increasing"),
         (lambda r: r.curve("curves/a", np.arange(2), np.array([1, np.nan]), label="a"), "finite"),
         (
@@ -403,13 +395,20 @@ def test_what_the_library_would_let_pass_is_refused(
         call(recording)
 
 
+def test_a_timeline_that_is_not_time_has_whole_numbers(tmp_path: Path) -> None:
+    with (
+        pytest.raises(InvalidInput, match="not of integers"),
+        Recording(tmp_path / "a.rrd", name="a", about="# A", timeline="frame", at=TIMES + 0.5) as recording,
+    ):
+        recording.skeleton("world/a", GOOD)
+
+
 def test_eighty_walkers_and_two_reconstructions_stay_under_ten_megabytes(tmp_path: Path) -> None:
-    index = {"time": np.arange(60) / 60.0}
-    with Recording(tmp_path / "many.rrd", name="many", about="# Many") as recording:
+    with Recording(tmp_path / "many.rrd", name="many", about="# Many", at=np.arange(60) / 60.0) as recording:
         for number in range(80):
             for k, group in enumerate(("original", "reconstructed/least_squares", "reconstructed/map")):
                 positions = walker(60, seed=3 * number + k)  # noise, which does not compress
-                recording.skeleton(f"world/{group}/walker_{number:02d}", positions, BONES, index=index)
+                recording.skeleton(f"world/{group}/walker_{number:02d}", positions, BONES)
         recording.blueprint(Space3D(name="walkers", shown=("world/original/walker_00",)))
     assert len(entities(tmp_path / "many.rrd")) == 241
     assert (tmp_path / "many.rrd").stat().st_size < 10e6

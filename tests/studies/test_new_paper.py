@@ -54,7 +54,6 @@ FILES = {
 
         from __future__ import annotations
 
-        from dataclasses import dataclass
         from typing import Any
 
         import numpy as np
@@ -68,7 +67,6 @@ FILES = {
         from pipeline.studies.study import Figure, NoResult
 
 
-        @dataclass(kw_only=True)
         class Pace(Figure):
             \"\"\"Size of the fundamental against its frequency.\"\"\"
 

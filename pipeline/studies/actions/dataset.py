@@ -138,7 +138,6 @@ class Postures:
         return np.stack([correspondence(there, p) for p in phases]), (there >= begins) & (there <= ends)
 
 
-@dataclass(kw_only=True)
 class PostureDataset(Dataset):
     """Postures of every performance."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 from itertools import pairwise
 from typing import Annotated, Any
@@ -117,7 +117,6 @@ class Action:
 ActionInputs = SweepInputs[None, Postures, Action]
 
 
-@dataclass(kw_only=True)
 class ActionSpaceModel(Model):
     """aSpace, median sequence, synchronized performances and action model."""
 
@@ -131,7 +130,7 @@ class ActionSpaceModel(Model):
     smoothness: Positive = 0.02  # mu [mozerov2006 12], in mean squared deviations of a frame
     penalty: Penalty = Penalty.change
     start: Start = Start.fixed
-    steps: list[int] = field(default_factory=lambda: [-1, 0, 1])  # changes of disparity [mozerov2006 13]
+    steps: list[int] = [-1, 0, 1]  # changes of disparity [mozerov2006 13]
     key_frames: Count = 5  # number of key frames
     bound: Positive = 3.0  # standard deviations within which a posture is accepted
 

@@ -7,7 +7,7 @@ recorded postures of the same frame, and beside postures that the action model r
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -62,15 +62,12 @@ class SampledPostures:
     mean_performance: np.ndarray
 
 
-@dataclass(kw_only=True)
 class PostureSampling(Sweep):
     """Accepted postures drawn from the action model."""
 
     draws_random_numbers = True
 
-    frames: Distinct[Count] = field(
-        default_factory=lambda: [10, 40]
-    )  # of the mean performance, counted from 1
+    frames: Distinct[Count] = [10, 40]  # of the mean performance, counted from 1
     samples: Count = 8  # of them shown
     measured: int = 2000  # drawn at each frame
     resamples: Count = 40  # models of people drawn again, for intervals

@@ -8,7 +8,7 @@ the samples at which it moves alone.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -47,14 +47,13 @@ class TimeErrors:
     moving: np.ndarray
 
 
-@dataclass(kw_only=True)
 class Smoothness(Sweep):
     """Synchronization for other mu, both readings of the penalty, one start [mozerov2006 12, 16]."""
 
-    smoothness: Distinct[NonNegative] = field(
-        default_factory=lambda: [0.0, 0.001, 0.003, 0.01, 0.02, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0]
-    )  # mu, of the synchronization
-    penalties: Distinct[Penalty] = field(default_factory=lambda: list(Penalty))  # of the disparity
+    smoothness: Distinct[NonNegative] = [  # mu, of the synchronization
+        0.0, 0.001, 0.003, 0.01, 0.02, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0,
+    ]  # fmt: skip
+    penalties: Distinct[Penalty] = list(Penalty)  # of the disparity
 
     def measure(self, inputs: ActionInputs) -> TimeErrors:
         """Return the errors of the time that synchronization recovers."""

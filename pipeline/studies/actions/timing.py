@@ -39,7 +39,6 @@ class Timings:
     seconds: np.ndarray
 
 
-@dataclass(kw_only=True)
 class Timing(Sweep):
     """Seconds that synchronization takes."""
 

@@ -5,7 +5,7 @@ mozerov2006 learns the action model for this and leaves the tracker to the reade
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from typing import Annotated
 
 import numpy as np
@@ -65,7 +65,6 @@ class TrackingErrors:
     remarks: list[str]
 
 
-@dataclass(kw_only=True)
 class HeldOutTracking(Sweep):
     """Held-out performances tracked in 2D with the action model as prior."""
 
@@ -75,15 +74,9 @@ class HeldOutTracking(Sweep):
         value="particles"
     )  # of each filter
     tracked: CountOrAll = scaled(value="tracked")  # performances, evenly over all; 0: all
-    leave_out: Distinct[LeaveOut] = field(
-        default_factory=lambda: list(LeaveOut)
-    )  # what the model is learnt without
-    noise_mm: Distinct[NonNegative] = field(
-        default_factory=lambda: [0.0, 10.0, 30.0]
-    )  # of the observed joints
-    occluded: Distinct[Finite] = field(
-        default_factory=lambda: [0.0, 0.25, 0.5]
-    )  # share of joints unseen, in runs
+    leave_out: Distinct[LeaveOut] = list(LeaveOut)  # what the model is learnt without
+    noise_mm: Distinct[NonNegative] = [0.0, 10.0, 30.0]  # of the observed joints
+    occluded: Distinct[Finite] = [0.0, 0.25, 0.5]  # share of joints unseen, in runs
     occlusion_frames: float = 10.0  # mean length of such a run
     baseline_noise_mm: NonNegative = 10.0  # where noise is not what varies
     view_angle_deg: Finite = 45.0  # of the camera

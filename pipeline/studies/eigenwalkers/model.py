@@ -59,7 +59,6 @@ class Eigenwalkers:
         return self.folds.components.shape[1]
 
 
-@dataclass(kw_only=True)
 class EigenwalkersModel(Model):
     """Average walker and eigenwalkers."""
 

@@ -103,7 +103,6 @@ class RepresentedWalks(Walks):
 _Series: TypeAlias = tuple[fourier.FourierRepresentation, np.ndarray]
 
 
-@dataclass(kw_only=True)
 class FourierDataset(Dataset):
     """Fourier representations of steady walks."""
 

@@ -11,7 +11,7 @@ parallel projection cannot tell the back from the front seen in a mirror.
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Annotated
 
 import numpy as np
@@ -122,24 +122,19 @@ class MethodErrors:
     shown_noise_px: float
 
 
-@dataclass(kw_only=True)
 class FaceOffSweep(CameraSweep):
     """Walks reconstructed by eigenwalkers and by articulated trajectories from the same projections."""
 
-    view_angle_deg: Increasing[ViewAngle] = field(
-        default_factory=lambda: [0.0, 30.0, 60.0, 90.0]
-    )  # true views
+    view_angle_deg: Increasing[ViewAngle] = [0.0, 30.0, 60.0, 90.0]  # true views
     walkers: CountOrAll = scaled(value="faced")  # evenly over all; 0: all
     frames: Annotated[int, bounded(at_least=LEAST_FRAMES)] = 100  # of each walk; fewer where shorter
     frame_rate_hz: Annotated[float, bounded(at_least=1)] = 30.0  # at which walks are resampled
-    noise_px: Increasing[NonNegative] = field(default_factory=lambda: [0.0, 1.0, 3.0])  # of the image
-    occluded: Increasing[Finite] = field(
-        default_factory=lambda: [0.0, 0.1, 0.3]
-    )  # share of joints unseen, in runs
+    noise_px: Increasing[NonNegative] = [0.0, 1.0, 3.0]  # of the image
+    occluded: Increasing[Finite] = [0.0, 0.1, 0.3]  # share of joints unseen, in runs
     occlusion_frames: float = 10.0  # mean length of such a run
-    heading_error_deg: Increasing[Annotated[float, bounded(at_least=0, at_most=180)]] = field(
-        default_factory=lambda: [0.0, 5.0, 10.0, 20.0]
-    )  # of what was learnt
+    heading_error_deg: Increasing[Annotated[float, bounded(at_least=0, at_most=180)]] = [  # of what was learnt
+        0.0, 5.0, 10.0, 20.0,
+    ]  # fmt: skip
     varied_view_deg: ViewAngle = 30.0  # where noise, occlusion and heading are varied
     components: Count = 20  # of the trajectory basis
     softness: NonNegative = 30.0  # of the trajectory basis; 0: a hard one, which long gaps leave undetermined

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
-import pandas as pd
 
 from pipeline.charts import Chart, Lines, Sheet
 from pipeline.palette import Style
@@ -19,7 +17,7 @@ from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.presentation import interval_words, lift
 from pipeline.studies.replicated import aggregate
-from pipeline.studies.study import Figure, Recorder
+from pipeline.studies.study import Figure, Recorder, Tables
 
 METHODS = {
     "least_squares": Style("eigenwalkers (least squares)", "least_squares"),
@@ -48,14 +46,13 @@ ORDER = ["varied", "camera", "method", "view_angle_deg", "noise_px", "occluded",
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, MethodErrors]
 
 
-@dataclass(kw_only=True)
 class FaceOffFigure(Figure):
     """Both families against view, noise and occlusion."""
 
     model = EigenwalkersModel
     sweep = FaceOffSweep
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: each walker; ``table_joints``: each joint of undisturbed views; ``table_summary``: means.
 
         A method that a camera's images cannot be given to has no rows there.
@@ -80,7 +77,7 @@ class FaceOffFigure(Figure):
             "table_summary": aggregate(rows, ORDER, how, banded, cluster="person", count="walkers"),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """A panel to a camera: error of each method as it is and disturbed; on the page, against view, too."""
         options = cast(FaceOffSweep, inputs.experiment.sweep)
         table = tables["table_summary"]
@@ -128,12 +125,11 @@ class FaceOffFigure(Figure):
             " of the image as it is.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log one walker: recorded, by every method from every camera; what the cameras saw; errors over time."""
         sweep, options = inputs.sweep, cast(FaceOffSweep, inputs.experiment.sweep)
         true = sweep.shown_true
         ground, times = lift(true), np.arange(len(true)) / options.frame_rate_hz
-        index = {"time": times}
         methods = [str(method) for method in sweep.methods]
         with begin(
             f"\nWalker `{inputs.samples[sweep.shown[0]]}` from "
@@ -141,12 +137,13 @@ class FaceOffFigure(Figure):
             "by the articulated method is the median. All bodies are laid on the recorded pelvis. Grey: recorded. "
             + ", ".join(f"{RECORDED[m].colour}: {RECORDED[m].label}" for m in methods)
             + ".\n",
+            at=times,
         ) as rec:
             worst = 0.0
-            rec.skeleton("world/original", true + ground, index=index)
+            rec.skeleton("world/original", true + ground)
             for c, camera in enumerate(options.cameras):
                 image = options.upright_mm(sweep.shown_images[c])
-                rec.image_points(f"image/observed/{camera}", image, index=index)
+                rec.image_points(f"image/observed/{camera}", image)
                 for m, method in enumerate(methods):
                     body = sweep.shown_positions[c, m]
                     if np.isnan(body).all():
@@ -154,7 +151,7 @@ class FaceOffFigure(Figure):
                     moved = body - body[:, [PELVIS]] + true[:, [PELVIS]]
                     style = RECORDED[method]
                     entity = f"world/reconstructed/{camera}/{method}"
-                    rec.skeleton(entity, moved + ground, index=index, colour=style.colour)
+                    rec.skeleton(entity, moved + ground, colour=style.colour)
                     off = np.linalg.norm(moved - true, axis=-1)[:, CHILDREN].mean(axis=1)
                     worst = max(worst, off.max())
                     rec.curve(

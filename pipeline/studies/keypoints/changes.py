@@ -31,7 +31,6 @@ class ChangedErrors(FilmedErrors):
     kinds: pd.DataFrame
 
 
-@dataclass(kw_only=True)
 class KeypointChanges(FilmedClips):
     """Simulated clips, each under every condition with the same random numbers."""
 

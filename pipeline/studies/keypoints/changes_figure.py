@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import cast
 
@@ -20,6 +19,7 @@ from pipeline.studies.keypoints.kinds import FILM_KINDS
 from pipeline.studies.keypoints.measured import ERRORS, VERDICTS
 from pipeline.studies.keypoints.shown import Inputs, KeypointFigure
 from pipeline.studies.keypoints.tables import errors_by, views_by
+from pipeline.studies.study import Tables
 
 ROW_HEIGHT = 0.17
 """Of a condition, inches."""
@@ -29,13 +29,12 @@ MOST_OF_VIEW_DEG = 10.0
 """Ends of the axes: a view taken for another would press all else together."""
 
 
-@dataclass(kw_only=True)
 class KeypointChangesFigure(KeypointFigure):
     """Error, view, coverage and verdicts by condition."""
 
     sweep = KeypointChanges
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """``table``: errors by condition and method; ``table_changes``: less those of the same clips as usual.
 
         ``table_views``: view, cadence, coverage, verdicts, labels; ``table_clips``: clips; ``table_kinds`` and
@@ -68,7 +67,7 @@ class KeypointChangesFigure(KeypointFigure):
             "table_people": tidy(people[columns], by=["person", "condition", "method"]),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """What each condition adds to the errors of joints and knees; error of the view, and shares of clips."""
         options = cast(KeypointChanges, inputs.experiment.sweep)
         words = _words([options.conditions[n] for n in tables["table_views"]["condition"].tolist()])
@@ -113,7 +112,7 @@ class KeypointChangesFigure(KeypointFigure):
         )
 
 
-def _of_kinds(films: pd.DataFrame) -> dict[str, pd.DataFrame]:
+def _of_kinds(films: pd.DataFrame) -> Tables:
     """Tables of films as people make them, of each kind and of each film; none where there are no such films."""
     if films.empty:
         return {}

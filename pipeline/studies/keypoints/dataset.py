@@ -56,7 +56,6 @@ class FilmedWalkers:
         return part(self.walks, number)
 
 
-@dataclass(kw_only=True)
 class FilmedWalkersDataset(Dataset):
     """All steady walks of everybody."""
 

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, cast
-
-import pandas as pd
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.palette import Style
@@ -15,15 +12,15 @@ from pipeline.studies.keypoints.headings import KeypointHeadings
 from pipeline.studies.keypoints.measured import ERRORS, LEVELS_PERCENT, VERDICTS
 from pipeline.studies.keypoints.shown import METHODS, Inputs, KeypointFigure
 from pipeline.studies.keypoints.tables import errors_by, views_by
+from pipeline.studies.study import Tables
 
 
-@dataclass(kw_only=True)
 class KeypointHeadingsFigure(KeypointFigure):
     """Error and coverage by heading."""
 
     sweep = KeypointHeadings
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """``table``: errors by heading and method; ``table_views``: view, cadence, coverage; ``table_clips``: clips.
 
         Headings to either side are pooled; an angle's error is the mean over clips of its root mean square.
@@ -39,7 +36,7 @@ class KeypointHeadingsFigure(KeypointFigure):
             "table_people": tidy(people, by=["person", *by]),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Errors of joints and knees by heading; error of the view; coverage of bars."""
         options = cast(KeypointHeadings, inputs.experiment.sweep)
         heading = partial(

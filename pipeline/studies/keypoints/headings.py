@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
@@ -15,7 +15,6 @@ from pipeline.synthetic.keypoints import DetectorError
 from pipeline.validation import bounded
 
 
-@dataclass(kw_only=True)
 class KeypointHeadings(FilmedClips):
     """Simulated clips from all sides."""
 
@@ -44,7 +43,6 @@ class KeypointHeadings(FilmedClips):
         return found
 
 
-@dataclass(kw_only=True)
 class KeypointLaboratories(KeypointHeadings):
     """Simulated clips of people whose laboratory no model has seen; of a single source, each person is left out."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 
 import pandas as pd
@@ -14,17 +13,17 @@ from pipeline.studies.keypoints.headings import KeypointLaboratories
 from pipeline.studies.keypoints.measured import ERRORS, VERDICTS
 from pipeline.studies.keypoints.shown import METHODS, Inputs, KeypointFigure
 from pipeline.studies.keypoints.tables import errors_by, views_by
+from pipeline.studies.study import Tables
 
 EVERYBODY = "everybody"
 
 
-@dataclass(kw_only=True)
 class KeypointLaboratoriesFigure(KeypointFigure):
     """Error and coverage by laboratory."""
 
     sweep = KeypointLaboratories
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """``table``: errors by laboratory and method, and of everybody; ``table_views``: view, cadence, coverage."""
         people, dataset, by = inputs.sweep.people, inputs.dataset, ["laboratory", "method"]
         laboratory = dict(zip(dataset.people, dataset.sources.tolist(), strict=True))
@@ -44,7 +43,7 @@ class KeypointLaboratoriesFigure(KeypointFigure):
             "table_people": tidy(people[["person", "method", *ERRORS]], by=["person", "method"]),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Errors of joints and knees by laboratory; coverage of 95 % bars as computed and calibrated."""
         words = {name: name.replace("_", " ") for name in tables["table"]["laboratory"]}
         chart = partial(Chart, x="laboratory", words=words)

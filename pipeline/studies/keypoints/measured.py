@@ -101,7 +101,6 @@ def side(number: int) -> tuple[int, bool]:
     return HEADINGS_DEG[number % len(HEADINGS_DEG)], number < len(HEADINGS_DEG)
 
 
-@dataclass(kw_only=True)
 class FilmedClips(Sweep):
     """Simulated clips, each reconstructed by a model without the walker."""
 

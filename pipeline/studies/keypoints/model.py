@@ -73,7 +73,6 @@ def with_harmonics(model: WalkerModel, harmonics: int) -> WalkerModel:
     return replace(model, mean=model.mean * kept, covariance=covariance)
 
 
-@dataclass(kw_only=True)
 class KeypointWalkersModel(Model):
     """Eigenwalkers and the structured rest, as the model that ships has them."""
 

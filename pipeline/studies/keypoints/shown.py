@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-import pandas as pd
 
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Image2D, Notes, Plot, Rows, Space3D
@@ -13,7 +10,7 @@ from pipeline.studies.figure_inputs import FigureInputs
 from pipeline.studies.keypoints.dataset import FilmedWalkers
 from pipeline.studies.keypoints.measured import FilmedErrors
 from pipeline.studies.keypoints.model import KeypointWalkers, KeypointWalkersModel
-from pipeline.studies.study import Figure, Recorder
+from pipeline.studies.study import Figure, Recorder, Tables
 
 Inputs = FigureInputs[FilmedWalkers, KeypointWalkers, FilmedErrors]
 
@@ -24,18 +21,16 @@ METHODS = {
 }
 
 
-@dataclass(kw_only=True)
 class KeypointFigure(Figure):
     """A figure of simulated clips, whose recording shows one of them."""
 
     model = KeypointWalkersModel
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log the clip of median error: image and reprojection, truth, reconstruction and average walker."""
         sweep = inputs.sweep
         T = len(sweep.shown_true_mm)
         times = np.arange(T) / sweep.shown_rate_hz
-        index = {"time": times}
         shown = sweep.clips.iloc[sweep.shown]
         words = (
             f"\nA clip of `{shown['person']}`, heading {shown['heading_deg']:g}°, of median error."
@@ -49,17 +44,15 @@ class KeypointFigure(Figure):
         }
         ground = sweep.shown_true_mm[..., 1].max()
         flip = np.array([1.0, -1.0])
-        with begin(words) as rec:
+        with begin(words, at=times) as rec:
+            rec.image_points("image/observed", sweep.shown_image_px * flip, [(0, 0)], thickness_mm=4.0)
             rec.image_points(
-                "image/observed", sweep.shown_image_px * flip, [(0, 0)], index=index, thickness_mm=4.0
-            )
-            rec.image_points(
-                "image/reprojection", sweep.shown_reprojection_px * flip, index=index, colour="map",
+                "image/reprojection", sweep.shown_reprojection_px * flip, colour="map",
                 thickness_mm=2.5,
             )  # fmt: skip
             for entity, (level, colour) in bodies.items():
                 upright = np.stack([level[..., 0], level[..., 2], ground - level[..., 1]], axis=-1)
-                rec.skeleton(f"world/{entity}", upright, index=index, colour=colour)
+                rec.skeleton(f"world/{entity}", upright, colour=colour)
                 if name := entity.partition("/")[2]:
                     off = np.linalg.norm(level - sweep.shown_true_mm, axis=-1).mean(axis=1)
                     rec.curve(f"curves/error_mm/{name}", times, off, label=METHODS[name].label, colour=colour)

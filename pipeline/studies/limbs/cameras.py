@@ -5,7 +5,6 @@ A further path is a member of `Camera`, its colour, and what `CameraSweep.camera
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Annotated
 
@@ -38,15 +37,12 @@ class Camera(StrEnum):
         return {Camera.still: "orange", Camera.moving: "purple", Camera.shaky: "blue"}[self]
 
 
-@dataclass(kw_only=True)
 class CameraSweep(Sweep):
     """A sweep over motion that is seen by perspective cameras."""
 
     draws_random_numbers = True
 
-    cameras: Distinct[Camera] = field(
-        default_factory=lambda: [Camera.still, Camera.moving, Camera.shaky]
-    )  # that are compared
+    cameras: Distinct[Camera] = [Camera.still, Camera.moving, Camera.shaky]  # that are compared
     distance_mm: Annotated[float, bounded(at_least=1)] = 4000.0  # of the camera
     focal_px: Annotated[float, bounded(at_least=1)] = 1000.0  # focal length
     around_deg: Finite = 60.0  # how far a moving or shaky camera walks around

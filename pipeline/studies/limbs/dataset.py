@@ -49,7 +49,6 @@ class LimbStretches:
         return f"{self.source[number]}:{self.clip[number]}:{self.start_s[number]:g}"
 
 
-@dataclass(kw_only=True)
 class LimbDataset(Dataset):
     """Stretches of equal length."""
 

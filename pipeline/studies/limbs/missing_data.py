@@ -7,7 +7,7 @@ one by one at random, or each joint for a run of frames.  The root is given in 3
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Annotated, Any
 
@@ -141,15 +141,12 @@ class Scene:
         return np.where(hidden[..., None], np.nan, self.images)
 
 
-@dataclass(kw_only=True)
 class MissingDataSweep(LimbSweep):
     """Error of a whole skeleton against the share of missing points."""
 
-    cameras: Distinct[Camera] = field(default_factory=lambda: [Camera.still])
-    fractions: Increasing[Missing] = field(
-        default_factory=lambda: [0.0, 0.05, 0.1, 0.2, 0.3, 0.5]
-    )  # of the observations that are missing
-    patterns: Distinct[Pattern] = field(default_factory=lambda: [Pattern.random, Pattern.block])
+    cameras: Distinct[Camera] = [Camera.still]
+    fractions: Increasing[Missing] = [0.0, 0.05, 0.1, 0.2, 0.3, 0.5]  # of the observations that are missing
+    patterns: Distinct[Pattern] = [Pattern.random, Pattern.block]
     length_error: NonNegative = 0.02  # standard deviation over limbs, relative
     root_error_mm: NonNegative = 20.0  # root mean square error of the root
     noise_px: NonNegative = 1.0  # of the image

@@ -31,7 +31,6 @@ class BasisFit:
     words: str
 
 
-@dataclass(kw_only=True)
 class TrajectoryBasisModel(Model):
     """The trajectory basis: its options alone are used, K is looked at."""
 

@@ -14,7 +14,7 @@ and says how much better any signs could be.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import StrEnum
 from typing import Any
 
@@ -88,7 +88,6 @@ class Root(StrEnum):
     """Its image, at the depth that it has in the middle frame; true before a camera that moves."""
 
 
-@dataclass(kw_only=True)
 class MotionsSweep(CameraSweep):
     """Whole skeletons of varied motion, from a still, a moving and a shaky camera."""
 

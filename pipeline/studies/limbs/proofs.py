@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from time import perf_counter
 from typing import Annotated, Any
 
@@ -38,18 +38,13 @@ class Proofs:
     rows: pd.DataFrame
 
 
-@dataclass(kw_only=True)
 class ProofSweep(LimbSweep):
     """Share of programmes that are proved, by frames and components."""
 
-    cameras: Distinct[Camera] = field(  # in turn
-        default_factory=lambda: [Camera.still, Camera.moving, Camera.shaky]
-    )
-    frames: Increasing[Annotated[int, bounded(at_least=3)]] = field(
-        default_factory=lambda: [25, 50, 100, 200]
-    )  # of each limb
-    components: Increasing[Count] = field(default_factory=lambda: [10, 20])  # of the trajectory basis
-    noises_px: Increasing[NonNegative] = field(default_factory=lambda: [0.0, 1.0])  # of the image
+    cameras: Distinct[Camera] = [Camera.still, Camera.moving, Camera.shaky]  # in turn
+    frames: Increasing[Annotated[int, bounded(at_least=3)]] = [25, 50, 100, 200]  # of each limb
+    components: Increasing[Count] = [10, 20]  # of the trajectory basis
+    noises_px: Increasing[NonNegative] = [0.0, 1.0]  # of the image
     adjust: Adjustment = Adjustment.per_frame
     long_share: Share = 0.2  # of the trials for over 100 frames, which may take the limit each
     time_limit_s: NonNegative = 2.0  # nominal, of each search

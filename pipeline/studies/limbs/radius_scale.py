@@ -6,7 +6,6 @@ In the paper the scale is that of the radius at the start: adjusted to the rays,
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -32,18 +31,15 @@ ANY_FACTOR = 100.0
 """How far the radius may go from where it starts: from each scale to the truth."""
 
 
-@dataclass(kw_only=True)
 class RadiusScaleSweep(LimbSweep):
     """Error against scale of the radius that is assumed."""
 
-    scales: Increasing[Positive] = field(
-        default_factory=lambda: (
-            [0.01, 0.03, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0, 1.1, 1.3, 2.0, 3.0, 10.0, 30.0, 100.0]
-        )
-    )  # of the length of the limb that is assumed, relative to the true one
-    adjusts: Distinct[Adjustment] = field(  # the first as in the paper
-        default_factory=lambda: [Adjustment["global"], Adjustment.per_frame, Adjustment.robust]
-    )
+    scales: Increasing[Positive] = [  # of the length of the limb that is assumed, relative to the true one
+        0.01, 0.03, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0, 1.1, 1.3, 2.0, 3.0, 10.0, 30.0, 100.0,
+    ]  # fmt: skip
+    adjusts: Distinct[Adjustment] = [  # the first as in the paper
+        Adjustment["global"], Adjustment.per_frame, Adjustment.robust,
+    ]  # fmt: skip
     noise_px: NonNegative = 0.0  # of the image
 
     def measure(self, inputs: LimbInputs) -> SweptErrors:

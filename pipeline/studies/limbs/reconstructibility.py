@@ -6,7 +6,7 @@ by reprojection error from other starts as well, to see whether the choice among
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -60,11 +60,10 @@ class LimbReconstructibilities:
     paths: np.ndarray
 
 
-@dataclass(kw_only=True)
 class ReconstructibilitySweep(LimbSweep):
     """Error against reconstructibility [park2011 13]."""
 
-    cameras: Distinct[Camera] = field(default_factory=lambda: [Camera.still, Camera.moving, Camera.shaky])
+    cameras: Distinct[Camera] = [Camera.still, Camera.moving, Camera.shaky]
     reading: Reading = Reading.vector
     noise_px: NonNegative = 0.0  # of the image
     adjust: Adjustment = Adjustment.per_frame

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -17,13 +16,12 @@ from pipeline.studies.limbs.trials import LimbInputs, LimbSweep, LimbTrial, wron
 from pipeline.validation import Increasing, NonNegative
 
 
-@dataclass(kw_only=True)
 class RootErrorSweep(LimbSweep):
     """Error against error of the parent trajectory, in radii."""
 
-    ratios: Increasing[NonNegative] = field(
-        default_factory=lambda: [0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5]
-    )  # root mean square error of the root, relative to the length of the limb
+    ratios: Increasing[NonNegative] = [  # root mean square error of the root, relative to the length of the limb
+        0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5,
+    ]  # fmt: skip
     smooth: bool = True  # the error is in the trajectory basis; else it is white
     noise_px: NonNegative = 0.0  # of the image
     adjust: Adjustment = Adjustment.per_frame

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 import numpy as np
@@ -82,14 +82,11 @@ class LimbTrial:
         return replace(self, view=Pinhole(self.view.intrinsics, turned, centre), **cut)
 
 
-@dataclass(kw_only=True)
 class LimbSweep(CameraSweep):
     """A sweep over limbs, the same ones at every point."""
 
     trials: Annotated[int, bounded(at_least=1, at_most=1_000_000)] = scaled(value="trials")  # of every point
-    cameras: Distinct[Camera] = field(
-        default_factory=lambda: [Camera.shaky, Camera.still]
-    )  # the first is drawn
+    cameras: Distinct[Camera] = [Camera.shaky, Camera.still]  # the first is drawn
     time_limit_s: NonNegative = 5.0  # nominal, of each certificate: a count of operations, as `minimise` says
 
     def trial(self, stretches: LimbStretches, number: int, camera: Camera, seed: int) -> LimbTrial:

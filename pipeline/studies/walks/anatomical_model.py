@@ -37,7 +37,6 @@ class AnatomicalWalkers:
 AnatomicalInputs = SweepInputs[object, FourierSamples, AnatomicalWalkers]
 
 
-@dataclass(kw_only=True)
 class AnatomicalModel(Model):
     """Mean and covariance of all walks of all people, with mirror images and shrinkage, and tolerances of bones."""
 

@@ -6,7 +6,7 @@ of `known_view`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
@@ -54,12 +54,11 @@ class JointAngleErrors:
     stride_hz: float
 
 
-@dataclass(kw_only=True)
 class JointAngles(Sweep):
     """Joint angles of reconstructions at a known view angle."""
 
     view_angle_deg: Swept = scaled(start=-90, stop=90, step="structure_step_deg")  # true views
-    methods: Distinct[Method] = field(default_factory=lambda: list(Method))  # that are compared
+    methods: Distinct[Method] = list(Method)  # that are compared
     noise_variance_mm2: Positive = 70.0  # sigma² of approach II
     instants: Annotated[int, bounded(at_least=5)] = 40  # of a cycle: twenty times the highest harmonic
 

@@ -6,7 +6,7 @@ Section 4.2 of both papers.  Folds, view angles and sigma² are axes of arrays h
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
@@ -124,7 +124,6 @@ class KnownViewErrors:
         return self.sigma2.iloc[np.arange(len(self.nested)) * len(self.sigma2_mm2) + self.nested]
 
 
-@dataclass(kw_only=True)
 class KnownView(Sweep):
     """Reconstruction at a known view angle."""
 
@@ -132,13 +131,11 @@ class KnownView(Sweep):
     sigma2_mm2: Swept = scaled(
         start=1, stop=625, step="sigma2_step_mm2"
     )  # noise variances that approach II is tried with
-    methods: Distinct[Method] = field(default_factory=lambda: list(PUBLISHED))  # that are compared
+    methods: Distinct[Method] = list(PUBLISHED)  # that are compared
     noise_variance_mm2: Positive = 70.0  # sigma² of approach II
     truth: Truth = Truth.motion
     missing_variance: MissingVariance = MissingVariance.temporal
-    demonstration_views_deg: Distinct[Finite] = field(
-        default_factory=lambda: [0.0, 30.0, 90.0]
-    )  # views whose reconstructions are kept
+    demonstration_views_deg: Distinct[Finite] = [0.0, 30.0, 90.0]  # views whose reconstructions are kept
 
     def measure(self, inputs: Inputs) -> KnownViewErrors:
         """Return what both approaches reconstruct from every view, and how far it is off."""

@@ -5,7 +5,7 @@ zhang2007 4.5, 4.6, zhang2004 14.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
 
@@ -56,22 +56,19 @@ class ViewAngles:
     remarks: list[str]
 
 
-@dataclass(kw_only=True)
 class UnknownView(Sweep):
     """The view angle estimated together with the motion."""
 
     draws_random_numbers = True
 
     view_angle_deg: Swept = scaled(start=-90, stop=90, step="view_step_deg")  # true views
-    methods: Distinct[Method] = field(default_factory=lambda: list(PUBLISHED))  # that are compared
+    methods: Distinct[Method] = list(PUBLISHED)  # that are compared
     noise_variance_mm2: Positive = 70.0  # sigma² of approach II
     solver: Solver = Solver["global"]
-    angle_range_deg: list[float] = field(
-        default_factory=lambda: [-180.0, 180.0]
-    )  # in which the angle is sought
-    published_views_deg: list[float] = field(
-        default_factory=lambda: [-90.0, -60.0, -30.0, 0.0, 30.0, 60.0, 90.0]
-    )  # on which it is tried beside the global one
+    angle_range_deg: list[float] = [-180.0, 180.0]  # in which the angle is sought
+    published_views_deg: list[float] = [  # on which it is tried beside the global one
+        -90.0, -60.0, -30.0, 0.0, 30.0, 60.0, 90.0,
+    ]  # fmt: skip
     failure_deg: Positive = 30.0  # an estimate that is further off is a failure
 
     def validate(self) -> None:

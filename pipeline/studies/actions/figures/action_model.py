@@ -6,7 +6,7 @@ and three standard deviations on either side of it.  `key_frame_agreement` says 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -34,7 +34,7 @@ from pipeline.studies.actions.without_mistiming import without_mistiming
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import entity_name, interval_words
 from pipeline.studies.replicated import interval_over_people
-from pipeline.studies.study import Figure, Recorder
+from pipeline.studies.study import Figure, Recorder, Tables
 from pipeline.validation import Count
 
 COLUMNS = (
@@ -52,7 +52,6 @@ THIN_DASHED = Style("", "blue", line="dashed", width=1 / 3, opacity=0.7)
 Inputs = FigureInputs[Postures, Action, Timings]
 
 
-@dataclass(kw_only=True)
 class ActionModelFigure(Figure):
     """The first dimensions of the aSpace: raw, synchronized, by key-frames, and what is learnt."""
 
@@ -61,7 +60,7 @@ class ActionModelFigure(Figure):
 
     dimensions: Count = 4  # of the aSpace that are drawn
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: the drawn sequences; distances, spectrum, performances, alignments, model, posture.
 
         ``table_pairs``, ``table_space`` and ``table_space_draws`` are what the claims and their intervals rest on;
@@ -103,7 +102,7 @@ class ActionModelFigure(Figure):
             "table_posture": _posture(inputs),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """A row for each dimension, with the paper's four columns; the spectrum, on the page."""
         bound = options_of(inputs).bound
         charts = [
@@ -132,21 +131,21 @@ class ActionModelFigure(Figure):
             + interval_words(np.unique(inputs.dataset.person).size, bands="Orange band"),
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log the mean performance among the others as skeletons; the learnt model over samples; all distances."""
         action, bound, names = inputs.model, options_of(inputs).bound, inputs.samples
-        median, index = action.median, {"sample": np.arange(len(action.model.mean))}
+        median = action.median
         with begin(
             f"\nOrange: the mean performance, with the limbs of {names[median]}, the median sequence, which is "
             f"silver; beside them all performances, synchronized. Curves: mean "
             f"± 1 standard deviation, bounds at ±{bound:g}. Matrix: synchronization distances of all ordered pairs, "
             "the pattern n downwards, the performance m to the right.\n",
             timeline="sample",
+            at=np.arange(len(action.model.mean)),
         ) as rec:
             rec.skeleton(
                 "world/mean_performance",
                 skeleton(inputs, action.model.mean, median),
-                index=index,
                 colour="orange",
                 thickness_mm=12.0,
             )
@@ -154,7 +153,6 @@ class ActionModelFigure(Figure):
                 rec.skeleton(
                     f"world/performances/{entity_name(name)}",
                     skeleton(inputs, action.synchronized[m], m),
-                    index=index,
                     colour="original" if m == median else STYLES["synchronized"].colour,
                     thickness_mm=5.0,
                 )

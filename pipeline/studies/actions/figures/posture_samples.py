@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-import pandas as pd
 
 from pipeline.charts import Sheet
 from pipeline.core import camera
@@ -17,7 +14,7 @@ from pipeline.studies.actions.posture_samples import PostureSampling, SampledPos
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.replicated import DRAW
-from pipeline.studies.study import Figure, Picture, Recorder
+from pipeline.studies.study import Figure, Picture, Recorder, Tables
 from pipeline.validation import require_range
 
 VIEW_DEG = -55.0
@@ -32,7 +29,6 @@ APART_MM = 750.0
 Inputs = FigureInputs[Postures, Action, SampledPostures]
 
 
-@dataclass(kw_only=True)
 class PostureSamples(Figure):
     """Mean postures and accepted samples as skeletons."""
 
@@ -45,7 +41,7 @@ class PostureSamples(Figure):
         for frame in getattr(experiment.sweep, "frames"):  # noqa: B009
             require_range("sweep.frames", frame, at_least=1, at_most=samples)
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: joints of mean postures (draw -1) and of the samples shown; ``table_samples``: all.
 
         ``table_samples_draws``: the same by models learnt of people drawn again.
@@ -63,7 +59,7 @@ class PostureSamples(Figure):
             "table_samples_draws": tidy(sweep.again, by=[DRAW, "frame", "kind"]),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """No chart, but what the caption says of the samples."""
         accepted = tables["table_samples"].query("kind == 'accepted'")
         measured = "; ".join(
@@ -78,7 +74,7 @@ class PostureSamples(Figure):
             f" over joints: {measured}.",
         )
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], picture: Picture) -> None:
+    def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
         """Draw a row for each frame: the mean posture with accepted samples, then those that differ most."""
         order = np.argsort(inputs.sweep.frames)
         seen = camera.project(inputs.sweep.bodies[order], np.radians(VIEW_DEG))
@@ -93,7 +89,7 @@ class PostureSamples(Figure):
         ]
         picture.skeletons(rows, WALKER15.bones, legend=("mean posture", "accepted by the action model"))
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log the mean performance, playing; at each of the frames the mean posture and its samples side by side."""
         performance = inputs.sweep.mean_performance
         angle = np.radians(VIEW_DEG)
@@ -104,11 +100,11 @@ class PostureSamples(Figure):
             "\nSide by side, silver: the mean posture; blue: postures drawn at random within the learnt bounds. "
             "Orange, `world/mean_performance`: plays on the timeline `frame`, counted from 1.\n",
             timeline="frame",
+            at=np.arange(1, len(performance) + 1),
         ) as rec:
             rec.skeleton(
                 "world/mean_performance",
                 performance,
-                index={"frame": np.arange(1, len(performance) + 1)},
                 colour="orange",
             )
             rows = []
@@ -122,7 +118,7 @@ class PostureSamples(Figure):
                     rec.skeleton(
                         f"world/frame_{frame}/{name}",
                         (joints + (draw - middle) * APART_MM * to_right)[None],
-                        index={"frame": np.array([1])},
+                        at=[1],
                         colour="blue" if draw else "original",
                     )
                 rows.append(

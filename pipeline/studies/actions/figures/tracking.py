@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
-import pandas as pd
+from dataclasses import replace
 
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.palette import Style
@@ -15,7 +13,7 @@ from pipeline.studies.actions.tracking import HeldOutTracking, TrackingErrors
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.presentation import interval_words
 from pipeline.studies.replicated import aggregate
-from pipeline.studies.study import Figure, Recorder
+from pipeline.studies.study import Figure, Recorder, Tables
 
 METHODS = {
     "prior": Style("prior", "blue"),
@@ -39,14 +37,13 @@ CONDITION = ["leave_out", "varied", "particles", "noise_mm", "occluded", "method
 Inputs = FigureInputs[Postures, Action, TrackingErrors]
 
 
-@dataclass(kw_only=True)
 class TrackingError(Figure):
     """Error against particles, noise and occlusion, with the prior, without it, and of the mean alone."""
 
     model = ActionSpaceModel
     sweep = HeldOutTracking
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: each condition and method over performances; ``table_performances``: each performance."""
         columns = [
             "performance",
@@ -71,7 +68,7 @@ class TrackingError(Figure):
         table = aggregate(each, CONDITION, how, ["error_mm"], cluster="person", count="")
         return {"table": table, "table_performances": each}
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """A row for each way of leaving out: error against particles, noise and occlusion."""
         table, sweep = tables["table"], inputs.sweep
         top = 1.05 * table[["error_mm", "error_mm_high"]].max(axis=None)
@@ -110,10 +107,9 @@ class TrackingError(Figure):
             " postures, projected into the aSpace.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log one performance: true, tracked with the prior and without, the mean alone; the image; errors."""
-        sweep = inputs.sweep
-        index, methods = {"time": sweep.shown_time_s}, list(map(str, sweep.methods))
+        sweep, methods = inputs.sweep, list(map(str, inputs.sweep.methods))
         with begin(
             f"\nPerformance `{inputs.samples[sweep.shown[0]]}`, by the model learnt without "
             + ("it" if sweep.leave_out[0] == "performance" else "its person")
@@ -122,13 +118,14 @@ class TrackingError(Figure):
             "one whose error with the prior is the median. Silver: recorded. "
             + ", ".join(f"{RECORDED[m].colour}: {RECORDED[m].label}" for m in methods)
             + ".\n",
+            at=sweep.shown_time_s,
         ) as rec:
-            rec.skeleton("world/original", sweep.shown_true, index=index)
+            rec.skeleton("world/original", sweep.shown_true)
             for method, joints, error in zip(methods, sweep.shown_joints, sweep.shown_error_mm, strict=True):
                 # Laid on the recorded pelvis, as the error is.
                 moved = joints - joints[:, [8]] + sweep.shown_true[:, [8]]
                 style = RECORDED[method]
-                rec.skeleton(f"world/tracked/{method}", moved, index=index, colour=style.colour)
+                rec.skeleton(f"world/tracked/{method}", moved, colour=style.colour)
                 rec.curve(
                     f"curves/error_mm/{method}",
                     sweep.shown_time_s,
@@ -136,7 +133,7 @@ class TrackingError(Figure):
                     label=style.label,
                     colour=style.colour,
                 )
-            rec.image_points("image/observed", sweep.shown_image, index=index)
+            rec.image_points("image/observed", sweep.shown_image)
             spaces = [
                 Space3D(
                     name=METHODS[method].label,

@@ -9,7 +9,6 @@ Symbols: ``p`` sample of the median sequence, ``d`` disparity, ``E`` squared dis
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import Annotated
 
@@ -26,7 +25,7 @@ from pipeline.studies.actions.figures.alignments import STYLES, Inputs, options_
 from pipeline.studies.actions.figures.other_paths import distances_so_far, random_paths, single_corner_changes
 from pipeline.studies.actions.model import ActionSpaceModel
 from pipeline.studies.figure_inputs import tidy
-from pipeline.studies.study import Figure, Picture, Recorder
+from pipeline.studies.study import Figure, Picture, Recorder, Tables
 from pipeline.validation import InvalidInput, bounded
 
 RANDOM_PATHS = 10_000
@@ -37,7 +36,6 @@ DIMENSION = 1
 COMPARED = {"linear": "before", "synchronized": "after"}
 
 
-@dataclass(kw_only=True)
 class OptimalPath(Figure):
     """The disparity space image of one pair and the optimal path through it."""
 
@@ -48,7 +46,7 @@ class OptimalPath(Figure):
         int, bounded(at_least=-1)
     ] = -1  # by number, brought to the rate of the median sequence; -1: of the largest disparity
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: E of every node; ``table_path``: the path; ``table_pair``: its distance, that of others."""
         (n, m), nodes, names = self._pair(inputs), _nodes(inputs), inputs.samples
         x_n, x_m = (inputs.model.linear[k] for k in (n, m))
@@ -89,7 +87,7 @@ class OptimalPath(Figure):
             "table_pair": pd.DataFrame([pair]),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Both sequences, before and after; the disparity and the distance so far."""
         path, facts = tables["table_path"], tables["table_pair"].iloc[0]
         charts = []
@@ -130,7 +128,7 @@ class OptimalPath(Figure):
             f" {facts['other_paths']} other admissible paths {facts['least_other_distance']:.7g}.",
         )
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], picture: Picture) -> None:
+    def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
         """Draw the image with the rhombus and the path; beside it both sequences, before and after."""
         values, disparities = _image(tables["table"])
         path = tables["table_path"]
@@ -150,7 +148,7 @@ class OptimalPath(Figure):
             ),
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log the image with the path; over samples, the disparity, its distance so far, and both sequences."""
         values, disparities = _image(tables["table"])
         path, facts, top = tables["table_path"], tables["table_pair"].iloc[0], disparities[-1]

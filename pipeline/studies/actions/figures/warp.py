@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -23,7 +22,7 @@ from pipeline.studies.actions.figures.pairs import pairs_table
 from pipeline.studies.actions.model import ALIGNMENTS, ActionSpaceModel
 from pipeline.studies.actions.without_mistiming import WithoutMistiming, without_mistiming
 from pipeline.studies.figure_inputs import tidy
-from pipeline.studies.study import Figure, Recorder
+from pipeline.studies.study import Figure, Recorder, Tables
 from pipeline.validation import Count, InvalidInput
 
 PERFORMANCE_COLOURS = ("orange", "blue", "green", "purple", "amber", "sky", "grey")
@@ -36,7 +35,6 @@ COMPARED = {"linear": "before: linearly synchronized", "synchronized": "after: s
 """What the recording shows."""
 
 
-@dataclass(kw_only=True)
 class Warp(Figure):
     """One dimension of the aSpace, unsynchronized, linear, by key-frames, automatically."""
 
@@ -45,7 +43,7 @@ class Warp(Figure):
     dimension: Count = 1  # of the aSpace that is drawn
     performances: Count = 6  # drawn; the table has all
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: all performances in one dimension; ``table_rates``: how far their rates are from constant;
         ``table_pairs``: squared distance of each two in that dimension.
 
@@ -71,7 +69,7 @@ class Warp(Figure):
             "table_pairs": pairs_table(inputs, baseline, slice(self.dimension - 1, self.dimension)),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Each alignment, with the median sequence among some performances; the two that the recording compares."""
         median, *others = self._drawn(inputs)
         styles = {median: Style("median sequence", "original", width=1.2)} | {
@@ -131,7 +129,7 @@ class Warp(Figure):
             *(others[i] for i in np.linspace(0, len(others) - 1, wanted).round().astype(int)),
         ]
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log the median sequence and the performance farthest from it in time, linear above, synchronized below."""
         action, names = inputs.model, inputs.samples
         people = {"pattern": action.median, "performance": action.farthest}
@@ -141,8 +139,8 @@ class Warp(Figure):
             "synchronized automatically. Below, both do the same at the same sample; above, not yet. Postures are "
             "those of the aSpace.\n",
             timeline="sample",
+            at=np.arange(action.linear.shape[1]),
         ) as rec:
-            index = {"sample": np.arange(action.linear.shape[1])}
             for alignment in COMPARED:
                 for who, m in people.items():
                     pattern = who == "pattern"
@@ -152,7 +150,6 @@ class Warp(Figure):
                     rec.skeleton(
                         f"world/{alignment}/{who}",
                         skeleton(inputs, coordinates, m, aside_mm=aside_mm),
-                        index=index,
                         colour=style.colour,
                     )
             bodies = [

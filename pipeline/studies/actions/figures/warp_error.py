@@ -7,10 +7,7 @@ key-frames.  The median sequence, whose time is its own, is left out of means an
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-import pandas as pd
 
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.core import synchronization
@@ -25,7 +22,7 @@ from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.presentation import interval_words
 from pipeline.studies.replicated import interval_over_people
-from pipeline.studies.study import Figure
+from pipeline.studies.study import Figure, Tables
 
 PENALTIES = {
     "change": Style("change of the disparity is penalised", "blue"),
@@ -46,7 +43,6 @@ are not told); the pelvis height goes with the trunk."""
 Inputs = FigureInputs[Postures, Action, TimeErrors]
 
 
-@dataclass(kw_only=True)
 class WarpError(Figure):
     """How far the recovered time is from the true one, in frames."""
 
@@ -58,7 +54,7 @@ class WarpError(Figure):
         """Raise InvalidInput, with ``data`` as its `where`, if the data set does not know the true course."""
         require_true_course(experiment.data.knows_true_course)
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: error of each alignment and smoothness; ``table_starts``: with free and fixed start.
 
         ``table_performances`` has the errors of each performance at the model's own smoothness and penalty, and the
@@ -103,7 +99,7 @@ class WarpError(Figure):
             "table_performances": tidy(performances, by=["performance"]),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """The error where the pattern moves, and everywhere, against smoothness; others and mu = 0 as lines across."""
         table = tables["table"]
         synchronized = table[table["stage"] == "synchronized"]

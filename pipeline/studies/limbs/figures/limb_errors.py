@@ -6,7 +6,6 @@ Root error and radius scale, of one limb, are here; a whole skeleton with missin
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, cast
 
@@ -28,7 +27,7 @@ from pipeline.studies.limbs.radius_scale import RadiusScaleSweep
 from pipeline.studies.limbs.root_error import RootErrorSweep
 from pipeline.studies.presentation import interval_words
 from pipeline.studies.replicated import aggregate
-from pipeline.studies.study import Figure, Recorder
+from pipeline.studies.study import Figure, Recorder, Tables
 
 BASELINES = ("hanging_error", "mean_pose_error")
 """Errors of baselines, as `baselines.limb_errors`."""
@@ -56,14 +55,13 @@ BASELINE_WORDS = (
 )
 
 
-@dataclass(kw_only=True)
 class RootErrorFigure(Figure):
     """Error of a limb against that of its parent, and its spread."""
 
     model = TrajectoryBasisModel
     sweep = RootErrorSweep
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``, ``table_points``: before the first camera; ``table_cameras``: before all."""
         rows = inputs.sweep.rows
         above = rows.assign(above_parent=rows["child_error_ratio"] > rows["parent_error_ratio"])
@@ -83,7 +81,7 @@ class RootErrorFigure(Figure):
         errors = ["child_error_ratio", "parent_error_ratio", "limb_error", "error_up_to_mirror"]
         return _tables(rows, cameras, ["root_error_ratio"], errors)
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """The error against that of the parent, and its standard deviation over trials."""
         options = cast(RootErrorSweep, inputs.experiment.sweep)
         first, *others = options.cameras
@@ -120,19 +118,18 @@ class RootErrorFigure(Figure):
             f" {BASELINE_WORDS.format(length='assumed')} (b) Over trials.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log the median error from every camera and the error of the parent, and the limb that is shown."""
         record_on_sphere(inputs, begin, "root_error_per_mille", ROOT)
 
 
-@dataclass(kw_only=True)
 class RadiusScaleFigure(Figure):
     """Error of a limb against the scale of its radius."""
 
     model = TrajectoryBasisModel
     sweep = RadiusScaleSweep
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``, ``table_points``: before the first camera; ``table_cameras``: before all."""
         rows, swept = inputs.sweep.rows, ["radius_scale", "adjust"]
         medians = {**BASELINE_MEDIANS, f"{ADJUSTED_BASELINE}_median": (ADJUSTED_BASELINE, "median")}
@@ -150,7 +147,7 @@ class RadiusScaleFigure(Figure):
         errors = ["limb_error", "error_up_to_mirror", "radius_ratio", ADJUSTED_BASELINE]
         return _tables(rows, cameras, swept, errors)
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """The error against the scale of the radius, a panel to a camera."""
         options = cast(RadiusScaleSweep, inputs.experiment.sweep)
         first = options.ways[0]
@@ -184,14 +181,12 @@ class RadiusScaleFigure(Figure):
             f" first. {_interval_words(tables)} {BASELINE_WORDS.format(length='adjusted')}",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log the median error before the first camera over the scale, and the limb that is shown."""
         record_on_sphere(inputs, begin, "log10_scale_per_mille", "radius_scale")
 
 
-def _tables(
-    rows: pd.DataFrame, cameras: pd.DataFrame, swept: Sequence[str], errors: Sequence[str]
-) -> dict[str, pd.DataFrame]:
+def _tables(rows: pd.DataFrame, cameras: pd.DataFrame, swept: Sequence[str], errors: Sequence[str]) -> Tables:
     """Every trial before the first camera, errors before all; over trials before the first, and before all."""
     every, first = tidy(rows, by=["trial", *swept]), rows["camera"][0]
     return {

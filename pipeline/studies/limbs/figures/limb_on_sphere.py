@@ -29,16 +29,17 @@ def record_on_sphere(
     truth, found = RADIUS_MM * sweep.paths[:, 0], RADIUS_MM * OUTSIDE * sweep.paths[:, 1]
     globe, wires = sphere()
     at = np.unique(on_timeline(timeline, sweep.rows[swept].to_numpy()))
-    bones, index = path_bones(truth.shape[1]), {timeline: at}
+    bones = path_bones(truth.shape[1])
     with begin(
         f"\nThe limb shown is `{shown['limb']}` of `{shown['clip']}`, {Camera(shown['camera']).words}: the trial whose"
         " errors are nearest to the medians. Its end moves on the sphere of the limb, drawn with a radius of one metre:"
         " green the truth, orange the estimate at the value at the cursor, drawn "
         f"{100 * (OUTSIDE - 1):.0f} % outside. Drag the cursor.\n",
         timeline=timeline,
+        at=at,
     ) as rec:
-        rec.skeleton("world/original", truth, bones, index=index, colour="green", thickness_mm=6.0)
-        rec.skeleton("world/reconstructed", found, bones, index=index, colour="orange", thickness_mm=6.0)
-        rec.skeleton("world/sphere", globe, wires, index={timeline: at[:1]}, thickness_mm=1.0)
+        rec.skeleton("world/original", truth, bones, colour="green", thickness_mm=6.0)
+        rec.skeleton("world/reconstructed", found, bones, colour="orange", thickness_mm=6.0)
+        rec.skeleton("world/sphere", globe, wires, at=at[:1], thickness_mm=1.0)
         sphere_view = Space3D(name="truth and estimate", eye_mm=EYE_MM, target_mm=(0.0, 0.0, 0.0))
         rec.blueprint(Columns(sphere_view, Rows(*rec.plots, Notes())))

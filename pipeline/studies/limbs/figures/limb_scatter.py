@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, cast
 
@@ -35,7 +34,7 @@ from pipeline.studies.limbs.reconstructibility import (
 from pipeline.studies.limbs.scores import SUCCESS
 from pipeline.studies.presentation import interval_words
 from pipeline.studies.replicated import interval_over_clusters
-from pipeline.studies.study import Figure, Recorder
+from pipeline.studies.study import Figure, Recorder, Tables
 
 MOST = 1000.0
 """Of reconstructibility, which is without bound where the truth lies in the basis."""
@@ -54,14 +53,13 @@ PATHS = {"original": ("green", 1.0), "impostor": ("orange", 1.0), "reconstructed
 Inputs = FigureInputs[LimbStretches, BasisFit, LimbReconstructibilities]
 
 
-@dataclass(kw_only=True)
 class LimbScatter(Figure):
     """Error of each trial against reconstructibility."""
 
     model = TrajectoryBasisModel
     sweep = ReconstructibilitySweep
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: every trial; ``table_running``: of all cameras, over reconstructibility.
 
         ``table_correlation``: rank correlation of error and what might predict it; ``table_refinement``: of direct
@@ -85,7 +83,7 @@ class LimbScatter(Figure):
             "table_refinement": refinement.reset_index(),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """The error of every trial against reconstructibility and the mirror margin; the running median."""
         options = _options(inputs)
         table, correlation = tables["table"], tables["table_correlation"]
@@ -138,7 +136,7 @@ class LimbScatter(Figure):
             f" {100 * table['proved'].mean():.1f} % of the programmes are proved to be solved.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log the running median over log eta, and the limb at the cursor, a good and a bad one on their spheres."""
         trials = inputs.sweep.rows
         eta = trials["reconstructibility"].clip(*RANGE).to_numpy()
@@ -168,19 +166,17 @@ class LimbScatter(Figure):
             timeline="log10_eta_per_mille",
         ) as rec:
             globe, wires = sphere()
-            first = {"log10_eta_per_mille": at[:1]}
             for where, chosen in {**{k: np.array([v]) for k, v in shown.items()}, "cursor": rows}.items():
-                index = {"log10_eta_per_mille": at} if where == "cursor" else first
                 for part, (name, (colour, scale)) in enumerate(PATHS.items()):
                     rec.skeleton(
                         f"world/{where}/{name}",
                         scale * paths[chosen, part],
                         bones,
-                        index=index,
+                        at=at if where == "cursor" else at[:1],
                         colour=colour,
                         thickness_mm=6.0,
                     )
-                rec.skeleton(f"world/{where}/sphere", globe, wires, index=first, thickness_mm=1.0)
+                rec.skeleton(f"world/{where}/sphere", globe, wires, at=at[:1], thickness_mm=1.0)
             spaces = [
                 Space3D(name=name, origin=f"world/{where}", eye_mm=EYE_MM, target_mm=(0.0, 0.0, 0.0))
                 for where, name in (

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, cast
 
 import numpy as np
-import pandas as pd
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.palette import Style
@@ -20,7 +18,7 @@ from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.trials import ROOT
 from pipeline.studies.presentation import interval_words, lift
 from pipeline.studies.replicated import aggregate
-from pipeline.studies.study import Figure, Recorder
+from pipeline.studies.study import Figure, Recorder, Tables
 
 PATTERN_NAMES = {Pattern.random: "one by one at random", Pattern.block: "runs of frames"}
 PATTERN_LABELS = {Pattern.random: "random", Pattern.block: "runs"}
@@ -37,14 +35,13 @@ BANDED = (
 Inputs = FigureInputs[LimbStretches, BasisFit, MissingDataErrors]
 
 
-@dataclass(kw_only=True)
 class MissingDataFigure(Figure):
     """Error of a whole skeleton against the share of missing points."""
 
     model = TrajectoryBasisModel
     sweep = MissingDataSweep
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: every skeleton at every fraction and pattern; ``table_points``: over skeletons.
 
         ``table_hinges``: with knees and elbows that flex one way, at the paper's fraction.
@@ -70,7 +67,7 @@ class MissingDataFigure(Figure):
             "table_points": tidy(points, by=["pattern", "missing_fraction"]),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """The relative error as in the paper, and the error of points that were seen and that were not."""
         options = cast(MissingDataSweep, inputs.experiment.sweep)
         table, first = tables["table_points"], options.patterns[0]
@@ -138,13 +135,12 @@ class MissingDataFigure(Figure):
             ),
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log one skeleton with its missing points imputed, and errors over time and fractions."""
         sweep, table = inputs.sweep, tables["table_points"]
         options = cast(MissingDataSweep, inputs.experiment.sweep)
         true, found, imputed = sweep.shown_true, sweep.shown_found, sweep.shown_imputed
         times = np.arange(len(true)) / inputs.dataset.frame_rate_hz
-        index = {"time": times}
         # Its place in the world is where it was recorded: brought to the middle of the view, on the ground.
         ground = lift(true) - true[:, ROOT].mean(axis=0) * [1.0, 1.0, 0.0]
         error = np.linalg.norm(found - true, axis=-1)
@@ -154,20 +150,20 @@ class MissingDataFigure(Figure):
             f"({PATTERN_NAMES[Pattern(sweep.shown_pattern)]}), the one of median error. Grey: recorded; blue: "
             "reconstructed; orange: points that were imputed. In the image missing points are not there. Bars: mean "
             "relative error in percent over percent of missing points.\n",
+            at=times,
         ) as rec:
-            rec.skeleton("world/original", true + ground, index=index)
-            rec.skeleton("world/reconstructed", found + ground, index=index, colour="blue")
+            rec.skeleton("world/original", true + ground)
+            rec.skeleton("world/reconstructed", found + ground, colour="blue")
             if imputed.any():
                 # Points alone: a bone needs both its ends, so none is drawn between a joint and itself.
                 rec.skeleton(
                     "world/imputed",
                     np.where(imputed[..., None], found + ground, np.nan),
                     [(j, j) for j in range(true.shape[1])],
-                    index=index,
                     colour="orange",
                     thickness_mm=16.0,
                 )
-            rec.image_points("image/observed", options.upright_mm(sweep.shown_image), index=index)
+            rec.image_points("image/observed", options.upright_mm(sweep.shown_image))
             for part, here, colour in (("imputed", imputed, "orange"), ("seen", seen, "blue")):
                 has = here.any(axis=1)
                 if has.any():

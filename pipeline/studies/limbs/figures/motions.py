@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -23,7 +22,7 @@ from pipeline.studies.limbs.motions import MotionsSweep
 from pipeline.studies.limbs.reconstructed_motions import Motions, MotionsOfBoth
 from pipeline.studies.limbs.trials import ROOT
 from pipeline.studies.presentation import entity_name
-from pipeline.studies.study import Figure
+from pipeline.studies.study import Figure, Tables
 from pipeline.validation import Count
 
 if TYPE_CHECKING:
@@ -49,7 +48,6 @@ LIGHT_COLOURS = {"green": "decided", "amber": "in_doubt", "red": "undecided"}
 Inputs = FigureInputs[LimbStretches, BasisFit, MotionsOfBoth]
 
 
-@dataclass(kw_only=True)
 class MotionsFigure(Figure):
     """Images, reconstructions from other views, whole trajectories."""
 
@@ -58,15 +56,15 @@ class MotionsFigure(Figure):
 
     mirrors: bool = False  # show the reconstructions in which mirrors of limbs in doubt were tried
     instants: Count = 4  # of each motion that are drawn
-    shown: list[str] = field(  # the first clip whose action says so is drawn
-        default_factory=lambda: ["dance", "jump", "cartwheel", "signals", "walk", "bending", "smooth angles"]
-    )
+    shown: list[str] = [  # the first clip whose action says so is drawn
+        "dance", "jump", "cartwheel", "signals", "walk", "bending", "smooth angles",
+    ]  # fmt: skip
 
     def _of(self, inputs: Inputs) -> Motions:
         """Return the reconstructions that the figure shows."""
         return inputs.sweep.mirrors_tried if self.mirrors else inputs.sweep.as_chosen
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: each joint of each clip and camera; ``table_clips``; ``table_limbs``.
 
         ``table_steps``: each clip and camera, from nothing known on; ``table_papers``: of clips in the paper's
@@ -97,7 +95,7 @@ class MotionsFigure(Figure):
         ]
         return list(dict.fromkeys(n for n in found if n is not None)) or [0]
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Error of every clip, with the paper's number: by camera on the page, from step to step in the picture."""
         options, sweep = _options(inputs), self._of(inputs)
         table, steps = tables["table_clips"], tables["table_steps"]
@@ -136,7 +134,7 @@ class MotionsFigure(Figure):
             ". Published: of one video of walking.",
         )
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], picture: Picture) -> None:
+    def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
         """Draw one clip before the first camera, before and after; the cameras from above; errors of all clips."""
         sweep, n = self._of(inputs), self.chosen(inputs)[0]
         middles = (np.arange(self.instants) + 0.5) * (sweep.truth.shape[1] - 1) / self.instants
@@ -168,35 +166,35 @@ class MotionsFigure(Figure):
         scene = MotionScene(image=image, rows=rows[-2:], ground=truth[:, ROOT, :2], cameras=cameras)
         picture.motion(scene, WALKER15.bones)
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log every clip shown from every camera: truth, reconstruction by confidence, image, whole trajectories."""
         sweep, options = self._of(inputs), _options(inputs)
         numbers, cameras = self.chosen(inputs), [str(camera) for camera in sweep.cameras]
         confidence = confidences(sweep.mirror_margin)
         words = {n: entity_name(str(inputs.dataset.clip[sweep.stretch[n]])) for n in numbers}
-        index = {"time": np.arange(sweep.truth.shape[1]) / inputs.dataset.frame_rate_hz}
         with begin(
             "\nOther clips can be switched on in the streams tree; they stand over the origin by their "
             "mean pelvis: `world/original/<clip>` (grey), `world/reconstructed/<camera>/<clip>/<confidence>`, "
             "`world/trajectories/<camera>/<clip>` of wrists and ankles.\n\nLimbs are green where the data have decided "
             "between a limb and its mirror, amber where they are in doubt, orange where both are as good.  "
-            "`table_clips.csv` has the error of each.\n"
+            "`table_clips.csv` has the error of each.\n",
+            at=np.arange(sweep.truth.shape[1]) / inputs.dataset.frame_rate_hz,
         ) as rec:
             for n in numbers:
                 shift = sweep.truth[n, :, ROOT].mean(axis=0) * [1.0, 1.0, 0.0]
                 truth = sweep.truth[n] - shift
-                rec.skeleton(f"world/original/{words[n]}", truth, index=index)
+                rec.skeleton(f"world/original/{words[n]}", truth)
                 _trace(rec, f"world/trajectories/original/{words[n]}", truth, "original")
                 for c, camera in enumerate(cameras):
                     positions = sweep.positions[n, c] - shift
                     for name, colour in LIGHT_COLOURS.items():
                         entity = f"world/reconstructed/{camera}/{words[n]}/{name}"
-                        _limbs_of(rec, entity, positions, confidence[n, c] == name, index, colour)
+                        _limbs_of(rec, entity, positions, confidence[n, c] == name, colour)
                     _trace(rec, f"world/trajectories/{camera}/{words[n]}", positions, "blue")
                     matrix, image = sweep.camera_matrix[n, c].copy(), options.upright_mm(sweep.images[n, c])
                     matrix[..., 3] += matrix[..., :3] @ shift
                     rec.camera(
-                        f"world/cameras/{camera}/{words[n]}", matrix, image, index=index,
+                        f"world/cameras/{camera}/{words[n]}", matrix, image,
                         distance_mm=options.distance_mm,
                     )  # fmt: skip
             first = words[numbers[0]]
@@ -256,7 +254,6 @@ def _limbs_of(
     entity: str,
     positions: np.ndarray,
     which: np.ndarray,
-    index: dict[str, np.ndarray],
     colour: str,
 ) -> None:
     """Add those limbs (14,) of a skeleton of one confidence, if there are any."""
@@ -266,7 +263,7 @@ def _limbs_of(
     apart = np.full_like(positions, np.nan)
     held = sorted({joint for bone in bones for joint in bone})
     apart[:, held] = positions[:, held]
-    rec.skeleton(entity, apart, bones, index=index, colour=colour, thickness_mm=9.0)
+    rec.skeleton(entity, apart, bones, colour=colour, thickness_mm=9.0)
 
 
 def _trace(rec: Recording, entity: str, positions: np.ndarray, colour: str) -> None:
@@ -274,4 +271,4 @@ def _trace(rec: Recording, entity: str, positions: np.ndarray, colour: str) -> N
     frames = len(positions)
     points = np.concatenate([positions[:, WALKER15.index(joint)] for joint in TRACED])
     steps = [(k * frames + t, k * frames + t + 1) for k in range(len(TRACED)) for t in range(frames - 1)]
-    rec.skeleton(entity, points[None], steps, index={"time": np.zeros(1)}, colour=colour, thickness_mm=2.0)
+    rec.skeleton(entity, points[None], steps, at=[0], colour=colour, thickness_mm=2.0)

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
-import pandas as pd
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.palette import Style
@@ -16,7 +14,7 @@ from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.limbs.dataset import LimbDataset, LimbStretches
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.proofs import Proofs, ProofSweep
-from pipeline.studies.study import Figure
+from pipeline.studies.study import Figure, Tables
 
 COLOURS = ("blue", "orange", "green", "purple", "sky", "amber")
 """Of the numbers of components, in turn."""
@@ -32,7 +30,6 @@ KEYS = ["frames", "components", "noise_px"]
 Inputs = FigureInputs[LimbStretches, BasisFit, Proofs]
 
 
-@dataclass(kw_only=True)
 class ProofsFigure(Figure):
     """Share of programmes proved, and what it costs."""
 
@@ -44,7 +41,7 @@ class ProofsFigure(Figure):
         """Validate the options against the rest of the experiment.  Raises InvalidInput if they do not fit."""
         cast(ProofSweep, experiment.sweep).require_frames(cast(LimbDataset, experiment.dataset).frames)
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: share proved; ``table_trials``: all; ``table_timing``: seconds of this machine."""
         each = tidy(inputs.sweep.rows, by=[*KEYS, "trial"])
         trials = each.drop(columns=["seconds", "first_seconds"])
@@ -71,7 +68,7 @@ class ProofsFigure(Figure):
             "table_trials": trials,
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Share proved and seconds against frames, for every number of cosines and noise."""
         options = cast(ProofSweep, inputs.experiment.sweep)
         table = tables["table"]

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.core import camera, fourier
@@ -15,7 +13,7 @@ from pipeline.scenes import Columns, Image2D, Notes, Space3D
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
-from pipeline.studies.study import Figure, Recorder
+from pipeline.studies.study import Figure, Recorder, Tables
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.figures.presentation import VIEW
 from pipeline.studies.walks.people_intervals import PeopleResampled
@@ -32,14 +30,13 @@ _SHARP: dict[str, Any] = {
 }  # fmt: skip
 
 
-@dataclass(kw_only=True)
 class BarCoverage(Figure):
     """Coverage and width of error bars."""
 
     model = AnatomicalModel
     sweep = Coverage
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """``table``: by method, bars and level; 95 % bars by view, joint group and walker beside it.
 
         ``table_walkers_views``, ``table_walkers_joints``: of every walker, anatomical and calibrated alone.
@@ -61,7 +58,7 @@ class BarCoverage(Figure):
             made[f"table{end}"] = people.means(rows, by, "covered_percent", ["half_width_mm"])
         return made
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Reliability as computed and calibrated; 95 % bars by view: what they cover and how wide they are."""
         styles = {name: STYLES[name] for name in METHODS}
         of = partial(Chart, by="method", styles=styles)
@@ -108,7 +105,7 @@ class BarCoverage(Figure):
             " multipliers by joint group, learnt from all other people. Bands: 95 % over people.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """One walker as a cloud: the truth, the most probable walker and samples of the posterior."""
         sweep, data = inputs.sweep, inputs.dataset
         sample = inputs.model.tested[sweep.sample_person]
@@ -117,7 +114,6 @@ class BarCoverage(Figure):
         seen = camera.project(walker, angle)
         seconds = 1.0 / data.frequency_hz[sample]
         times = np.arange(0.0, seconds, 1.0 / _PLAYED_HZ)
-        index = {"time": times}
         original = fourier.synthesise(walker, 1.0 / seconds, times)
         ground = lift(original)
 
@@ -128,26 +124,24 @@ class BarCoverage(Figure):
         with begin(
             f"\nThe walker shown is {who}, the one of median error, seen from {SAMPLE_VIEW_DEG:g}°. Thin: "
             f"{len(sweep.samples)} walkers drawn from the posterior; where they part, the image does not tell.\n",
+            at=times,
         ) as rec:
-            rec.skeleton("world/original", original + ground, index=index)
+            rec.skeleton("world/original", original + ground)
             rec.skeleton(
                 "world/reconstructed/anatomical",
                 motion(sweep.estimate),
-                index=index,
                 colour=STYLES["anatomical"].colour,
             )
             for number, missing in enumerate(sweep.samples, start=1):
                 rec.skeleton(
                     f"world/posterior/sample_{number:02d}",
                     motion(missing),
-                    index=index,
                     colour="sky",
                     thickness_mm=1.5,
                 )
             rec.image_points(
                 "image/observed",
                 fourier.synthesise(seen, 1.0 / seconds, times),
-                index=index,
             )
             space = Space3D(name="truth, reconstruction and samples of the posterior")
             rec.blueprint(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,14 +16,13 @@ from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
 from pipeline.studies.replicated import SD, aggregate
-from pipeline.studies.study import Figure, Recorder
+from pipeline.studies.study import Figure, Recorder, Tables
 from pipeline.studies.walks.figures.presentation import CURVES, VIEW
 from pipeline.studies.walks.joint_angles import JointAngleErrors, JointAngles
 
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, JointAngleErrors]
 
 
-@dataclass(kw_only=True)
 class JointAngleFigure(Figure):
     """Errors of hip, knee, shoulder and elbow flexion against view angle."""
 
@@ -33,7 +31,7 @@ class JointAngleFigure(Figure):
     over_people = ("table_walkers",)
     ranked_by = ("table_walkers", "rmse_deg")
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: each method, angle and view, over walkers; ``table_walkers``: each walker, over views.
 
         Walkers of whom a joint of the angle was not measured take no part in it.  ``table_summary``: mean, median and
@@ -57,7 +55,7 @@ class JointAngleFigure(Figure):
             "table_summary": over(walkers, which, "walkers", _median="median", _worst="max"),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """A column for each angle: its error, and below it the error without the constant offset."""
         shown = [angle for angle in JOINT_ANGLES if (tables["table"]["angle"] == angle).any()]
         charts = [
@@ -79,12 +77,12 @@ class JointAngleFigure(Figure):
             " mean over people. Average walker: its depth, the image kept.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log one walker over a cycle, own and reconstructed, with its joint angles."""
         sweep, methods = inputs.sweep, inputs.sweep.methods.tolist()
         count = len(sweep.shown_angle_rad[0])
         seconds = np.arange(count) / (count * sweep.stride_hz)
-        index, ground = {"time": seconds}, lift(sweep.shown_joints_mm[0])
+        ground = lift(sweep.shown_joints_mm[0])
         shown = {
             "original": Style("original", "original"),
             **{f"reconstructed/{m}": CURVES[m] for m in methods},
@@ -93,12 +91,12 @@ class JointAngleFigure(Figure):
             f"\nThe walker of median error, {inputs.samples[sweep.shown[0]]}, over one cycle: original and "
             "reconstructed from the frontal view. Curves: flexion of the left "
             "side in degrees.\n",
+            at=seconds,
         ) as rec:
             for number, (name, style) in enumerate(shown.items()):
                 rec.skeleton(
                     f"world/{name}",
                     sweep.shown_joints_mm[number] + ground,
-                    index=index,
                     colour=style.colour,
                 )
                 for k, angle in enumerate(JOINT_ANGLES):

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
-
-import pandas as pd
 
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.replicated import aggregate
-from pipeline.studies.study import Figure
+from pipeline.studies.study import Figure, Tables
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.sweeps.laboratories import LABORATORY, PERSON, Laboratories, LaboratoryErrors
 from pipeline.studies.walks.sweeps.ladder import STYLES
@@ -32,7 +29,6 @@ SPANNED = {
 LEFT_OUT = {PERSON: "person", LABORATORY: "laboratory"}
 
 
-@dataclass(kw_only=True)
 class LearningCurves(Figure):
     """Errors and bars across laboratories, and by the number of people and laboratories that are learnt from."""
 
@@ -40,7 +36,7 @@ class LearningCurves(Figure):
     sweep = Laboratories
     timeline = "people"
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """``table``: by people learnt from; ``table_sources``: by laboratory, what is learnt from, and method.
 
         ``table_walkers``: of every walker, what ``table_sources`` is the mean of; ``table_summary``: over everybody,
@@ -61,7 +57,7 @@ class LearningCurves(Figure):
             "table_walkers": tidy(rows, by=["learnt_from", "tested", "method", "person"]),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Errors by people learnt from, of known and unknown laboratories; variance spanned; bars by laboratory."""
         curve = partial(
             Chart, x="people", y="absolute_error_mm2", by="method", styles=CURVES, zero=True,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -14,7 +13,7 @@ from pipeline.scenes import Columns, Matrix, Notes, Rows
 from pipeline.studies.eigenwalkers.model import EigenwalkersModel
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import sd, tidy
-from pipeline.studies.study import Figure, Recorder
+from pipeline.studies.study import Figure, Recorder, Tables
 from pipeline.studies.walks.figures.view_errors import Inputs, over_walkers
 from pipeline.studies.walks.known_view import KnownView
 from pipeline.studies.walks.methods import Baseline, Method
@@ -23,7 +22,6 @@ from pipeline.validation import InvalidInput
 PUBLISHED = Reference(x="zhang2007_optimal_variance", label="published 70")
 
 
-@dataclass(kw_only=True)
 class NoiseVariance(Figure):
     """Error of approach II against sigma²."""
 
@@ -40,7 +38,7 @@ class NoiseVariance(Figure):
                 "σ² is swept for approach II alone", where="sweep.methods", expected="map among the methods"
             )
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """``table``: mean over walkers and views; ``table_views``: per view; ``table_people``: per walker.
 
         ``table_paired``: what each σ² adds to the error of the best one, walker by walker; ``table_nested``: σ² that
@@ -76,7 +74,7 @@ class NoiseVariance(Figure):
             "table_nested": tidy(pd.concat([sweep.chosen, average]), by=["walker", "method"]),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Mean error against σ², the optimum and the published one marked; what σ² adds; the error of single views."""
         table, views = tables["table"], inputs.sweep.view_angle_deg
         best = table["absolute_error_mm2"].to_numpy().argmin()
@@ -117,7 +115,7 @@ class NoiseVariance(Figure):
         caption = f"Bands: {inputs.banded}; in (b) 95 % intervals over people." + ("" if inside else at_end)
         return Sheet(charts=[mean, added, of_views], columns=3, panel_size=(2.5, 2.2), caption=caption)
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """The curves over sigma², and the error of every view at every sigma² with its valley."""
         views = inputs.sweep.sigma2_view_mm2
         valley = np.column_stack([np.arange(len(views)), views.argmin(axis=1)])

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
-
-import pandas as pd
 
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Matrix, Notes, Rows
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
-from pipeline.studies.study import Figure, Recorder
+from pipeline.studies.study import Figure, Recorder, Tables
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.people_intervals import PeopleResampled
 from pipeline.studies.walks.sweeps.ladder import STYLES
@@ -36,14 +33,13 @@ WORDS = {
 }
 
 
-@dataclass(kw_only=True)
 class NoiseTolerance(Figure):
     """Errors and coverage under errors of the observed dimensions."""
 
     model = AnatomicalModel
     sweep = ObservedNoise
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """``table``: by condition and method; ``table_walkers``: by walker."""
         sweep = inputs.sweep.rows
         people = PeopleResampled(len(inputs.model.people), inputs.experiment.seed)
@@ -68,7 +64,7 @@ class NoiseTolerance(Figure):
             "table_walkers": tidy(walkers, by=["walker", "condition", "method"]),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Error and coverage under each condition."""
         by_condition = partial(
             Chart, x="condition", x_label="error of the image", words=WORDS, by="method", styles=METHODS
@@ -86,7 +82,7 @@ class NoiseTolerance(Figure):
             " people.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Error of every walker under every condition, walkers down and conditions across."""
         walkers = tables["table_walkers"]
         with begin(

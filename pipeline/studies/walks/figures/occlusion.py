@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -11,7 +10,7 @@ import pandas as pd
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
-from pipeline.studies.study import Figure
+from pipeline.studies.study import Figure, Tables
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.figures.presentation import VIEW
 from pipeline.studies.walks.people_intervals import PeopleResampled
@@ -32,7 +31,6 @@ WORDS = {
 MOST_HIDDEN = "far_side"
 
 
-@dataclass(kw_only=True)
 class HiddenJointErrors(Figure):
     """Errors and bars of hidden joints."""
 
@@ -40,7 +38,7 @@ class HiddenJointErrors(Figure):
     sweep = Occlusion
     timeline = "view_angle_deg"
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """``table``: by hidden joints, method and view; ``table_hidden``: over views; bars and walkers beside them.
 
         ``table_bars`` is over the three axes of the hidden joints, ``table_axes`` has each of them.
@@ -85,7 +83,7 @@ class HiddenJointErrors(Figure):
             ),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Distance by hidden joints, and by view; what the bars cover; the error of what is seen."""
         styles = {name: STYLES[name] for name in METHODS}
         distance = partial(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import permutations
 from typing import Any
 
@@ -19,7 +18,7 @@ from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, columns_of, tidy
 from pipeline.studies.presentation import entity_name, lift
-from pipeline.studies.study import Figure, Picture, Recorder
+from pipeline.studies.study import Figure, Picture, Recorder, Tables
 from pipeline.studies.walks.figures.presentation import METHODS, TRIED
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
 from pipeline.studies.walks.methods import Baseline
@@ -40,7 +39,6 @@ _TITLES = {"least_squares": "Approach I", "map": "Approach II", "anatomical": "A
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, KnownViewErrors]
 
 
-@dataclass(kw_only=True)
 class Postures(Figure):
     """Postures over one cycle, original and reconstructed."""
 
@@ -53,7 +51,7 @@ class Postures(Figure):
     instants: Count = 5  # of the cycle that are drawn
     recorded: Count = 24  # walkers of the recording, spread over all; 80 of them would take 14 MB
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """``table``: joints of one walker at each instant; ``table_demonstrations``: every walker, every view.
 
         ``table_identification``: whether a walker seen from one view is told among all seen from another.
@@ -113,7 +111,7 @@ class Postures(Figure):
             "table_identification": _identification(inputs),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """RMS error of every walker from the middle view, on the page."""
         tried = [m for m in TRIED if m in inputs.sweep.methods]
         views = inputs.sweep.demonstration_view_deg
@@ -133,7 +131,7 @@ class Postures(Figure):
             " show.",
         )
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], picture: Picture) -> None:
+    def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
         """Rows of postures, each seen along the observed horizontal, so that across the page runs what was missing."""
         columns = columns_of(tables["table"])
         methods = inputs.sweep.methods.tolist()
@@ -162,7 +160,7 @@ class Postures(Figure):
             groups.append((title, rows))
         picture.postures(groups, WALKER15.bones)
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Walkers, original and reconstructed from every demonstration view, walking in place."""
         data, views = inputs.dataset, inputs.sweep.demonstration_view_deg
         methods = inputs.sweep.methods.tolist()
@@ -170,7 +168,6 @@ class Postures(Figure):
         middle = 1 if len(views) > 1 else 0
         seconds = 1.0 / np.median(data.frequency_hz)
         times = np.arange(0.0, seconds, 1.0 / _PLAYED_HZ)
-        index = {"time": times}
         recorded = sorted({self.walker, *evenly(self.recorded, len(inputs.samples)).tolist()})
         with begin(
             f"\n{len(recorded)} of {len(inputs.samples)} walkers are played at one common pace and can be switched on"
@@ -179,6 +176,7 @@ class Postures(Figure):
             "Grey: original; spheres of wire, and rings in the image: joints that no marker gave. "
             + ", ".join(f"{colour_name(TRIED[m].colour)}: {TRIED[m].label}" for m in methods)
             + ".\n",
+            at=times,
         ) as rec:
             for r in recorded:
                 word = entity_name(inputs.samples[r])
@@ -188,21 +186,18 @@ class Postures(Figure):
                 rec.skeleton(
                     f"world/original/{word}",
                     original + ground,
-                    index=index,
                     estimated=estimated,
                 )
                 for v, view in enumerate(views):
                     rec.image_points(
                         f"image/observed/view_{view:.0f}/{word}",
                         fourier.synthesise(camera.project(truth, np.radians(view)), 1.0 / seconds, times),
-                        index=index,
                         estimated=estimated,
                     )
                     for m, method in enumerate(methods):
                         rec.skeleton(
                             f"world/reconstructed/{method}/view_{view:.0f}/{word}",
                             fourier.synthesise(reconstructed(inputs, m, r, v), 1.0 / seconds, times) + ground,
-                            index=index,
                             colour=TRIED[method].colour,
                             estimated=estimated,
                         )

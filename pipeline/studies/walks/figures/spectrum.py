@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-import pandas as pd
 
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.core import fourier
@@ -17,7 +14,7 @@ from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
-from pipeline.studies.study import Figure, NoResult, Recorder
+from pipeline.studies.study import Figure, NoResult, Recorder, Tables
 
 EIGENWALKERS_SHOWN = 3
 
@@ -36,7 +33,6 @@ PUBLISHED = {
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, NoResult]
 
 
-@dataclass(kw_only=True)
 class Spectrum(Figure):
     """Cumulative variance and share of each harmonic."""
 
@@ -44,7 +40,7 @@ class Spectrum(Figure):
     over_people = ("table", "table_harmonics")
     ranked_by = ("table", "cumulative_fraction")
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: variance of each component; ``table_harmonics``: share of each harmonic per walker."""
         model, data = inputs.model, inputs.dataset
         share = model.eigenvalues / model.total_variance
@@ -72,7 +68,7 @@ class Spectrum(Figure):
             ),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """The variance that a number of components leaves."""
         kept, table = inputs.model.kept, tables["table"]
         reached = 100 * table["cumulative_fraction"][kept - 1]
@@ -106,16 +102,15 @@ class Spectrum(Figure):
         )
         return Sheet(charts=[chart], caption=f"Band: {inputs.banded}." * (len(left) > 1))
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log the average walker and the first eigenwalkers, walking, beside the spectrum."""
         table, model = tables["table"], inputs.model
         frequency = inputs.dataset.frequency_hz.mean()
         times = np.arange(0, 1.0 / frequency, 1.0 / 60.0)
-        with begin() as rec:
-            index = {"time": times}
+        with begin(at=times) as rec:
             average = fourier.synthesise(unflatten(model.mean), frequency, times)
             ground = lift(average)
-            rec.skeleton("world/average", average + ground, index=index)
+            rec.skeleton("world/average", average + ground)
             for n in range(min(EIGENWALKERS_SHOWN, len(model.components))):
                 reach = 2.0 * np.sqrt(model.eigenvalues[n])
                 for sign, word, colour in ((-1, "minus", "orange"), (1, "plus", "blue")):
@@ -123,7 +118,6 @@ class Spectrum(Figure):
                     rec.skeleton(
                         f"world/eigenwalker_{n + 1}/{word}_2_sd",
                         fourier.synthesise(walker, frequency, times) + ground,
-                        index=index,
                         colour=colour,
                     )
             components = table["component"].to_numpy()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -12,7 +11,7 @@ from pipeline.charts import Chart, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
-from pipeline.studies.study import Figure
+from pipeline.studies.study import Figure, Tables
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.figures.presentation import VIEW
 from pipeline.studies.walks.people_intervals import PeopleResampled
@@ -27,7 +26,6 @@ BASELINE = "map_tuned"
 SHOWN = {name: style for name, style in STYLES.items() if METHODS[name].part}
 
 
-@dataclass(kw_only=True)
 class StructureLadder(Figure):
     """Error of each step of the ladder, by view and in all."""
 
@@ -36,7 +34,7 @@ class StructureLadder(Figure):
     sequence = "seen_from_deg"
     timeline = "view_angle_deg"
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """``table``: by method and view; ``table_ladder``: by method; ``table_walkers``: of every walker."""
         model = inputs.model
         people = PeopleResampled(len(model.people), inputs.experiment.seed)
@@ -80,7 +78,7 @@ class StructureLadder(Figure):
             "table_walkers": tidy(walkers, by=["walker", "method"]),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Error against view; every step with its interval; the whole against MAP, person by person."""
         error = partial(Chart, y="absolute_error_mm2", by="method", label="mean square error")
         step = partial(error, table="table_ladder", x="method")

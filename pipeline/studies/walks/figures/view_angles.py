@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import ClassVar
 
@@ -15,7 +14,7 @@ from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.replicated import aggregate
-from pipeline.studies.study import Figure
+from pipeline.studies.study import Figure, Tables
 from pipeline.studies.walks.figures.presentation import CURVES, VIEW
 from pipeline.studies.walks.unknown_view import UnknownView, ViewAngles
 
@@ -25,7 +24,6 @@ LEAST_RANGE_DEG = 5.0
 """Of the axis of the residual, either way."""
 
 
-@dataclass(kw_only=True)
 class ViewAngleEstimates(Figure):
     """Estimated against true view angle."""
 
@@ -36,7 +34,7 @@ class ViewAngleEstimates(Figure):
     rows_of: ClassVar = {"estimated_mean_deg": "error_deg"}
     sequence = timeline = "view_angle_deg"
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: per method and view; ``table_people``: the error of every walker at every view.
 
         ``table_walkers``: per walker and method, mean over views.  ``table_published``: the error of every walker by
@@ -84,7 +82,7 @@ class ViewAngleEstimates(Figure):
             name: tidy(found[each], by=["walker", *by]) for name, found in every.items() if len(found)
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Estimated against true angle, what is left of it, and the median of its size."""
         view = partial(Chart, **{**VIEW, "x_label": "true view angle"}, by="method", styles=CURVES)
         estimate = partial(view, y="estimated_mean_deg", band="estimated_sd_deg")

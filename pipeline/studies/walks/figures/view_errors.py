@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, cast
 
@@ -21,7 +20,7 @@ from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
 from pipeline.studies.replicated import SD, aggregate
-from pipeline.studies.study import Figure, Recorder
+from pipeline.studies.study import Figure, Recorder, Tables
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
 from pipeline.studies.walks.figures.presentation import CURVES, METHODS, VIEW
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
@@ -48,7 +47,6 @@ _SD = {
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, KnownViewErrors]
 
 
-@dataclass(kw_only=True)
 class ViewErrors(Figure):
     """Errors and missing variance against view angle."""
 
@@ -57,7 +55,7 @@ class ViewErrors(Figure):
     over_people = ("table", "table_walkers", "table_coefficients")
     sequence = "view_angle_deg"
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``, per method and view, and the tables beside it.
 
         ``table_people``: the same of every walker; ``table_walkers``: per walker and method, mean over views;
@@ -120,7 +118,7 @@ class ViewErrors(Figure):
             "person": data.person,
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Absolute error, relative error, variance of the missing dimension."""
         first = str(inputs.sweep.methods[0])
         view = partial(Chart, **VIEW, zero=True)
@@ -149,7 +147,7 @@ class ViewErrors(Figure):
             f" {inputs.banded}. Average walker: its depth, the image kept.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """The curves over view angle; one walker, seen and reconstructed from the angle at the cursor."""
         sweep, data, model = inputs.sweep, inputs.dataset, inputs.model
         views, angles = np.rint(sweep.view_angle_deg).astype(int), np.radians(sweep.view_angle_deg)
@@ -158,7 +156,6 @@ class ViewErrors(Figure):
         walker = error.argsort().iloc[len(error) // 2]  # the median one
         fold = model.fold(walker)
         truth = data.coefficients[walker]
-        index = {"view_angle_deg": views}
         instant = np.array([_INSTANT])
         posture = fourier.synthesise(truth, 1.0, instant)[0]
         ground = lift(posture)
@@ -166,6 +163,7 @@ class ViewErrors(Figure):
             f"\nThe walker shown is {inputs.samples[walker]}, the one of median error. Drag the cursor: the image "
             "is what the camera at that angle sees, the coloured skeletons what each approach makes of it.\n",
             timeline="view_angle_deg",
+            at=views,
         ) as rec:
             for method in sweep.methods.tolist():
                 if method == "anatomical":
@@ -182,16 +180,14 @@ class ViewErrors(Figure):
                 rec.skeleton(
                     f"world/reconstructed/{method}",
                     np.stack(again) + ground,
-                    index=index,
                     colour=CURVES[method].colour,
                 )
             rec.skeleton(
                 "world/original",
                 np.repeat(posture[None] + ground, len(views), axis=0),
-                index=index,
             )
             seen = np.stack([camera.project(posture, a) for a in angles])
-            rec.image_points("image/observed", seen, index=index)
+            rec.image_points("image/observed", seen)
             space = Space3D(name="original and reconstructed")
             scene = Columns(space, Image2D(name="observed", beside=space), shares=(3, 2))
             rec.blueprint(Columns(Rows(*rec.plots), Rows(scene, Notes(), shares=(3, 1))))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -14,7 +13,7 @@ from pipeline.palette import Style
 from pipeline.scenes import Columns, Matrix, Notes, Rows
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
-from pipeline.studies.study import Figure, Recorder
+from pipeline.studies.study import Figure, Recorder, Tables
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.figures.presentation import VIEW
 from pipeline.studies.walks.people_intervals import PeopleResampled
@@ -34,14 +33,13 @@ NEAR_DEG = 20.0
 """How far from the truth the posterior is drawn."""
 
 
-@dataclass(kw_only=True)
 class ViewPosterior(Figure):
     """View angles, how sure, and whether surely right."""
 
     model = AnatomicalModel
     sweep = ViewAngleBars
 
-    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> Tables:
         """``table``: by method and view; ``table_bars``: by level; ``table_walkers``: by walker."""
         rows, bars, which = inputs.sweep.rows, inputs.sweep.bars, ["method", "view_angle_deg"]
         people = PeopleResampled(len(inputs.model.people), inputs.experiment.seed)
@@ -77,7 +75,7 @@ class ViewPosterior(Figure):
             "table_walkers": tidy(each, by=["walker", "method"]),
         }
 
-    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Error and posterior width by view; the posterior about the true angle; error against width."""
         sweep = inputs.sweep
         middle, best = len(sweep.view_angle_deg) // 2, sweep.rows[sweep.rows["method"] == "anatomical"]
@@ -107,7 +105,7 @@ class ViewPosterior(Figure):
         ]  # fmt: skip
         return Sheet(charts=charts, columns=2, caption="Bands: 95 % intervals over people.")
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Error and posterior width over view angle; the posterior as a matrix."""
         with begin(
             "\nThe matrix: true angle down, candidates across, in the same degrees.\n",

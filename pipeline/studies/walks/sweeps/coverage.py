@@ -56,7 +56,6 @@ class Bars:
     samples: np.ndarray
 
 
-@dataclass(kw_only=True)
 class Coverage(Sweep):
     """Error bars at known views."""
 

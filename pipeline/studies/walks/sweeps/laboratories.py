@@ -87,7 +87,6 @@ def simulated_laboratories(
     return replace(data, coefficients=coefficients, residual_covariance=residual, source=names[of])
 
 
-@dataclass(kw_only=True)
 class Laboratories(Sweep):
     """Everybody by models of other people, and of other laboratories."""
 

@@ -46,7 +46,6 @@ class NoiseErrors:
     rows: pd.DataFrame
 
 
-@dataclass(kw_only=True)
 class ObservedNoise(Sweep):
     """Errors in the observed dimensions."""
 

@@ -61,7 +61,6 @@ class HiddenJoints:
     bars: pd.DataFrame
 
 
-@dataclass(kw_only=True)
 class Occlusion(Sweep):
     """Hidden joints at known views."""
 

@@ -44,7 +44,6 @@ class StructureErrors:
     rows: pd.DataFrame
 
 
-@dataclass(kw_only=True)
 class Structure(Sweep):
     """Ladder of the anatomical reconstruction at known views."""
 

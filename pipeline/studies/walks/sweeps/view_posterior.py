@@ -45,7 +45,6 @@ class ViewPosteriors:
     density: np.ndarray
 
 
-@dataclass(kw_only=True)
 class ViewAngleBars(Sweep):
     """Posterior of the view angle."""
 
