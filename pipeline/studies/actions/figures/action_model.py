@@ -13,11 +13,9 @@ import numpy as np
 import pandas as pd
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
-from pipeline.core import action_model, synchronization
-from pipeline.core.posture import PARAMETERS
+from pipeline.core import action_model
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Matrix, Notes, Rows, Space3D
-from pipeline.skeleton import POSTURE12, WALKER15
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.figures.alignments import (
     STYLES,
@@ -25,10 +23,11 @@ from pipeline.studies.actions.figures.alignments import (
     sequence_rows,
     skeleton,
 )
-from pipeline.studies.actions.figures.key_frame_agreement import alignments_compared, sequence_differences
-from pipeline.studies.actions.figures.new_people import patterns_of_others, space_tables, variance_along_modes
+from pipeline.studies.actions.figures.key_frame_agreement import alignments_compared
+from pipeline.studies.actions.figures.new_people import space_tables
 from pipeline.studies.actions.figures.pairs import pairs_table
-from pipeline.studies.actions.model import ALIGNMENTS, Action, ActionSpaceModel
+from pipeline.studies.actions.figures.performances import performances_table, posture_table
+from pipeline.studies.actions.model import Action, ActionSpaceModel
 from pipeline.studies.actions.timing import Timing, Timings
 from pipeline.studies.actions.without_mistiming import without_mistiming
 from pipeline.studies.figure_inputs import FigureInputs, tidy
@@ -92,14 +91,14 @@ class ActionModelFigure(Figure):
             "table": tidy(rows[columns], by=["performance"]),
             "distances": tidy(distances, by=["n", "m"]),
             "table_spectrum": _spectrum(action),
-            "table_performances": _performances(inputs),
+            "table_performances": performances_table(inputs),
             "table_stages": alignments_compared(action, options_of(inputs)),
             "table_pairs": pairs_table(inputs, baseline),
             "table_space": space,
             "table_space_draws": space_draws,
             "table_model": tidy(model, by=["sample", "component"]),
             "table_timing": pd.DataFrame(vars(inputs.sweep)),
-            "table_posture": _posture(inputs),
+            "table_posture": posture_table(inputs),
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
@@ -224,84 +223,3 @@ def _spectrum(action: Action) -> pd.DataFrame:
         "kept": component <= action.space.dimensions,
     }
     return tidy(columns, by=["component"])
-
-
-def _performances(inputs: Inputs) -> pd.DataFrame:
-    """Each performance by itself, and as one of a person who was not learnt from."""
-    action, data = inputs.model, inputs.dataset
-    postures = data.split(data.postures)
-    chosen, arbitrary = patterns_of_others(action.distances, data.person)
-    along, baseline = variance_along_modes(postures, data.person)
-    unseen = np.full((len(data.person), 1), np.nan)
-    deviation = action.linear - action.linear.mean(axis=(0, 1))
-    of_height, of_cosines = _explained(postures, action)
-    columns = {
-        "performance": inputs.samples,
-        "person": data.person,
-        "frames": np.diff(action.first),
-        "duration_s": data.duration_s,
-        "global_distance": action.distances.sum(axis=1),
-        "is_median": np.arange(len(inputs.samples)) == action.median,
-        "disparity_max_abs": np.abs(action.disparity).max(axis=1),
-        **{f"acceptance_{s}": action.accepted[s].mean(axis=1) for s in ALIGNMENTS[1:]},
-        **{
-            f"acceptance_person_{s}": action.accepted_person.get(s, unseen).mean(axis=1)
-            for s in ALIGNMENTS[1:]
-        },
-        "distance_from_median_of_others": chosen,
-        "distance_from_any_of_others": arbitrary,
-        "variance_along_modes_of_others": along,
-        "variance_along_numbers_of_others": baseline,
-        **{
-            f"squared_from_keyframe_{s}": sequence_differences(action, options_of(inputs), s)[0] ** 2
-            for s in ("linear", "synchronized")
-        },
-        "squared_deviation": (deviation**2).mean(axis=(1, 2)),
-        "height_explained": of_height,
-        "cosines_explained": of_cosines,
-        "cosine_change_max": [np.abs(np.diff(_cosines(p), axis=0)).max() for p in postures],
-        "angle_change_max": [_angle_change_max(_cosines(p)) for p in postures],
-    }
-    return tidy(columns, by=["performance"])
-
-
-def _explained(postures: list[np.ndarray], action: Action) -> list[np.ndarray]:
-    """Shares (M,) of the variance of height and of cosines that the mean of the other performances explains."""
-    normalised = np.stack([synchronization.normalise(p, action.linear.shape[1]) for p in postures])
-    all_in_step = synchronization.warp(normalised, action.disparity)  # (M, P, 37)
-    others = (all_in_step.sum(axis=0) - all_in_step) / (len(all_in_step) - 1)
-    left = ((all_in_step - others) ** 2).mean(axis=1)
-    whole = all_in_step.var(axis=1)
-    return [
-        1.0 - left[:, numbers].sum(axis=1) / whole[:, numbers].sum(axis=1)
-        for numbers in (slice(1), slice(1, None))
-    ]
-
-
-def _cosines(postures: np.ndarray) -> np.ndarray:
-    """Direction cosines (F, 12, 3) of postures (F, 37)."""
-    return postures[:, 1:].reshape(len(postures), len(POSTURE12.limbs), 3)
-
-
-def _angle_change_max(cosines: np.ndarray) -> float:
-    """Largest change from frame to frame of a limb's azimuth, as a share of half a turn: from 0 to 2 as of cosines."""
-    azimuth = np.arctan2(cosines[..., 1], cosines[..., 0])
-    return np.abs(np.diff(azimuth, axis=0)).max() / np.pi
-
-
-def _posture(inputs: Inputs) -> pd.DataFrame:
-    """What a posture is made of, how smoothly its cosines run, and how unequal C(n, m) and C(m, n) are."""
-    data, distances = inputs.dataset, inputs.model.distances
-    cosines = _cosines(data.postures)
-    within = np.delete(np.arange(1, len(cosines)), data.first[1:-1] - 1)  # not from one clip to the next
-    apart = ~np.eye(len(distances), dtype=bool)
-    row = {
-        "limbs": len(POSTURE12.limbs),
-        "joints": len(WALKER15.joints),
-        "numbers": PARAMETERS,
-        "numbers_per_limb": cosines.shape[2],
-        "asymmetry": np.abs(distances - distances.T)[apart].mean() / distances[apart].mean(),
-        "limb_norm_error_max": np.abs(np.linalg.norm(cosines, axis=-1) - 1.0).max(),
-        "cosine_change_max": np.abs(cosines[within] - cosines[within - 1]).max(),
-    }
-    return pd.DataFrame([row])

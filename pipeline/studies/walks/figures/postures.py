@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from itertools import permutations
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from pipeline.charts import Chart, Lines, Sheet
 from pipeline.core import camera, errors, fourier
@@ -19,6 +17,7 @@ from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, columns_of, tidy
 from pipeline.studies.presentation import entity_name, lift
 from pipeline.studies.study import Figure, Picture, Recorder, Tables
+from pipeline.studies.walks.figures.identification import identification_table, missing_dimensions
 from pipeline.studies.walks.figures.presentation import METHODS, TRIED
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
 from pipeline.studies.walks.methods import Baseline
@@ -27,16 +26,16 @@ from pipeline.validation import Count, CountOrAll, require_range
 _PLAYED_HZ = 30.0
 
 
+_TITLES = {"least_squares": "Approach I", "map": "Approach II", "anatomical": "Anatomical"}
+
+Inputs = FigureInputs[FourierSamples, Eigenwalkers, KnownViewErrors]
+
+
 def reconstructed(inputs: Inputs, method: int, walker: int, view: int) -> np.ndarray:
     """Fourier representation (5, 15, 3) put together from the observed view and the missing dimension."""
     truth = inputs.dataset.coefficients[walker]
     angle = np.radians(inputs.sweep.demonstration_view_deg[view])
     return camera.combine(camera.project(truth, angle), inputs.sweep.missing[method, walker, view], angle)
-
-
-_TITLES = {"least_squares": "Approach I", "map": "Approach II", "anatomical": "Anatomical"}
-
-Inputs = FigureInputs[FourierSamples, Eigenwalkers, KnownViewErrors]
 
 
 class Postures(Figure):
@@ -74,7 +73,7 @@ class Postures(Figure):
         # What the paper tries has its columns, empty where this run leaves it out: the ledger then knows why.
         published = list(METHODS) if inputs.experiment.paper == "zhang2007" else ["least_squares"]
         shown = [method for method in TRIED if method in methods or method in published]
-        missing, rows = _missing_dimensions(sweep), dict(iter(sweep.demonstrations.groupby("method")))
+        missing, rows = missing_dimensions(sweep), dict(iter(sweep.demonstrations.groupby("method")))
 
         def apart(one: str, other: str) -> np.ndarray | float:
             if not {one, other} <= missing.keys():
@@ -108,7 +107,7 @@ class Postures(Figure):
                 by=["view_angle_deg", "method", "instant"],
             ),
             "table_demonstrations": tidy(demonstrations, by=["walker", "view_angle_deg"]),
-            "table_identification": _identification(inputs),
+            "table_identification": identification_table(inputs),
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
@@ -229,41 +228,3 @@ class Postures(Figure):
                 ),
                 playing=True,
             )
-
-
-def _missing_dimensions(sweep: KnownViewErrors) -> dict[str, np.ndarray]:
-    """What each method and the average walker have at the demonstration views, (R, V, 5, 15) each."""
-    reconstructed = dict(zip(sweep.methods.tolist(), sweep.missing, strict=True))
-    return {**reconstructed, str(Baseline.average_walker): sweep.average_walker}
-
-
-def _identification(inputs: Inputs) -> pd.DataFrame:
-    """Whether the nearest of all reconstructions from another view is the same person's, for every pair of views.
-
-    The same walk is seen from both views: identification over walks of a person is harder.
-    """
-    sweep, data = inputs.sweep, inputs.dataset
-    person = np.unique(data.person, return_inverse=True)[1]
-    views = sweep.demonstration_view_deg
-    turned = np.radians(views)[None, :, None, None]
-    seen = camera.project(data.coefficients[:, None], turned)
-    blocks = []
-    for name, depth in _missing_dimensions(sweep).items():
-        walkers = camera.combine(seen, depth, turned)
-        flat = walkers.reshape(*walkers.shape[:2], -1)
-        for one, other in permutations(range(len(views)), 2):
-            apart = ((flat[:, one, None] - flat[None, :, other]) ** 2).sum(axis=-1)
-            blocks.append(
-                pd.DataFrame(
-                    {
-                        "person": data.person,
-                        "walker": inputs.samples,
-                        "method": name,
-                        "view_angle_deg": views[one],
-                        "among_view_angle_deg": views[other],
-                        "identified": (person[apart.argmin(axis=1)] == person).astype(int),
-                    }
-                )
-            )
-    columns = ["walker", "method", "view_angle_deg", "among_view_angle_deg"]
-    return tidy(pd.concat(blocks), by=columns)
