@@ -24,6 +24,8 @@ UNEVEN = 0.2
 """Share of the usual step by which a step in time may differ before the frames are put on an even grid."""
 LONGEST_GAP = 3.0
 """Steps over which a keypoint is interpolated on that grid."""
+_SHOULDERS, _HIPS = slice(11, 13), slice(23, 25)
+"""Places of these landmarks among the 33."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +127,7 @@ def keypoints_of(path: Path, pose: Pose, progress: Callable[[int], None] = lambd
     Raises
     ------
     InvalidInput
-        If the video cannot be read, or shows nobody.
+        If the video cannot be read, shows nobody, or people upside down: their mirror images would be found.
     """
     times: list[float] = []
     seen: list[tuple[int, int, np.ndarray]] = []
@@ -140,6 +142,8 @@ def keypoints_of(path: Path, pose: Pose, progress: Callable[[int], None] = lambd
     rate, uneven = frame_rate(np.array(times), frames_of(path)[1])
     frame, person = (np.array([one[k] for one in seen]) for k in (0, 1))
     points = np.stack([one[2] for one in seen])
+    if np.median(points[:, _SHOULDERS, 1] - points[:, _HIPS, 1]) > 0:
+        raise InvalidInput("people are upside down in the film", path.name, "a film that is turned by half")
     if uneven:
         at = (np.array(times)[frame] - times[0]) * rate
         frame, person, points = on_even_grid(at, person, points)

@@ -9,6 +9,7 @@ import os
 import struct
 import subprocess
 from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -18,10 +19,10 @@ from pipeline.formats import keypoints
 from pipeline.reconstruct.clip import Input, reconstruct_clip
 from pipeline.reconstruct.video import is_video, with_keypoints
 from pipeline.validation import InvalidInput
-from pipeline.video import kept, networks
+from pipeline.video import film, kept, networks
 from pipeline.video.film import frame_rate, on_even_grid, pictures
 from pipeline.video.overlay import key_frames
-from pipeline.video.pose import LANDMARKS, _shared, _to_square, anchors, region_of
+from pipeline.video.pose import LANDMARKS, Pose, _shared, _to_square, anchors, region_of
 
 
 def test_anchors_are_those_of_three_grids() -> None:
@@ -62,6 +63,23 @@ def test_uneven_time_stamps_are_put_on_an_even_grid_and_long_gaps_stay_open() ->
     assert set(person) == {0}
     assert not {5, 6, 7, 8, 9, 10, 11} & set(frame.tolist())
     assert frame_rate(np.zeros(4), 25.0) == (25.0, False)
+
+
+def test_a_film_that_hangs_upside_down_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    body = np.zeros((LANDMARKS, 3))
+    body[list(map(keypoints.MEDIAPIPE.index, ("left_hip", "right_hip", "left_ankle", "right_ankle"))), 1] = (
+        300.0,
+        300.0,
+        700.0,
+        700.0,
+    )
+    picture = np.zeros((720, 480, 3), dtype=np.uint8)
+    monkeypatch.setattr(film, "frames_of", lambda _: (2, 30.0))
+    for points, words in ((body, ""), (body * [1, -1, 1], "upside down")):
+        shown = [(at, picture, {0: points}) for at in (0.0, 1 / 30)]
+        monkeypatch.setattr(film, "followed", lambda *_, shown=shown: iter(shown))
+        with pytest.raises(InvalidInput, match=words) if words else nullcontext():
+            assert film.keypoints_of(Path("walk.mp4"), Pose.__new__(Pose)).width == 480
 
 
 def rewritten(content: bytes, change: Callable[[bytes, bytes], bytes]) -> bytes:

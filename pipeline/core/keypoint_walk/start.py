@@ -215,8 +215,8 @@ def find_starts(
     """
     model = prior.model
     seen = prior.detector.seen & often_seen(weights)
+    names = ", ".join(np.array(WALKER15.joints)[seen]) or "none"
     if seen.sum() < 4:
-        names = ", ".join(np.array(WALKER15.joints)[seen]) or "none"
         raise InvalidInput("fewer than four joints are seen in a fifth of the frames", received=names)
     shown, weights = weights > 0, weights * seen
     heights = prior.mean[:, 2, 0]
@@ -231,7 +231,7 @@ def find_starts(
     down = image[0, seen, 0, 1] - image[0, seen, 0, 1].mean()
     size = -(down @ z) / (z @ z)
     if size <= 0.2:
-        raise InvalidInput("nobody stands upright in the image", expected="heads above feet")
+        raise InvalidInput("nobody stands upright in the image", expected="heads above feet", received=names)
     phases = 2.0 * np.pi * np.arange(PHASES) / PHASES
     velocity = path.velocity_mm_s / size
     speed = 2.0 * np.pi * frequencies * belt_speed(prior)
