@@ -91,21 +91,19 @@ def frames_of(path: Path) -> tuple[int, float]:
 def followed(path: Path, pose: Pose) -> Iterator[tuple[float, np.ndarray, dict[int, np.ndarray]]]:
     """Seconds, pictures, and landmarks (33, 3) of everybody in them by number, from one picture to the next."""
     regions: dict[int, np.ndarray] = {}
-    known, since = 0, DETECT_EVERY
-    for time_s, picture in pictures(path):
-        since += 1
-        if not regions or since >= DETECT_EVERY:
-            since = 0
-            for region in pose.detect(picture):
+    known = 0
+    for number, (time_s, picture) in enumerate(pictures(path)):
+        if not regions or number % DETECT_EVERY == 0:
+            for region in pose.detect(picture, closer=number % DETECT_EVERY == 0):
                 if len(regions) < MOST_PEOPLE and not any(_same(region, other) for other in regions.values()):
                     regions[known] = region
                     known += 1
         found: dict[int, np.ndarray] = {}
         kept: dict[int, np.ndarray] = {}
-        for number, region in regions.items():
+        for person, region in regions.items():
             points, following, score = pose.place(picture, region)
             if score >= LEAST_SCORE and not any(_same(following, other) for other in kept.values()):
-                kept[number], found[number] = following, points
+                kept[person], found[person] = following, points
         regions = kept
         yield time_s, picture, found
 
@@ -138,7 +136,8 @@ def keypoints_of(path: Path, pose: Pose, progress: Callable[[int], None] = lambd
         seen += [(number, person, points) for person, points in people.items()]
         progress(number + 1)
     if not seen:
-        raise InvalidInput("nobody is seen in the video", path.name, received=f"{len(times)} frames")
+        expected = "people of a tenth of its longer side or more"
+        raise InvalidInput("nobody is seen in the video", path.name, expected, f"{len(times)} frames")
     rate, uneven = frame_rate(np.array(times), frames_of(path)[1])
     frame, person = (np.array([one[k] for one in seen]) for k in (0, 1))
     points = np.stack([one[2] for one in seen])

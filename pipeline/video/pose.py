@@ -14,6 +14,7 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -105,11 +106,24 @@ class Pose:
             for out in network.get_output_details()[:2]
         ]
 
-    def detect(self, picture: np.ndarray) -> list[np.ndarray]:
-        """Regions of the people in an RGB picture (H, W, 3), the surest first."""
+    def detect(self, picture: np.ndarray, *, closer: bool = False) -> list[np.ndarray]:
+        """Regions of the people in an RGB picture (H, W, 3), the surest first.
+
+        If nobody is found, `closer` looks into squares of half the side, which overlap, for people who are small.
+        """
         height, width = picture.shape[:2]
-        whole = np.array([width / 2.0, height / 2.0, float(max(width, height)), 0.0])
-        square = self._cv2.warpAffine(picture, _to_square(whole, DETECTOR_PX), (DETECTOR_PX, DETECTOR_PX))
+        side = float(max(width, height))
+        found = self._within(picture, np.array([width / 2.0, height / 2.0, side, 0.0]))
+        if closer and not found:
+            middles = product(*(_middles(extent, side / 2.0) for extent in (width, height)))
+            found = [
+                region for at in middles for region in self._within(picture, np.array([*at, side / 2.0, 0.0]))
+            ]
+        return found
+
+    def _within(self, picture: np.ndarray, window: np.ndarray) -> list[np.ndarray]:
+        """Regions of the people in a square region of a picture, the surest first."""
+        square = self._cv2.warpAffine(picture, _to_square(window, DETECTOR_PX), (DETECTOR_PX, DETECTOR_PX))
         raw, score = self._run(self._detector, square.astype(np.float32) / 127.5 - 1.0)
         sure = 1.0 / (1.0 + np.exp(-np.clip(score[:, 0], -50.0, 50.0)))
         found: list[tuple[np.ndarray, np.ndarray]] = []
@@ -121,7 +135,7 @@ class Pose:
             centre, extent = points[:2]
             box = np.concatenate([centre - extent / 2.0, centre + extent / 2.0])
             if all(_shared(box, other) < OVERLAP for other, _ in found):
-                place = (points[2:4] - 0.5) * whole[2] + whole[:2]
+                place = (points[2:4] - 0.5) * window[2] + window[:2]
                 found.append((box, region_of(*place)))
         return [region for _, region in found]
 
@@ -147,6 +161,12 @@ class Pose:
         seen = 1.0 / (1.0 + np.exp(-np.clip(rows[:, 3:5].min(axis=1), -50.0, 50.0)))
         points = np.concatenate([place, seen[:, None]], axis=1)[:LANDMARKS]
         return points, region_of(*place[list(AUXILIARY)]), score[0]
+
+
+def _middles(extent: float, side: float) -> np.ndarray:
+    """Middles of windows of a side that cover an extent, each over half of the next."""
+    spare = max(extent - side, 0.0)
+    return extent / 2.0 + np.linspace(-spare / 2.0, spare / 2.0, 1 + int(np.ceil(2.0 * spare / side)))
 
 
 def _shared(one: np.ndarray, other: np.ndarray) -> float:

@@ -44,6 +44,25 @@ def test_a_region_maps_its_centre_to_the_middle_and_its_rim_above_it(turn: float
     assert np.allclose(square @ [*rim, 1.0], [128.0, 128.0 - 256.0 / 2.5])
 
 
+def test_people_who_are_small_are_sought_in_squares_that_overlap(monkeypatch: pytest.MonkeyPatch) -> None:
+    looked: list[np.ndarray] = []
+
+    def within(self: Pose, picture: np.ndarray, window: np.ndarray) -> list[np.ndarray]:
+        looked.append(window)
+        return [window] * (len(looked) == 3)
+
+    monkeypatch.setattr(Pose, "_within", within)
+    pose, picture = Pose.__new__(Pose), np.zeros((1080, 1920, 3), dtype=np.uint8)
+    assert pose.detect(picture) == []
+    (found,) = pose.detect(picture, closer=True)
+    assert found[2] == 960.0
+    assert len(looked) == 1 + 1 + 6
+    covered = np.zeros((1080, 1920), dtype=bool)
+    for x, y, side, _ in np.array(looked[2:], dtype=int):
+        covered[max(y - side // 2, 0) : y + side // 2, max(x - side // 2, 0) : x + side // 2] = True
+    assert covered.all()
+
+
 def test_boxes_share_their_intersection_over_their_union() -> None:
     box = np.array([0.0, 0.0, 2.0, 1.0])
     assert _shared(box, box) == pytest.approx(1.0)
