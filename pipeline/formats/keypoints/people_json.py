@@ -316,7 +316,9 @@ def _detections(
         stamps = {name: str(_first(item, [title])) for name, item in frames}
         lines = range(1, len(stamps) + 1)
         table = Rows(f"{where}, times", [[stamp] for stamp in stamps.values()], lines, notes, header=[title])
-        at, rate = timed(table, 0, np.array([*number.values()]), rate)
+        # Somebody's points without a frame's number are of the frame that their time says.
+        in_turn = all(_first(one, _WHO) is None or _first(one, _WHICH_FRAME) is not None for _, one in frames)
+        at, rate = timed(table, 0, np.array([*number.values()]) if in_turn else None, rate)
         number = dict(zip(number, at, strict=True))
     found = [(number[name], *one) for name, item in frames for one in _people(item, f"{where}, frame {name}")]
     categories = content.get("categories")

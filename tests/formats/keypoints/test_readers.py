@@ -611,3 +611,16 @@ def test_gaps_may_be_written_as_a_number_that_is_no_place(tmp_path: Path, number
     assert np.isnan(found.points[3:]).all()
     assert (found.confidence[3:] == 0).all()
     assert f"19 keypoints are {number:.6g} in both coordinates and are taken as missing." in found.notes
+
+
+def test_people_of_one_time_without_a_frames_number_are_in_one_frame(tmp_path: Path) -> None:
+    points = [[100.0 + k, 200.0 + 3 * k, 0.9] for k in range(17)]
+    items = [
+        {"timestamp": number / 30, "person_id": who, "keypoints": points}
+        for number in range(20)
+        for who in ("1", "2")
+    ]
+    (tmp_path / "walk.json").write_text(json.dumps(items))
+    found = keypoints.read(tmp_path / "walk.json")
+    assert found.frame.tolist() == np.repeat(np.arange(20), 2).tolist()
+    assert found.frame_rate_hz == pytest.approx(30.0, rel=1e-3)
