@@ -255,6 +255,9 @@ def test_rounded_times_give_the_rate_that_they_can_bear(tmp_path: Path) -> None:
     assert read(tmp_path, times(40, 120)).frame_rate_hz == 120.0
     assert read(tmp_path, times(2000, 119.88)).frame_rate_hz == pytest.approx(119.88, rel=1e-4)
     assert read(tmp_path, times(3, 100)).frame_rate_hz == 100.0
+    coarse = read(tmp_path, times(300, 300))  # of milliseconds, not of a camera of 1000 Hz
+    assert (coarse.frame_rate_hz, len(coarse.positions_mm)) == (300.0, 300)
+    assert read(tmp_path, times(300, 300).replace("0.050,15,0,0\n", "")).frame_rate_hz == 300.0
     assert read(tmp_path, times(5, 120), frame_rate_hz=120.0).frame_rate_hz == 120.0
     lines = times(120, 30).splitlines(keepends=True)
     gap = read(tmp_path, "".join(lines[:41] + lines[81:]))
