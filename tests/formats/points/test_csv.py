@@ -525,7 +525,8 @@ def test_bids_motion_has_its_titles_and_its_rate_in_files_beside_it(tmp_path: Pa
     path.write_text("0\t.7\t1\t2\t3\n0.01\t.7\tx\t2\t3\n")
     with pytest.raises(InvalidInput, match=r"motion.tsv, line 2, column 'Head_x_m'"):
         formats.read(path)
-    for damage in ("{}", "[]", "{", '{"SamplingFrequency": "fast"}'):
+    rates = [f'{{"SamplingFrequency": {rate}}}' for rate in ('"fast"', "NaN", 0, -5)]
+    for damage in ("{}", "[]", "{", *rates):
         settings.write_text(damage)
         with pytest.raises(InvalidInput, match=r"motion.tsv: the channels or the rate cannot be read"):
             formats.read(path)
