@@ -90,7 +90,7 @@ def _split_points(table: Rows) -> None:
     held = {k for row in table.cells for k, cell in enumerate(row) if cell.startswith(("[", "("))}
     for column in sorted(held, reverse=True):
         title, marks = table.header[column], list(map(_NUMBER.findall, table.texts(column)))
-        if kinds := _KINDS.get(max(map(len, marks))):
+        if (kinds := _KINDS.get(max(map(len, marks)))) and "box" not in title.lower():
             table.header[column : column + 1] = [f"{title}_{kind}" for kind in kinds]
             for row, mark in zip(table.cells, marks, strict=True):
                 row[column : column + 1] = (mark + [""] * 4)[: len(kinds)]

@@ -426,9 +426,9 @@ def test_people_one_below_the_other_in_a_long_table_are_told_apart(tmp_path: Pat
     "cell", ["[{}, {}]", "({}, {}, 0.5)", "[{} {} -7 0.5]", "(np.float64({}), np.float64({}))"]
 )
 def test_cells_that_hold_a_point(cell: str, tmp_path: Path) -> None:
-    rows = [f'{t},"{cell.format(1.5, 2)}","{cell.format(-3, "4e-1")}"\n' for t in (0, 1)]
+    rows = [f'{t},"{cell.format(1.5, 2)}","{cell.format(-3, "4e-1")}","[1, 2, 3, 4]"\n' for t in (0, 1)]
     (tmp_path / "a.csv").write_text(
-        "frame,nose,left_knee\n" + "".join(rows) + "2,,\n" * ("," in cell), encoding="utf-8"
+        "frame,nose,left_knee,bbox\n" + "".join(rows) + "2,,,\n" * ("," in cell), encoding="utf-8"
     )
     found = keypoints.read(tmp_path / "a.csv")
     assert (found.names, found.frame.tolist()) == (("nose", "left_knee"), [0, 1])
