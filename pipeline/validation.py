@@ -260,8 +260,13 @@ class Options:
     """
 
     def __init_subclass__(cls) -> None:
+        kinds = vars(cls).get("__annotations__", {})
         for name, default in list(vars(cls).items()):
-            if isinstance(default, list | Options):
+            if name not in kinds and name in getattr(cls.__init__, "__annotations__", ()):
+                raise TypeError(
+                    f"{cls.__name__}.{name} needs a type: without one it is no default of the option"
+                )
+            if isinstance(default, list | Options) and "ClassVar" not in str(kinds.get(name, "ClassVar")):
                 setattr(cls, name, field(default_factory=partial(deepcopy, default)))
         dataclass(kw_only=True)(cls)
 

@@ -20,11 +20,12 @@ from pipeline.cli.walkers import (
     recorded_walk,
     target_file,
 )
-from pipeline.core import fourier, resampling
+from pipeline.core import fourier, resampling, walking
 from pipeline.formats import motion as motions
 from pipeline.formats.motion import Motion
 from pipeline.ingestion.corpus import joints_of
 from pipeline.skeleton import WALKER15
+from pipeline.skeleton.mapped_joints import map_joints
 from pipeline.storage.artefacts import packed
 from pipeline.storage.publishing import new_file
 from pipeline.validation import require_range
@@ -102,7 +103,10 @@ def export(arguments: Sequence[str]) -> Path:
 
 
 def recording(source: Path, options: Export) -> Motion:
-    """Return a recording: its points as they are, or with ``skeleton=`` the joints, z up; at a lower rate if asked."""
+    """Return a recording: its points as they are, or with ``skeleton=`` the joints, z up; at a lower rate if asked.
+
+    A unit that the file does not state is that of human legs.
+    """
     read = formats.read(source, units=options.units or None)
     if options.subject and not options.skeleton:
         read = mappings.of_one_person(read, mappings.shipped().values(), options.subject)
@@ -111,6 +115,13 @@ def recording(source: Path, options: Export) -> Motion:
     wanted = float(require_range("frame_rate_hz", asked, above=0, at_most=rate))
     count = int((len(read.positions_mm) - 1) * wanted / rate + 1e-9) + 1
     names, points, parents = read.names, read.positions_mm, None
+    if not options.skeleton and read.units_assumed:
+        fit = mappings.suggest(read, mappings.shipped().values())
+        if fit.usable:
+            legs = walking.leg_length(map_joints(read, fit.mapping)[0])
+            factor, sentence = mappings.rescaled(read, fit.mapping, legs)
+            points = points * factor
+            tell(sentence)
     if options.skeleton:
         _, joints, valid = joints_of(read, mappings.chosen(options.skeleton), options.subject)
         there = np.flatnonzero(valid.any(axis=0)).tolist()

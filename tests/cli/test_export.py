@@ -117,6 +117,17 @@ def test_a_recording_goes_from_format_to_format(walk: np.ndarray, tmp_path: Path
         np.testing.assert_array_equal(stored["positions_mm"], holed)
 
 
+def test_a_recording_without_a_unit_is_exported_in_that_of_human_legs(
+    walk: np.ndarray, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source = tmp_path / "a.trc"
+    trc.write(source, WALKER15.joints, walk / 1000, HZ)
+    source.write_text(source.read_text().replace("\tmm\t", "\t\t"))
+    motion = formats.read(export([str(source), f"to={tmp_path / 'b.c3d'}"]))
+    np.testing.assert_allclose(motion.positions_mm, walk, atol=1.0)
+    assert "no unit; its numbers are taken as m" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("points", [1, 256])
 def test_ezc3d_reads_what_is_written(points: int, tmp_path: Path) -> None:
     ezc3d = pytest.importorskip("ezc3d")

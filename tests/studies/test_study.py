@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import MISSING, fields, is_dataclass, replace
 from functools import cache
 from itertools import chain
-from typing import Any, get_type_hints
+from typing import Any, ClassVar, get_type_hints
 
 import numpy as np
 import pytest
@@ -166,6 +166,18 @@ def test_options_of_every_group_are_validated(name: str, override: str, words: s
 
 
 # --- the registry -----------------------------------------------------------------------------------------
+
+
+def test_lists_of_a_class_are_no_options_and_a_default_without_a_type_is_refused() -> None:
+    class Own(Grid):
+        colours = ["red"]
+        words: ClassVar[list[str]] = ["views"]
+
+    assert (Own(start=0.0, stop=1.0, step=1.0).words, Own.colours) == (["views"], ["red"])
+    with pytest.raises(TypeError, match=r"Wrong.stop needs a type"):
+
+        class Wrong(Grid):
+            stop = 3.0
 
 
 @pytest.mark.parametrize("group", registry.GROUPS)

@@ -106,9 +106,10 @@ def require_millimetres(positions: np.ndarray) -> None:
 
 
 def _require_sides(positions: np.ndarray) -> None:
-    """Refuse limbs that would be shorter with the lower ends of the other side, forelimbs only if steadier as well.
+    """Refuse limbs that would be shorter with the lower ends of the other side, and steadier.
 
-    Forearms and shanks may cross, as of folded arms; thighs and upper arms do not.
+    Limbs that cross, as folded arms and legs that scissor do, would not.  Thighs and upper arms that cross by half the
+    width of hips or shoulders need be steady as their own only: skin moves.
     """
     mirror = WALKER15.mirror
     for upper, lower in WALKER15.bones:
@@ -116,9 +117,12 @@ def _require_sides(positions: np.ndarray) -> None:
         lengths = np.linalg.norm(ends - positions[:, None, [upper, mirror[upper]]], axis=-1)
         lengths = lengths[np.isfinite(lengths).all(axis=(1, 2))]
         if len(lengths) and upper != mirror[upper]:
+            own, across = np.square(lengths).mean(axis=(0, 2))
+            varies, steady = lengths.std(axis=0).mean(axis=1)
             trunk = WALKER15.parents[upper]
-            (own, across), (varies, steady) = lengths.mean(axis=(0, 2)), lengths.std(axis=(0, 2))
-            if own > across and (trunk == mirror[trunk] or varies > steady):
+            width = positions[:, upper] - positions[:, mirror[upper]]
+            wide = trunk == mirror[trunk] and own - across > 0.5 * np.nanmean(np.square(width).sum(axis=1))
+            if own > across and varies > (0.8 if wide else 1.2) * steady + 0.1:
                 raise InvalidInput(
                     f"left and right are exchanged in the names of points, at {WALKER15.joints[lower]} or above"
                 )

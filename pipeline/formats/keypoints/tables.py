@@ -90,7 +90,7 @@ def _split_points(table: Rows) -> None:
     held = {k for row in table.cells for k, cell in enumerate(row) if cell.startswith(("[", "("))}
     for column in sorted(held, reverse=True):
         title, marks = table.header[column], list(map(_NUMBER.findall, table.texts(column)))
-        if kinds := _KINDS.get(max(map(len, marks))):
+        if (kinds := _KINDS.get(max(map(len, marks)))) and "box" not in title.lower():
             table.header[column : column + 1] = [f"{title}_{kind}" for kind in kinds]
             for row, mark in zip(table.cells, marks, strict=True):
                 row[column : column + 1] = (mark + [""] * 4)[: len(kinds)]
@@ -128,11 +128,14 @@ def _side_by_side(bodies: list[Any], parts: list[str], where: str) -> tuple[list
 
 
 def _crowd(names: list[str]) -> tuple[list[str], list[str]]:
-    """Who is in a table and the names of everybody's points, where names begin with somebody: ``person1_nose``."""
+    """Who is in a table and the names of everybody's points, where names begin with somebody: ``person1_nose``.
+
+    Without a number these may be sides, unless each has two knees: ``near_knee``, ``far_knee``.
+    """
     parts = [_SOMEBODY.sub("", name) for name in names]
     own = parts[: len({*parts})]
     crowd = [name.removesuffix(own[0])[:-1] for name in names[:: len(own)]]
-    told = crowd[0][-1:].isdigit() or (len(crowd) > 1 and "knee" in "".join(own).lower())
+    told = crowd[0][-1:].isdigit() or (len(crowd) > 1 and "".join(own).lower().count("knee") > 1)
     return (crowd, own) if told and parts == own * len(crowd) else ([""], names)
 
 

@@ -109,7 +109,7 @@ def frames_of(
     duration = float(times_s[-1] - times_s[0])
     # Times that are uniform as they are printed are exact.
     rounding = _rounding(times_s) if np.abs(steps / steps.mean() - 1).max() > 1e-6 else 0.0
-    rate = declared_hz or _rate(times_s)
+    rate = declared_hz or _rate(times_s, rounding)
     if not 1 <= rate <= 1e6:
         raise damaged("the times are not in seconds", place(1), "1 Hz or more", f"{rate:g} Hz")
     frames = np.maximum(np.round(steps * rate), 1)
@@ -144,18 +144,22 @@ def frames_of(
     return (times_s - times_s[0]) * rate, rate
 
 
-def _rate(times_s: np.ndarray) -> float:
-    """Return the lowest rate, in hertz, at which most steps are near to whole frames."""
+def _rate(times_s: np.ndarray, rounding: float) -> float:
+    """Return the lowest rate, in hertz, at which most steps are near to whole frames.
+
+    Rates whose frames are hardly longer than the last decimal count less: printed so, any time is near to one.
+    """
     steps = np.diff(times_s)
     typical = np.median(steps)
     usual = steps[steps <= _GAP * typical][:_ENOUGH]
     frames = np.arange(0.8, 3.3, 0.01)  # in a typical step
     fit = np.cos(2 * np.pi / typical * np.outer(frames, usual)).mean(axis=1)
-    rate = frames[np.argmax(fit - (0.1 + 1 / len(usual)) * frames)] / typical
+    price = 0.1 + 1 / len(usual) + 1.5 * rounding / typical
+    rate = frames[np.argmax(fit - price * frames)] / typical
     for apart in range(1, min(_APART, len(steps)) + 1):  # the farther, the less a late frame matters
         spans = times_s[apart:] - times_s[:-apart]
         spans = spans[spans <= _GAP * np.median(spans)]
-        rate = np.round(spans * rate).sum() / spans.sum()
+        rate = np.maximum(np.round(spans * rate), 1).sum() / spans.sum()
     return float(rate)
 
 

@@ -143,6 +143,22 @@ def test_points_of_the_other_side_are_refused(parts: list[str]) -> None:
         walking.require_millimetres(positions)
 
 
+def test_legs_that_scissor_and_shanks_that_cross_are_not_exchanged() -> None:
+    walk = overground(0).positions
+    hips, knees, ankles = (
+        [WALKER15.index(f"{side}_{part}") for side in ("left", "right")] for part in ("hip", "knee", "ankle")
+    )
+    inwards = np.diff(walk[:, hips], axis=1) * [[1.0], [-1.0]]
+    scissoring = walk.copy()
+    scissoring[:, knees] += 0.6 * inwards
+    scissoring[:, ankles] += 0.6 * inwards
+    walking.require_millimetres(scissoring)
+    sitting = np.repeat(walk[:1], 100, axis=0)
+    sitting[:, ankles] += 0.9 * inwards[:1]
+    walking.require_millimetres(sitting)
+    walking.require_millimetres(sitting + np.random.default_rng(1).normal(size=sitting.shape))
+
+
 def test_no_size_at_all_is_refused() -> None:
     with pytest.raises(InvalidInput, match="unit of length is wrong"):
         walking.require_millimetres(np.zeros((9, 15, 3)))

@@ -388,18 +388,24 @@ def test_people_may_have_names_without_a_number(kind: str, tmp_path: Path) -> No
         titles = [
             f"{who}_{part}_{axis}"
             for who in ("bob", "anna")
-            for part in ("nose", "left_knee")
+            for part in ("left_knee", "right_knee")
             for axis in "xy"
         ]
         (tmp_path / "a.csv").write_text(f"{','.join(titles)}\n" + "1,2,3,4,5,6,7,8\n" * 2, encoding="utf-8")
         found = keypoints.read(tmp_path / "a.csv")
-        assert found.names == ("nose", "left_knee")
+        assert found.names == ("left_knee", "right_knee")
     assert (found.frame.tolist(), found.identity.tolist()) == ([0, 0, 1, 1], ["bob", "anna"] * 2)
 
 
 @pytest.mark.parametrize(
     "names",
-    ["left_hip left_knee right_hip right_knee", "hip_left hip_right knee_left knee_right", "L_knee R_knee"],
+    [
+        "left_hip left_knee right_hip right_knee",
+        "hip_left hip_right knee_left knee_right",
+        "L_knee R_knee",
+        "near_hip near_knee far_hip far_knee",
+        "lt_knee lt_hip rt_knee rt_hip",
+    ],
 )
 def test_sides_and_joints_are_no_people(names: str, tmp_path: Path) -> None:
     titles = [f"{name}_{axis}" for name in names.split() for axis in "xy"]
@@ -420,9 +426,9 @@ def test_people_one_below_the_other_in_a_long_table_are_told_apart(tmp_path: Pat
     "cell", ["[{}, {}]", "({}, {}, 0.5)", "[{} {} -7 0.5]", "(np.float64({}), np.float64({}))"]
 )
 def test_cells_that_hold_a_point(cell: str, tmp_path: Path) -> None:
-    rows = [f'{t},"{cell.format(1.5, 2)}","{cell.format(-3, "4e-1")}"\n' for t in (0, 1)]
+    rows = [f'{t},"{cell.format(1.5, 2)}","{cell.format(-3, "4e-1")}","[1, 2, 3, 4]"\n' for t in (0, 1)]
     (tmp_path / "a.csv").write_text(
-        "frame,nose,left_knee\n" + "".join(rows) + "2,,\n" * ("," in cell), encoding="utf-8"
+        "frame,nose,left_knee,bbox\n" + "".join(rows) + "2,,,\n" * ("," in cell), encoding="utf-8"
     )
     found = keypoints.read(tmp_path / "a.csv")
     assert (found.names, found.frame.tolist()) == (("nose", "left_knee"), [0, 1])

@@ -255,6 +255,9 @@ def test_rounded_times_give_the_rate_that_they_can_bear(tmp_path: Path) -> None:
     assert read(tmp_path, times(40, 120)).frame_rate_hz == 120.0
     assert read(tmp_path, times(2000, 119.88)).frame_rate_hz == pytest.approx(119.88, rel=1e-4)
     assert read(tmp_path, times(3, 100)).frame_rate_hz == 100.0
+    coarse = read(tmp_path, times(300, 300))  # of milliseconds, not of a camera of 1000 Hz
+    assert (coarse.frame_rate_hz, len(coarse.positions_mm)) == (300.0, 300)
+    assert read(tmp_path, times(300, 300).replace("0.050,15,0,0\n", "")).frame_rate_hz == 300.0
     assert read(tmp_path, times(5, 120), frame_rate_hz=120.0).frame_rate_hz == 120.0
     lines = times(120, 30).splitlines(keepends=True)
     gap = read(tmp_path, "".join(lines[:41] + lines[81:]))
@@ -522,7 +525,8 @@ def test_bids_motion_has_its_titles_and_its_rate_in_files_beside_it(tmp_path: Pa
     path.write_text("0\t.7\t1\t2\t3\n0.01\t.7\tx\t2\t3\n")
     with pytest.raises(InvalidInput, match=r"motion.tsv, line 2, column 'Head_x_m'"):
         formats.read(path)
-    for damage in ("{}", "[]", "{", '{"SamplingFrequency": "fast"}'):
+    rates = [f'{{"SamplingFrequency": {rate}}}' for rate in ('"fast"', "NaN", 0, -5)]
+    for damage in ("{}", "[]", "{", *rates):
         settings.write_text(damage)
         with pytest.raises(InvalidInput, match=r"motion.tsv: the channels or the rate cannot be read"):
             formats.read(path)

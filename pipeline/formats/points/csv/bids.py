@@ -8,6 +8,7 @@ from pathlib import Path
 
 from pipeline.formats.contract import damaged
 from pipeline.formats.text import read_text
+from pipeline.validation import require_range
 
 
 def beside(path: Path) -> list[Path]:
@@ -34,7 +35,12 @@ def titles_and_rate(path: Path) -> tuple[str, float | None]:
             coordinate = f"{row['tracked_point']}_{row['component']}_{row['units']}".removesuffix("_n/a")
             other = f"{row['name']} {row['type']}"
             titles.append({"POS": coordinate, "LATENCY": "time"}.get(row["type"], other))
-        return "\t".join(titles) + "\n", float(json.loads(settings)["SamplingFrequency"])
+        rate = require_range("", float(json.loads(settings)["SamplingFrequency"]), above=0)
     except (LookupError, TypeError, ValueError):
-        expected = "columns name, type, component, tracked_point, units; a number SamplingFrequency"
-        raise damaged("the channels or the rate cannot be read", path.name, expected) from None
+        expected = (
+            "beside it _channels.tsv with columns name, type, component, tracked_point, units"
+            " and _motion.json with a number SamplingFrequency"
+        )
+        received = ", ".join(file.name for file in files)
+        raise damaged("the channels or the rate cannot be read", path.name, expected, received) from None
+    return "\t".join(titles) + "\n", rate
