@@ -263,7 +263,7 @@ def lines_of(chart: Chart, tables: Mapping[str, Any]) -> list[Line]:
     for lines in (chart, *chart.also):
         table = tables.get(lines.table) if isinstance(lines.table, str) else lines.table
         if table is None:
-            raise InvalidInput("no such table", where=lines.table, expected=", ".join(tables))
+            raise InvalidInput("no such table", lines.table, ", ".join(tables))
         found += _lines(chart, lines, table, len(found))
     if (
         chart.words
@@ -379,10 +379,7 @@ def from_json(plain: Mapping[str, Any], where: str = "") -> Chart:
         return Chart(**_restored(values))
     except TypeError as error:  # a field that there is no more
         raise InvalidInput(
-            "a chart of another version of this software",
-            where=where,
-            expected="the figure, made again",
-            received=error,
+            "a chart of another version of this software", where, "the figure, made again", error
         ) from None
 
 

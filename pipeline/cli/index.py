@@ -112,9 +112,7 @@ def refuse_slips(arguments: Sequence[str]) -> None:
 
 def _require(key: str, value: str, names: Iterable[str]) -> None:
     if value not in names:
-        raise InvalidInput(
-            "there is no such option", where=key, expected=" or ".join(sorted(names)), received=value
-        )
+        raise InvalidInput("there is no such option", key, " or ".join(sorted(names)), value)
 
 
 def _judge(key: str, value: str, known: Any) -> None:
@@ -127,14 +125,14 @@ def _judge(key: str, value: str, known: Any) -> None:
         if name not in known or "" in known:
             names = ", ".join(known) if "" not in known else ""
             expected = f"one of {names}" if names else "none: there are no options here"
-            raise InvalidInput("there is no such option", where=".".join(above), expected=expected)
+            raise InvalidInput("there is no such option", ".".join(above), expected)
         known = known[name]
     if isinstance(known, list):
         if re.fullmatch(r"[A-Za-z]\w*", value) and value not in known and value.lower() != "null":
-            raise InvalidInput("must be " + " or ".join(known), where=key, received=value)
+            raise InvalidInput("must be " + " or ".join(known), key, received=value)
     elif isinstance(known, dict) and "" in known:
         if _NO_NUMBER.fullmatch(value):
             whole = "a whole number" if known[""] == "int" else "a number"
-            raise InvalidInput(f"must be {whole}", where=key, received=value)
+            raise InvalidInput(f"must be {whole}", key, received=value)
         if re.fullmatch(r"-?\d+(\.\d+)?", value):
             require_range(key, float(value), **known["bounds"])

@@ -73,11 +73,11 @@ def recordings(source: Path) -> list[Path]:
     if source.is_file():
         return [source]
     if not source.is_dir():
-        raise InvalidInput("there is no such file or folder", where=source)
+        raise InvalidInput("there is no such file or folder", source)
     found = sorted(p for p in source.rglob("*") if formats.is_recording(p) and p.is_file())
     if not found:
         expected = "files ending in " + " ".join(formats.READERS)
-        raise InvalidInput("no motion capture in the folder", where=source, expected=expected)
+        raise InvalidInput("no motion capture in the folder", source, expected)
     return found
 
 
@@ -312,7 +312,7 @@ _UNITS = {"centimetres": "cm", "metres": "m", "inches": "in", "feet": "ft"}
 
 def _write(motion: MotionCapture, target: Path, source: Path, found: Findings, *, replace: bool) -> None:
     if target.suffix.lower() not in (".yaml", ".yml"):
-        raise InvalidInput("must end in .yaml", where="write", received=target.name)
+        raise InvalidInput("must end in .yaml", "write", received=target.name)
     proposal = nearest_joints.propose(motion, target.stem)
     with new_file(target, replace=replace, sources=[source]) as path:
         path.write_text(nearest_joints.REMARK + mappings.written(proposal, motion), encoding="utf-8")

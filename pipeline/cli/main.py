@@ -365,7 +365,7 @@ def _run(arguments: Sequence[str]) -> int:
     moment = _moment()
     results = next((item[8:] for item in reversed(arguments) if item.startswith("results=")), "results")
     if not results.strip(" \"'"):
-        raise InvalidInput("must name a folder", where="results", received="nothing")
+        raise InvalidInput("must name a folder", "results", received="nothing")
     try:
         arguments = [*arguments, f"hydra.sweep.dir=${{results}}/scratch/{moment}"]
         return run_hydra(arguments, _make_variant, on_this_machine)

@@ -144,7 +144,7 @@ def _measured(
             try:
                 make_figure(experiment, figure, store=Store(Path(experiment.results)))
             except InvalidInput as error:
-                raise InvalidInput(str(error), where=f"{switch.name}, {figure.name}") from None
+                raise InvalidInput(str(error), f"{switch.name}, {figure.name}") from None
         smoke = any(read_manifest(folder / figure)["scale"] == SMOKE for figure in switch.figures)
         made = {**plain_tables, **read_folder(folder, switch.figures)}
         claims = [
@@ -162,7 +162,7 @@ def _measured(
         without, with_it = (numbers_of(names, known) for known in (plain_tables, made))
         numbers.append(interventions.Numbers(**vars(switch), scale=scale, without=without, with_it=with_it))
     if not rows:
-        raise InvalidInput("no claim rests on the figures of this group", where=name)
+        raise InvalidInput("no claim rests on the figures of this group", name)
     return rows, numbers
 
 

@@ -130,7 +130,7 @@ def _all_postures(performances: Sequence[np.ndarray]) -> np.ndarray:
         require_shape(where, performance, ("F", given[0].shape[-1]))
         if not np.isfinite(performance).all():
             frame = int(np.argwhere(~np.isfinite(performance))[0][0])
-            raise InvalidInput(f"posture {frame} has values that are not finite", where=where)
+            raise InvalidInput(f"posture {frame} has values that are not finite", where)
     samples = np.concatenate(given)
     if len(samples) < 2:
         raise InvalidInput("one posture alone spans no space", expected="2 or more", received=len(samples))

@@ -108,7 +108,7 @@ def reconstructibility(
     require_shape("half chord", half_chord, require_shape("middle", middle, ("F", 3)).shape)
     require_shape("signs", signs, middle.shape[:1])
     if not (np.abs(signs) == 1.0).all():
-        raise InvalidInput("must be +1 or -1", where="signs", received=signs[np.abs(signs) != 1.0][0])
+        raise InvalidInput("must be +1 or -1", "signs", received=signs[np.abs(signs) != 1.0][0])
     truth, impostor = middle + signs[:, None] * half_chord, middle - signs[:, None] * half_chord
     if require_choice("reading", reading, Reading) == Reading.angle:
         across = require_shape("axis", axis, truth.shape)
@@ -210,8 +210,8 @@ def _checked(basis: np.ndarray, trajectory: np.ndarray) -> tuple[np.ndarray, np.
     if bad.any():
         raise InvalidInput(
             "a trajectory or its basis has a number that is not finite",
-            where=f"frame {bad.argmax()}",
-            expected="only the frames in which the limb was seen",
+            f"frame {bad.argmax()}",
+            "only the frames in which the limb was seen",
         )
     longest = np.linalg.norm(basis, 2) if basis.size else 0.0
     if longest > 1.0 + 1e-9:
@@ -232,7 +232,7 @@ def _compared(truth: float, impostor: float, size: float) -> Reconstructibility:
 
 def _confidence(value: float, red_below: float, green_above: float) -> Confidence:
     if np.isnan(value):
-        raise InvalidInput("must be a number", where="margin", received="nan")
+        raise InvalidInput("must be a number", "margin", received="nan")
     return "red" if value < red_below else "green" if value > green_above else "amber"
 
 

@@ -325,6 +325,6 @@ def _check_finite(values: np.ndarray, frames: np.ndarray) -> None:
     if wrong.any():
         raise InvalidInput(
             "the trajectory is not finite",
-            where=f"frame {frames[np.argmax(wrong)]}",
-            expected="finite numbers in the observed frames",
+            f"frame {frames[np.argmax(wrong)]}",
+            "finite numbers in the observed frames",
         )

@@ -63,7 +63,7 @@ def load(path: Path) -> Layout:
     content = read_mapping(path)
     points = tuple(content["points"])
     if len(points) != content["count"] or len(set(points)) != len(points):
-        raise InvalidInput("must list each point once", where=f"{path.name}, points", received=len(points))
+        raise InvalidInput("must list each point once", f"{path.name}, points", received=len(points))
     joints: dict[str, tuple[str, ...]] = {joint: (joint,) for joint in WALKER15.joints if joint in points}
     joints["head"] = tuple(require_choice(f"{path.name}, head", point, points) for point in content["head"])
     for derived in ("sternum", "pelvis"):  # middles of others, unless simulated

@@ -110,17 +110,17 @@ def load(folder: Path = SHIPPED) -> TrainedModel:
         remove_stale(folder.parent)
     for name in ("manifest.json", "model.npz"):
         if not (folder / name).is_file():
-            raise InvalidInput("no model of walkers", where=folder / name, expected="`make model`")
+            raise InvalidInput("no model of walkers", folder / name, "`make model`")
     return read_one(folder, _load)
 
 
 def _load(folder: Path) -> TrainedModel:
     manifest = json.loads(read_bytes(folder / "manifest.json"))
     if not isinstance(manifest, dict) or manifest.get("version") != VERSION:
-        raise InvalidInput("the model is of another version", where=folder, expected=VERSION)
+        raise InvalidInput("the model is of another version", folder, VERSION)
     data = read_bytes(folder / "model.npz")
     if digest(data) != manifest.get("sha256"):
-        raise InvalidInput("the model is not what its manifest says", where=folder / "model.npz")
+        raise InvalidInput("the model is not what its manifest says", folder / "model.npz")
     stored, _ = load_npz(data, "model.npz")
     arrays = {name: np.asarray(array, dtype=float) for name, array in stored.items()}
     for name, shape in (_SHAPES | {f"{k}_multipliers": ("K", *s) for k, s in _MULTIPLIERS.items()}).items():
@@ -140,9 +140,7 @@ def _load(folder: Path) -> TrainedModel:
     about = {k: v for k, v in manifest.items() if k not in of_the_file}
     sources = about.get("people_by_source")
     if not isinstance(sources, dict) or not sources:
-        raise InvalidInput(
-            "must tell how many people each source has", where="manifest.json, people_by_source"
-        )
+        raise InvalidInput("must tell how many people each source has", "manifest.json, people_by_source")
     for source, count in sources.items():
         require_range(f"manifest.json, people_by_source, {source}", count, at_least=1, whole=True)
     return TrainedModel(compact, calibrations, about)

@@ -108,13 +108,13 @@ class Recording:
         if kind is not None:
             return
         if not self._layout:
-            raise InvalidInput("the recording has no layout", where=self.name, expected="a call of blueprint")
+            raise InvalidInput("the recording has no layout", self.name, "a call of blueprint")
         with self.path.open("rb") as written:
             written.seek(-min(self.path.stat().st_size, len(_FOOTER) + 4), os.SEEK_END)
             # The library only logs that the disk is full.
             if _FOOTER not in written.read():
                 what = "cannot write results: the recording was cut short"
-                raise InvalidInput(what, where=self.path.name, expected="space on the disk")
+                raise InvalidInput(what, self.path.name, "space on the disk")
 
     def skeleton(
         self,
@@ -258,7 +258,7 @@ class Recording:
         half = np.zeros(len(values)) if sd is None else vector(f"{entity}, sd", sd)
         if half.shape != values.shape or half.min() < 0:
             expected = f"{len(values)} numbers of at least 0"
-            raise InvalidInput("a standard deviation that does not fit", where=entity, expected=expected)
+            raise InvalidInput("a standard deviation that does not fit", entity, expected)
         low, high = (values - half).min(), (values + half).max()
         extent = Extent((places[0], low), (places[-1], high))
         columns = self._claim(entity, extent, places, len(values))
@@ -348,7 +348,7 @@ class Recording:
         """
         a = require_finite(entity, require_shape(entity, array, ("R", "C"))).astype(np.float32)
         if not a.size:
-            raise InvalidInput("a matrix without numbers", where=entity, received=f"shape {a.shape}")
+            raise InvalidInput("a matrix without numbers", entity, received=f"shape {a.shape}")
         self._claim(entity)
         span = (float(a.min()), float(a.max()))
         self._static(entity, rr.DepthImage(a, colormap="viridis", depth_range=span))
@@ -390,9 +390,9 @@ class Recording:
         """Return the time columns of an entity, which may be used only once: static data would hide the rest."""
         if not re.fullmatch(r"[A-Za-z0-9_]+(/[A-Za-z0-9_]+)*", entity):
             expected = "words with / between"
-            raise InvalidInput("the path of an entity is not safe", where=repr(entity), expected=expected)
+            raise InvalidInput("the path of an entity is not safe", repr(entity), expected)
         if entity in self._extents:
-            raise InvalidInput("the entity has been used already", where=entity)
+            raise InvalidInput("the entity has been used already", entity)
         columns = [] if at is None else [time_column(entity, self.timeline, at, rows)]
         self._extents[entity] = extent
         return columns

@@ -101,10 +101,7 @@ def keep_light(folder: Path, target: Path, figures: Sequence[str], **traced: Any
         total = sum(sizes.values()) + (inside / archive.CHECKSUMS).stat().st_size
         if total > MOST_BYTES:
             raise InvalidInput(
-                "the light archive would be too large",
-                where=target,
-                expected=f"at most {MOST_BYTES} bytes",
-                received=total,
+                "the light archive would be too large", target, f"at most {MOST_BYTES} bytes", total
             )
     kinds: Counter[str] = Counter()
     for name, size in sizes.items():

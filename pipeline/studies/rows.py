@@ -99,7 +99,7 @@ def _require_alike(table: Table, expression: str) -> None:
 def _not_alike(table: Table, expression: str) -> InvalidInput:
     return InvalidInput(
         f"{expression!r} compares texts with numbers",
-        where=f"table {table.attrs.get('name', '')}".rstrip(),
+        f"table {table.attrs.get('name', '')}".rstrip(),
         received=", ".join(f"{name}: {table[name].dtype}" for name in columns_of(expression)),
     )
 
@@ -139,7 +139,7 @@ def require_columns(table: Table, *columns: str) -> None:
         if column not in table.columns:
             raise InvalidInput(
                 f"no column {column!r}",
-                where=f"table {table.attrs.get('name', '')}".rstrip(),
+                f"table {table.attrs.get('name', '')}".rstrip(),
                 received=", ".join(map(str, table.columns)) or "no columns",
             )
 

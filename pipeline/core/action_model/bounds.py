@@ -189,9 +189,9 @@ def acceptance_left_out(
         if (~out).sum() < 2:
             raise InvalidInput(
                 "fewer than two performances are left to learn from",
-                where=f"without group {label}",
-                expected="two or more",
-                received=(~out).sum(),
+                f"without group {label}",
+                "two or more",
+                (~out).sum(),
             )
         result[out] = accepted(learn(performances[~out]), performances[out], bound=bound)
     return result
@@ -206,7 +206,7 @@ def _samples_at(model: ActionModel, at: int | None) -> tuple[np.ndarray, np.ndar
 
 def _require_bound(bound: float) -> None:
     if not bound > 0.0:  # infinity is allowed: no bound
-        raise InvalidInput("must be above 0 standard deviations", where="the bound", received=f"{bound:g}")
+        raise InvalidInput("must be above 0 standard deviations", "the bound", received=f"{bound:g}")
 
 
 def _checked(performances: np.ndarray) -> np.ndarray:
@@ -222,6 +222,6 @@ def _checked(performances: np.ndarray) -> np.ndarray:
     if wrong.any():
         performance, posture = np.argwhere(wrong)[0]
         raise InvalidInput(
-            "a posture has a number that is not finite", where=f"performance {performance}, sample {posture}"
+            "a posture has a number that is not finite", f"performance {performance}, sample {posture}"
         )
     return performances

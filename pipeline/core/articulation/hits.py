@@ -99,7 +99,7 @@ class RayHits:
         """
         signs = np.asarray(signs, dtype=float)
         if signs.shape != self.status.shape or not (np.abs(signs) == 1.0).all():
-            raise InvalidInput("must be +1 or -1 for each frame", where="signs", received=signs.shape)
+            raise InvalidInput("must be +1 or -1 for each frame", "signs", received=signs.shape)
         return self.middle + signs[:, None] * self.half_chord
 
     def resolved(self) -> RayHits:

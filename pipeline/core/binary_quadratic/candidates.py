@@ -148,8 +148,8 @@ def programme_of(
         if (missing := ~np.isfinite(array).all(axis=1)).any():
             raise InvalidInput(
                 f"the {name} is missing",
-                where="all frames" if missing.all() else f"frame {np.argmax(missing)}",
-                expected="finite numbers: leave missing frames out, and their rows of the basis",
+                "all frames" if missing.all() else f"frame {np.argmax(missing)}",
+                "finite numbers: leave missing frames out, and their rows of the basis",
             )
     require_range("relax_below", relax_below, at_least=0.0, unit="mm")
     excess = np.eye(components) - basis.T @ basis

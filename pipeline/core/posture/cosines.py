@@ -212,7 +212,7 @@ def joints(postures: np.ndarray, limb_lengths: LimbLengths, *, frame: str = "par
         why, limb = found[number]
         raise InvalidInput(
             _UNDEFINED[why].format(limb=POSTURE12.limbs[limb]),
-            where=f"frame {number}" + (f", {POSTURE12.limbs[limb]}" if why == kernels.NO_COSINES else ""),
+            f"frame {number}" + (f", {POSTURE12.limbs[limb]}" if why == kernels.NO_COSINES else ""),
         )
     return positions
 
@@ -287,7 +287,7 @@ def _limbs(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     lengths = np.linalg.norm(limbs, axis=-1)
     if not lengths.all():
         frame, limb = np.argwhere(lengths == 0.0)[0]
-        raise InvalidInput("a limb has no length", where=f"frame {frame}, {POSTURE12.limbs[limb]}")
+        raise InvalidInput("a limb has no length", f"frame {frame}, {POSTURE12.limbs[limb]}")
     return limbs / lengths[..., None], lengths
 
 
@@ -298,5 +298,5 @@ def _checked(positions: np.ndarray) -> np.ndarray:
     finite = np.isfinite(positions).all(axis=-1)
     if not finite.all():
         frame, joint = np.argwhere(~finite)[0]
-        raise InvalidInput(f"the joint {WALKER15.joints[joint]} is missing", where=f"frame {frame}")
+        raise InvalidInput(f"the joint {WALKER15.joints[joint]} is missing", f"frame {frame}")
     return positions

@@ -128,8 +128,5 @@ def starting_path(
         return fit(continuous_angles(directions, chart=chart), rows, penalty=penalty)
     except InvalidInput as refusal:
         raise InvalidInput(
-            refusal.what,
-            where=f"the start of joint {called}",
-            expected=refusal.expected,
-            received=refusal.received,
+            refusal.what, f"the start of joint {called}", refusal.expected, refusal.received
         ) from None

@@ -251,6 +251,6 @@ def _check_start(given: Observations, unknowns: np.ndarray, called: Sequence[str
         frame, limb = wrong[0]
         raise InvalidInput(
             f"the start stands behind the camera in frame {frame}",
-            where=f"joint {called[limb + 1]}",
-            expected="joints that were seen in front of it",
+            f"joint {called[limb + 1]}",
+            "joints that were seen in front of it",
         )

@@ -77,24 +77,21 @@ def same_size(sequences: Sequence[np.ndarray] | np.ndarray, names: Sequence[str]
     for name, array in zip(called, arrays, strict=True):
         if array.ndim != 2 or array.size == 0:
             raise InvalidInput(
-                "not a sequence of postures",
-                where=name,
-                expected="(frames, dimensions), one or more of each",
-                received=array.shape,
+                "not a sequence of postures", name, "(frames, dimensions), one or more of each", array.shape
             )
         if array.shape[1] != arrays[0].shape[1]:
             raise InvalidInput(
                 "postures have another dimension",
-                where=name,
-                expected=f"{arrays[0].shape[1]}, as {called[0]} has",
-                received=array.shape[1],
+                name,
+                f"{arrays[0].shape[1]}, as {called[0]} has",
+                array.shape[1],
             )
         if len(array) != len(arrays[0]):
             raise InvalidInput(
                 "another length: normalise the time of all sequences first",
-                where=name,
-                expected=f"{len(arrays[0])} frames, as {called[0]} has",
-                received=len(array),
+                name,
+                f"{len(arrays[0])} frames, as {called[0]} has",
+                len(array),
             )
         # A comparison with NaN is false.
         usable = np.abs(array) < _LARGEST
@@ -103,7 +100,7 @@ def same_size(sequences: Sequence[np.ndarray] | np.ndarray, names: Sequence[str]
             value = array[frame, coordinate]
             what = "too large to be squared" if np.isfinite(value) else "not finite"
             raise InvalidInput(
-                f"coordinate {coordinate} of frame {frame} is {what}", where=name, received=f"{value:g}"
+                f"coordinate {coordinate} of frame {frame} is {what}", name, received=f"{value:g}"
             )
     return np.stack(arrays) if arrays else np.empty((0, 0, 0))
 

@@ -100,9 +100,9 @@ def choose_key_frames(sequences: Sequence[np.ndarray], *, count: int = 5) -> Key
         if len(x) < least:
             raise InvalidInput(
                 f"too short for {count} key-frames that are {SEPARATION:g} of the duration apart",
-                where=f"performance {number}",
-                expected=f"{least} frames",
-                received=len(x),
+                f"performance {number}",
+                f"{least} frames",
+                len(x),
             )
     bends = [curvature(x, where=f"performance {number}") for number, x in enumerate(given)]
     bends = [c / c.max() for c in bends]
@@ -159,8 +159,7 @@ def resample_by_key_frames(
     steps = np.diff(nodes, axis=1) > 0
     if not steps.all():
         raise InvalidInput(
-            "the key-frames do not increase between the ends",
-            where=f"performance {(~steps.all(axis=1)).argmax()}",
+            "the key-frames do not increase between the ends", f"performance {(~steps.all(axis=1)).argmax()}"
         )
     samples = np.round((frames / ends[:, None]).mean(axis=0) * (n_samples - 1)).astype(int)
     # With few samples two key-frames may round to one: moved apart, forwards and then back from the end.
@@ -208,8 +207,8 @@ def _all_checked(sequences: Sequence[np.ndarray]) -> list[np.ndarray]:
         if x.shape[1] != given[0].shape[1]:
             raise InvalidInput(
                 "the performances have different dimensions",
-                where=f"performance {number}",
-                expected=given[0].shape[1],
-                received=x.shape[1],
+                f"performance {number}",
+                given[0].shape[1],
+                x.shape[1],
             )
     return given

@@ -108,12 +108,7 @@ class HeldOutTracking(Sweep):
         if LeaveOut.person not in self.leave_out or len(np.unique(people)) > 1:
             return list(self.leave_out), []
         if self.leave_out == [LeaveOut.person]:
-            raise InvalidInput(
-                "one person cannot be left out",
-                where="sweep.leave_out",
-                expected="several people",
-                received="1",
-            )
+            raise InvalidInput("one person cannot be left out", "sweep.leave_out", "several people", "1")
         return [LeaveOut.performance], ["tracking: one person alone, so no person is left out"]
 
     def measure(self, inputs: ActionInputs) -> TrackingErrors:

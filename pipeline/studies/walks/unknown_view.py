@@ -75,15 +75,13 @@ class UnknownView(Sweep):
         """Validate the options.  Raises InvalidInput if one is out of range."""
         super().validate()
         if len(self.angle_range_deg) != 2:
-            raise InvalidInput(
-                "must be [low, high]", where="sweep.angle_range_deg", received=self.angle_range_deg
-            )
+            raise InvalidInput("must be [low, high]", "sweep.angle_range_deg", received=self.angle_range_deg)
         if Method.anatomical in self.methods and self.angle_range_deg != [-180.0, 180.0]:
             raise InvalidInput(
                 "the anatomical method looks at the whole circle",
-                where="sweep.angle_range_deg",
-                expected="[-180, 180]",
-                received=self.angle_range_deg,
+                "sweep.angle_range_deg",
+                "[-180, 180]",
+                self.angle_range_deg,
             )
 
     def of_populations(self) -> UnknownView:

@@ -181,9 +181,9 @@ class OptimalPath(Figure):
         if chosen >= count or chosen == median:
             raise InvalidInput(
                 "there is no such performance to synchronize",
-                where="figure.performance",
-                expected=f"0 to {count - 1} but for {median}, the median sequence, or -1",
-                received=self.performance,
+                "figure.performance",
+                f"0 to {count - 1} but for {median}, the median sequence, or -1",
+                self.performance,
             )
         return median, chosen
 

@@ -52,7 +52,7 @@ class Warp(Figure):
         if self.dimension > (most := inputs.model.space.dimensions):
             raise InvalidInput(
                 f"must be at most {most}, the dimensions of the aSpace",
-                where="figure.dimension",
+                "figure.dimension",
                 received=self.dimension,
             )
         rows = sequence_rows(inputs, [self.dimension])

@@ -386,9 +386,9 @@ def require_mirrored_grid(name: str, grid: Grid) -> None:
     if not mirrored_grid(values):
         raise InvalidInput(
             "views must lie alike on both sides of the frontal one",
-            where=name,
-            expected="start -90, stop 90 and a step that divides 90",
-            received=", ".join(f"{value:g}" for value in values[:4]),
+            name,
+            "start -90, stop 90 and a step that divides 90",
+            ", ".join(f"{value:g}" for value in values[:4]),
         )
 
 

@@ -58,9 +58,7 @@ class ViewAngleBars(Sweep):
         people = People(inputs.dataset, inputs.model)
         options: AnatomicalModel = inputs.model_options
         if not options.mirror:
-            raise InvalidInput(
-                "half of the circle stands for all of it", where="model.mirror", expected="true"
-            )
+            raise InvalidInput("half of the circle stands for all of it", "model.mirror", "true")
         plain = replace(
             approach_two(self.noise_variance_mm2), shrinkage=replace(PLAIN, mirror=True), all_walks=True
         )
