@@ -289,7 +289,7 @@ def _lines(chart: Chart, lines: Lines, table: Any, number: int) -> list[Line]:
         less = rows[lines.less] if lines.less else 0.0
 
         def scaled(column: str, rows: Mapping[str, np.ndarray] = rows, less: Any = less) -> np.ndarray:
-            values = lines.times * (np.asarray(rows[column], dtype=float) - less)
+            values = lines.times * (np.asarray(rows[column], float) - less)
             return np.maximum(values, chart.least) if chart.log_y else values
 
         values, band, interval = scaled(y), None, None
@@ -303,7 +303,7 @@ def _lines(chart: Chart, lines: Lines, table: Any, number: int) -> list[Line]:
         if len(ends) == 2 and style.interval:
             interval = (scaled(ends[0]), scaled(ends[1]))
         places = list(chart.words)
-        at = np.array([places.index(str(v)) for v in rows[x]] if places else rows[x], dtype=float)
+        at = np.array([places.index(str(v)) for v in rows[x]] if places else rows[x], float)
         kept = np.flatnonzero(np.isfinite(values) & np.isfinite(at))
         if chart.log_x:
             kept = kept[at[kept] > 0]

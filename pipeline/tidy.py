@@ -46,7 +46,7 @@ def rows_where(table: Table, where: Where, length: int) -> np.ndarray:
     >>> rows_where({"method": ["map", "map", "baseline"], "fold": [1, 2, 1]}, {"method": "map", "fold": [1, 3]}, 3)
     array([ True, False, False])
     """
-    chosen = np.ones(length, dtype=bool)
+    chosen = np.ones(length, bool)
     for name, wanted in where.items():
         several = not isinstance(wanted, str) and isinstance(wanted, Iterable)
         chosen &= np.isin(column(table, name), list(wanted) if several else [wanted])

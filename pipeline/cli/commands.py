@@ -163,9 +163,7 @@ def readme(arguments: Sequence[str]) -> int:
     made = {"figures": listed(), **published.rendered({"headline": layout["headline"]}, tables.read(path))}
     for name, document in (("figures", "figures.md"), ("headline", "results.md")):
         page = provenance.PROJECT / "docs" / document
-        page.write_text(
-            published.insert(page.read_text(encoding="utf-8"), {name: made[name]}), encoding="utf-8"
-        )
+        page.write_text(published.insert(page.read_text("utf-8"), {name: made[name]}), encoding="utf-8")
     return 0
 
 

@@ -82,7 +82,7 @@ def _not_utf8() -> str:
     """The first file of options whose bytes are no UTF-8."""
     for path in sorted(CONF.rglob("*.yaml")):
         try:
-            path.read_text(encoding="utf-8")
+            path.read_text("utf-8")
         except UnicodeDecodeError:
             return f"{path} (save it as UTF-8)"
     return "conf"

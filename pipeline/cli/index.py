@@ -46,7 +46,7 @@ def _index() -> dict[str, Any]:
     trees: dict[str, dict[str, Any]] = {}
     for group, classes in groups.items():
         known = {name: _tree(kind) for name, kind in classes.items()}
-        files = {path.stem: path.read_text(encoding="utf-8") for path in (CONF / group).glob("*.yaml")}
+        files = {path.stem: path.read_text("utf-8") for path in (CONF / group).glob("*.yaml")}
         for name, text in files.items():
             while name not in known and (base := _EXTENDS.search(text)):
                 above = base[1].removeprefix("base_")
@@ -94,11 +94,11 @@ def refuse_slips(arguments: Sequence[str]) -> None:
         return
     if (index := user_cache.remembered(_INDEX, lambda: None)) is None:
         return
-    chosen = dict(_CHOSEN.findall((CONF / "config.yaml").read_text(encoding="utf-8")))
+    chosen = dict(_CHOSEN.findall((CONF / "config.yaml").read_text("utf-8")))
     for key, value in given:
         if key == "experiment":
             _require(key, value, presets())
-            preset = (CONF / "experiment" / f"{value}.yaml").read_text(encoding="utf-8", errors="replace")
+            preset = (CONF / "experiment" / f"{value}.yaml").read_text("utf-8", errors="replace")
             chosen |= dict(_CHOSEN.findall(preset))
     for key, value in given:
         if key in index["groups"]:

@@ -315,7 +315,7 @@ def _write(motion: MotionCapture, target: Path, source: Path, found: Findings, *
         raise InvalidInput("must end in .yaml", "write", received=target.name)
     proposal = nearest_joints.propose(motion, target.stem)
     with new_file(target, replace=replace, sources=[source]) as path:
-        path.write_text(nearest_joints.REMARK + mappings.written(proposal, motion), encoding="utf-8")
+        path.write_text(nearest_joints.REMARK + mappings.written(proposal, motion), "utf-8")
     found.lines.append(
         f"proposed in {target}: {len(proposal.guessed)} of 15 joints, guessed from names and an average walker"
     )

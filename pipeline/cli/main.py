@@ -115,7 +115,7 @@ def command(name: str) -> Callable[[Sequence[str]], int]:
 def _help_of(name: str) -> str:
     """Return the docstring of a command, without the modules that it needs."""
     module, _, function = COMMANDS[name].partition(".")
-    tree = ast.parse((Path(__file__).parent / f"{module}.py").read_text(encoding="utf-8"))
+    tree = ast.parse((Path(__file__).parent / f"{module}.py").read_text("utf-8"))
     found = (node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == function)
     return ast.get_docstring(next(found)) or ""
 

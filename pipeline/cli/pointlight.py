@@ -137,11 +137,9 @@ def _in_view(target: Path, walk: Walk, options: Display) -> str:
     height, dot = options.height_px, options.dot_px
     words = _words(walk, lights, options)
     if suffix == ".svg":
-        target.write_text(
-            pointlight.as_svg(lights, height_px=height, dot_px=dot, title=words), encoding="utf-8"
-        )
+        target.write_text(pointlight.as_svg(lights, height_px=height, dot_px=dot, title=words), "utf-8")
     elif suffix == ".csv":
-        target.write_text(pointlight.as_csv(lights), encoding="utf-8")
+        target.write_text(pointlight.as_csv(lights), "utf-8")
     else:
         from pipeline.pictures.point_lights import draw_gif
 
@@ -194,7 +192,7 @@ def _walk(kind: str, path: Path, options: Display) -> Walk:
         coefficients, stride_hz = pointlight.synthetic_walker(gender)
         named = "average synthetic walker"
         named += f", {gender:+g} on the axis from women (-1) to men (+1)" if gender else ""
-        return Walk(named, coefficients, stride_hz, np.zeros(15, dtype=bool))
+        return Walk(named, coefficients, stride_hz, np.zeros(15, bool))
     if options.gender is not None:
         raise InvalidInput(
             "recordings do not say who is a man: only the synthetic population has this axis",
@@ -235,7 +233,7 @@ def _in_space(target: Path, walk: Walk, options: Display) -> str:
     times = np.arange(count) / pointlight.files.PTD_RATE_HZ
     positions = fourier.synthesise(walk.coefficients, walk.stride_hz, times)
     positions[..., 1] += (_speed(walk, options) * times)[:, None]
-    target.write_text(pointlight.as_ptd(positions), encoding="utf-8")
+    target.write_text(pointlight.as_ptd(positions), "utf-8")
     return f"{walk.name}: {count} frames at 60 Hz in three dimensions, inches, z up"
 
 

@@ -52,11 +52,11 @@ class ASpace:
 
     def project(self, postures: np.ndarray) -> np.ndarray:
         """Postures (…, 37) in the aSpace (…, b)."""
-        return (np.asarray(postures, dtype=float) - self.mean) @ self.components.T
+        return (np.asarray(postures, float) - self.mean) @ self.components.T
 
     def postures(self, coordinates: np.ndarray) -> np.ndarray:
         """Postures (…, 37) of points (…, b) of the aSpace; blended cosines, to be renormalised before drawing."""
-        return self.mean + np.asarray(coordinates, dtype=float) @ self.components
+        return self.mean + np.asarray(coordinates, float) @ self.components
 
 
 def smallest_dimensions(eigenvalues: np.ndarray, total_variance: float, variance: float) -> int:
@@ -124,7 +124,7 @@ def learn(
 def _all_postures(performances: Sequence[np.ndarray]) -> np.ndarray:
     if not len(performances):
         raise InvalidInput("no performances", expected="one or more", received="none")
-    given = [np.asarray(p, dtype=float) for p in performances]
+    given = [np.asarray(p, float) for p in performances]
     for number, performance in enumerate(given):
         where = f"performance {number}"
         require_shape(where, performance, ("F", given[0].shape[-1]))

@@ -103,8 +103,8 @@ def reconstructibility(
         If shapes do not fit, a number is not finite, there are under three frames, a sign is none, the basis is
         longer than one in some direction or has no room outside, or the axis is not there when it is needed.
     """
-    middle, half_chord = np.asarray(middle, dtype=float), np.asarray(half_chord, dtype=float)
-    signs = np.asarray(signs_true, dtype=float)
+    middle, half_chord = np.asarray(middle, float), np.asarray(half_chord, float)
+    signs = np.asarray(signs_true, float)
     require_shape("half chord", half_chord, require_shape("middle", middle, ("F", 3)).shape)
     require_shape("signs", signs, middle.shape[:1])
     if not (np.abs(signs) == 1.0).all():
@@ -143,7 +143,7 @@ def viewing_angles(directions: np.ndarray, axis: np.ndarray) -> np.ndarray:
     InvalidInput
         If the shapes do not fit.
     """
-    directions, axis = np.asarray(directions, dtype=float), np.asarray(axis, dtype=float)
+    directions, axis = np.asarray(directions, float), np.asarray(axis, float)
     require_shape("axis", axis, directions.shape)
     across = np.linalg.norm(np.cross(axis, directions), axis=-1)
     return np.arctan2(across, (axis * directions).sum(axis=-1))
@@ -196,7 +196,7 @@ def outside(basis: np.ndarray, trajectory: np.ndarray) -> float:
 
 def _checked(basis: np.ndarray, trajectory: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """A basis (F, K) and a trajectory as (F, D), or a InvalidInput."""
-    basis, c = np.asarray(basis, dtype=float), np.asarray(trajectory, dtype=float)
+    basis, c = np.asarray(basis, float), np.asarray(trajectory, float)
     if basis.ndim != 2 or c.ndim not in (1, 2) or len(c) != len(basis):
         raise InvalidInput(
             "basis and trajectory do not fit",

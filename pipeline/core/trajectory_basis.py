@@ -191,7 +191,7 @@ def _rows(
     basis: TrajectoryBasis, frames: int, observed: bytes, kind: np.dtype, shape: tuple[int, ...]
 ) -> np.ndarray:
     """As `TrajectoryBasis.rows`; many limbs are seen in the same frames."""
-    seen = np.frombuffer(observed, dtype=kind).reshape(shape)
+    seen = np.frombuffer(observed, kind).reshape(shape)
     rows = restricted(cosine_basis(frames, basis.components), seen, ridge=basis.ridge)
     if len(rows) < basis.components:
         left, size, _ = np.linalg.svd(rows, full_matrices=False)
@@ -248,8 +248,8 @@ def coefficients(
         If the observed frames do not determine the coefficients, or are not finite.
     """
     above, stacked = _stacked(theta, observed, ridge)
-    values = require_shape("trajectory", np.asarray(values, dtype=float), (len(theta), "D"))
-    seen = values[np.asarray(observed, dtype=bool)]
+    values = require_shape("trajectory", np.asarray(values, float), (len(theta), "D"))
+    seen = values[np.asarray(observed, bool)]
     _check_finite(seen, np.flatnonzero(observed))
     q, r = np.linalg.qr(stacked)
     return np.linalg.solve(r, q[:above].T @ seen)
@@ -290,7 +290,7 @@ def _stacked(theta: np.ndarray, observed: np.ndarray, ridge: np.ndarray | None) 
     InvalidInput
         If they do not determine the coefficients.
     """
-    theta, seen = np.asarray(theta, dtype=float), np.asarray(observed)
+    theta, seen = np.asarray(theta, float), np.asarray(observed)
     if theta.ndim != 2 or seen.shape != theta.shape[:1] or seen.dtype != bool:
         raise InvalidInput(
             "basis and observed frames do not fit each other",
@@ -303,7 +303,7 @@ def _stacked(theta: np.ndarray, observed: np.ndarray, ridge: np.ndarray | None) 
         raise InvalidInput("all frames are missing", expected="observed frames", received=f"none of {frames}")
     rows = theta[seen]
     if ridge is not None:
-        weights = np.asarray(ridge, dtype=float)
+        weights = np.asarray(ridge, float)
         require_range(
             "ridge",
             require_finite("ridge", require_shape("ridge", weights, (components,))).min(),

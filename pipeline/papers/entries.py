@@ -35,7 +35,7 @@ class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[mi
 def read_mapping(path: Path) -> dict[str, Any]:
     """Return the mapping in a YAML file.  Raises InvalidInput if it cannot be read or repeats a key."""
     try:
-        content = yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)
+        content = yaml.load(path.read_text("utf-8"), Loader=_Loader)
     except InvalidInput as error:
         raise InvalidInput(error.what, f"{path.name}, {error.where}") from error
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:

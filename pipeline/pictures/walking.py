@@ -103,7 +103,7 @@ def draw_walking(
     ]
     if estimated.any():
         parts.append(_moving(_dots(body[:, estimated]), turning, f'stroke="{_PAPER}" stroke-width="6"'))
-    path.write_text("\n".join([*parts, "</svg>", ""]), encoding="utf-8")
+    path.write_text("\n".join([*parts, "</svg>", ""]), "utf-8")
 
 
 def _headings(words: Sequence[tuple[str, str]], places: tuple[float, float]) -> list[str]:

@@ -64,7 +64,7 @@ def in_pixels(
         if (known[:, 1] < 0).mean() > 0.25:  # OpenPose's keypoint_scale 4, not a head out of the picture
             pixels = (pixels + 1) / 2
             notes.append("They were counted from its middle, from -1 to 1.")
-        pixels = pixels * np.array(size, dtype=float)
+        pixels = pixels * np.array(size, float)
     elif not all(size):
         reach = known.max(axis=0) if len(known) else np.array([1.0, 1.0])
         # Keypoints may lie a little outside of the image.

@@ -70,7 +70,7 @@ def load(path: Path) -> Layout:
         if derived not in content["floor_mm"]:
             joints.pop(derived, None)
     offset, floor = np.zeros((len(WALKER15.joints), 3)), np.full(len(WALKER15.joints), 10.0)
-    seen = np.zeros(len(WALKER15.joints), dtype=bool)
+    seen = np.zeros(len(WALKER15.joints), bool)
     for number, joint in enumerate(WALKER15.joints):
         kind = joint.split("_")[-1]
         seen[number] = joint in joints
@@ -157,7 +157,7 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
         apart = (k for k, letters in enumerate(zip(*sided, strict=False)) if len(set(letters)) > 1)
         before = "".join(sided[:1])[: next(apart, 0)]  # anna:, PoseLandmark.
         names = {canonical(name.removeprefix(before)): k for k, name in enumerate(found.names)}
-        best, order, rank = None, np.empty(0, dtype=int), (0, 0)
+        best, order, rank = None, np.empty(0, int), (0, 0)
         for layout in [known[wanted]] if wanted else known.values():
             where = np.array([names.get(canonical(point), -1) for point in layout.points])
             if (

@@ -68,7 +68,7 @@ class TrainedModel:
     @property
     def concentration(self) -> float:
         """Sum of squares of the laboratories' shares of the people."""
-        people = np.array(list(self.about["people_by_source"].values()), dtype=float)
+        people = np.array(list(self.about["people_by_source"].values()), float)
         return float((people**2).sum() / people.sum() ** 2)
 
     @property
@@ -85,7 +85,7 @@ def save(trained: TrainedModel, folder: Path) -> None:
         f"{name}_multipliers": np.stack([getattr(one, name) for one in trained.calibrations.values()])
         for name in _MULTIPLIERS
     }
-    arrays = {name: np.asarray(array, dtype=np.float32) for name, array in arrays.items()}
+    arrays = {name: np.asarray(array, np.float32) for name, array in arrays.items()}
     np.savez_compressed(content, allow_pickle=False, **arrays)
     data = content.getvalue()
     with publish(folder, having=ENTRY) as publication:
@@ -122,7 +122,7 @@ def _load(folder: Path) -> TrainedModel:
     if digest(data) != manifest.get("sha256"):
         raise InvalidInput("the model is not what its manifest says", folder / "model.npz")
     stored, _ = load_npz(data, "model.npz")
-    arrays = {name: np.asarray(array, dtype=float) for name, array in stored.items()}
+    arrays = {name: np.asarray(array, float) for name, array in stored.items()}
     for name, shape in (_SHAPES | {f"{k}_multipliers": ("K", *s) for k, s in _MULTIPLIERS.items()}).items():
         place = f"model.npz, {name}"
         require_finite(place, require_shape(place, arrays.get(name), shape))

@@ -94,7 +94,7 @@ def _default_folder(path: str) -> Path:
 
 def _fill(folder: Path, walk: Walk, summary: dict[str, Any], options: Reconstruct) -> None:
     text = json.dumps(summary, indent=1, ensure_ascii=False) + "\n"
-    (folder / "summary.json").write_text(text, encoding="utf-8")
+    (folder / "summary.json").write_text(text, "utf-8")
     rows = table_rows(walk)
     if rows["frame"]:
         tables.write(folder / "joints.csv", rows)

@@ -109,8 +109,8 @@ def draw_first_screen(results: Published, to: Path) -> list[Path]:
         (to / f"{name}.png").unlink()
         written.append(to / f"{name}.svg")
     for path in written:
-        drawn = path.read_text(encoding="utf-8")
-        path.write_text(drawn.replace("</svg>", f"{_DARK}</svg>"), encoding="utf-8")
+        drawn = path.read_text("utf-8")
+        path.write_text(drawn.replace("</svg>", f"{_DARK}</svg>"), "utf-8")
     return written
 
 

@@ -269,7 +269,7 @@ def _listed(folder: Path) -> list[str]:
 def _read_sums(archive: Path) -> dict[str, str]:
     """Return the sha256 of each file, by its name in the archive."""
     sums = {}
-    text = (archive / CHECKSUMS).read_text(encoding="utf-8", errors="replace")
+    text = (archive / CHECKSUMS).read_text("utf-8", errors="replace")
     for number, line in enumerate(text.splitlines(), start=1):
         match = re.fullmatch(r"([0-9a-f]{64})  (\S.*)", line)
         if not match or match[2].startswith("/") or ".." in PurePosixPath(match[2]).parts:

@@ -369,7 +369,7 @@ def _is_alive(pid: int) -> bool:
     if pid == os.getpid():
         return False
     with suppress(OSError):  # one that has ended, and that nobody has waited for, does not run
-        return Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()[0] not in "ZX"
+        return Path(f"/proc/{pid}/stat").read_text("utf-8").rpartition(")")[2].split()[0] not in "ZX"
     try:
         os.kill(pid, 0)
     except ProcessLookupError:

@@ -113,7 +113,7 @@ def evaluate(
     arguments = {name: given(value, types[name]) for name, value in measure.arguments.items()}
     with np.errstate(all="ignore"):
         if types["return"] == Number or not replicates:
-            return as_number(np.asarray(function(**arguments), dtype=float))
+            return as_number(np.asarray(function(**arguments), float))
         if types["return"] is Count:
             return float(function(**{name: _published(value) for name, value in arguments.items()}))
         if not any(isinstance(item, Replicated | np.ndarray) for item in _flat(arguments.values())):
@@ -123,7 +123,7 @@ def evaluate(
                 function(**{name: _drawn(value, b) for name, value in arguments.items()})
                 for b in range(replicates)
             ],
-            dtype=float,
+            float,
         )
 
 

@@ -157,7 +157,7 @@ def angular_limb(
     """
     require_range("length_mm", length_mm, at_least=0)
     require_range("swing_rad", swing_rad, at_least=0, at_most=LARGEST_SWING_RAD)
-    towards = generator.standard_normal(3) if middle is None else np.asarray(middle, dtype=float)
+    towards = generator.standard_normal(3) if middle is None else np.asarray(middle, float)
     twist = generator.uniform(-np.pi, np.pi)
     angles = np.array([np.pi / 2.0, 0.0]) + swing_rad * smooth_series(
         generator, frames, 2, bandwidth=bandwidth

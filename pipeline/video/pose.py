@@ -101,8 +101,7 @@ class Pose:
         network.set_tensor(network.get_input_details()[0]["index"], picture[None])
         network.invoke()
         return [
-            np.asarray(network.get_tensor(out["index"])[0], dtype=float)
-            for out in network.get_output_details()[:2]
+            np.asarray(network.get_tensor(out["index"])[0], float) for out in network.get_output_details()[:2]
         ]
 
     def detect(self, picture: np.ndarray) -> list[np.ndarray]:

@@ -106,7 +106,7 @@ def accepted(
     """
     mean, deviation = _samples_at(model, at)
     _require_bound(bound)
-    postures = np.asarray(postures, dtype=float)
+    postures = np.asarray(postures, float)
     if postures.shape[-mean.ndim :] != mean.shape:
         expected = ", ".join(map(str, mean.shape))
         raise InvalidInput(
@@ -183,7 +183,7 @@ def acceptance_left_out(
     performances = _checked(performances)
     labels = np.arange(len(performances)) if groups is None else np.asarray(groups)
     require_shape("groups", labels, performances.shape[:1])
-    result = np.empty(performances.shape[:2], dtype=bool)
+    result = np.empty(performances.shape[:2], bool)
     for label in np.unique(labels):
         out = labels == label
         if (~out).sum() < 2:
@@ -211,7 +211,7 @@ def _require_bound(bound: float) -> None:
 
 def _checked(performances: np.ndarray) -> np.ndarray:
     try:
-        performances = np.asarray(performances, dtype=float)
+        performances = np.asarray(performances, float)
     except ValueError:
         raise InvalidInput(
             "the performances are not of one length and dimension", expected="synchronized ones, (M, P, b)"

@@ -243,7 +243,7 @@ def fit_lengths(
 
     state, left = expected.copy(), np.arange(n)
     cost, gradient = slope(state, left)
-    converged = np.zeros(n, dtype=bool)
+    converged = np.zeros(n, bool)
     for iteration in range(MOST_STEPS):
         exact = iteration >= GAUSS_NEWTON_STEPS
         step, indefinite = np.empty((len(left), state.shape[1])), []

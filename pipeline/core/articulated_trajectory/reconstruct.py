@@ -152,7 +152,7 @@ def prepared(
     InvalidInput
         If shapes disagree.
     """
-    images, root, lengths = (np.asarray(value, dtype=float) for value in (images, root, lengths))
+    images, root, lengths = (np.asarray(value, float) for value in (images, root, lengths))
     require_shape("images", images, ("F", len(chain.joints), 2))
     require_range("frames", len(images), at_least=3)
     if camera.frames not in (None, len(images)):

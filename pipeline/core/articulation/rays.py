@@ -116,7 +116,7 @@ def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def _by_frame(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> tuple[np.ndarray, ...]:
-    cameras, pixels, parents = (np.asarray(a, dtype=float) for a in (cameras, pixels, parents))
+    cameras, pixels, parents = (np.asarray(a, float) for a in (cameras, pixels, parents))
     frames = len(require_shape("pixels", pixels, ("F", 2)))
     require_range("frames", frames, at_least=1)
     if cameras.shape == (3, 4):

@@ -54,7 +54,7 @@ class Path:
 
 def median_of_seen(values: np.ndarray, seen: np.ndarray) -> np.ndarray:
     """Medians (…) over the last axis of values (…, n) where these are seen (…, n): of each a few at least."""
-    ordered = np.sort(np.where(seen, values, np.inf), axis=-1)
+    ordered = np.sort(np.where(seen, values, np.inf))
     count = np.broadcast_to(seen, values.shape).sum(axis=-1, keepdims=True)
     middle = [np.take_along_axis(ordered, at // 2, axis=-1)[..., 0] for at in (count - 1, count)]
     return (middle[0] + middle[1]) / 2.0
@@ -66,7 +66,7 @@ def _robust_regression(columns: np.ndarray, values: np.ndarray, weights: np.ndar
     line = np.zeros(columns.shape[1])
     for _ in range(6):
         left = columns * robust[:, None]
-        line = np.linalg.lstsq(left.T @ columns, left.T @ values, rcond=None)[0]
+        line = np.linalg.lstsq(left.T @ columns, left.T @ values)[0]
         off = np.abs(values - columns @ line)
         scale = max(1.4826 * np.median(off[weights > 0]), 1e-9 * abs(line[0]), 1e-12)
         robust = weights / (1.0 + (off / (2.385 * scale)) ** 2)

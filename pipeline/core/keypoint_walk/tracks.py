@@ -54,7 +54,7 @@ def _moved(one: np.ndarray, others: np.ndarray) -> np.ndarray:
 
     Infinite where they share fewer than three.
     """
-    distance = np.sort(np.linalg.norm(others - one, axis=-1), axis=-1)  # what is missing comes last
+    distance = np.sort(np.linalg.norm(others - one, axis=-1))  # what is missing comes last
     count = np.isfinite(distance).sum(axis=-1)
     each = np.arange(len(others))
     middle = (distance[each, np.maximum(count - 1, 0) // 2] + distance[each, np.minimum(count // 2, 14)]) / 2
@@ -96,7 +96,7 @@ def find_tracks(
             open_.remove(track)
             closed.append(track)
         pairs = []
-        last = np.array([track[-1] for track in open_], dtype=int)
+        last = np.array([track[-1] for track in open_], int)
         allowed = np.maximum(JUMP[0], JUMP[1] * (now - frame[last]) / frame_rate_hz)
         for n in rows:
             away = _moved(pixels[n], pixels[last]) / np.maximum(height[last], height[n])

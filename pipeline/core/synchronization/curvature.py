@@ -60,7 +60,7 @@ def checked(sequence: np.ndarray, where: str) -> np.ndarray:
     InvalidInput
         If it is not.
     """
-    x = np.asarray(sequence, dtype=float)
+    x = np.asarray(sequence, float)
     require_range(f"frames of {where}", len(require_shape(where, x, ("F", "b"))), at_least=3)
     wrong = ~np.isfinite(x).all(axis=1)
     if wrong.any():

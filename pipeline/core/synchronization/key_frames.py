@@ -112,7 +112,7 @@ def choose_key_frames(sequences: Sequence[np.ndarray], *, count: int = 5) -> Key
     peaks = grid[_best(common, count)]
     postures = [x[np.round(peaks * (len(x) - 1)).astype(int)] for x in given]
     weight = CONSISTENCY / np.mean([x.var(axis=0).sum() for x in given])
-    frames = np.zeros((len(given), count), dtype=int)
+    frames = np.zeros((len(given), count), int)
     for iteration in range(1, _ROUNDS + 1):
         before, means = frames, np.mean(postures, axis=0)[:, None]
         frames = np.array(
@@ -185,7 +185,7 @@ def _best(score: np.ndarray, count: int) -> np.ndarray:
     apart = _apart(frames)
     inner = slice(apart, frames - apart)
     total = np.full((count, frames), -np.inf)
-    before = np.zeros((count, frames), dtype=int)
+    before = np.zeros((count, frames), int)
     total[0, inner] = score[0, inner]
     for k in range(1, count):
         most = np.maximum.accumulate(total[k - 1])

@@ -121,7 +121,7 @@ def warp(x_m: np.ndarray, disparity: np.ndarray) -> np.ndarray:
     >>> warp(np.array([[0.0], [1.0], [4.0]]), np.array([0, 1, 0]))[:, 0]
     array([0., 4., 4.])
     """
-    x_m, disparity = np.asarray(x_m, dtype=float), np.asarray(disparity)
+    x_m, disparity = np.asarray(x_m, float), np.asarray(disparity)
     if x_m.ndim < 2 or disparity.shape != x_m.shape[:-1] or disparity.dtype.kind not in "iu":
         raise InvalidInput(
             "sequence and disparity disagree",

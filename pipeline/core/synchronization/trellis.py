@@ -95,7 +95,7 @@ class Trellis:
         one past the last sample.
         """
         before = paths[..., :-1]
-        costs = np.array(misfit, dtype=float)
+        costs = np.array(misfit, float)
         costs[..., 1:] += self.penalties(before, before - paths[..., 1:])
         return np.cumsum(costs, axis=-1)
 
@@ -254,7 +254,7 @@ def backtrack(nodes: Trellis, rows: list[np.ndarray]) -> np.ndarray:
     pairs = rows[0].shape[1]
     column = np.arange(pairs)
     steps = np.array(nodes.steps)[:, None]
-    path = np.zeros((len(rows), pairs), dtype=np.intp)
+    path = np.zeros((len(rows), pairs), np.intp)
     origins = (nodes.margin - nodes.low).tolist()
     for p in range(len(rows) - 1, 0, -1):
         before = path[p] + steps

@@ -104,7 +104,7 @@ def track(
     frames, equal = likelihood.frames, np.full(n_particles, -np.log(n_particles))
     posture, deviation = np.empty((2, frames, walk.mean.shape[1]))
     phase, size, pruned, evidence = np.zeros((4, frames))
-    lost = np.zeros(frames, dtype=bool)
+    lost = np.zeros(frames, bool)
     state, log_weights = None, equal
     for frame in range(frames):
         innovations, pruned[frame] = walk.draw(state, n_particles, generator)

@@ -105,7 +105,7 @@ def _observations(
     model: LinearModel, white: WhitenedModel, observed: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, bool]:
     """Horizontal (A, 75) and vertical (A, 75 or 76, the scaled frequency last) of the observations."""
-    observed = np.asarray(observed, dtype=float)
+    observed = np.asarray(observed, float)
     if observed.ndim >= 3 and observed.shape[-1] == 2:
         observed = observed.reshape(*observed.shape[:-3], -1)
     single = observed.ndim == 1

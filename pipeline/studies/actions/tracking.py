@@ -157,7 +157,7 @@ class HeldOutTracking(Sweep):
         rate_hz = inputs.dataset.frame_rate_hz[chosen[middle]]
         return TrackingErrors(
             rows=wanted.merge(rows, on=list(asdict(shown))),  # a condition may be met on several ways
-            leave_out=np.array(ways, dtype=str),
+            leave_out=np.array(ways, str),
             methods=np.array(METHODS),
             tracked=chosen,
             shown=chosen[[middle]],

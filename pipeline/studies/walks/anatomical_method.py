@@ -102,5 +102,5 @@ class AnatomicalApproach:
             cost=one,
             runner_up_cost=likelier,
             converged=one > 0,
-            n_iterations=np.zeros(len(one), dtype=int),
+            n_iterations=np.zeros(len(one), int),
         )

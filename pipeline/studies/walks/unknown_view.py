@@ -97,7 +97,7 @@ class UnknownView(Sweep):
         third = AnatomicalApproach(data) if Method.anatomical in self.methods else None
         views = (
             self.view_angle_deg.values("sweep.view_angle_deg"),
-            np.array(self.published_views_deg, dtype=float),
+            np.array(self.published_views_deg, float),
         )
         walkers, generator = range(len(model.samples)), inputs.generator("random view")
         drawn = [generator.uniform(-180.0, 180.0, (len(walkers), len(view_deg))) for view_deg in views]
@@ -160,7 +160,7 @@ class UnknownView(Sweep):
         return ViewAngles(
             rows=rows,
             published=published,
-            methods=np.array(self.methods, dtype=str),
+            methods=np.array(self.methods, str),
             failure_deg=self.failure_deg,
             remarks=[f"{unconverged} view angles did not converge"] if unconverged else [],
         )

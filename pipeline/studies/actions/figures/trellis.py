@@ -50,7 +50,7 @@ class OptimalPath(Figure):
         """Return ``table``: E of every node; ``table_path``: the path; ``table_pair``: its distance, that of others."""
         (n, m), nodes, names = self._pair(inputs), _nodes(inputs), inputs.samples
         x_n, x_m = (inputs.model.linear[k] for k in (n, m))
-        path = np.asarray(inputs.model.disparity[m], dtype=int)
+        path = np.asarray(inputs.model.disparity[m], int)
         band = int(max(nodes.high.max(), -nodes.low.min()))
         image = synchronization.disparity_space_image(x_n, x_m, max_disparity=band)
         disparities = np.arange(-band, band + 1)

@@ -173,7 +173,7 @@ def _rates(inputs: Inputs, baseline: WithoutMistiming) -> pd.DataFrame:
     of performances without mistiming.
     """
     action = inputs.model
-    disparity = np.asarray(action.disparity, dtype=int)
+    disparity = np.asarray(action.disparity, int)
     rates = np.diff(synchronization.rate_to_rate(disparity), axis=1)
     limit = rates == 1 - min(options_of(inputs).steps)
     columns = {

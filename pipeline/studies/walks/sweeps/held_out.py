@@ -164,7 +164,7 @@ class People:
         """
         pairs = self.pairs(partners)
         if wanted is None:
-            wanted = np.ones((self.count, len(candidates)), dtype=bool)
+            wanted = np.ones((self.count, len(candidates)), bool)
 
         def one(pair: tuple[int, int]) -> np.ndarray:
             i, j = pair

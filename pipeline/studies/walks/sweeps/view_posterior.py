@@ -91,9 +91,7 @@ class ViewAngleBars(Sweep):
                 of[name].to_numpy().reshape(people.count, -1)
                 for name in ("absolute_angle_error_deg", "posterior_sd_deg")
             )
-            learnt = anatomical.multipliers_without((off / sd)[..., None], np.zeros(1, dtype=int), LEVELS)[
-                :, 0
-            ]
+            learnt = anatomical.multipliers_without((off / sd)[..., None], np.zeros(1, int), LEVELS)[:, 0]
             textbook = np.broadcast_to(ndtri(0.5 + LEVELS / 2.0), learnt.shape)
             for kind, multipliers in zip(BARS, (textbook, learnt), strict=True):
                 for number, level in enumerate(LEVELS):
