@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -35,7 +35,6 @@ _LARGEST_RATIO = 5.0
 
 
 @shortened
-@dataclass(frozen=True, kw_only=True)
 class WalkersModel(LinearModel):
     """Average walker and eigenwalkers, and whom they were learnt from.
 
@@ -46,7 +45,7 @@ class WalkersModel(LinearModel):
         Walks of another laboratory's people, by `calibrate`; the model is then one for people of that laboratory.
     """
 
-    samples: np.ndarray
+    samples: np.ndarray = field(kw_only=True)
     laboratory: Sequence[np.ndarray] = ()
 
 

@@ -37,7 +37,6 @@ _NO_VARIATION = 1e-12
 
 
 @shortened
-@dataclass(frozen=True)
 class LinearModel:
     """Average and principal variations of a set of samples.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 
@@ -63,7 +63,6 @@ class Input(Options):
 
 
 @shortened
-@dataclass(frozen=True)
 class Walk:
     """What a file of keypoints shows.
 

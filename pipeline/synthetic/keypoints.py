@@ -88,7 +88,6 @@ class Filming:
 
 
 @shortened
-@dataclass(frozen=True)
 class SimulatedKeypoints:
     """Keypoints and the truth behind them.
 

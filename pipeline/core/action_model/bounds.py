@@ -11,8 +11,6 @@ Symbols
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.special import ndtr, ndtri
 
@@ -31,7 +29,6 @@ _FARTHEST = 38.0
 
 
 @shortened
-@dataclass(frozen=True)
 class ActionModel:
     """Mean performance of an action and the standard deviation at each of its postures.
 

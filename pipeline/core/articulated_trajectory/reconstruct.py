@@ -163,7 +163,6 @@ def prepared(
 
 
 @shortened
-@dataclass(frozen=True)
 class Reconstruction:
     """What is known of a skeleton, and how it is reconstructed; arrays as `reconstruct` takes them.
 

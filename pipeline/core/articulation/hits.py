@@ -14,7 +14,7 @@ chord.  With ``m`` from `pipeline.core.rays` nothing cancels, however far the ca
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import IntEnum, StrEnum
 
 import numpy as np
@@ -46,7 +46,6 @@ class RayStatus(IntEnum):
 
 
 @shortened
-@dataclass(frozen=True)
 class RayHits:
     """The two candidates of every frame, ``middle + s half_chord``, relative to the parent.
 

@@ -11,8 +11,6 @@ turns, so that what is found and what is proved depends on neither clock nor loa
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from pipeline.core.binary_quadratic.candidates import Programme, programme_of
@@ -30,7 +28,6 @@ OPERATIONS_PER_S = 300_000_000
 
 
 @shortened
-@dataclass(frozen=True)
 class BinarySolution:
     """Signs, how good they are, and how good any others could be.
 

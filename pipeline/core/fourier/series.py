@@ -14,8 +14,6 @@ Clips are not whole numbers of cycles, so the series is a regression on sines an
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from pipeline.core.fourier.frequency import (
@@ -29,7 +27,6 @@ from pipeline.validation import InvalidInput, require_range, require_shape
 
 
 @shortened
-@dataclass(frozen=True)
 class FourierRepresentation:
     """One walk as a Fourier series with its phase removed.
 

@@ -79,7 +79,6 @@ class Candidate(Place):
 
 
 @shortened
-@dataclass(frozen=True)
 class Reconstruction:
     """A walk from keypoints.
 

@@ -117,7 +117,6 @@ def deviation(model: LinearModel, white: WhitenedModel, sample: np.ndarray) -> D
 
 
 @shortened
-@dataclass(frozen=True)
 class KnownViews:
     """One walker reconstructed from A known views.
 

@@ -14,7 +14,6 @@ Many pairs at once are in `all_pairs`, and the search for the path, which both s
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -36,7 +35,6 @@ _CHUNK = 2**16
 
 
 @shortened
-@dataclass(frozen=True)
 class Synchronization:
     """Disparity function that brings one sequence to the rate of another.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -31,7 +30,6 @@ FAR = 2.2
 
 
 @shortened
-@dataclass(frozen=True)
 class Detections:
     """2D keypoints of one video, as a file holds them: any number of people in any frame.
 

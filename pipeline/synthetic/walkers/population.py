@@ -40,7 +40,6 @@ LEAST_FRAME_RATE_HZ = 20.0
 
 
 @shortened
-@dataclass(frozen=True)
 class WalkingPopulation:
     """Walkers with known answers.
 
