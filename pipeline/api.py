@@ -150,7 +150,7 @@ def calibrate(
         raise InvalidInput("needs a walk or more", "walks", received="none")
     names = np.array([*people] or range(len(walks)))
     if len(names) != len(walks):
-        raise InvalidInput("must be a name to each walk", "people", received=str(len(names)))
+        raise InvalidInput("must be a name to each walk", "people", received=len(names))
     for walk in walks:
         _require_other(model, walk)
     of_person = [

@@ -103,7 +103,7 @@ def groups(
     order = (keys if by else []) or list(dict.fromkeys(labels[chosen].tolist()))
     chosen &= np.isin(labels, order)
     if not chosen.any():
-        raise InvalidInput("no row of the table is left", columns[-1], received=str(dict(where or {})))
+        raise InvalidInput("no row of the table is left", columns[-1], received=dict(where or {}))
     result = {}
     for key in order:
         rows = np.flatnonzero(chosen & (labels == key))

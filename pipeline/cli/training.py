@@ -43,7 +43,7 @@ def train_model(arguments: Sequence[str]) -> int:
             "must be named: of so few people the model that comes with the package is calibrated, not replaced",
             "output",
             f"output=… or more than {2 * training.components} people",
-            f"{people}",
+            people,
         )
     else:
         trained = calibrate(model_file.load(), walks)

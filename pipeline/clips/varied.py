@@ -89,7 +89,7 @@ def longest_stretch(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
             raise InvalidInput(
                 "too short a stretch shows all joints",
                 expected=f"{LEAST_FRAMES} frames",
-                received=str(stop - first),
+                received=stop - first,
             )
         seconds = (stop - first - 1) / raw.frame_rate_hz
         row |= {"first_frame": first, "last_frame": stop - 1, "seconds": seconds}
