@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 import shlex
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
 from pipeline import formats, mappings
-from pipeline.cli.output import tell
+from pipeline.cli.output import tell_section
 from pipeline.cli.walkers import options_of
 from pipeline.clips.walks import walk_in
 from pipeline.core import walking
@@ -337,16 +337,11 @@ def look(arguments: Sequence[str]) -> int:
                           found by itself if its name begins with the person's and holds the word static
     """
 
-    def show(title: str, lines: Iterable[str]) -> None:
-        tell(title, "bold")
-        for line in lines:
-            tell(f"  {line}")
-
     seen = []
     for found in inspect(arguments):
-        show(found.name, found.lines)
+        tell_section(found.name, found.lines)
         seen.append(found)
     folder = next((Path(item) for item in arguments if Path(item).is_dir()), None)
     if folder is not None:
-        show("in all", summary(folder, seen))
+        tell_section("in all", summary(folder, seen))
     return 0 if any(one.mapping for one in seen) or any(a.startswith("write=") for a in arguments) else 1
