@@ -94,7 +94,7 @@ def _draw_lines(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
         look_of: dict[str, Any] = {"linewidth": style.width * look.LINE_WIDTH, "alpha": style.opacity}
         points = style.line == "points" or line.x.size == 1  # a line of one would not be seen
         if line.strands is not None:
-            at = np.stack([line.x, line.y], axis=-1)
+            at = np.column_stack([line.x, line.y])
             strands = [at[line.strands == one] for one in dict.fromkeys(line.strands.tolist())]
             axes.add_collection(
                 LineCollection(strands, colors=colour, linestyles=[look.LINE_STYLES[style.line]], **look_of)
@@ -206,7 +206,7 @@ def _in_axes(axes: Axes, lines: Sequence[Line]) -> np.ndarray:
     """Points of all lines as fractions of the axes, (N, 2), filled in between the points given."""
     found = []
     for line in lines:
-        data = axes.transData.transform(np.stack([line.x, line.y], axis=-1))
+        data = axes.transData.transform(np.column_stack([line.x, line.y]))
         places = axes.transAxes.inverted().transform(data)
         fine, own = np.linspace(0, len(places) - 1, max(len(places), 200)), np.arange(len(places))
         found.append(np.stack([np.interp(fine, own, places[:, k]) for k in (0, 1)], axis=-1))

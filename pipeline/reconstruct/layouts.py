@@ -214,7 +214,7 @@ def _upright(layout: Layout, points: np.ndarray) -> float:
     shares = []
     for side in ("left", "right"):
         joints = ("head", *(f"{side}_{kind}" for kind in ("shoulder", "hip", "knee", "ankle")))
-        rows = np.stack([height(joint) for joint in joints], axis=1)
+        rows = np.column_stack([height(joint) for joint in joints])
         rows = rows[:, np.isfinite(rows).mean(axis=0) > LEAST_SEEN]
         steps = np.diff(rows[np.isfinite(rows).all(axis=1)], axis=1)
         if rows.shape[1] >= 3 and len(steps):

@@ -165,7 +165,7 @@ def angular_limb(
     chart = _chart(towards, twist)
     inclination, azimuth = angles.T
     across = np.sin(inclination)
-    unit = np.stack([across * np.cos(azimuth), across * np.sin(azimuth), np.cos(inclination)], axis=1)
+    unit = np.column_stack([across * np.cos(azimuth), across * np.sin(azimuth), np.cos(inclination)])
     return AngularLimb(float(length_mm) * unit @ chart, float(length_mm), angles, chart)
 
 

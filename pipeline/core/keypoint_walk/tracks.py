@@ -193,7 +193,7 @@ def straight_stretches(
     away = smooth * focal_px
     right = _running_mean(across * smooth, window)
     step = window // 2
-    velocity = np.stack([_central(right, step), _central(away, step)], axis=-1) * frame_rate_hz
+    velocity = np.column_stack([_central(right, step), _central(away, step)]) * frame_rate_hz
     speed = np.hypot(*velocity.T)
     typical = np.percentile(speed, 75)
     if typical < 400.0:
@@ -237,7 +237,7 @@ def path_turn_rad(pixels: np.ndarray, heights_mm: np.ndarray, focal_px: float) -
     if good.sum() < 8:
         return 0.0
     unit = np.linspace(-1.0, 1.0, len(pixels))
-    place = np.stack([across * inverse, focal_px * inverse], axis=-1)[good]
+    place = np.column_stack([across * inverse, focal_px * inverse])[good]
     _, along, bent = np.polynomial.polynomial.polyfit(unit[good], place, 2)
     start, end = (np.arctan2(*(along + side * 2.0 * bent)) for side in (-1.0, 1.0))
     return (end - start + np.pi) % (2.0 * np.pi) - np.pi

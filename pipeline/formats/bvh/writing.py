@@ -172,7 +172,7 @@ def _angles_deg(turns: np.ndarray) -> np.ndarray:
         straight, np.arctan2(-turns[:, 0, 1], turns[:, 1, 1]), np.arctan2(turns[:, 1, 0], turns[:, 0, 0])
     )
     about_y = np.where(straight, np.arctan2(-turns[:, 2, 0], turns[:, 2, 2]), 0.0)
-    angles = np.stack([about_z, np.arctan2(sine, cosine), about_y], axis=1)
+    angles = np.column_stack([about_z, np.arctan2(sine, cosine), about_y])
     return np.degrees(np.unwrap(angles, axis=0))
 
 

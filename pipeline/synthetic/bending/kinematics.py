@@ -79,7 +79,7 @@ def _posture(
     ankles[:, :, 1] = -SIDE * ahead / 2.0
     ankles[:, :, 2] = body.SEGMENTS["ankle_height"] * person.stature
     yaw = 0.4 * twist
-    across = np.stack([np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)], axis=-1)
+    across = np.column_stack([np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)])
     hips = pelvis + (person.half_hips * SIDE)[..., None] * across
     lowered = _too_high(person, hips, ankles)
     pelvis[:, 2] -= lowered

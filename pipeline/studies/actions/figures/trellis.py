@@ -166,8 +166,8 @@ class OptimalPath(Figure):
                 "matrices/disparity_space_image",
                 np.sqrt(np.where(np.isnan(values), np.nanmax(values), values))[::-1],
                 paths={
-                    "trellis": (np.stack([top - corners[:, 1], corners[:, 0]], axis=-1), "grey"),
-                    "optimal_path": (np.stack([top - disparity, samples], axis=-1), "optimal_path"),
+                    "trellis": (np.column_stack([top - corners[:, 1], corners[:, 0]]), "grey"),
+                    "optimal_path": (np.column_stack([top - disparity, samples]), "optimal_path"),
                 },
             )
             image = Matrix(name="disparity space image, optimal path")
@@ -204,7 +204,7 @@ def _outline(inputs: Inputs) -> np.ndarray:
     """Corners (K, 2) of the admissible region as (sample, disparity), once around."""
     nodes = _nodes(inputs)
     samples = np.arange(len(nodes.low))
-    lower, upper = (np.stack([samples, side], axis=-1) for side in (nodes.low, nodes.high))
+    lower, upper = (np.column_stack([samples, side]) for side in (nodes.low, nodes.high))
     return np.concatenate([lower, upper[::-1]]).astype(float)
 
 
