@@ -114,7 +114,7 @@ def distance_profile(
         )
     inverse = np.where(good, 1.0 / np.where(good, scale, 1.0), 0.0)
     waves = wander_basis(times, cosines)
-    columns = np.concatenate([np.ones((len(times), 1)), times[:, None], waves], axis=1)
+    columns = np.column_stack([np.ones(len(times)), times, waves])
     found = _robust_regression(columns, inverse, good.astype(float))
     a, b = found[0], found[1]
     half = np.abs(times).max()
@@ -189,7 +189,7 @@ def straighten(
     unit = times / max(duration / 2.0, 1e-9)
     powers = unit[:, None] ** np.arange(1, order + 1)
     if cosines:
-        powers = np.concatenate([unit[:, None], wander_basis(times, cosines)], axis=1)
+        powers = np.column_stack([unit, wander_basis(times, cosines)])
     frequencies = np.exp(np.arange(np.log(lowest_hz(duration)), np.log(SEARCH_HZ[1]), 0.05))
     w = weights[:, trunk]
     values = metric[:, trunk]

@@ -71,7 +71,7 @@ def bounce(found: Reconstruction) -> float:
     """
     times, down = found.fit.times, found.filmed_px[..., 1]
     basis = cycle_basis(found.fit.phases_rad, BLOCKS)
-    columns = np.concatenate([times[:, None] ** np.arange(4), basis[:, 1:5]], axis=1)
+    columns = np.hstack([times[:, None] ** np.arange(4), basis[:, 1:5]])
     trunk = [joint for joint in TRUNK if (found.keypoints.weights[:, joint] > 0).any()]
     seen = found.keypoints.weights[:, trunk] > 0
     rows = seen.any(axis=1)

@@ -120,5 +120,5 @@ def _observations(
         )
     require_range("observations", len(rows), at_least=1)
     require_finite("the observation", rows)
-    up = np.concatenate([rows[:, 1 : 2 * points : 2], model.last_scale * rows[:, 2 * points :]], axis=1)
+    up = np.hstack([rows[:, 1 : 2 * points : 2], model.last_scale * rows[:, 2 * points :]])
     return rows[:, 0 : 2 * points : 2], up, single

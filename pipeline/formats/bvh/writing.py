@@ -109,7 +109,7 @@ def write(
         if places[k]:
             columns.append(np.einsum("tji,tj->ti", of_parent, vectors[:, k]))
         columns.append(_angles_deg(np.swapaxes(of_parent, 1, 2) @ turns[k]))
-    lines += [" ".join(map(repr, row)) for row in np.concatenate(columns, axis=1).tolist()]
+    lines += [" ".join(map(repr, row)) for row in np.hstack(columns).tolist()]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
 
 
