@@ -63,7 +63,7 @@ def _bodies(
             duration_s=options.seconds + 1 / options.frame_rate_hz,
             frame_rate_hz=options.frame_rate_hz,
         )
-        walking = [np.asarray(p[:frames]) for p in population.positions_mm]
+        walking = [p[:frames] for p in population.positions_mm]
     if count := of_kind["bending"]:
         performances = bending_performances(
             generator,
