@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.core import linear_model
-from pipeline.validation import InvalidInput, require_range, require_shape
+from pipeline.validation import InvalidInput, require_count, require_range, require_shape
 
 
 @dataclass(frozen=True)
@@ -114,9 +114,7 @@ def learn(
     model = linear_model.fit(samples, samples.shape[1])
     b = smallest_dimensions(model.eigenvalues, model.total_variance, variance)
     if dimensions is not None:
-        require_range(
-            "the number of dimensions", dimensions, at_least=1, at_most=len(model.eigenvalues), whole=True
-        )
+        require_count("the number of dimensions", dimensions, at_most=len(model.eigenvalues))
         b = dimensions
     return ASpace(model.mean, model.components[:b], model.eigenvalues, model.total_variance)
 

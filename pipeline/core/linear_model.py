@@ -21,7 +21,7 @@ import numpy as np
 from pipeline.core.choice import first_lowest
 from pipeline.shortened import shortened
 from pipeline.skeleton import WALKER15
-from pipeline.validation import InvalidInput, require_choice, require_range
+from pipeline.validation import InvalidInput, require_choice, require_count, require_range
 
 _SAME_MAGNITUDE = 1e-6
 """Relative difference of two entries of a component at which the earlier one tells its sign: rounding does not."""
@@ -116,7 +116,7 @@ def fit(
         raise InvalidInput(
             "a linear model needs at least two walkers", expected="(R, D), R > 1", received=samples.shape
         )
-    require_range("the number of components", n_components, at_least=1, whole=True)
+    require_count("the number of components", n_components)
     require_choice("the divisor", divisor, ("R-1", "R"))
     if not np.isfinite(samples).all():
         raise InvalidInput(

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
+from pipeline.validation import InvalidInput, require_count, require_finite, require_range, require_shape
 
 EXPONENT = 6.0
 """How steeply the soft basis forbids: the square of a third derivative."""
@@ -58,8 +58,8 @@ def cosine_basis(F: int, K: int, *, at: np.ndarray | None = None) -> np.ndarray:
     >>> cosine_basis(4, 2, at=np.array([1.5])).round(3) + 0.0
     array([[0.5, 0. ]])
     """
-    require_range("frames", F, at_least=1, whole=True)
-    require_range("components", K, at_least=1, at_most=F, whole=True)
+    require_count("frames", F)
+    require_count("components", K, at_most=F)
     return _cosines(F, K).copy() if at is None else _cosines_at(F, K, np.asarray(at))
 
 
@@ -166,7 +166,7 @@ class TrajectoryBasis:
     cutoff: float | None = None
 
     def __post_init__(self) -> None:
-        require_range("components", self.components, at_least=1, whole=True)
+        require_count("components", self.components)
         _ = self.ridge
 
     @property

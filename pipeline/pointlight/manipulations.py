@@ -8,7 +8,7 @@ from enum import StrEnum
 import numpy as np
 
 from pipeline.pointlight.dots import PointLights
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import InvalidInput, require_count, require_range
 
 MOST_DOTS = 2000
 
@@ -104,8 +104,8 @@ def limited_lifetime(
         If the lifetime is not positive or there are too many dots.
     """
     frames, joints = lights.positions.shape[:2]
-    require_range("lifetime_frames", lifetime_frames, at_least=1, whole=True)
-    require_range("dots that are shown at a time", shown, at_least=1, at_most=joints - 1, whole=True)
+    require_count("lifetime_frames", lifetime_frames)
+    require_count("dots that are shown at a time", shown, at_most=joints - 1)
     at = generator.permutation(joints)[:shown]
     chosen = np.empty((frames, shown), int)
     for frame in range(frames):
@@ -153,9 +153,9 @@ def with_noise(
     InvalidInput
         If a number is out of range.
     """
-    require_range("noise dots", dots, at_least=0, at_most=MOST_DOTS, whole=True)
+    require_count("noise dots", dots, at_least=0, at_most=MOST_DOTS)
     require_range("field", field, at_least=1, at_most=20)
-    require_range("lifetime_frames", lifetime_frames, at_least=0, whole=True)
+    require_count("lifetime_frames", lifetime_frames, at_least=0)
     if not dots:
         return lights
     model = like or lights

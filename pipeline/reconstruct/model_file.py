@@ -21,7 +21,7 @@ from pipeline.formats.budget import read_one
 from pipeline.formats.contract import read_bytes
 from pipeline.storage.publishing import publish
 from pipeline.storage.sealed_folders import digest, remove_stale
-from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
+from pipeline.validation import InvalidInput, require_count, require_finite, require_shape
 
 SHIPPED = Path(__file__).resolve().parent / "walkers"
 """Folder of the model that comes with the package: ``model.npz``, ``manifest.json``, ``CARD.md``."""
@@ -127,11 +127,11 @@ def _load(folder: Path) -> TrainedModel:
         place = f"model.npz, {name}"
         require_finite(place, require_shape(place, arrays.get(name), shape))
     require_shape("model.npz, eigenvalues", arrays["eigenvalues"], arrays["components"].shape[:1])
-    people = require_range("manifest.json, walkers", manifest["walkers"], at_least=1, whole=True)
+    people = require_count("manifest.json, walkers", manifest["walkers"])
     compact = CompactMoments(walkers=people, **{name: arrays[name] for name in _SHAPES})
     multipliers = [arrays[f"{name}_multipliers"] for name in _MULTIPLIERS]
     for name, array in zip(_MULTIPLIERS, multipliers, strict=True):
-        require_range(f"model.npz, {name}: kinds of bars", len(array), at_least=1, at_most=2, whole=True)
+        require_count(f"model.npz, {name}: kinds of bars", len(array), at_most=2)
     calibrations = {
         whom: Calibration(*of)
         for whom, *of in zip((AS_OURS, ANYBODY), *multipliers)  # noqa: B905
@@ -142,5 +142,5 @@ def _load(folder: Path) -> TrainedModel:
     if not isinstance(sources, dict) or not sources:
         raise InvalidInput("must tell how many people each source has", "manifest.json, people_by_source")
     for source, count in sources.items():
-        require_range(f"manifest.json, people_by_source, {source}", count, at_least=1, whole=True)
+        require_count(f"manifest.json, people_by_source, {source}", count)
     return TrainedModel(compact, calibrations, about)

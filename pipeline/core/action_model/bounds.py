@@ -15,7 +15,7 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from pipeline.shortened import shortened
-from pipeline.validation import InvalidInput, require_range, require_shape
+from pipeline.validation import InvalidInput, require_count, require_shape
 
 BOUND = 3.0
 """Standard deviations from the mean within which a posture is accepted [section 4, figure 3d]."""
@@ -146,7 +146,7 @@ def sample(
     """
     mean, deviation = _samples_at(model, at)
     _require_bound(bound)
-    require_range("the number of postures", count, at_least=0, whole=True)
+    require_count("the number of postures", count, at_least=0)
     below = ndtr(-bound)
     normal = ndtri(below + generator.random((count, *mean.shape)) * (1.0 - 2.0 * below))
     # A draw of exactly 0, and rounding at the bound itself.
@@ -197,7 +197,7 @@ def acceptance_left_out(
 def _samples_at(model: ActionModel, at: int | None) -> tuple[np.ndarray, np.ndarray]:
     if at is None:
         return model.mean, model.standard_deviation
-    require_range("the sample of the action model", at, at_least=0, at_most=len(model.mean) - 1, whole=True)
+    require_count("the sample of the action model", at, at_least=0, at_most=len(model.mean) - 1)
     return model.mean[at], model.standard_deviation[at]
 
 

@@ -23,7 +23,7 @@ from pipeline.core.fourier.frequency import (
 )
 from pipeline.shortened import shortened
 from pipeline.skeleton import LEFT_LEG, RIGHT_LEG, WALKER15
-from pipeline.validation import InvalidInput, require_range, require_shape
+from pipeline.validation import InvalidInput, require_count, require_range, require_shape
 
 
 @shortened
@@ -90,7 +90,7 @@ def represent(
     require_range("the frame rate", frame_rate_hz, above=0, unit="Hz")
     if frequency_hz is not None:
         require_range("the frequency", frequency_hz, above=0, unit="Hz")
-    require_range("harmonics", harmonics, at_least=1, whole=True)
+    require_count("harmonics", harmonics)
     if len(positions) <= 1 + 2 * harmonics:
         raise InvalidInput(
             "the clip is shorter than its Fourier series",

@@ -33,7 +33,7 @@ from pipeline.core.refinement.inputs import (
 from pipeline.core.refinement.reprojection import Observations
 from pipeline.core.refinement.spherical import SphericalTrajectory
 from pipeline.core.trajectory_basis import soft_ridge
-from pipeline.validation import InvalidInput, require_range, require_shape
+from pipeline.validation import InvalidInput, require_count, require_range, require_shape
 
 LENGTH_FACTOR = 2.0
 """How far a free length may go from the given one, up or down, unless told otherwise."""
@@ -154,7 +154,7 @@ def refine(
     called = [str(joint) for joint in range(limbs + 1)] if names is None else list(names)
     lengths = named_lengths(lengths, called)
     require_range("tolerance", tolerance, above=0.0)
-    require_range("max_iterations", max_iterations, at_least=1, whole=True)
+    require_count("max_iterations", max_iterations)
     require_range("length_factor", length_factor, above=1.0)
     rows = basis_rows(basis, frames)
     if paths is None:

@@ -24,7 +24,7 @@ import numpy as np
 
 from pipeline.core.resampling import interpolate
 from pipeline.core.synchronization.curvature import checked, curvature
-from pipeline.validation import InvalidInput, require_range, require_shape
+from pipeline.validation import InvalidInput, require_count, require_shape
 
 SEPARATION, CONSISTENCY = 0.06, 1.0
 """Least time between key-frames and to the ends, as a part of the duration; weight of agreement, whose unit is the
@@ -94,7 +94,7 @@ def choose_key_frames(sequences: Sequence[np.ndarray], *, count: int = 5) -> Key
     agreement of timing: a posture is passed on the way down and up.)
     """
     given = _all_checked(sequences)
-    require_range("the number of key-frames", count, at_least=1, whole=True)
+    require_count("the number of key-frames", count)
     for number, x in enumerate(given):
         least = (count + 1) * _apart(len(x)) + 1
         if len(x) < least:

@@ -28,7 +28,7 @@ from pipeline.core.synchronization.trellis import (
     backtrack,
 )
 from pipeline.shortened import shortened
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import InvalidInput, require_count
 
 _CHUNK = 2**16
 """Differences that are held at a time while a disparity space image is worked out."""
@@ -75,7 +75,7 @@ def normalise(sequence: np.ndarray, frames: int) -> np.ndarray:
     array([0. , 0.5, 1. , 2.5, 4. ])
     """
     (sequence,) = same_size([sequence], ["the sequence"])
-    samples = int(require_range("the number of frames", frames, at_least=1, whole=True))
+    samples = require_count("the number of frames", frames)
     last = len(sequence) - 1
     if samples == 1 and last > 0:
         raise InvalidInput(
@@ -181,7 +181,7 @@ def disparity_space_image(x_n: np.ndarray, x_m: np.ndarray, *, max_disparity: in
     Infinite outside of x_m.
     """
     x_n, x_m = same_size([x_n, x_m], ["x_n", "x_m"])
-    band = int(require_range("the largest disparity", max_disparity, at_least=0, whole=True))
+    band = require_count("the largest disparity", max_disparity, at_least=0)
     frames = len(x_n)
     image = np.empty((frames, 2 * band + 1))
     # windows[p, :, d + D] is x_m(p + d); what lies outside is overwritten below.

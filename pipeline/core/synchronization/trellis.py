@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.core.choice import first_lowest
-from pipeline.validation import InvalidInput, require_choice, require_range
+from pipeline.validation import InvalidInput, require_choice, require_count, require_range
 
 PENALTIES = ("change", "as_printed")
 STARTS = ("fixed", "free")
@@ -136,7 +136,7 @@ def allowed_disparities(
     require_choice("penalty", penalty, PENALTIES)
     require_choice("start", start, STARTS)
     require_range("the smoothness (mu)", smoothness, at_least=0)
-    band = int(require_range("the largest disparity", max_disparity, at_least=0, whole=True))
+    band = require_count("the largest disparity", max_disparity, at_least=0)
     wanted = {int(require_range("a step", k, whole=True)) for k in steps}
     # Longer ones lead out of the sequence, but would need memory all the same.
     ordered = tuple(sorted((k for k in wanted if k > -max(frames, 2)), key=lambda k: (abs(k), k)))
