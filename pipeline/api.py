@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -35,7 +35,6 @@ _LARGEST_RATIO = 5.0
 
 
 @shortened
-@dataclass(frozen=True, kw_only=True)
 class WalkersModel(LinearModel):
     """Average walker and eigenwalkers, and whom they were learnt from.
 
@@ -46,7 +45,7 @@ class WalkersModel(LinearModel):
         Walks of another laboratory's people, by `calibrate`; the model is then one for people of that laboratory.
     """
 
-    samples: np.ndarray
+    samples: np.ndarray = field(kw_only=True)
     laboratory: Sequence[np.ndarray] = ()
 
 
@@ -69,7 +68,7 @@ def joints(
         If this is no recording that was read, no mapping gives its legs and pelvis, or nobody of several is chosen.
     """
     if not isinstance(motion, MotionCapture):
-        raise InvalidInput("must be what read(path) returns", where="motion", received=repr(motion))
+        raise InvalidInput("must be what read(path) returns", "motion", received=repr(motion))
     _, positions, valid = joints_of(motion, mappings.chosen(skeleton), subject)
     return positions, valid
 
@@ -105,7 +104,7 @@ def represent(
     motion, positions, valid = joints_of(motion, mappings.chosen(skeleton), subject)
     walk = walk_in(Path(path).name, positions, motion.frame_rate_hz, valid)
     if walk.positions is None:
-        raise InvalidInput(str(walk.row["reason"]), where=Path(path).name)
+        raise InvalidInput(str(walk.row["reason"]), Path(path).name)
     for doubt in filter(None, (walk.row["reason"], *(note for note in motion.notes if REMARK in note))):
         warnings.warn(f"{Path(path).name}: {doubt}", stacklevel=2)
     return fourier.represent(walking.set_origin(walk.positions, origin="pelvis_mean"), motion.frame_rate_hz)
@@ -146,12 +145,12 @@ def calibrate(
         not from `fit`.
     """
     if not isinstance(model, WalkersModel):
-        raise InvalidInput("must be what fit(walks) returns", where="model", received=repr(model))
+        raise InvalidInput("must be what fit(walks) returns", "model", received=repr(model))
     if not walks:
-        raise InvalidInput("needs a walk or more", where="walks", received="none")
+        raise InvalidInput("needs a walk or more", "walks", received="none")
     names = np.array([*people] or range(len(walks)))
     if len(names) != len(walks):
-        raise InvalidInput("must be a name to each walk", where="people", received=str(len(names)))
+        raise InvalidInput("must be a name to each walk", "people", received=len(names))
     for walk in walks:
         _require_other(model, walk)
     of_person = [
@@ -165,7 +164,7 @@ def _sample(walk: FourierRepresentation) -> np.ndarray:
     """The walk (D,), if it is one."""
     coefficients = getattr(walk, "coefficients", np.empty(0))
     if coefficients.shape != (5, 15, 3):
-        raise InvalidInput("must be what represent(path) returns", where="walk", received=repr(walk))
+        raise InvalidInput("must be what represent(path) returns", "walk", received=repr(walk))
     return coefficients.ravel()
 
 
@@ -174,7 +173,7 @@ def _require_other(model: WalkersModel, walk: FourierRepresentation) -> None:
     sample = _sample(walk)
     known = [model.samples, *(linear_model.flatten(own[None]) for own in model.laboratory)]
     if any((abs(each - sample).max(axis=1) < SAME_WALK_MM).any() for each in known):
-        raise InvalidInput("must be learnt from other walks", where="model", received="this one among them")
+        raise InvalidInput("must be learnt from other walks", "model", received="this one among them")
 
 
 def from_view(
@@ -215,14 +214,14 @@ def from_view(
         require_choice("hidden", joint, WALKER15.joints)
     seen = np.array([joint not in hidden for joint in WALKER15.joints])
     if not seen.any():
-        raise InvalidInput("must leave a joint that is seen", where="hidden", received="all")
+        raise InvalidInput("must leave a joint that is seen", "hidden", received="all")
     require_range("noise_variance_mm2", noise_variance_mm2, above=0)
     if not isinstance(model, LinearModel):
-        raise InvalidInput("must be what fit(walks) returns", where="model", received=repr(model))
+        raise InvalidInput("must be what fit(walks) returns", "model", received=repr(model))
     sample = _sample(walk)
     size = np.linalg.norm(sample) / np.linalg.norm(model.mean)
     if not 1 / _LARGEST_RATIO < size < _LARGEST_RATIO:
-        raise InvalidInput("must be in mm, as the model is", where="walk", received=f"{size:.3g} of its size")
+        raise InvalidInput("must be in mm, as the model is", "walk", received=f"{size:.3g} of its size")
     angle = np.radians(require_range("view_angle_deg", view_angle_deg))
     unknown = require_choice("laboratory", laboratory, ("known", "unknown")) == "unknown"
     if isinstance(model, WalkersModel):
@@ -230,7 +229,7 @@ def from_view(
         if unknown or model.laboratory:
             return _of_unknown_laboratory(model, walk, angle, ~seen)
     elif unknown:
-        raise InvalidInput("must be what fit(walks) returns", where="model", received=repr(model))
+        raise InvalidInput("must be what fit(walks) returns", "model", received=repr(model))
     found = from_known_views(
         linear_model.of_measured(model, seen),
         linear_model.without_joints(sample, seen),

@@ -263,7 +263,7 @@ def lines_of(chart: Chart, tables: Mapping[str, Any]) -> list[Line]:
     for lines in (chart, *chart.also):
         table = tables.get(lines.table) if isinstance(lines.table, str) else lines.table
         if table is None:
-            raise InvalidInput("no such table", where=lines.table, expected=", ".join(tables))
+            raise InvalidInput("no such table", lines.table, ", ".join(tables))
         found += _lines(chart, lines, table, len(found))
     if (
         chart.words
@@ -289,7 +289,7 @@ def _lines(chart: Chart, lines: Lines, table: Any, number: int) -> list[Line]:
         less = rows[lines.less] if lines.less else 0.0
 
         def scaled(column: str, rows: Mapping[str, np.ndarray] = rows, less: Any = less) -> np.ndarray:
-            values = lines.times * (np.asarray(rows[column], dtype=float) - less)
+            values = lines.times * (np.asarray(rows[column], float) - less)
             return np.maximum(values, chart.least) if chart.log_y else values
 
         values, band, interval = scaled(y), None, None
@@ -303,7 +303,7 @@ def _lines(chart: Chart, lines: Lines, table: Any, number: int) -> list[Line]:
         if len(ends) == 2 and style.interval:
             interval = (scaled(ends[0]), scaled(ends[1]))
         places = list(chart.words)
-        at = np.array([places.index(str(v)) for v in rows[x]] if places else rows[x], dtype=float)
+        at = np.array([places.index(str(v)) for v in rows[x]] if places else rows[x], float)
         kept = np.flatnonzero(np.isfinite(values) & np.isfinite(at))
         if chart.log_x:
             kept = kept[at[kept] > 0]
@@ -379,10 +379,7 @@ def from_json(plain: Mapping[str, Any], where: str = "") -> Chart:
         return Chart(**_restored(values))
     except TypeError as error:  # a field that there is no more
         raise InvalidInput(
-            "a chart of another version of this software",
-            where=where,
-            expected="the figure, made again",
-            received=error,
+            "a chart of another version of this software", where, "the figure, made again", error
         ) from None
 
 

@@ -27,5 +27,5 @@ def version() -> str:
     """Return the version of the package, installed or in a clone."""
     project = PACKAGE.parent / "pyproject.toml"
     if (PACKAGE.parent / "conf").is_dir() and project.is_file():
-        return str(tomllib.loads(project.read_text(encoding="utf-8"))["project"]["version"])
+        return str(tomllib.loads(project.read_text("utf-8"))["project"]["version"])
     return metadata.version("gait-pipeline")

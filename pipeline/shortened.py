@@ -1,35 +1,33 @@
-"""Short representations of results: arrays by their shape; a result equals itself alone."""
+"""Results as frozen dataclasses, represented in short: arrays by their shape; a result equals itself alone."""
 
 from __future__ import annotations
 
-from dataclasses import fields, is_dataclass
-from typing import Any, TypeVar
+from dataclasses import dataclass, field, fields, is_dataclass
+from typing import Any, TypeVar, dataclass_transform
 
-Kind = TypeVar("Kind", bound=type)
+Kind = TypeVar("Kind")
 
 _LONGEST = 60
 """Characters of a value that are shown."""
 
 
-def shortened(kind: Kind) -> Kind:
-    """Let a dataclass be represented by its numbers and words, arrays and lists by their shape and length.
+@dataclass_transform(frozen_default=True, field_specifiers=(field,))
+def shortened(kind: type[Kind]) -> type[Kind]:
+    """Return a class as a frozen dataclass, represented by its numbers and words, arrays and lists by shape and length.
 
     Examples
     --------
     >>> import numpy as np
-    >>> from dataclasses import dataclass
     >>> @shortened
-    ... @dataclass
     ... class Walk:
     ...     positions_mm: np.ndarray
     ...     frame_rate_hz: float
     >>> Walk(np.zeros((200, 15, 3)), np.float64(100.0))
     Walk(positions_mm: (200, 15, 3), frame_rate_hz=100.0)
     """
-    kind.__repr__ = _short  # type: ignore[assignment]
+    kind.__repr__ = _short  # type: ignore[method-assign]
     # Arrays are equal place by place, so that `walk in walks` would end in numpy's ValueError.
-    kind.__eq__, kind.__hash__ = object.__eq__, object.__hash__  # type: ignore[method-assign, assignment]
-    return kind
+    return dataclass(frozen=True, eq=False)(kind)
 
 
 def _short(thing: Any) -> str:

@@ -34,7 +34,7 @@ def column(table: Table, name: str) -> np.ndarray:
         If the table has no such column.
     """
     if name not in table:
-        raise InvalidInput("the table has no such column", where=name)
+        raise InvalidInput("the table has no such column", name)
     return np.asarray(table[name])
 
 
@@ -46,7 +46,7 @@ def rows_where(table: Table, where: Where, length: int) -> np.ndarray:
     >>> rows_where({"method": ["map", "map", "baseline"], "fold": [1, 2, 1]}, {"method": "map", "fold": [1, 3]}, 3)
     array([ True, False, False])
     """
-    chosen = np.ones(length, dtype=bool)
+    chosen = np.ones(length, bool)
     for name, wanted in where.items():
         several = not isinstance(wanted, str) and isinstance(wanted, Iterable)
         chosen &= np.isin(column(table, name), list(wanted) if several else [wanted])
@@ -98,12 +98,12 @@ def groups(
         labels = column(table, by).astype(float).astype(str)  # a file writes 30 for 30.0
     lengths = {len(values) for values in (*taken.values(), labels)}
     if len(lengths) > 1:
-        raise InvalidInput("columns of different lengths", where=", ".join(columns))
+        raise InvalidInput("columns of different lengths", ", ".join(columns))
     chosen = rows_where(table, where or {}, len(labels))
     order = (keys if by else []) or list(dict.fromkeys(labels[chosen].tolist()))
     chosen &= np.isin(labels, order)
     if not chosen.any():
-        raise InvalidInput("no row of the table is left", where=columns[-1], received=str(dict(where or {})))
+        raise InvalidInput("no row of the table is left", columns[-1], received=dict(where or {}))
     result = {}
     for key in order:
         rows = np.flatnonzero(chosen & (labels == key))

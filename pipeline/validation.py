@@ -138,6 +138,24 @@ def require_range(
     return value
 
 
+def require_count(name: str, value: float, at_least: int = 1, **bounds: float) -> int:
+    """Return a whole number of things, within the bounds of `require_range`.
+
+    Raises
+    ------
+    InvalidInput
+        If it is not whole, or out of range.
+
+    Examples
+    --------
+    >>> require_count("frames", 2.5)
+    Traceback (most recent call last):
+        ...
+    pipeline.validation.InvalidInput: frames must be a whole number at least 1 (got 2.5)
+    """
+    return int(require_range(name, value, at_least=at_least, whole=True, **bounds))  # type: ignore[arg-type]
+
+
 def listed(names: Sequence[str]) -> str:
     """Return the first eight names, for a sentence."""
     return ", ".join(names[:8]) + (", …" if len(names) > 8 else "")

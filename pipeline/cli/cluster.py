@@ -128,13 +128,9 @@ class _Queue:
         try:
             import submitit
         except ModuleNotFoundError as error:
-            raise InvalidInput(
-                "submitit is not installed", where="launch", expected="make cluster"
-            ) from error
+            raise InvalidInput("submitit is not installed", "launch", "make cluster") from error
         if shutil.which("sbatch") is None:
-            raise InvalidInput(
-                "there is no sbatch here", where="launch", expected="a login node of a Slurm cluster"
-            )
+            raise InvalidInput("there is no sbatch here", "launch", "a login node of a Slurm cluster")
         self._submitit, self.folder, self._options = submitit, folder, options
 
     def submit(self, task: Task, folder: Path, after: Sequence[str]) -> _Job:
@@ -158,7 +154,7 @@ class _Queue:
             return _Job(task, executor.submit(work))
         except (subprocess.CalledProcessError, self._submitit.core.utils.FailedJobError) as error:
             raise InvalidInput(
-                "Slurm refused a job", where=task.name, received=" ".join(str(error).split()[-40:])
+                "Slurm refused a job", task.name, received=" ".join(str(error).split()[-40:])
             ) from None
 
     def adopted(self, task: Task, waiting: dict[str, str]) -> _Job | None:

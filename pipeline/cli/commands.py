@@ -30,7 +30,7 @@ def figures_for(arguments: Sequence[str], among: Sequence[str] = ()) -> tuple[Re
         If the arguments name figures.
     """
     if split_named(arguments)[0]:
-        raise InvalidInput("this is done for all figures", where="experiment", expected="no experiment=")
+        raise InvalidInput("this is done for all figures", "experiment", "no experiment=")
     found = recipes(among, arguments)
     return found[0], [one.name for one in found if not one.lacking]
 
@@ -48,7 +48,7 @@ def fetch(arguments: Sequence[str]) -> int:
     only = [item for item in arguments if "=" not in item]
     data = compose(["experiment=zhang2007_fig2", "data=optical", *options]).data
     if not isinstance(data, RecordedData):
-        raise InvalidInput("must be optical, cmu or hdm05", where="data", received=data.name)
+        raise InvalidInput("must be optical, cmu or hdm05", "data", received=data.name)
     out = open_console()
     with Progress(
         TextColumn("{task.description}"),
@@ -163,9 +163,7 @@ def readme(arguments: Sequence[str]) -> int:
     made = {"figures": listed(), **published.rendered({"headline": layout["headline"]}, tables.read(path))}
     for name, document in (("figures", "figures.md"), ("headline", "results.md")):
         page = provenance.PROJECT / "docs" / document
-        page.write_text(
-            published.insert(page.read_text(encoding="utf-8"), {name: made[name]}), encoding="utf-8"
-        )
+        page.write_text(published.insert(page.read_text("utf-8"), {name: made[name]}), encoding="utf-8")
     return 0
 
 
@@ -180,14 +178,14 @@ def view(arguments: Sequence[str]) -> int:
         path = one.published_in / name / "recording.rrd"
         first = f"`make {name} DATA={one.data} SCALE={one.scale}` first"
     if not path.is_file():
-        raise InvalidInput("no such recording yet", where=path, expected=first)
+        raise InvalidInput("no such recording yet", path, first)
     if sys.platform.startswith("linux") and not (
         os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     ):
         raise InvalidInput(
             "the viewer needs a screen",
-            where=path,
-            expected="a desktop session; or a browser: `make report` writes a page with players, and "
+            path,
+            "a desktop session; or a browser: `make report` writes a page with players, and "
             f"`.venv/bin/rerun --serve-web --bind 127.0.0.1 {path}` prints an address that shows it",
         )
     # A process of its own, since only `recordings` imports rerun.
@@ -255,5 +253,5 @@ def _latest_run(scratch: Path) -> Path:
     """Return the folder of the latest run with changed options."""
     runs = sorted(path for path in scratch.iterdir() if path.is_dir()) if scratch.is_dir() else []
     if not runs:
-        raise InvalidInput("no run with changed options is there", where=scratch)
+        raise InvalidInput("no run with changed options is there", scratch)
     return runs[-1]

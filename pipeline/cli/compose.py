@@ -92,7 +92,7 @@ def with_options(experiment: Experiment, kept: Mapping[str, Any]) -> Experiment:
         found = _whole({**canonical(experiment), **kept})
     except (KeyError, StopIteration, TypeError) as error:
         what = "options are not those of this version"
-        raise InvalidInput(what, where=experiment.name, received=error) from error
+        raise InvalidInput(what, experiment.name, received=error) from error
     for name in FOLDERS & vars(found.data).keys():
         setattr(found.data, name, getattr(experiment.data, name))
     return replace(found, results=experiment.results, workers=experiment.workers)
@@ -153,13 +153,13 @@ def on_this_machine(experiment: Experiment) -> Experiment:
             # Named after the user's folder, so that two do not share results.
             data.name = "folder_" + re.sub(r"[^\w.-]+", "_", Path(data.path).resolve().name)
         elif data.name != "folder" and (CONF / "data" / f"{data.name}.yaml").is_file():
-            raise InvalidInput("must not be that of another data set", where="data.name", received=data.name)
+            raise InvalidInput("must not be that of another data set", "data.name", received=data.name)
     experiment.workers = processes_for(experiment.workers)
     if not experiment.results.strip() or experiment.results.startswith(
         "~"
     ):  # which a shell leaves in an option
         received = experiment.results.strip() or "nothing"
-        raise InvalidInput("must name a folder", where="results", received=received)
+        raise InvalidInput("must name a folder", "results", received=received)
     # The folder of a figure is made of these three.
     require_name("name", experiment.name)
     require_name("data.name", data.name)

@@ -82,7 +82,7 @@ def _not_utf8() -> str:
     """The first file of options whose bytes are no UTF-8."""
     for path in sorted(CONF.rglob("*.yaml")):
         try:
-            path.read_text(encoding="utf-8")
+            path.read_text("utf-8")
         except UnicodeDecodeError:
             return f"{path} (save it as UTF-8)"
     return "conf"
@@ -93,7 +93,7 @@ def _typed(composed: Any, overrides: Sequence[str]) -> Experiment:
     if "name" in missing:
         raise InvalidInput("no experiment is chosen", expected="experiment=" + "|".join(presets()))
     if missing:
-        raise InvalidInput("a value is missing", where=", ".join(sorted(missing)))
+        raise InvalidInput("a value is missing", ", ".join(sorted(missing)))
     OmegaConf.resolve(composed)
     experiment: Experiment = OmegaConf.to_object(composed)  # type: ignore[assignment]
     _refuse_additions(experiment, "")
@@ -112,9 +112,7 @@ def _refuse_additions(options: Any, path: str) -> None:
     known = [field.name for field in fields(options)]
     for name, value in vars(options).items():
         if name not in known:
-            raise InvalidInput(
-                "there is no such option", where=path + name, expected="one of " + ", ".join(known)
-            )
+            raise InvalidInput("there is no such option", path + name, "one of " + ", ".join(known))
         _refuse_additions(value, f"{path}{name}.")
 
 
@@ -127,7 +125,7 @@ def in_words(error: Exception) -> Exception:
         options = " or ".join(o for o in error.options or () if not o.startswith("base_"))
         if group == "hydra/launcher":
             options += "; joblib needs the extra `joblib`, submitit_* the extra `cluster`"
-        return InvalidInput("there is no such option", where=group, expected=options, received=name)
+        return InvalidInput("there is no such option", group, options, name)
     if isinstance(error, OverrideParseException):
         return InvalidInput(
             "this is not an override", expected="option=value", received=repr(error.override or error.message)
@@ -137,8 +135,8 @@ def in_words(error: Exception) -> Exception:
         if isinstance(cause, ConfigAttributeError | ConfigKeyError) and is_dataclass(cause.object_type):
             names = [field.name for field in fields(cause.object_type)]
             known = "one of " + ", ".join(names) if names else "none: there are no options here"
-            return InvalidInput("there is no such option", where=cause.full_key, expected=known)
-        return InvalidInput(str(cause).splitlines()[0], where=cause.full_key)
+            return InvalidInput("there is no such option", cause.full_key, known)
+        return InvalidInput(str(cause).splitlines()[0], cause.full_key)
     lines = str(error).splitlines()
     first = " ".join(lines[: 2 if lines[0].endswith(":") else 1])
     several = "one value; several values are a multirun: -m in front" if first.startswith("Ambiguous") else ""
@@ -185,7 +183,7 @@ def run_hydra(
         refused = make(experiment, settings.overrides.task, folder)
         if refused and variant:
             # The other variants are made; the launcher passes this one's error to the caller.
-            raise InvalidInput(refused, where=settings.job.override_dirname)
+            raise InvalidInput(refused, settings.job.override_dirname)
         status = 1 if refused else 0
 
     os.environ["HYDRA_FULL_ERROR"] = "1"  # errors reach the caller

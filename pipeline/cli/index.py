@@ -46,7 +46,7 @@ def _index() -> dict[str, Any]:
     trees: dict[str, dict[str, Any]] = {}
     for group, classes in groups.items():
         known = {name: _tree(kind) for name, kind in classes.items()}
-        files = {path.stem: path.read_text(encoding="utf-8") for path in (CONF / group).glob("*.yaml")}
+        files = {path.stem: path.read_text("utf-8") for path in (CONF / group).glob("*.yaml")}
         for name, text in files.items():
             while name not in known and (base := _EXTENDS.search(text)):
                 above = base[1].removeprefix("base_")
@@ -94,11 +94,11 @@ def refuse_slips(arguments: Sequence[str]) -> None:
         return
     if (index := user_cache.remembered(_INDEX, lambda: None)) is None:
         return
-    chosen = dict(_CHOSEN.findall((CONF / "config.yaml").read_text(encoding="utf-8")))
+    chosen = dict(_CHOSEN.findall((CONF / "config.yaml").read_text("utf-8")))
     for key, value in given:
         if key == "experiment":
             _require(key, value, presets())
-            preset = (CONF / "experiment" / f"{value}.yaml").read_text(encoding="utf-8", errors="replace")
+            preset = (CONF / "experiment" / f"{value}.yaml").read_text("utf-8", errors="replace")
             chosen |= dict(_CHOSEN.findall(preset))
     for key, value in given:
         if key in index["groups"]:
@@ -112,9 +112,7 @@ def refuse_slips(arguments: Sequence[str]) -> None:
 
 def _require(key: str, value: str, names: Iterable[str]) -> None:
     if value not in names:
-        raise InvalidInput(
-            "there is no such option", where=key, expected=" or ".join(sorted(names)), received=value
-        )
+        raise InvalidInput("there is no such option", key, " or ".join(sorted(names)), value)
 
 
 def _judge(key: str, value: str, known: Any) -> None:
@@ -127,14 +125,14 @@ def _judge(key: str, value: str, known: Any) -> None:
         if name not in known or "" in known:
             names = ", ".join(known) if "" not in known else ""
             expected = f"one of {names}" if names else "none: there are no options here"
-            raise InvalidInput("there is no such option", where=".".join(above), expected=expected)
+            raise InvalidInput("there is no such option", ".".join(above), expected)
         known = known[name]
     if isinstance(known, list):
         if re.fullmatch(r"[A-Za-z]\w*", value) and value not in known and value.lower() != "null":
-            raise InvalidInput("must be " + " or ".join(known), where=key, received=value)
+            raise InvalidInput("must be " + " or ".join(known), key, received=value)
     elif isinstance(known, dict) and "" in known:
         if _NO_NUMBER.fullmatch(value):
             whole = "a whole number" if known[""] == "int" else "a number"
-            raise InvalidInput(f"must be {whole}", where=key, received=value)
+            raise InvalidInput(f"must be {whole}", key, received=value)
         if re.fullmatch(r"-?\d+(\.\d+)?", value):
             require_range(key, float(value), **known["bounds"])

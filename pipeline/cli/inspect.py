@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 import shlex
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
 from pipeline import formats, mappings
-from pipeline.cli.output import tell
+from pipeline.cli.output import tell_section
 from pipeline.cli.walkers import options_of
 from pipeline.clips.walks import walk_in
 from pipeline.core import walking
@@ -73,11 +73,11 @@ def recordings(source: Path) -> list[Path]:
     if source.is_file():
         return [source]
     if not source.is_dir():
-        raise InvalidInput("there is no such file or folder", where=source)
+        raise InvalidInput("there is no such file or folder", source)
     found = sorted(p for p in source.rglob("*") if formats.is_recording(p) and p.is_file())
     if not found:
         expected = "files ending in " + " ".join(formats.READERS)
-        raise InvalidInput("no motion capture in the folder", where=source, expected=expected)
+        raise InvalidInput("no motion capture in the folder", source, expected)
     return found
 
 
@@ -312,10 +312,10 @@ _UNITS = {"centimetres": "cm", "metres": "m", "inches": "in", "feet": "ft"}
 
 def _write(motion: MotionCapture, target: Path, source: Path, found: Findings, *, replace: bool) -> None:
     if target.suffix.lower() not in (".yaml", ".yml"):
-        raise InvalidInput("must end in .yaml", where="write", received=target.name)
+        raise InvalidInput("must end in .yaml", "write", received=target.name)
     proposal = nearest_joints.propose(motion, target.stem)
     with new_file(target, replace=replace, sources=[source]) as path:
-        path.write_text(nearest_joints.REMARK + mappings.written(proposal, motion), encoding="utf-8")
+        path.write_text(nearest_joints.REMARK + mappings.written(proposal, motion), "utf-8")
     found.lines.append(
         f"proposed in {target}: {len(proposal.guessed)} of 15 joints, guessed from names and an average walker"
     )
@@ -337,16 +337,11 @@ def look(arguments: Sequence[str]) -> int:
                           found by itself if its name begins with the person's and holds the word static
     """
 
-    def show(title: str, lines: Iterable[str]) -> None:
-        tell(title, "bold")
-        for line in lines:
-            tell(f"  {line}")
-
     seen = []
     for found in inspect(arguments):
-        show(found.name, found.lines)
+        tell_section(found.name, found.lines)
         seen.append(found)
     folder = next((Path(item) for item in arguments if Path(item).is_dir()), None)
     if folder is not None:
-        show("in all", summary(folder, seen))
+        tell_section("in all", summary(folder, seen))
     return 0 if any(one.mapping for one in seen) or any(a.startswith("write=") for a in arguments) else 1

@@ -115,7 +115,7 @@ def command(name: str) -> Callable[[Sequence[str]], int]:
 def _help_of(name: str) -> str:
     """Return the docstring of a command, without the modules that it needs."""
     module, _, function = COMMANDS[name].partition(".")
-    tree = ast.parse((Path(__file__).parent / f"{module}.py").read_text(encoding="utf-8"))
+    tree = ast.parse((Path(__file__).parent / f"{module}.py").read_text("utf-8"))
     found = (node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == function)
     return ast.get_docstring(next(found)) or ""
 
@@ -365,7 +365,7 @@ def _run(arguments: Sequence[str]) -> int:
     moment = _moment()
     results = next((item[8:] for item in reversed(arguments) if item.startswith("results=")), "results")
     if not results.strip(" \"'"):
-        raise InvalidInput("must name a folder", where="results", received="nothing")
+        raise InvalidInput("must name a folder", "results", received="nothing")
     try:
         arguments = [*arguments, f"hydra.sweep.dir=${{results}}/scratch/{moment}"]
         return run_hydra(arguments, _make_variant, on_this_machine)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterable
 
 from pipeline.validation import printable
 
@@ -15,3 +16,10 @@ def tell(text: str, style: str = "") -> None:
     if style and sys.stdout.isatty():
         text = f"\x1b[{_CODES[style]}m{text}\x1b[0m"
     print(text)
+
+
+def tell_section(title: str, lines: Iterable[str]) -> None:
+    """Print a title and lines below it."""
+    tell(title, "bold")
+    for line in lines:
+        tell(f"  {line}")

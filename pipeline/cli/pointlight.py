@@ -112,13 +112,13 @@ def make(arguments: Sequence[str]) -> tuple[Path, str]:
     kind = kind_of(source, arguments, _OF)
     for name, other in _WITH.items():
         if any(item.startswith(f"{name}=") for item in arguments) and not getattr(options, other):
-            raise InvalidInput("would change nothing alone", where=name, expected=f"{other}=… beside it")
+            raise InvalidInput("would change nothing alone", name, f"{other}=… beside it")
     if Path(options.to).suffix.lower() in (".mp4", ".mov", ".webm", ".avi"):
         raise InvalidInput(
             "no library for videos is among what this package needs",
-            where="to",
-            expected="a .gif, which `ffmpeg -i walker.gif walker.mp4` turns into one; or .svg, .csv, .ptd",
-            received=options.to,
+            "to",
+            "a .gif, which `ffmpeg -i walker.gif walker.mp4` turns into one; or .svg, .csv, .ptd",
+            options.to,
         )
     target = target_file(options.to, SUFFIXES, USAGE, source, replace=options.replace)
     walk = _walk(kind, Path(source), options)
@@ -137,11 +137,9 @@ def _in_view(target: Path, walk: Walk, options: Display) -> str:
     height, dot = options.height_px, options.dot_px
     words = _words(walk, lights, options)
     if suffix == ".svg":
-        target.write_text(
-            pointlight.as_svg(lights, height_px=height, dot_px=dot, title=words), encoding="utf-8"
-        )
+        target.write_text(pointlight.as_svg(lights, height_px=height, dot_px=dot, title=words), "utf-8")
     elif suffix == ".csv":
-        target.write_text(pointlight.as_csv(lights), encoding="utf-8")
+        target.write_text(pointlight.as_csv(lights), "utf-8")
     else:
         from pipeline.pictures.point_lights import draw_gif
 
@@ -194,12 +192,12 @@ def _walk(kind: str, path: Path, options: Display) -> Walk:
         coefficients, stride_hz = pointlight.synthetic_walker(gender)
         named = "average synthetic walker"
         named += f", {gender:+g} on the axis from women (-1) to men (+1)" if gender else ""
-        return Walk(named, coefficients, stride_hz, np.zeros(15, dtype=bool))
+        return Walk(named, coefficients, stride_hz, np.zeros(15, bool))
     if options.gender is not None:
         raise InvalidInput(
             "recordings do not say who is a man: only the synthetic population has this axis",
-            where="gender",
-            expected="`pointlight synthetic gender=…`",
+            "gender",
+            "`pointlight synthetic gender=…`",
         )
     if kind == "film":
         return keypoint_walk(path, harmonics=harmonics)
@@ -230,14 +228,12 @@ def _in_space(target: Path, walk: Walk, options: Display) -> str:
     """Write the joints in three dimensions, as the Body Movement Library has them; return a sentence on them."""
     for name in _DISTURBED:
         if getattr(options, name):
-            raise InvalidInput(
-                "is of a view, and PTD holds three dimensions", where=name, expected="to=walker.csv"
-            )
+            raise InvalidInput("is of a view, and PTD holds three dimensions", name, "to=walker.csv")
     count = max(round(options.cycles / walk.stride_hz * pointlight.files.PTD_RATE_HZ), 2)
     times = np.arange(count) / pointlight.files.PTD_RATE_HZ
     positions = fourier.synthesise(walk.coefficients, walk.stride_hz, times)
     positions[..., 1] += (_speed(walk, options) * times)[:, None]
-    target.write_text(pointlight.as_ptd(positions), encoding="utf-8")
+    target.write_text(pointlight.as_ptd(positions), "utf-8")
     return f"{walk.name}: {count} frames at 60 Hz in three dimensions, inches, z up"
 
 

@@ -27,7 +27,7 @@ def apart(arguments: Sequence[str], names: Sequence[str]) -> tuple[dict[str, str
 
 def first_comment(name: str) -> str:
     """Return the first comment of a preset: paper, figure and what it shows."""
-    text = (CONF / "experiment" / f"{name}.yaml").read_text(encoding="utf-8", errors="replace")
+    text = (CONF / "experiment" / f"{name}.yaml").read_text("utf-8", errors="replace")
     return next(
         (line[2:].strip() for line in text.splitlines() if line.startswith("# ") and "@package" not in line),
         "",

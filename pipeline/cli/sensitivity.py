@@ -23,7 +23,6 @@ from pipeline.storage.provenance import PROJECT
 from pipeline.storage.sealed_folders import read_manifest
 from pipeline.storage.store import Store
 from pipeline.studies import interventions
-from pipeline.studies.experiment import Experiment
 from pipeline.studies.interventions import Switch
 from pipeline.studies.ledger import SMOKE, judge, numbers_of, read_folder
 from pipeline.validation import InvalidInput, require_choice
@@ -140,11 +139,15 @@ def _measured(
     for switch in every:
         names = interventions.names_quoted(data_name, name, switch.name)
         folder = below / _word(switch.name)
-        for experiment, figure in _lacking(switch, options, below):
+        for figure_name in switch.figures:
+            overrides = [f"experiment={figure_name}", *options, *switch.common, *switch.overrides, *QUIET]
+            experiment, figure = compose(overrides), folder / figure_name
+            if status(recipe(experiment), figure).state == CURRENT:
+                continue
             try:
                 make_figure(experiment, figure, store=Store(Path(experiment.results)))
             except InvalidInput as error:
-                raise InvalidInput(str(error), where=f"{switch.name}, {figure.name}") from None
+                raise InvalidInput(str(error), f"{switch.name}, {figure_name}") from None
         smoke = any(read_manifest(folder / figure)["scale"] == SMOKE for figure in switch.figures)
         made = {**plain_tables, **read_folder(folder, switch.figures)}
         claims = [
@@ -162,7 +165,7 @@ def _measured(
         without, with_it = (numbers_of(names, known) for known in (plain_tables, made))
         numbers.append(interventions.Numbers(**vars(switch), scale=scale, without=without, with_it=with_it))
     if not rows:
-        raise InvalidInput("no claim rests on the figures of this group", where=name)
+        raise InvalidInput("no claim rests on the figures of this group", name)
     return rows, numbers
 
 
@@ -190,15 +193,6 @@ def _quoted(every: Sequence[Switch], data_name: str, group: str) -> Iterator[Swi
     for switch in every:
         if kept := tuple(figure for figure in switch.figures if figure in figures[switch.name]):
             yield replace(switch, figures=kept)
-
-
-def _lacking(switch: Switch, options: Sequence[str], below: Path) -> Iterator[tuple[Experiment, Path]]:
-    """Yield the experiments of a switch whose figures are not current, each with its folder."""
-    for figure in switch.figures:
-        experiment = compose([f"experiment={figure}", *options, *switch.common, *switch.overrides, *QUIET])
-        folder = below / _word(switch.name) / figure
-        if status(recipe(experiment), folder).state != CURRENT:
-            yield experiment, folder
 
 
 def moved_table(rows: Sequence[Mapping[str, Any]]) -> Table:

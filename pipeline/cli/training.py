@@ -24,7 +24,7 @@ def train_model(arguments: Sequence[str]) -> int:
     own = [item for item in arguments if item.startswith(("training.", "output="))]
     rest = [item for item in arguments if item not in own]
     if "output=" in own:
-        raise InvalidInput("must name a folder", where="output", received="nothing")
+        raise InvalidInput("must name a folder", "output", received="nothing")
     folder = Path(next((item[7:] for item in own if item.startswith("output=")), str(model_file.SHIPPED)))
     require_replaceable(folder, having=model_file.ENTRY)  # before the work, not after it
     training = filled(Training, [item[9:] for item in own if item.startswith("training.")])
@@ -41,9 +41,9 @@ def train_model(arguments: Sequence[str]) -> int:
     elif folder.resolve() == model_file.SHIPPED:
         raise InvalidInput(
             "must be named: of so few people the model that comes with the package is calibrated, not replaced",
-            where="output",
-            expected=f"output=… or more than {2 * training.components} people",
-            received=f"{people}",
+            "output",
+            f"output=… or more than {2 * training.components} people",
+            people,
         )
     else:
         trained = calibrate(model_file.load(), walks)

@@ -51,7 +51,7 @@ def computed_again(folder: Path, only: str = "") -> list[str]:
         if "figure" in (manifest := read_manifest(one.parent)) and only in ("", one.parent.name)
     }
     if not kept:
-        raise InvalidInput("no figure to compute again", where=folder, received=only or "none in it")
+        raise InvalidInput("no figure to compute again", folder, received=only or "none in it")
     out, failures = open_console(), []
     here = provenance.provenance()["commit"]
     if others := {m["provenance"]["commit"] for m in kept.values()} - {here}:

@@ -83,7 +83,7 @@ def kind_of(source: str, arguments: Sequence[str], of: Mapping[str, str]) -> str
         kind = "film" if (path / SUMMARY).is_file() else "figure" if path.is_dir() else "recording"
     for name in (item.partition("=")[0] for item in arguments):
         if kind not in of.get(name, kind):
-            raise InvalidInput("would change nothing here", where=name, expected=of[name], received=kind)
+            raise InvalidInput("would change nothing here", name, of[name], kind)
     return kind
 
 
@@ -94,7 +94,7 @@ def target_file(to: str, suffixes: Sequence[str], usage: str, source: str, *, re
     target = Path(to)
     if target.suffix.lower() not in suffixes:
         expected = f"one that ends in {', '.join(suffixes[:-1])} or {suffixes[-1]}"
-        raise InvalidInput("the format is unknown", where="to", expected=expected, received=target.name)
+        raise InvalidInput("the format is unknown", "to", expected, target.name)
     require_new(target, replace=replace, sources=[source])
     return target
 
@@ -125,16 +125,16 @@ class FigureWalkers:
             "unmeasured",
         }
         if not path.is_file():
-            raise InvalidInput("this is no folder of a figure", where=folder, expected="arrays.npz in it")
+            raise InvalidInput("this is no folder of a figure", folder, "arrays.npz in it")
         try:
             with np.load(path, allow_pickle=False) as stored:
                 self._arrays = {name: stored[name] for name in stored.files}
         except (ValueError, OSError, KeyError):
-            raise InvalidInput("is damaged", where=path, expected="the figure, made anew") from None
+            raise InvalidInput("is damaged", path, "the figure, made anew") from None
         if lacking := needed - set(self._arrays):
             received = f"arrays.npz without {', '.join(sorted(lacking))}"
             what = "this figure holds no reconstructed motion"
-            raise InvalidInput(what, where=folder, expected=FIGURES, received=received)
+            raise InvalidInput(what, folder, FIGURES, received)
 
     def original(self, name: str) -> Walk:
         """Return a walker as recorded; the first if none is named."""
@@ -180,8 +180,8 @@ class FigureWalkers:
             expected = (
                 f"{shown}; or make the figure with sweep.demonstration_views_deg; or any, of zhang2007_fig5"
             )
-            raise InvalidInput("the figure holds no reconstruction from this view", where="view_angle_deg",
-                               expected=expected, received=f"{view_angle_deg:g}")  # fmt: skip
+            raise InvalidInput("the figure holds no reconstruction from this view", "view_angle_deg",
+                               expected, f"{view_angle_deg:g}")  # fmt: skip
         samples, person = self._arrays["samples"], self._arrays["person"]
         fold = linear_model.fit(
             samples[person != person[r]], model["components"], divisor=model["divisor"]["name"]
@@ -256,12 +256,12 @@ def _longest(
     table = tables.read(path)
     if lacking := {"stretch", "time_s", "x", "y", "z"} - set(table):
         received = f"no column {sorted(lacking)[0]}"
-        raise InvalidInput("is no table of `reconstruct`", where=path, received=received)
+        raise InvalidInput("is no table of `reconstruct`", path, received=received)
     numbers, counts = np.unique(table["stretch"], return_counts=True)
     rows = table["stretch"] == numbers[counts.argmax()]
     count = rows.sum()
     if count % len(WALKER15.joints) or count < 2 * len(WALKER15.joints):
-        raise InvalidInput("a frame is incomplete", where=path, received=f"{count} rows")
+        raise InvalidInput("a frame is incomplete", path, received=f"{count} rows")
     positions = np.column_stack([table[axis][rows] for axis in "xyz"]).reshape(-1, len(WALKER15.joints), 3)
     times = table["time_s"][rows][:: len(WALKER15.joints)]
     rate = (len(times) - 1) / float(times[-1] - times[0])
@@ -280,7 +280,7 @@ def steady(
     """Return the Fourier representation of the steady part of joints (T, 15, 3), mm."""
     prepared = walk_in(name, positions, frame_rate_hz, valid, locomotion=locomotion)
     if prepared.positions is None:
-        raise InvalidInput(f"no walk: {prepared.row['reason']}", where=name)
+        raise InvalidInput(f"no walk: {prepared.row['reason']}", name)
     series = fourier.represent(
         prepared.positions,
         frame_rate_hz,

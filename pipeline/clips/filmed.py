@@ -45,7 +45,7 @@ def lasting(positions: np.ndarray, frame_rate_hz: float, strides: float) -> np.n
 
     rest = positions - periodic(np.arange(len(positions)))
     last = len(positions) - 1
-    return np.asarray(periodic(frames) + rest[last - np.abs(last - frames % (2 * last))])
+    return periodic(frames) + rest[last - np.abs(last - frames % (2 * last))]
 
 
 def film(

@@ -9,6 +9,12 @@ from typing import Annotated, ClassVar
 from pipeline.clips.kinds import Corpus, Request
 from pipeline.validation import CountOrAll, Options, bounded, require_bounds
 
+Number = Annotated[int, bounded(at_least=1, at_most=10_000)]
+"""Of people or clips that are made."""
+Seconds = Annotated[float, bounded(above=0, at_most=3600)]
+FrameRate = Annotated[float, bounded(above=0, at_most=2000)]
+"""Hz."""
+
 
 class Locomotion(StrEnum):
     """Where people walked."""
@@ -53,7 +59,7 @@ class Heading(StrEnum):
 class SyntheticPerformances(Options):
     """Bending to the floor, each performance with its own, known rate [mozerov2006 section 4]."""
 
-    performances: Annotated[int, bounded(at_least=1, at_most=10_000)] = 40  # number of performances
+    performances: Number = 40  # number of performances
     subjects: int = 20  # number of people
     frames_mean: Annotated[float, bounded(above=0, at_most=100_000)] = 100.0  # mean length, frames
     frame_rate_hz: float = 30.0  # of the recordings
@@ -65,11 +71,9 @@ class SyntheticPerformances(Options):
 class SyntheticClips(Options):
     """Walking, bending and bodies of smooth angles in turn: motion with a known answer (park2011)."""
 
-    clips: Annotated[int, bounded(at_least=1, at_most=10_000)] = (
-        24  # number of clips; half of them are in figure 3c
-    )
-    seconds: Annotated[float, bounded(above=0, at_most=3600)] = 6.8  # length of each, s
-    frame_rate_hz: Annotated[float, bounded(above=0, at_most=2000)] = 30.0  # of the recordings
+    clips: Number = 24  # number of clips; half of them are in figure 3c
+    seconds: Seconds = 6.8  # length of each, s
+    frame_rate_hz: FrameRate = 30.0  # of the recordings
     bandwidth: int = 10  # cosines of the angles of the smooth bodies, over the whole clip
     limit: int = 0  # at most so many clips; 0: all
 
@@ -128,11 +132,11 @@ class SyntheticPeople(Data):
 
     knows_true_course: ClassVar[bool] = True
 
-    population: Annotated[int, bounded(at_least=1, at_most=10_000)] = 80  # number of people
+    population: Number = 80  # number of people
     populations: Annotated[int, bounded(at_least=0, at_most=1000)] = 0  # further ones, for intervals; 0: none
     male_share: float = 0.4  # the papers' 32 men of 80
-    duration_s: Annotated[float, bounded(above=0, at_most=3600)] = 8.0  # of each walk
-    frame_rate_hz: Annotated[float, bounded(above=0, at_most=2000)] = 120.0  # of the recordings
+    duration_s: Seconds = 8.0  # of each walk
+    frame_rate_hz: FrameRate = 120.0  # of the recordings
     marker_noise_mm: float = 0.5  # standard deviation of each coordinate
     heading: Heading = Heading.steps  # of walks
     offsets: Annotated[float, bounded(at_least=0, at_most=100)] = (

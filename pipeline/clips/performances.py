@@ -66,7 +66,7 @@ def whole_clip(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
             raise InvalidInput(
                 "too short for a performance",
                 expected=f"{LEAST_FRAMES} frames",
-                received=str(last - first + 1),
+                received=last - first + 1,
             )
         if not bridged.whole[first : last + 1].all():
             missing = first + int(np.flatnonzero(~bridged.whole[first : last + 1])[0])

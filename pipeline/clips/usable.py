@@ -112,7 +112,7 @@ def prepare(
                 raise InvalidInput("joints are missing, which are estimated for walks only", received=lacking)
             row["missing_joints"] = lacking
         bridged = walking.bridge_gaps(raw.positions[:, seen], valid[:, seen], raw.frame_rate_hz, gap_s=gap_s)
-        positions = np.array(raw.positions, dtype=float)
+        positions = np.array(raw.positions, float)
         positions[:, seen] = bridged.positions
         bridged = walking.BridgedClip(positions, bridged.whole, bridged.n_filled)
         row["bridged_values"] = bridged.n_filled

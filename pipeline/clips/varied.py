@@ -63,7 +63,7 @@ def _bodies(
             duration_s=options.seconds + 1 / options.frame_rate_hz,
             frame_rate_hz=options.frame_rate_hz,
         )
-        walking = [np.asarray(p[:frames]) for p in population.positions_mm]
+        walking = [p[:frames] for p in population.positions_mm]
     if count := of_kind["bending"]:
         performances = bending_performances(
             generator,
@@ -89,7 +89,7 @@ def longest_stretch(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
             raise InvalidInput(
                 "too short a stretch shows all joints",
                 expected=f"{LEAST_FRAMES} frames",
-                received=str(stop - first),
+                received=stop - first,
             )
         seconds = (stop - first - 1) / raw.frame_rate_hz
         row |= {"first_frame": first, "last_frame": stop - 1, "seconds": seconds}

@@ -254,5 +254,5 @@ def walks_of(walks: Sequence[PreparedClip], inputs: Mapping[str, str] | None = N
         estimated=np.array(
             [[joint in walk.row["missing_joints"].split(", ") for joint in WALKER15.joints] for walk in kept]
         ),
-        dropped=np.zeros(len(WALKER15.joints), dtype=bool),
+        dropped=np.zeros(len(WALKER15.joints), bool),
     )

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.core import linear_model
-from pipeline.validation import InvalidInput, require_range, require_shape
+from pipeline.validation import InvalidInput, require_count, require_range, require_shape
 
 
 @dataclass(frozen=True)
@@ -52,11 +52,11 @@ class ASpace:
 
     def project(self, postures: np.ndarray) -> np.ndarray:
         """Postures (…, 37) in the aSpace (…, b)."""
-        return (np.asarray(postures, dtype=float) - self.mean) @ self.components.T
+        return (np.asarray(postures, float) - self.mean) @ self.components.T
 
     def postures(self, coordinates: np.ndarray) -> np.ndarray:
         """Postures (…, 37) of points (…, b) of the aSpace; blended cosines, to be renormalised before drawing."""
-        return self.mean + np.asarray(coordinates, dtype=float) @ self.components
+        return self.mean + np.asarray(coordinates, float) @ self.components
 
 
 def smallest_dimensions(eigenvalues: np.ndarray, total_variance: float, variance: float) -> int:
@@ -114,9 +114,7 @@ def learn(
     model = linear_model.fit(samples, samples.shape[1])
     b = smallest_dimensions(model.eigenvalues, model.total_variance, variance)
     if dimensions is not None:
-        require_range(
-            "the number of dimensions", dimensions, at_least=1, at_most=len(model.eigenvalues), whole=True
-        )
+        require_count("the number of dimensions", dimensions, at_most=len(model.eigenvalues))
         b = dimensions
     return ASpace(model.mean, model.components[:b], model.eigenvalues, model.total_variance)
 
@@ -124,13 +122,13 @@ def learn(
 def _all_postures(performances: Sequence[np.ndarray]) -> np.ndarray:
     if not len(performances):
         raise InvalidInput("no performances", expected="one or more", received="none")
-    given = [np.asarray(p, dtype=float) for p in performances]
+    given = [np.asarray(p, float) for p in performances]
     for number, performance in enumerate(given):
         where = f"performance {number}"
         require_shape(where, performance, ("F", given[0].shape[-1]))
         if not np.isfinite(performance).all():
             frame = int(np.argwhere(~np.isfinite(performance))[0][0])
-            raise InvalidInput(f"posture {frame} has values that are not finite", where=where)
+            raise InvalidInput(f"posture {frame} has values that are not finite", where)
     samples = np.concatenate(given)
     if len(samples) < 2:
         raise InvalidInput("one posture alone spans no space", expected="2 or more", received=len(samples))

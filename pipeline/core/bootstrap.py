@@ -69,7 +69,7 @@ def weighted_means(values: np.ndarray, cluster: np.ndarray, weights: np.ndarray)
 
 def weighted_medians(values: np.ndarray, cluster: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Median (B, …) over rows (n, …) in every replicate, halves averaged; NaN where a replicate holds none of them."""
-    values = np.asarray(values, dtype=float)
+    values = np.asarray(values, float)
     if not values.size:
         return np.full((len(weights), *values.shape[1:]), np.nan)
     # Of each column, (n, K), in the order of its values, how many rows of a replicate have been passed, (B, n).

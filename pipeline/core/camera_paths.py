@@ -107,6 +107,6 @@ def hand_held(
 
 def _target(frames: int, target: np.ndarray) -> np.ndarray:
     require_range("frames", frames, at_least=1)
-    target = np.asarray(target, dtype=float)
+    target = np.asarray(target, float)
     require_finite("target", require_shape("target", target, (frames, 3) if target.ndim > 1 else (3,)))
     return np.broadcast_to(target, (frames, 3))

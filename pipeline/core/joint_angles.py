@@ -57,7 +57,7 @@ def flexion(positions: np.ndarray) -> np.ndarray:
         Hip and shoulder from -π to π, knee and elbow from 0 to π.  NaN where a segment has no length, or the trunk
         lies along the axis of hips or shoulders.
     """
-    positions = np.asarray(positions, dtype=float)
+    positions = np.asarray(positions, float)
     require_shape("positions", positions, (*positions.shape[:-2], len(WALKER15.joints), 3))
     at = {name: positions[..., number, :] for number, name in enumerate(WALKER15.joints)}
     trunk = at["sternum"] - at["pelvis"]

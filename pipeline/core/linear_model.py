@@ -21,7 +21,7 @@ import numpy as np
 from pipeline.core.choice import first_lowest
 from pipeline.shortened import shortened
 from pipeline.skeleton import WALKER15
-from pipeline.validation import InvalidInput, require_choice, require_range
+from pipeline.validation import InvalidInput, require_choice, require_count, require_range
 
 _SAME_MAGNITUDE = 1e-6
 """Relative difference of two entries of a component at which the earlier one tells its sign: rounding does not."""
@@ -37,7 +37,6 @@ _NO_VARIATION = 1e-12
 
 
 @shortened
-@dataclass(frozen=True)
 class LinearModel:
     """Average and principal variations of a set of samples.
 
@@ -68,10 +67,10 @@ def flatten(coefficients: np.ndarray, frequency_hz: np.ndarray | None = None) ->
 
     `coefficients` is (R, 5, 15, 3), `frequency_hz` (R,).
     """
-    rows = np.asarray(coefficients, dtype=float).reshape(len(coefficients), -1)
+    rows = np.asarray(coefficients, float).reshape(len(coefficients), -1)
     if frequency_hz is None:
         return rows
-    return np.column_stack([rows, 2.0 * np.pi * np.asarray(frequency_hz, dtype=float)])
+    return np.column_stack([rows, 2.0 * np.pi * np.asarray(frequency_hz, float)])
 
 
 def unflatten(rows: np.ndarray) -> np.ndarray:
@@ -112,12 +111,12 @@ def fit(
     Where samples repeat each other, the last eigenvalues are zero (to rounding) and their components arbitrary
     directions at right angles to the rest.
     """
-    samples = np.asarray(samples, dtype=float)
+    samples = np.asarray(samples, float)
     if samples.ndim != 2 or len(samples) < 2:
         raise InvalidInput(
             "a linear model needs at least two walkers", expected="(R, D), R > 1", received=samples.shape
         )
-    require_range("the number of components", n_components, at_least=1, whole=True)
+    require_count("the number of components", n_components)
     require_choice("the divisor", divisor, ("R-1", "R"))
     if not np.isfinite(samples).all():
         raise InvalidInput(
@@ -202,7 +201,7 @@ def leave_one_out(
         If a fold would have fewer than two people left to learn from, or `groups` or `mirrors` do not match
         the samples.
     """
-    samples = np.asarray(samples, dtype=float)
+    samples = np.asarray(samples, float)
     labels = np.arange(len(samples)) if groups is None else np.asarray(groups)
     if labels.shape != samples.shape[:1] or (mirrors is not None and np.shape(mirrors) != samples.shape):
         raise InvalidInput(
@@ -218,7 +217,7 @@ def leave_one_out(
         )
     rows, of = samples, labels
     if mirrors is not None:
-        rows, of = np.concatenate([samples, np.asarray(mirrors, dtype=float)]), np.tile(labels, 2)
+        rows, of = np.concatenate([samples, np.asarray(mirrors, float)]), np.tile(labels, 2)
     wanted = range(len(samples)) if only is None else only
     if len(rows) < _MANY * rows.shape[1] or scale_last != 1.0 or not np.isfinite(rows).all():
         for r in wanted:
@@ -280,7 +279,7 @@ def leave_two_out(
     InvalidInput
         If there are fewer than three groups.
     """
-    samples = np.asarray(samples, dtype=float)
+    samples = np.asarray(samples, float)
     count = int(groups.max()) + 1
     require_range("the number of groups", count, at_least=3)
     for g in range(count):
@@ -288,7 +287,7 @@ def leave_two_out(
             kept = (groups != g) & (groups != h)
             training = samples[kept]
             if mirrors is not None:
-                training = np.concatenate([training, np.asarray(mirrors, dtype=float)[kept]])
+                training = np.concatenate([training, np.asarray(mirrors, float)[kept]])
             yield fit(training, n_components, divisor=divisor, scale_last=scale_last), g, h
 
 
@@ -312,7 +311,7 @@ def without_joints(rows: np.ndarray, measured: np.ndarray) -> np.ndarray:
     """
     if measured.all():
         return rows
-    kept = np.array(rows, dtype=float)
+    kept = np.array(rows, float)
     unflatten(kept)[..., ~measured, :] = 0.0  # a view of `kept`
     return kept
 
@@ -346,13 +345,13 @@ def coefficients(
     model: LinearModel, samples: np.ndarray, *, measured: np.ndarray | None = None
 ) -> np.ndarray:
     """Coefficients (R, N) of samples (R, D) seen whole, mm; of the measured joints (15,) alone if some were not."""
-    scaled = np.array(samples, dtype=float)
+    scaled = np.array(samples, float)
     scaled[:, -1] *= model.last_scale
     if measured is None or measured.all():
         return (scaled - model.mean) @ model.components.T
     seen = of_measured(model, measured)
     away = (without_joints(scaled, measured) - seen.mean).T
-    return np.linalg.lstsq(seen.components.T, away, rcond=None)[0].T
+    return np.linalg.lstsq(seen.components.T, away)[0].T
 
 
 @dataclass(frozen=True)

@@ -73,10 +73,10 @@ def minimise(
     >>> found.at.round(9).tolist(), found.converged.tolist()
     ([1.0], [True])
     """
-    following, lower, upper = (np.array(values, dtype=float) for values in (start, lower, upper))
+    following, lower, upper = (np.array(values, float) for values in (start, lower, upper))
     at, slopes = following.copy(), np.zeros(len(following))
-    bends, converged = np.array(curvature, dtype=float), np.zeros(len(at), dtype=bool)
-    iterations = np.zeros(len(at), dtype=int)
+    bends, converged = np.array(curvature, float), np.zeros(len(at), bool)
+    iterations = np.zeros(len(at), int)
     active, probe = np.arange(len(at)), np.sqrt(tolerance)
     lengths = np.full((2, len(at)), np.inf)  # of the last step and the one before
     for step in range(most_iterations):
@@ -84,7 +84,7 @@ def minimise(
             break
         here = following[active]
         slope, bend = slopes_of(active, here), bends[active]
-        local = np.ones(len(active), dtype=bool)
+        local = np.ones(len(active), bool)
         if step > 0:
             travelled = here - at[active]
             far = np.abs(travelled) > 10.0 * tolerance  # nearer, the difference of slopes is rounding

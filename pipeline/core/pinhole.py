@@ -56,7 +56,7 @@ class Pinhole:
         frames = set()
         for name, shape in (("intrinsics", (3, 3)), ("rotation", (3, 3)), ("centre", (3,))):
             # A copy that cannot be written to: the camera stays the one that was checked.
-            value = np.array(getattr(self, name), dtype=float)
+            value = np.array(getattr(self, name), float)
             if value.shape[-len(shape) :] != shape or value.ndim > len(shape) + 1:
                 words = ", ".join(map(str, shape))
                 raise InvalidInput(
@@ -154,14 +154,14 @@ class Pinhole:
     def back_project(self, pixels: np.ndarray, depth: float | np.ndarray) -> np.ndarray:
         """World points (…, 3) that stand at a depth (…) in mm behind pixels (…, 2)."""
         rays = self.rays(pixels)
-        ahead = np.asarray(depth, dtype=float)
+        ahead = np.asarray(depth, float)
         between = rays.ndim - self.centre.ndim
         centre = self.centre.reshape(*self.centre.shape[:-1], *([1] * between), 3)
         return centre + rays * (ahead[..., None] if ahead.ndim else ahead)
 
     def _by_frame(self, values: np.ndarray, last: int) -> tuple[np.ndarray, np.ndarray]:
         """`values` as floats, and reshaped to (n, last) or, for cameras of F frames, (F, n, last)."""
-        values = np.asarray(values, dtype=float)
+        values = np.asarray(values, float)
         frames = self.frames
         if values.ndim < 1 + (frames is not None) or values.shape[-1] != last:
             wanted = f"(…, {last})" if frames is None else f"({frames}, …, {last})"
@@ -192,7 +192,7 @@ def project_by_matrix(cameras: np.ndarray, points: np.ndarray) -> np.ndarray:
     InvalidInput
         If the shapes do not fit.
     """
-    cameras, points = np.asarray(cameras, dtype=float), np.asarray(points, dtype=float)
+    cameras, points = np.asarray(cameras, float), np.asarray(points, float)
     require_shape("points", points, (*points.shape[:-1], 3))
     require_shape("cameras", cameras, (len(points), 3, 4) if cameras.ndim > 2 else (3, 4))
     flat = points.reshape(len(points), -1, 3)
@@ -223,7 +223,7 @@ def look_at(
     InvalidInput
         If centre and target coincide, or the camera looks along the vertical.
     """
-    centre, target = np.asarray(centre, dtype=float), np.asarray(target, dtype=float)
+    centre, target = np.asarray(centre, float), np.asarray(target, float)
     ahead = target - centre
     right = np.cross(ahead, [0.0, 0.0, 1.0])
     distance, across = np.linalg.norm(ahead, axis=-1), np.linalg.norm(right, axis=-1)

@@ -103,12 +103,12 @@ def reconstructibility(
         If shapes do not fit, a number is not finite, there are under three frames, a sign is none, the basis is
         longer than one in some direction or has no room outside, or the axis is not there when it is needed.
     """
-    middle, half_chord = np.asarray(middle, dtype=float), np.asarray(half_chord, dtype=float)
-    signs = np.asarray(signs_true, dtype=float)
+    middle, half_chord = np.asarray(middle, float), np.asarray(half_chord, float)
+    signs = np.asarray(signs_true, float)
     require_shape("half chord", half_chord, require_shape("middle", middle, ("F", 3)).shape)
     require_shape("signs", signs, middle.shape[:1])
     if not (np.abs(signs) == 1.0).all():
-        raise InvalidInput("must be +1 or -1", where="signs", received=signs[np.abs(signs) != 1.0][0])
+        raise InvalidInput("must be +1 or -1", "signs", received=signs[np.abs(signs) != 1.0][0])
     truth, impostor = middle + signs[:, None] * half_chord, middle - signs[:, None] * half_chord
     if require_choice("reading", reading, Reading) == Reading.angle:
         across = require_shape("axis", axis, truth.shape)
@@ -143,7 +143,7 @@ def viewing_angles(directions: np.ndarray, axis: np.ndarray) -> np.ndarray:
     InvalidInput
         If the shapes do not fit.
     """
-    directions, axis = np.asarray(directions, dtype=float), np.asarray(axis, dtype=float)
+    directions, axis = np.asarray(directions, float), np.asarray(axis, float)
     require_shape("axis", axis, directions.shape)
     across = np.linalg.norm(np.cross(axis, directions), axis=-1)
     return np.arctan2(across, (axis * directions).sum(axis=-1))
@@ -196,7 +196,7 @@ def outside(basis: np.ndarray, trajectory: np.ndarray) -> float:
 
 def _checked(basis: np.ndarray, trajectory: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """A basis (F, K) and a trajectory as (F, D), or a InvalidInput."""
-    basis, c = np.asarray(basis, dtype=float), np.asarray(trajectory, dtype=float)
+    basis, c = np.asarray(basis, float), np.asarray(trajectory, float)
     if basis.ndim != 2 or c.ndim not in (1, 2) or len(c) != len(basis):
         raise InvalidInput(
             "basis and trajectory do not fit",
@@ -210,8 +210,8 @@ def _checked(basis: np.ndarray, trajectory: np.ndarray) -> tuple[np.ndarray, np.
     if bad.any():
         raise InvalidInput(
             "a trajectory or its basis has a number that is not finite",
-            where=f"frame {bad.argmax()}",
-            expected="only the frames in which the limb was seen",
+            f"frame {bad.argmax()}",
+            "only the frames in which the limb was seen",
         )
     longest = np.linalg.norm(basis, 2) if basis.size else 0.0
     if longest > 1.0 + 1e-9:
@@ -232,7 +232,7 @@ def _compared(truth: float, impostor: float, size: float) -> Reconstructibility:
 
 def _confidence(value: float, red_below: float, green_above: float) -> Confidence:
     if np.isnan(value):
-        raise InvalidInput("must be a number", where="margin", received="nan")
+        raise InvalidInput("must be a number", "margin", received="nan")
     return "red" if value < red_below else "green" if value > green_above else "amber"
 
 

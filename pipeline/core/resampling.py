@@ -52,10 +52,7 @@ def interpolate(values: np.ndarray, at: np.ndarray) -> np.ndarray:
     if beyond.any():
         place = int(beyond.argmax())
         raise InvalidInput(
-            "a position is beyond the samples",
-            where=f"position {place}",
-            expected=f"0 to {last}",
-            received=f"{at[place]:g}",
+            "a position is beyond the samples", f"position {place}", f"0 to {last}", f"{at[place]:g}"
         )
     at = np.clip(at, 0, last)
     before = at.astype(int)

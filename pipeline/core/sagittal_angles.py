@@ -89,4 +89,4 @@ def sagittal_slopes(positions: np.ndarray) -> np.ndarray:
     segments = _ENDS @ positions
     y, z = segments[..., 1], segments[..., 2]
     slope = np.stack([np.zeros_like(y), -z, y], axis=-1) / np.maximum(y**2 + z**2, 1e-12)[..., None]
-    return np.asarray(_OF_SEGMENTS @ slope).reshape(*slope.shape[:-2], len(_M), -1, 3)
+    return (_OF_SEGMENTS @ slope).reshape(*slope.shape[:-2], len(_M), -1, 3)

@@ -58,8 +58,8 @@ def rank_correlation(a: np.ndarray, b: np.ndarray) -> float:
     >>> rank_correlation([1.0, 2.0, 30.0], [0.1, 0.2, 0.3])
     1.0
     """
-    x = require_shape("the first series to be ranked", np.asarray(a, dtype=float), ("N",))
-    y = require_shape("the second series to be ranked", np.asarray(b, dtype=float), x.shape)
+    x = require_shape("the first series to be ranked", np.asarray(a, float), ("N",))
+    y = require_shape("the second series to be ranked", np.asarray(b, float), x.shape)
     if not x.size or np.isnan(x).any() or np.isnan(y).any():
         raise InvalidInput(
             "a series to be ranked is empty or holds NaN", expected="numbers; infinity is the largest"

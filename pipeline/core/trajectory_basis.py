@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
+from pipeline.validation import InvalidInput, require_count, require_finite, require_range, require_shape
 
 EXPONENT = 6.0
 """How steeply the soft basis forbids: the square of a third derivative."""
@@ -58,8 +58,8 @@ def cosine_basis(F: int, K: int, *, at: np.ndarray | None = None) -> np.ndarray:
     >>> cosine_basis(4, 2, at=np.array([1.5])).round(3) + 0.0
     array([[0.5, 0. ]])
     """
-    require_range("frames", F, at_least=1, whole=True)
-    require_range("components", K, at_least=1, at_most=F, whole=True)
+    require_count("frames", F)
+    require_count("components", K, at_most=F)
     return _cosines(F, K).copy() if at is None else _cosines_at(F, K, np.asarray(at))
 
 
@@ -166,7 +166,7 @@ class TrajectoryBasis:
     cutoff: float | None = None
 
     def __post_init__(self) -> None:
-        require_range("components", self.components, at_least=1, whole=True)
+        require_count("components", self.components)
         _ = self.ridge
 
     @property
@@ -191,7 +191,7 @@ def _rows(
     basis: TrajectoryBasis, frames: int, observed: bytes, kind: np.dtype, shape: tuple[int, ...]
 ) -> np.ndarray:
     """As `TrajectoryBasis.rows`; many limbs are seen in the same frames."""
-    seen = np.frombuffer(observed, dtype=kind).reshape(shape)
+    seen = np.frombuffer(observed, kind).reshape(shape)
     rows = restricted(cosine_basis(frames, basis.components), seen, ridge=basis.ridge)
     if len(rows) < basis.components:
         left, size, _ = np.linalg.svd(rows, full_matrices=False)
@@ -248,8 +248,8 @@ def coefficients(
         If the observed frames do not determine the coefficients, or are not finite.
     """
     above, stacked = _stacked(theta, observed, ridge)
-    values = require_shape("trajectory", np.asarray(values, dtype=float), (len(theta), "D"))
-    seen = values[np.asarray(observed, dtype=bool)]
+    values = require_shape("trajectory", np.asarray(values, float), (len(theta), "D"))
+    seen = values[np.asarray(observed, bool)]
     _check_finite(seen, np.flatnonzero(observed))
     q, r = np.linalg.qr(stacked)
     return np.linalg.solve(r, q[:above].T @ seen)
@@ -290,7 +290,7 @@ def _stacked(theta: np.ndarray, observed: np.ndarray, ridge: np.ndarray | None) 
     InvalidInput
         If they do not determine the coefficients.
     """
-    theta, seen = np.asarray(theta, dtype=float), np.asarray(observed)
+    theta, seen = np.asarray(theta, float), np.asarray(observed)
     if theta.ndim != 2 or seen.shape != theta.shape[:1] or seen.dtype != bool:
         raise InvalidInput(
             "basis and observed frames do not fit each other",
@@ -303,7 +303,7 @@ def _stacked(theta: np.ndarray, observed: np.ndarray, ridge: np.ndarray | None) 
         raise InvalidInput("all frames are missing", expected="observed frames", received=f"none of {frames}")
     rows = theta[seen]
     if ridge is not None:
-        weights = np.asarray(ridge, dtype=float)
+        weights = np.asarray(ridge, float)
         require_range(
             "ridge",
             require_finite("ridge", require_shape("ridge", weights, (components,))).min(),
@@ -325,6 +325,6 @@ def _check_finite(values: np.ndarray, frames: np.ndarray) -> None:
     if wrong.any():
         raise InvalidInput(
             "the trajectory is not finite",
-            where=f"frame {frames[np.argmax(wrong)]}",
-            expected="finite numbers in the observed frames",
+            f"frame {frames[np.argmax(wrong)]}",
+            "finite numbers in the observed frames",
         )

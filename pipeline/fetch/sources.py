@@ -74,7 +74,7 @@ def fetch(
     rows = _selected(read_sources(sources), only)
     for folder in mirror:
         if not folder.is_dir():
-            raise InvalidInput("the mirror is not a folder", str(folder))
+            raise InvalidInput("the mirror is not a folder", folder)
     return Transfer(rows, raw, mirror, opener, progress).report()
 
 

@@ -105,7 +105,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     """
     path = Path(path)
     if not path.exists():
-        raise damaged("there is no such file", str(path))
+        raise damaged("there is no such file", path)
     suffix = path.suffix.lower()
     if suffix not in READERS:
         advice = f": {ADVICE[suffix]}" if suffix in ADVICE else ""

@@ -63,7 +63,7 @@ def count_bytes(size: int, where: str) -> None:
             "the file is too large",
             where,
             f"{MOST // 2} bytes or less: export a shorter part of the trial",
-            str(size),
+            size,
         )
     if (sizes := _read.get()) is not None:
         sizes.append(size)
@@ -78,7 +78,7 @@ def require_memory(needed: int, where: str, what: str = "the file asks for too m
             what,
             where,
             f"{budget} bytes or less for a file of this size",
-            str(needed),
+            needed,
         )
 
 

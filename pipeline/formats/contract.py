@@ -51,7 +51,7 @@ def read_bytes(path: Path) -> bytes:
         If there is no such file, it is empty or larger than one clip may be.
     """
     if not path.is_file():
-        raise damaged("there is no such file", str(path))
+        raise damaged("there is no such file", path)
     count_bytes(path.stat().st_size, path.name)
     data = path.read_bytes()
     if not data or data.isspace():

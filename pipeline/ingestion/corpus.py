@@ -201,7 +201,7 @@ def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple
     if not rows:
         raise InvalidInput(
             f"no recording of {action or 'an action without a name'} by these sources is listed",
-            str(listing.table),
+            listing.table,
             ", ".join(sources),
         )
     same = {subject: group[0] for group in listing.same_person for subject in group}
@@ -225,7 +225,7 @@ def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple
     if not present:
         raise InvalidInput(
             f"none of the {len(clips)} recordings is on this machine",
-            str(listing.raw),
+            listing.raw,
             "`make data` to fetch them, or data.mirror= (or MOCAP_MIRROR) naming a folder that has them",
         )
     absent = [clip for clip in clips if not clip.path]
@@ -373,7 +373,7 @@ def _sha256_of(path: Path) -> str:
         stat = path.stat()
         return _sha256_of_version(path, stat.st_size, stat.st_mtime_ns)
     except OSError as error:
-        raise InvalidInput(f"cannot be read: {error.strerror}", str(error.filename or path)) from None
+        raise InvalidInput(f"cannot be read: {error.strerror}", error.filename or path) from None
 
 
 @functools.cache

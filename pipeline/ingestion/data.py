@@ -210,9 +210,9 @@ class FolderData(Recordings):
             if (first := known.setdefault(PurePosixPath(clip.name).name, clip.name)) != clip.name:
                 raise InvalidInput(
                     "files of one name in several folders: whose they are is not known",
-                    where="data.person",
-                    expected=WHOSE,
-                    received=f"{first}, {clip.name}",
+                    "data.person",
+                    WHOSE,
+                    f"{first}, {clip.name}",
                 )
 
 

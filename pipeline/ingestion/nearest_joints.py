@@ -269,7 +269,7 @@ class _Body:
 def _laid(anchors: np.ndarray, cycle: np.ndarray) -> tuple[np.ndarray, float]:
     """The walker (F, 15, 3) laid over some joints, in their unit, and that unit's length of a millimetre of it."""
     apart = np.linalg.norm(anchors[:, :, None] - anchors[:, None], axis=-1)
-    known = np.isfinite(apart).any(axis=0) & np.triu(np.ones((15, 15), dtype=bool), 1)
+    known = np.isfinite(apart).any(axis=0) & np.triu(np.ones((15, 15), bool), 1)
     own = np.linalg.norm(cycle[:, :, None] - cycle[:, None], axis=-1).mean(axis=0)
     ratios = np.nanmean(apart[:, known], axis=0) / own[known]
     scale = max(np.median(ratios), TINY) if len(ratios) else 1.0

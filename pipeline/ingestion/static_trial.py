@@ -128,9 +128,7 @@ def _posture(
     seen = np.flatnonzero(motion.valid.any(axis=0))
     place = np.nanmedian(motion.positions_mm[:, seen], axis=0)
     names = tuple(motion.names[k] for k in seen)
-    posture = replace(
-        motion, names=names, positions_mm=place[None], valid=np.ones((1, len(seen)), dtype=bool)
-    )
+    posture = replace(motion, names=names, positions_mm=place[None], valid=np.ones((1, len(seen)), bool))
     return posture, moves(motion.positions_mm)
 
 
@@ -189,9 +187,7 @@ def carry(
         shared = [
             point for point in there if point[0] == side and other + point[1:] in there and point in here
         ]
-        static, moving = (
-            np.array([[there[point], here[point]] for point in shared], dtype=int).reshape(-1, 2).T
-        )
+        static, moving = np.array([[there[point], here[point]] for point in shared], int).reshape(-1, 2).T
         ends = np.array([[joints[f"{_SIDES[side]}_{end}"] for end in pair] for pair in _SEGMENTS])
         groups: dict[int, list[int]] = {}
         for group in rigid_clusters(motion.positions_mm[:, moving], SLACK * leg, place[static]):

@@ -81,7 +81,7 @@ def load(path: Path) -> SourceMapping:
         data = path.read_bytes()
     except OSError as error:
         raise InvalidInput(
-            "the mapping cannot be read", str(path), received=error.strerror or type(error).__name__
+            "the mapping cannot be read", path, received=error.strerror or type(error).__name__
         ) from None
     except ValueError:
         raise InvalidInput("the mapping cannot be read", repr(str(path))) from None

@@ -149,10 +149,10 @@ def load(folder: Path) -> dict[str, Paper]:
         for item in paper.measured:
             where = f"{paper.key}.yaml, {item.name}"
             if names[item.name] > 1:
-                raise InvalidInput("the name is there twice", where=where)
+                raise InvalidInput("the name is there twice", where)
             if isinstance(item, Claim):
                 if item.same_as and item.same_as not in names:
-                    raise InvalidInput(f"no claim {item.same_as!r}", where=where)
+                    raise InvalidInput(f"no claim {item.same_as!r}", where)
                 _check_explanations(item, set(names), where)
     return {paper.key: paper for paper in sorted(papers, key=lambda paper: (paper.year, paper.key))}
 
@@ -168,7 +168,7 @@ def read_baselines(path: Path) -> dict[str, Baseline]:
         better = {"better": lambda value, where: BETTER[require_choice(where, value, list(BETTER))]}
         made = found[name] = record(Baseline, plain, where, readers=better, measures=name)
         if bool(made.name) != bool(made.replace or made.value is not None):
-            raise InvalidInput("a baseline has its name and its words or its value", where=where)
+            raise InvalidInput("a baseline has its name and its words or its value", where)
     return found
 
 
@@ -179,7 +179,7 @@ def _check_explanations(claim: Claim, known: set[str], where: str) -> None:
         asked = [(of_run(name) or ("", name))[1] for name in placeholders(explanation.text)]
         for name in (*asked, *explanation.beside):
             if name and name != "value" and name not in known:
-                raise InvalidInput(f"no claim and no quantity {name!r}", where=where_why)
+                raise InvalidInput(f"no claim and no quantity {name!r}", where_why)
 
 
 def _paper(
@@ -219,14 +219,14 @@ def _paper(
         require_choice(f"{file}, page, figure", paper.page.figure, figures)
     for item in paper.measured:
         if not item.name.startswith(f"{key}_"):
-            raise InvalidInput(f"the name does not begin with {key}_", where=f"{file}, {item.name}")
+            raise InvalidInput(f"the name does not begin with {key}_", f"{file}, {item.name}")
         if item.figure:
             require_choice(f"{file}, {item.name}, figure", item.figure, figures)
     conditions = {claim.name for claim in paper.claims if claim.kind is Kind.CONDITION}
     for figure, named in rests_on.items():
         require_choice(f"{file}, rests_on, figure", figure, paper.figures)
         for condition in set(names(named, f"{file}, rests_on, {figure}")) - conditions:
-            raise InvalidInput(f"no claim {condition!r} is a condition", where=f"{file}, rests_on")
+            raise InvalidInput(f"no claim {condition!r} is a condition", f"{file}, rests_on")
     resting = [
         claim if claim.name in conditions else replace(claim, rests_on=tuple(rests_on.get(claim.figure, ())))
         for claim in paper.claims
@@ -244,7 +244,7 @@ def _equation(key: str, content: Any, file: str) -> Equation:
     }
     equation = record(Equation, plain, where, readers=readers, paper=key)
     if not (equation.used or equation.note):
-        raise InvalidInput("nothing uses it, and no note says why", where=where)
+        raise InvalidInput("nothing uses it, and no note says why", where)
     return equation
 
 
@@ -298,16 +298,14 @@ def _claim(
         rests_on=(),
     )
     if compared and not measures:
-        raise InvalidInput("no 'class'", where=where)
+        raise InvalidInput("no 'class'", where)
     if compared:
         require_choice(f"{where}, class", measures, list(baselines))
     if not judged and (claim.figure or claim.measure or claim.agrees):
-        raise InvalidInput("has a figure, a measure or bounds although it is untestable", where=where)
+        raise InvalidInput("has a figure, a measure or bounds although it is untestable", where)
     criteria.check_bounds(claim, f"{where}, bounds")
     if claim.baseline and claim.baseline.replace and claim.of_baseline is None:
-        raise InvalidInput(
-            f"its measure names nothing that the baseline of {measures!r} replaces", where=where
-        )
+        raise InvalidInput(f"its measure names nothing that the baseline of {measures!r} replaces", where)
     return claim
 
 
@@ -330,17 +328,12 @@ def _explanation(content: Any, where: str, runs: Runs) -> Explanation:
     why = record(_Why, content, where, readers={"run": run})
     given = [support for support in Support if getattr(why, support)]
     if len(given) != 1:
-        raise InvalidInput(
-            "must have one text",
-            where=where,
-            expected=" or ".join(Support),
-            received=", ".join(given) or "none",
-        )
+        raise InvalidInput("must have one text", where, " or ".join(Support), ", ".join(given) or "none")
     support, words = given[0], str(getattr(why, given[0]))
     if (support is Support.TESTED) != bool(why.run or why.beside) or (why.run and why.beside):
-        raise InvalidInput("what is tested needs its run, or what is measured beside it", where=where)
+        raise InvalidInput("what is tested needs its run, or what is measured beside it", where)
     if not why.run and any(of_run(name) for name in placeholders(words)):
-        raise InvalidInput("quotes a run, and names none", where=where)
+        raise InvalidInput("quotes a run, and names none", where)
     return Explanation(support=support, text=words, run=why.run, beside=why.beside)
 
 
@@ -349,7 +342,7 @@ def _like(name: str, all_claims: Mapping[str, Any], where: str) -> dict[str, Any
     body, trail = mapping(all_claims[name], where), {name}
     while (other := body.pop("like", None)) is not None:
         if other not in all_claims or other in trail:
-            raise InvalidInput("must be another claim", where=f"{where}, like", received=other)
+            raise InvalidInput("must be another claim", f"{where}, like", received=other)
         trail.add(other)
         body = {**all_claims[other], **body}
     return body

@@ -82,7 +82,7 @@ def _checked(chart: Chart, lines: list[Line]) -> list[Line]:
     for line in lines:
         if chart.log_y and line.y.min() <= 0:
             where = f"{chart.quantity}, {line.key}"
-            raise InvalidInput("numbers without a logarithm on a logarithmic axis", where=where)
+            raise InvalidInput("numbers without a logarithm on a logarithmic axis", where)
     return lines
 
 
@@ -94,7 +94,7 @@ def _draw_lines(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
         look_of: dict[str, Any] = {"linewidth": style.width * look.LINE_WIDTH, "alpha": style.opacity}
         points = style.line == "points" or line.x.size == 1  # a line of one would not be seen
         if line.strands is not None:
-            at = np.stack([line.x, line.y], axis=-1)
+            at = np.column_stack([line.x, line.y])
             strands = [at[line.strands == one] for one in dict.fromkeys(line.strands.tolist())]
             axes.add_collection(
                 LineCollection(strands, colors=colour, linestyles=[look.LINE_STYLES[style.line]], **look_of)
@@ -206,7 +206,7 @@ def _in_axes(axes: Axes, lines: Sequence[Line]) -> np.ndarray:
     """Points of all lines as fractions of the axes, (N, 2), filled in between the points given."""
     found = []
     for line in lines:
-        data = axes.transData.transform(np.stack([line.x, line.y], axis=-1))
+        data = axes.transData.transform(np.column_stack([line.x, line.y]))
         places = axes.transAxes.inverted().transform(data)
         fine, own = np.linspace(0, len(places) - 1, max(len(places), 200)), np.arange(len(places))
         found.append(np.stack([np.interp(fine, own, places[:, k]) for k in (0, 1)], axis=-1))
@@ -220,53 +220,42 @@ def _draw_notes(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
     heights = [_fraction(axes, float(r.y), 1) for r in across if r.y is not None and r.label]
     upright = [_fraction(axes, float(r.x), 0) for r in chart.references if r.x is not None and r.y is None]
     for reference in chart.references:
-        _draw_reference(axes, reference, lines, data, heights, upright)
-
-
-def _draw_reference(
-    axes: Axes,
-    reference: Reference,
-    lines: Sequence[Line],
-    data: np.ndarray,
-    heights: Sequence[float],
-    upright: Sequence[float],
-) -> None:
-    look_of = _look_of(reference)
-    of = {"color": look_of["colour"], "linestyle": look_of["line"], "linewidth": look_of["width"]}
-    x, y = (None if v is None else float(v) for v in (reference.x, reference.y))
-    if reference.slope is not None or reference.below:
-        line = next((line for line in lines if line.key == reference.below), lines[0])
-        share = 1.0 - float(reference.percent) / 100.0
-        ends = np.array(axes.get_xlim())
-        points = (line.x, share * line.y) if reference.below else (ends, (reference.slope or 0.0) * ends)
-        axes.plot(*points, zorder=1.5, scalex=False, scaley=False, **of)
-    elif x is not None and y is not None:
-        axes.plot([x], [y], marker="D", markerfacecolor="white", markeredgecolor=of["color"], linestyle="none",
-                  markersize=1.3 * look.POINT_SIZE, zorder=5, clip_on=False)  # fmt: skip
-        at = (_fraction(axes, x, 0), _fraction(axes, y, 1))
-        right, high = at[0] > 0.6, at[1] > 0.5
-        _write(axes, (at[0] + (-0.025 if right else 0.025), at[1]), reference.label, right, high)
-    elif x is not None:
-        axes.axvline(x, zorder=0.5, **of)
-        at_x = _fraction(axes, x, 0)
-        far = _farther(data, 0, at_x, (0.05, 0.95))
-        # Words after the line, or before it where there is no space after it.
-        inward = at_x < 0.7 and not any(0 < other - at_x < 0.25 for other in upright)
-        _write(
-            axes,
-            (at_x + (0.012 if inward else -0.012), 0.96 if far else 0.04),
-            reference.label,
-            not inward,
-            far,
-        )
-    elif y is not None:
-        axes.axhline(y, zorder=0.5, **of)
-        at_y = _fraction(axes, y, 1)
-        far = _farther(data, 1, at_y, (0.14, 0.86))
-        # Words above the line, or below it where there is no space above: the edge, or the next line.
-        above = at_y < 0.9 and not any(0 < other - at_y < 0.17 for other in heights)
-        place = (0.985 if far else 0.015, at_y + (0.015 if above else -0.015))
-        _write(axes, place, reference.label, far, not above)
+        look_of = _look_of(reference)
+        of = {"color": look_of["colour"], "linestyle": look_of["line"], "linewidth": look_of["width"]}
+        x, y = (None if v is None else float(v) for v in (reference.x, reference.y))
+        if reference.slope is not None or reference.below:
+            line = next((line for line in lines if line.key == reference.below), lines[0])
+            share = 1.0 - float(reference.percent) / 100.0
+            ends = np.array(axes.get_xlim())
+            points = (line.x, share * line.y) if reference.below else (ends, (reference.slope or 0.0) * ends)
+            axes.plot(*points, zorder=1.5, scalex=False, scaley=False, **of)
+        elif x is not None and y is not None:
+            axes.plot([x], [y], marker="D", markerfacecolor="white", markeredgecolor=of["color"], linestyle="none",
+                      markersize=1.3 * look.POINT_SIZE, zorder=5, clip_on=False)  # fmt: skip
+            at = (_fraction(axes, x, 0), _fraction(axes, y, 1))
+            right, high = at[0] > 0.6, at[1] > 0.5
+            _write(axes, (at[0] + (-0.025 if right else 0.025), at[1]), reference.label, right, high)
+        elif x is not None:
+            axes.axvline(x, zorder=0.5, **of)
+            at_x = _fraction(axes, x, 0)
+            far = _farther(data, 0, at_x, (0.05, 0.95))
+            # Words after the line, or before it where there is no space after it.
+            inward = at_x < 0.7 and not any(0 < other - at_x < 0.25 for other in upright)
+            _write(
+                axes,
+                (at_x + (0.012 if inward else -0.012), 0.96 if far else 0.04),
+                reference.label,
+                not inward,
+                far,
+            )
+        elif y is not None:
+            axes.axhline(y, zorder=0.5, **of)
+            at_y = _fraction(axes, y, 1)
+            far = _farther(data, 1, at_y, (0.14, 0.86))
+            # Words above the line, or below it where there is no space above: the edge, or the next line.
+            above = at_y < 0.9 and not any(0 < other - at_y < 0.17 for other in heights)
+            place = (0.985 if far else 0.015, at_y + (0.015 if above else -0.015))
+            _write(axes, place, reference.label, far, not above)
 
 
 def _look_of(reference: Reference) -> dict[str, Any]:

@@ -67,7 +67,7 @@ def _draw_strip(axes: Axes, body: np.ndarray, truth: np.ndarray | None, bones: B
     tall = 2.1 * up
     # The strip is filled: wide postures make all of them smaller, narrow ones stand farther apart.
     step = max(1.9 * across, tall * _STRIP_WIDTH / (_STRIP_HEIGHT * len(body)))
-    shift = np.stack([step * np.arange(len(body)), np.zeros(len(body))], axis=-1)[:, None]
+    shift = np.column_stack([step * np.arange(len(body)), np.zeros(len(body))])[:, None]
     if truth is not None:
         add_bones(axes, bodies[0] + shift, bones, **_TRUTH)
     add_bones(axes, bodies[-1] + shift, bones, colour=colour, width=look.BONE_WIDTHS["strong"])

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw
 
-from pipeline.validation import require_range
+from pipeline.validation import require_count
 
 _FINER = 4
 """Pixels drawn to one that is kept, so that dots move by parts of a pixel."""
@@ -30,7 +30,7 @@ def draw_gif(
     hundredths : int
         Hundredths of a second that a frame lasts; players show no fewer than two.
     """
-    require_range("hundredths of a second", hundredths, at_least=2, whole=True)
+    require_count("hundredths of a second", hundredths, at_least=2)
     frames = []
     for dots in places * _FINER:
         fine = Image.new("L", (size[0] * _FINER, size[1] * _FINER))

@@ -69,7 +69,7 @@ def draw_postures(
             axes.set_title(title, pad=5)
             for i, row in enumerate(rows):
                 axes.text(-end - margin, 0.5 * (low + high) - i * drop, row.label, va="center")
-                shift = np.stack([step * np.arange(count), np.full(count, -i * drop)], axis=-1)[:, None]
+                shift = np.column_stack([step * np.arange(count), np.full(count, -i * drop)])[:, None]
                 for which in (0, 1):
                     bodies, of = _centred(row)[which] + shift, _LOOKS[which]
                     add_bones(axes, bodies, bones, **of)

@@ -63,7 +63,7 @@ def draw_skeletons(
             axes.set_ylim(low - foot, high + head)
             axes.text(left, high + head, row.label, va="top", fontsize=look.TITLE_SIZE)
             axes.axhline(0.0, color=hex_colour("reference"), linewidth=look.BONE_WIDTHS["ground"])
-            shift = np.stack([step * np.arange(count), np.zeros(count)], axis=-1)[:, None]
+            shift = np.column_stack([step * np.arange(count), np.zeros(count)])[:, None]
             add_bones(axes, body[1:], bones, colour=sampled, width=light)
             add_bones(axes, body[:1] + shift[:1], bones, colour=mean, width=strong)
             add_bones(axes, body[:1] + shift[1:], bones, colour="silver", width=look.BONE_WIDTHS["broad"])

@@ -68,7 +68,7 @@ def draw_walking(
         require_finite(f"{path}, walker", part) for part in (seen, original, reconstructed)
     )
     if len(original) % len(seen):
-        raise InvalidInput("a walker that does not go around", where=path, expected="whole cycles")
+        raise InvalidInput("a walker that does not go around", path, "whole cycles")
     pairs = np.asarray(bones)
     if still is not None:
         seen, original, again = seen[[still % len(seen)]], original[[still]], again[[still]]
@@ -103,7 +103,7 @@ def draw_walking(
     ]
     if estimated.any():
         parts.append(_moving(_dots(body[:, estimated]), turning, f'stroke="{_PAPER}" stroke-width="6"'))
-    path.write_text("\n".join([*parts, "</svg>", ""]), encoding="utf-8")
+    path.write_text("\n".join([*parts, "</svg>", ""]), "utf-8")
 
 
 def _headings(words: Sequence[tuple[str, str]], places: tuple[float, float]) -> list[str]:

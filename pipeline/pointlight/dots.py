@@ -91,10 +91,10 @@ def walker(
     times = np.arange(count) * (cycles / stride_hz / count if loops else 1 / frame_rate_hz)
     positions = fourier.synthesise(coefficients, stride_hz, times)
     positions[..., 1] += (speed_mm_s * (times - times.mean()))[:, None]
-    shown = np.ones(len(WALKER15.joints), dtype=bool) if joints is None else joints
+    shown = np.ones(len(WALKER15.joints), bool) if joints is None else joints
     names = tuple(name for name, here in zip(WALKER15.joints, shown, strict=True) if here)
     seen = camera.project(positions[:, shown], view_angle_rad)
-    return PointLights(names, seen, float(frame_rate_hz), np.ones(len(names), dtype=bool), loops)
+    return PointLights(names, seen, float(frame_rate_hz), np.ones(len(names), bool), loops)
 
 
 def walking_speed(coefficients: np.ndarray, stride_hz: float) -> float:

@@ -7,7 +7,7 @@ from html import escape
 import numpy as np
 
 from pipeline.pointlight.dots import PointLights
-from pipeline.validation import require_range, require_shape
+from pipeline.validation import require_count, require_range, require_shape
 
 PTD_RATE_HZ = 60.0
 """Frames a second of the Body Movement Library."""
@@ -25,7 +25,7 @@ def pixels(lights: PointLights, height_px: int) -> tuple[np.ndarray, tuple[int, 
     lights : PointLights
     height_px : int
     """
-    require_range("height_px", height_px, at_least=16, at_most=4096, whole=True)
+    require_count("height_px", height_px, at_least=16, at_most=4096)
     low, high = lights.bounds
     margin = _MARGIN * height_px
     extent = np.maximum(high - low, 1e-9)

@@ -8,7 +8,7 @@ from enum import StrEnum
 import numpy as np
 
 from pipeline.pointlight.dots import PointLights
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import InvalidInput, require_count, require_range
 
 MOST_DOTS = 2000
 
@@ -104,10 +104,10 @@ def limited_lifetime(
         If the lifetime is not positive or there are too many dots.
     """
     frames, joints = lights.positions.shape[:2]
-    require_range("lifetime_frames", lifetime_frames, at_least=1, whole=True)
-    require_range("dots that are shown at a time", shown, at_least=1, at_most=joints - 1, whole=True)
+    require_count("lifetime_frames", lifetime_frames)
+    require_count("dots that are shown at a time", shown, at_most=joints - 1)
     at = generator.permutation(joints)[:shown]
-    chosen = np.empty((frames, shown), dtype=int)
+    chosen = np.empty((frames, shown), int)
     for frame in range(frames):
         for dot in range(shown) if frame else ():
             if (frame + dot * lifetime_frames // shown) % lifetime_frames == 0:
@@ -117,7 +117,7 @@ def limited_lifetime(
         names=tuple(f"dot_{dot + 1}" for dot in range(shown)),
         positions=np.take_along_axis(lights.positions, chosen[..., None], axis=1),
         frame_rate_hz=lights.frame_rate_hz,
-        of_walker=np.ones(shown, dtype=bool),
+        of_walker=np.ones(shown, bool),
         loops=lights.loops,
     )
 
@@ -153,16 +153,16 @@ def with_noise(
     InvalidInput
         If a number is out of range.
     """
-    require_range("noise dots", dots, at_least=0, at_most=MOST_DOTS, whole=True)
+    require_count("noise dots", dots, at_least=0, at_most=MOST_DOTS)
     require_range("field", field, at_least=1, at_most=20)
-    require_range("lifetime_frames", lifetime_frames, at_least=0, whole=True)
+    require_count("lifetime_frames", lifetime_frames, at_least=0)
     if not dots:
         return lights
     model = like or lights
     frames = len(lights.positions)
     low, high = model.bounds
     middle, half = (low + high) / 2, field * (high - low) / 2
-    stays = [np.zeros(frames, dtype=int)] * dots
+    stays = [np.zeros(frames, int)] * dots
     if lifetime_frames:
         stagger = np.arange(dots) * lifetime_frames // dots
         stays = [(np.arange(frames) + start) // lifetime_frames for start in stagger]
@@ -175,7 +175,7 @@ def with_noise(
         names=(*lights.names, *(f"noise_{dot + 1}" for dot in range(dots))),
         positions=np.concatenate([lights.positions, noise], axis=1),
         frame_rate_hz=lights.frame_rate_hz,
-        of_walker=np.concatenate([lights.of_walker, np.zeros(dots, dtype=bool)]),
+        of_walker=np.concatenate([lights.of_walker, np.zeros(dots, bool)]),
         loops=lights.loops,
     )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 
@@ -63,7 +63,6 @@ class Input(Options):
 
 
 @shortened
-@dataclass(frozen=True)
 class Walk:
     """What a file of keypoints shows.
 
@@ -142,7 +141,7 @@ def reconstruct_clip(given: Input, model: Path = model_file.SHIPPED) -> Walk:
 
 def _reconstruct_clip(given: Input, model: Path) -> Walk:
     if not given.path:
-        raise InvalidInput("must name a file or folder of keypoints", where="input.path", received="nothing")
+        raise InvalidInput("must name a file or folder of keypoints", "input.path", received="nothing")
     for name, (least, most) in POSSIBLE.items():
         if value := getattr(given, name):
             require_range(f"input.{name}", value, at_least=least, at_most=most)
@@ -200,8 +199,8 @@ def _rate(given: Input, source: Detections, notes: list[str]) -> float:
     rate = given.frame_rate_hz or source.frame_rate_hz
     if not rate:
         raise InvalidInput(
-            "the frame rate is not known", where="input.frame_rate_hz", expected="frames per second",
-            received=" ".join(note for note in notes if note.startswith("The times")),
+            "the frame rate is not known", "input.frame_rate_hz", "frames per second",
+            " ".join(note for note in notes if note.startswith("The times"))
         )  # fmt: skip
     least, most = POSSIBLE["frame_rate_hz"]
     require_range(f"{Path(given.path).name}, frames a second", rate, at_least=least, at_most=most)
@@ -217,8 +216,8 @@ def _chosen(frames: str, frame: np.ndarray, rate: float) -> np.ndarray:
     parts = re.fullmatch(r"(\d+|\d+\.?\d*s)?:(\d+|\d+\.?\d*s)?", frames or ":")
     if parts is None:
         raise InvalidInput(
-            "must name a part of the video", where="input.frames", expected="first:last, as 120:300 or 2s:6.5s",
-            received=frames,
+            "must name a part of the video", "input.frames", "first:last, as 120:300 or 2s:6.5s",
+            frames
         )  # fmt: skip
     first, last = (
         otherwise if end is None else float(end[:-1]) * rate if end.endswith("s") else float(end)
@@ -227,8 +226,8 @@ def _chosen(frames: str, frame: np.ndarray, rate: float) -> np.ndarray:
     used = (frame >= first) & (frame <= last)
     if not used.any():
         raise InvalidInput(
-            "no frame is left", where="input.frames", expected=f"frames from {frame.min():.0f} to {frame.max():.0f}",
-            received=frames,
+            "no frame is left", "input.frames", f"frames from {frame.min():.0f} to {frame.max():.0f}",
+            frames
         )  # fmt: skip
     return used
 
@@ -307,6 +306,4 @@ def choose(tracks: list[Track], person: str) -> Track:
     if person.isdigit() and 1 <= int(person) <= len(tracks) and not any(track.identity for track in tracks):
         return tracks[int(person) - 1]
     listed = sorted({track.identity for track in tracks if track.identity}) or [f"1 to {len(tracks)}"]
-    raise InvalidInput(
-        "there is no such person", where="input.person", expected=", ".join(listed), received=person
-    )
+    raise InvalidInput("there is no such person", "input.person", ", ".join(listed), person)

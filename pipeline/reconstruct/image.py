@@ -57,14 +57,14 @@ def in_pixels(
         if not all(size):
             raise InvalidInput(
                 "coordinates between 0 and 1 need the size of the image",
-                where="input.width, input.height",
-                expected="pixels",
+                "input.width, input.height",
+                "pixels",
             )
         notes.append("Coordinates are shares of the image and were multiplied by its size.")
         if (known[:, 1] < 0).mean() > 0.25:  # OpenPose's keypoint_scale 4, not a head out of the picture
             pixels = (pixels + 1) / 2
             notes.append("They were counted from its middle, from -1 to 1.")
-        pixels = pixels * np.array(size, dtype=float)
+        pixels = pixels * np.array(size, float)
     elif not all(size):
         reach = known.max(axis=0) if len(known) else np.array([1.0, 1.0])
         # Keypoints may lie a little outside of the image.
@@ -79,9 +79,9 @@ def in_pixels(
         low, high = np.percentile(known, [1, 99], axis=0).round().astype(int).tolist()
         raise InvalidInput(
             "the keypoints are not in an image of this size: are width and height exchanged, or of another film?",
-            where="input.width, input.height",
-            expected=f"one that holds {low[0]} to {high[0]} x {low[1]} to {high[1]} pixels",
-            received=f"{size[0]} x {size[1]}",
+            "input.width, input.height",
+            f"one that holds {low[0]} to {high[0]} x {low[1]} to {high[1]} pixels",
+            f"{size[0]} x {size[1]}",
         )
     return pixels, size
 

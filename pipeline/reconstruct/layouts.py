@@ -63,14 +63,14 @@ def load(path: Path) -> Layout:
     content = read_mapping(path)
     points = tuple(content["points"])
     if len(points) != content["count"] or len(set(points)) != len(points):
-        raise InvalidInput("must list each point once", where=f"{path.name}, points", received=len(points))
+        raise InvalidInput("must list each point once", f"{path.name}, points", received=len(points))
     joints: dict[str, tuple[str, ...]] = {joint: (joint,) for joint in WALKER15.joints if joint in points}
     joints["head"] = tuple(require_choice(f"{path.name}, head", point, points) for point in content["head"])
     for derived in ("sternum", "pelvis"):  # middles of others, unless simulated
         if derived not in content["floor_mm"]:
             joints.pop(derived, None)
     offset, floor = np.zeros((len(WALKER15.joints), 3)), np.full(len(WALKER15.joints), 10.0)
-    seen = np.zeros(len(WALKER15.joints), dtype=bool)
+    seen = np.zeros(len(WALKER15.joints), bool)
     for number, joint in enumerate(WALKER15.joints):
         kind = joint.split("_")[-1]
         seen[number] = joint in joints
@@ -157,7 +157,7 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
         apart = (k for k, letters in enumerate(zip(*sided, strict=False)) if len(set(letters)) > 1)
         before = "".join(sided[:1])[: next(apart, 0)]  # anna:, PoseLandmark.
         names = {canonical(name.removeprefix(before)): k for k, name in enumerate(found.names)}
-        best, order, rank = None, np.empty(0, dtype=int), (0, 0)
+        best, order, rank = None, np.empty(0, int), (0, 0)
         for layout in [known[wanted]] if wanted else known.values():
             where = np.array([names.get(canonical(point), -1) for point in layout.points])
             if (
@@ -214,7 +214,7 @@ def _upright(layout: Layout, points: np.ndarray) -> float:
     shares = []
     for side in ("left", "right"):
         joints = ("head", *(f"{side}_{kind}" for kind in ("shoulder", "hip", "knee", "ankle")))
-        rows = np.stack([height(joint) for joint in joints], axis=1)
+        rows = np.column_stack([height(joint) for joint in joints])
         rows = rows[:, np.isfinite(rows).mean(axis=0) > LEAST_SEEN]
         steps = np.diff(rows[np.isfinite(rows).all(axis=1)], axis=1)
         if rows.shape[1] >= 3 and len(steps):

@@ -21,7 +21,7 @@ from pipeline.formats.budget import read_one
 from pipeline.formats.contract import read_bytes
 from pipeline.storage.publishing import publish
 from pipeline.storage.sealed_folders import digest, remove_stale
-from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
+from pipeline.validation import InvalidInput, require_count, require_finite, require_shape
 
 SHIPPED = Path(__file__).resolve().parent / "walkers"
 """Folder of the model that comes with the package: ``model.npz``, ``manifest.json``, ``CARD.md``."""
@@ -68,7 +68,7 @@ class TrainedModel:
     @property
     def concentration(self) -> float:
         """Sum of squares of the laboratories' shares of the people."""
-        people = np.array(list(self.about["people_by_source"].values()), dtype=float)
+        people = np.array(list(self.about["people_by_source"].values()), float)
         return float((people**2).sum() / people.sum() ** 2)
 
     @property
@@ -85,7 +85,7 @@ def save(trained: TrainedModel, folder: Path) -> None:
         f"{name}_multipliers": np.stack([getattr(one, name) for one in trained.calibrations.values()])
         for name in _MULTIPLIERS
     }
-    arrays = {name: np.asarray(array, dtype=np.float32) for name, array in arrays.items()}
+    arrays = {name: np.asarray(array, np.float32) for name, array in arrays.items()}
     np.savez_compressed(content, allow_pickle=False, **arrays)
     data = content.getvalue()
     with publish(folder, having=ENTRY) as publication:
@@ -110,28 +110,28 @@ def load(folder: Path = SHIPPED) -> TrainedModel:
         remove_stale(folder.parent)
     for name in ("manifest.json", "model.npz"):
         if not (folder / name).is_file():
-            raise InvalidInput("no model of walkers", where=folder / name, expected="`make model`")
+            raise InvalidInput("no model of walkers", folder / name, "`make model`")
     return read_one(folder, _load)
 
 
 def _load(folder: Path) -> TrainedModel:
     manifest = json.loads(read_bytes(folder / "manifest.json"))
     if not isinstance(manifest, dict) or manifest.get("version") != VERSION:
-        raise InvalidInput("the model is of another version", where=folder, expected=VERSION)
+        raise InvalidInput("the model is of another version", folder, VERSION)
     data = read_bytes(folder / "model.npz")
     if digest(data) != manifest.get("sha256"):
-        raise InvalidInput("the model is not what its manifest says", where=folder / "model.npz")
+        raise InvalidInput("the model is not what its manifest says", folder / "model.npz")
     stored, _ = load_npz(data, "model.npz")
-    arrays = {name: np.asarray(array, dtype=float) for name, array in stored.items()}
+    arrays = {name: np.asarray(array, float) for name, array in stored.items()}
     for name, shape in (_SHAPES | {f"{k}_multipliers": ("K", *s) for k, s in _MULTIPLIERS.items()}).items():
         place = f"model.npz, {name}"
         require_finite(place, require_shape(place, arrays.get(name), shape))
     require_shape("model.npz, eigenvalues", arrays["eigenvalues"], arrays["components"].shape[:1])
-    people = require_range("manifest.json, walkers", manifest["walkers"], at_least=1, whole=True)
+    people = require_count("manifest.json, walkers", manifest["walkers"])
     compact = CompactMoments(walkers=people, **{name: arrays[name] for name in _SHAPES})
     multipliers = [arrays[f"{name}_multipliers"] for name in _MULTIPLIERS]
     for name, array in zip(_MULTIPLIERS, multipliers, strict=True):
-        require_range(f"model.npz, {name}: kinds of bars", len(array), at_least=1, at_most=2, whole=True)
+        require_count(f"model.npz, {name}: kinds of bars", len(array), at_most=2)
     calibrations = {
         whom: Calibration(*of)
         for whom, *of in zip((AS_OURS, ANYBODY), *multipliers)  # noqa: B905
@@ -140,9 +140,7 @@ def _load(folder: Path) -> TrainedModel:
     about = {k: v for k, v in manifest.items() if k not in of_the_file}
     sources = about.get("people_by_source")
     if not isinstance(sources, dict) or not sources:
-        raise InvalidInput(
-            "must tell how many people each source has", where="manifest.json, people_by_source"
-        )
+        raise InvalidInput("must tell how many people each source has", "manifest.json, people_by_source")
     for source, count in sources.items():
-        require_range(f"manifest.json, people_by_source, {source}", count, at_least=1, whole=True)
+        require_count(f"manifest.json, people_by_source, {source}", count)
     return TrainedModel(compact, calibrations, about)

@@ -125,4 +125,4 @@ def write_motion(walk: Walk, formats: list[Format], folder: Path, names: Names, 
             ahead="" if in_place else ", a stride ahead",
             units=units(walk),
         )
-        (folder / "motion.txt").write_text(text, encoding="utf-8")
+        (folder / "motion.txt").write_text(text, "utf-8")

@@ -26,7 +26,7 @@ from pipeline.core.keypoint_walk.calibration import ANYBODY, AS_OURS, LEVELS, St
 from pipeline.reconstruct.model_file import TrainedModel
 from pipeline.seeding import derive_generator
 from pipeline.synthetic.keypoints import DetectorError, Filming
-from pipeline.validation import Options, require_range
+from pipeline.validation import Options, require_count
 
 HEADINGS_DEG = (0, 30, -30, 60, -60, 90, -90, 180)
 """Of simulated clips, overground and on a treadmill each; a person's walks take turns."""
@@ -103,7 +103,7 @@ def train(walks: Walks, options: Training, tell: Callable[[str], None] = lambda 
     tell : callable
         Told of progress.
     """
-    require_range("training.components", options.components, at_least=1, whole=True)
+    require_count("training.components", options.components)
     whole = moments(training_walks(walks), walks.person)
     small = compact(whole, options.components)
     sources = Counter(dict(zip(walks.person.tolist(), walks.source.tolist(), strict=True)).values())

@@ -71,7 +71,7 @@ def run(
     given = Path(options.input.path).resolve()
     folder = Path(options.output.path) if options.output.path else _default_folder(options.input.path)
     if options.input.path and folder.resolve() in (given, *given.parents):
-        raise InvalidInput("must not hold the input", where="output.path", received=folder)
+        raise InvalidInput("must not hold the input", "output.path", received=folder)
     require_replaceable(folder, having="verdict")
     model = Path(options.model_folder) if options.model_folder else SHIPPED
     with video.with_keypoints(options.input, folder, tell, progress) as keypoints:
@@ -94,7 +94,7 @@ def _default_folder(path: str) -> Path:
 
 def _fill(folder: Path, walk: Walk, summary: dict[str, Any], options: Reconstruct) -> None:
     text = json.dumps(summary, indent=1, ensure_ascii=False) + "\n"
-    (folder / "summary.json").write_text(text, encoding="utf-8")
+    (folder / "summary.json").write_text(text, "utf-8")
     rows = table_rows(walk)
     if rows["frame"]:
         tables.write(folder / "joints.csv", rows)
@@ -105,45 +105,38 @@ def _fill(folder: Path, walk: Walk, summary: dict[str, Any], options: Reconstruc
         return
     tables.write(folder / "cycle.csv", cycle.curve_rows(cycle.curves(walk, walk.best.fitted)))
     tables.write(folder / "numbers.csv", cycle.number_rows(summary["gait_cycle"]["numbers"]))
+
+    def recording(path: Path) -> None:
+        from pipeline.reconstruct.recording import write_recording
+
+        write_recording(walk, words.as_markdown(summary), path)
+
+    def page(path: Path) -> None:
+        from pipeline.reconstruct.page import page_of
+        from pipeline.report.walk_page import write_walk_page
+
+        files = sorted(file.name for file in folder.iterdir())
+        shown = page_of(walk, summary, options.input.path, files)
+        if (film := folder / video.OVERLAY).is_file():
+            from pipeline.video.overlay import key_frames
+
+            shown = replace(shown, pictures=key_frames(film, shown.frame_numbers, shown.reprojection_px))
+        write_walk_page(path, shown)
+
+    def overlay(path: Path) -> None:
+        if video.is_video(options.input):
+            video.overlay(walk, Path(options.input.path), path)
+
     # Imported where they are used: these libraries take longer to load than most walks to reconstruct.
-    for name, wanted, written in _VIEWS:
-        if not getattr(options.output, wanted):
-            continue
+    for name, wanted, write in (
+        (video.OVERLAY, out.overlay, overlay),
+        ("recording.rrd", out.recording, recording),
+        (PAGE, out.page, page),
+    ):
         try:
-            written(walk, summary, options, folder / name)
+            if wanted:
+                write(folder / name)
         except ModuleNotFoundError as error:
             if not (package := missing_package(error)):
                 raise
             summary["notes"].append(f"No {name}: it needs {package}, which is not installed.")
-
-
-def _recording(walk: Walk, summary: dict[str, Any], options: Reconstruct, path: Path) -> None:
-    from pipeline.reconstruct.recording import write_recording
-
-    write_recording(walk, words.as_markdown(summary), path)
-
-
-def _page(walk: Walk, summary: dict[str, Any], options: Reconstruct, path: Path) -> None:
-    from pipeline.reconstruct.page import page_of
-    from pipeline.report.walk_page import write_walk_page
-
-    files = sorted(file.name for file in path.parent.iterdir())
-    page = page_of(walk, summary, options.input.path, files)
-    if (film := path.parent / video.OVERLAY).is_file():
-        from pipeline.video.overlay import key_frames
-
-        page = replace(page, pictures=key_frames(film, page.frame_numbers, page.reprojection_px))
-    write_walk_page(path, page)
-
-
-def _overlay(walk: Walk, summary: dict[str, Any], options: Reconstruct, path: Path) -> None:
-    if video.is_video(options.input):
-        video.overlay(walk, Path(options.input.path), path)
-
-
-_VIEWS = (
-    (video.OVERLAY, "overlay", _overlay),
-    ("recording.rrd", "recording", _recording),
-    (PAGE, "page", _page),
-)
-"""File, the option that asks for it, the function that writes it, which needs a library of its own."""

@@ -50,10 +50,10 @@ def body(
     """
     x = require_shape(f"{entity}, positions", positions_mm, ("T", "J", space)).astype(float)
     if not x.size or np.isinf(x).any() or np.isnan(x).all():
-        raise InvalidInput("positions infinite or all missing", where=entity, received=f"shape {x.shape}")
+        raise InvalidInput("positions infinite or all missing", entity, received=f"shape {x.shape}")
     pairs = np.asarray(bones)
     if pairs.ndim != 2 or pairs.shape[1] != 2 or pairs.min() < 0 or pairs.max() >= x.shape[1]:
-        raise InvalidInput("bones that are not pairs of joints", where=entity, expected=f"0…{x.shape[1] - 1}")
+        raise InvalidInput("bones that are not pairs of joints", entity, f"0…{x.shape[1] - 1}")
     joints = (x * METRES * ([1, -1] if space == 2 else [1, 1, 1])).astype(np.float32)
     low, high = (tuple(f(joints, axis=(0, 1)).tolist()) for f in (np.nanmin, np.nanmax))
     return joints, joints[:, pairs], Extent(low, high)
@@ -65,14 +65,14 @@ def time_column(entity: str, timeline: str, values: Any, rows: int) -> rr.TimeCo
     v = vector(where, values)
     if len(v) != rows or (np.diff(v) <= 0).any():
         raise InvalidInput(
-            "an index that does not fit", where=where, expected=f"{rows} increasing values", received=f"{len(v)} values"
+            "an index that does not fit", where, f"{rows} increasing values", f"{len(v)} values"
         )  # fmt: skip
     if timeline == "time":
         nanoseconds = np.rint(v * 1e9).astype(np.int64).astype("timedelta64[ns]")
         return rr.TimeColumn(timeline, duration=nanoseconds)
     cut = v[np.abs(v - np.rint(v)) > 1e-6]  # rerun would truncate these silently
     if cut.size:
-        raise InvalidInput("a sequence that is not of integers", where=where, received=f"{cut[0]:g}")
+        raise InvalidInput("a sequence that is not of integers", where, received=f"{cut[0]:g}")
     return rr.TimeColumn(timeline, sequence=np.rint(v).astype(np.int64))
 
 
@@ -80,7 +80,7 @@ def vector(where: str, values: Any) -> np.ndarray:
     """Return a vector (N,) of finite numbers, N at least 1, as float64."""
     v = require_finite(where, require_shape(where, values, ("N",))).astype(float)
     if not v.size:
-        raise InvalidInput("no values", where=where)
+        raise InvalidInput("no values", where)
     return v
 
 

@@ -102,7 +102,7 @@ def _view(view: View, timeline: str, extents: Extents) -> rrb.View:
     for path in (*(view.contents or (view.origin,)), *getattr(view, "shown", ())):
         if not _below(path, extents):
             raise InvalidInput(
-                f"nothing to show at {path!r}", where=view.name, received=", ".join(sorted(extents)[:8])
+                f"nothing to show at {path!r}", view.name, received=", ".join(sorted(extents)[:8])
             )
     contents = [f"/{path}/**" for path in view.contents] or "$origin/**"
     common: dict[str, Any] = {"origin": f"/{view.origin}", "name": view.name, "contents": contents}
@@ -171,9 +171,7 @@ def _hidden(view: Space3D | Image2D) -> dict[Any, Any] | None:
 def _ordered(view: View, limits: tuple[float, float]) -> tuple[float, float]:
     low, high = limits
     if not (np.isfinite([low, high]).all() and low < high):
-        raise InvalidInput(
-            "a range that is empty", where=view.name, expected="low < high", received=f"{low}, {high}"
-        )
+        raise InvalidInput("a range that is empty", view.name, "low < high", f"{low}, {high}")
     return low, high
 
 
@@ -186,7 +184,7 @@ def _box(
     below = (extents[entity] for path in paths for entity in _below(path, extents))
     boxes = [box for box in below if box and len(box.low) == axes]
     if not boxes:
-        raise InvalidInput(f"nothing that a {type(view).__name__} can show", where=view.name)
+        raise InvalidInput(f"nothing that a {type(view).__name__} can show", view.name)
     low = np.min([box.low for box in boxes], axis=0)
     high = np.max([box.high for box in boxes], axis=0)
     size = np.where(high > low, high - low, np.maximum(1.0, np.abs(high)))  # a constant still gets an axis

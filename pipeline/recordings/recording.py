@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -90,8 +90,7 @@ class Recording:
         self._stream.set_log_time_enabled(False)
         self._stream.save(self.path)
         self._stream.send_recording_name(identity)
-        self._claim("about")
-        self._static("about", rr.TextDocument(self._about, media_type=rr.MediaType.MARKDOWN))
+        self._add("about", rr.TextDocument(self._about, media_type=rr.MediaType.MARKDOWN))
         try:
             for chart in self._charts:
                 if (chart.timeline or chart.x) == self.timeline:
@@ -108,13 +107,13 @@ class Recording:
         if kind is not None:
             return
         if not self._layout:
-            raise InvalidInput("the recording has no layout", where=self.name, expected="a call of blueprint")
+            raise InvalidInput("the recording has no layout", self.name, "a call of blueprint")
         with self.path.open("rb") as written:
             written.seek(-min(self.path.stat().st_size, len(_FOOTER) + 4), os.SEEK_END)
             # The library only logs that the disk is full.
             if _FOOTER not in written.read():
                 what = "cannot write results: the recording was cut short"
-                raise InvalidInput(what, where=self.path.name, expected="space on the disk")
+                raise InvalidInput(what, self.path.name, "space on the disk")
 
     def skeleton(
         self,
@@ -158,23 +157,22 @@ class Recording:
         strips: Any = rr.LineStrips2D if space == 2 else rr.LineStrips3D
         joints, ends, extent = body(entity, positions_mm, bones, space)
         at = self._at if at is None else at
-        columns = self._claim(entity, extent, at, len(joints))
         colours, radius = rgb(entity, colour), thickness_mm * METRES
         radii: float | np.ndarray = 1.5 * radius
         if estimated is not None:  # in space, only the ends of the bones are left of those nobody measured
             flags = require_shape(f"{entity}, estimated", estimated, (joints.shape[1],)).astype(bool)
             radii = np.where(flags, 0.0 if space == 3 else RING * radius, radii)
-        self._static(entity, points.from_fields(colors=colours, radii=radii))
-        self._static(entity, strips.from_fields(colors=colours, radii=radius))
+        looks = (
+            points.from_fields(colors=colours, radii=radii),
+            strips.from_fields(colors=colours, radii=radius),
+        )
         dots = partitioned(points.columns(positions=joints.reshape(-1, space)), *joints.shape[:2])
         lines = partitioned(strips.columns(strips=ends.reshape(-1, 2, space)), *ends.shape[:2])
-        self._stream.send_columns(entity, indexes=columns, columns=[*dots, *lines])
+        self._add(entity, *looks, extent=extent, at=at, columns=[*dots, *lines], rows=len(joints))
         if estimated is not None and flags.any():
             part = f"{entity}/estimated"
-            style, columns_of, extent = hollow_joints(part, positions_mm[:, flags], colour, thickness_mm)
-            times = self._claim(part, extent, at, len(joints))
-            self._static(part, style)
-            self._stream.send_columns(part, indexes=times, columns=columns_of)
+            style, columns, extent = hollow_joints(part, positions_mm[:, flags], colour, thickness_mm)
+            self._add(part, style, extent=extent, at=at, columns=columns, rows=len(joints))
 
     image_points = skeleton
     """The same, where it is said that the points are those of an image."""
@@ -205,7 +203,6 @@ class Recording:
         centre = -np.linalg.solve(turned, matrix[..., 3:])[..., 0] * METRES
         axes = turned / np.linalg.norm(turned, axis=-1, keepdims=True)  # right, down, away
         low, high = (tuple(end(centre, axis=0).tolist()) for end in (np.min, np.max))
-        columns = self._claim(entity, Extent(low, high), self._at, len(centre))
         focal, (right, down) = distance_mm * METRES, half * METRES
         pinhole = rr.Pinhole.from_fields(
             image_from_camera=[[focal, 0.0, right], [0.0, focal, down], [0.0, 0.0, 1.0]],
@@ -213,9 +210,9 @@ class Recording:
             camera_xyz=rr.ViewCoordinates.RDF,
             image_plane_distance=_FRUSTUM * focal,
         )
-        self._static(entity, pinhole)
         placed = rr.Transform3D.columns(translation=centre, mat3x3=axes.swapaxes(-1, -2))
-        self._stream.send_columns(entity, indexes=columns, columns=placed)
+        extent = Extent(low, high)
+        self._add(entity, pinhole, extent=extent, at=self._at, columns=placed, rows=len(centre))
 
     def curve(
         self,
@@ -258,26 +255,25 @@ class Recording:
         half = np.zeros(len(values)) if sd is None else vector(f"{entity}, sd", sd)
         if half.shape != values.shape or half.min() < 0:
             expected = f"{len(values)} numbers of at least 0"
-            raise InvalidInput("a standard deviation that does not fit", where=entity, expected=expected)
+            raise InvalidInput("a standard deviation that does not fit", entity, expected)
         low, high = (values - half).min(), (values + half).max()
         extent = Extent((places[0], low), (places[-1], high))
-        columns = self._claim(entity, extent, places, len(values))
         style: dict[str, Any] = {"names": label, "colors": rgb(entity, colour), "widths": width * _LINE_WIDTH}
         if sd is None:
-            self._static(entity, rr.SeriesLines.from_fields(**style))
+            look: Any = rr.SeriesLines.from_fields(**style)
             data = rr.Scalars.columns(scalars=values)
         else:
-            self._static(entity, rr.Measurements.from_fields(**style))
+            look = rr.Measurements.from_fields(**style)
             data = rr.Measurements.columns(values=values, variances=half**2)
-        self._stream.send_columns(entity, indexes=columns, columns=partitioned(data, len(values), 1))
+        columns = partitioned(data, len(values), 1)
+        self._add(entity, look, extent=extent, at=places, columns=columns, rows=len(values))
         if interval is not None:
             where = f"{entity}/interval"
             drawn = band(where, places, *interval)
             if drawn is not None:
                 known, extent, parts = drawn
-                columns = self._claim(where, extent, places[known], known.sum())
-                self._static(where, rr.Measurements.from_fields(**{**style, "widths": 0.0}))
-                self._stream.send_columns(where, indexes=columns, columns=parts)
+                look = rr.Measurements.from_fields(**{**style, "widths": 0.0})
+                self._add(where, look, extent=extent, at=places[known], columns=parts, rows=known.sum())
 
     def _chart(self, chart: Chart, tables: Mapping[str, Any]) -> None:
         """Add the lines of a chart as ``curves/<quantity>/<series>``, and its plot to `plots`; none twice."""
@@ -324,8 +320,7 @@ class Recording:
         """Add a bar chart of `values` (N,) over `abscissa` (N,)."""
         heights, places = vector(entity, values), vector(entity, abscissa)
         require_shape(f"{entity}, abscissa", places, heights.shape)
-        self._claim(entity)
-        self._static(entity, rr.BarChart(heights, abscissa=places, color=rgb(entity, colour)))
+        self._add(entity, rr.BarChart(heights, abscissa=places, color=rgb(entity, colour)))
 
     def matrix(
         self, entity: str, array: np.ndarray, *, paths: Mapping[str, tuple[np.ndarray, str]] | None = None
@@ -348,16 +343,14 @@ class Recording:
         """
         a = require_finite(entity, require_shape(entity, array, ("R", "C"))).astype(np.float32)
         if not a.size:
-            raise InvalidInput("a matrix without numbers", where=entity, received=f"shape {a.shape}")
-        self._claim(entity)
+            raise InvalidInput("a matrix without numbers", entity, received=f"shape {a.shape}")
         span = (float(a.min()), float(a.max()))
-        self._static(entity, rr.DepthImage(a, colormap="viridis", depth_range=span))
+        self._add(entity, rr.DepthImage(a, colormap="viridis", depth_range=span))
         for name, (path, colour) in (paths or {}).items():
             where = f"{entity}/{name}"
             line = require_finite(where, require_shape(where, path, ("N", 2))).astype(np.float32)
-            self._claim(where)
             middle = line[:, ::-1] + 0.5  # (column, row) of the middle of a cell
-            self._static(where, rr.LineStrips2D([middle], colors=rgb(where, colour), radii=0.15))
+            self._add(where, rr.LineStrips2D([middle], colors=rgb(where, colour), radii=0.15))
 
     def blueprint(self, layout: View | Split, *, playing: bool = False) -> None:
         """Set what the viewer opens on; call once, after everything has been added.
@@ -377,25 +370,27 @@ class Recording:
         self._stream.send_blueprint(made)
         self._layout = True
 
-    def _static(self, entity: str, archetype: Any) -> None:
-        self._stream.log(entity, archetype, static=True)
-
-    def _claim(
+    def _add(
         self,
         entity: str,
+        *looks: Any,
         extent: Extent | None = None,
-        at: Sequence[float] | np.ndarray | None = None,
+        at: Sequence[float] | np.ndarray = (),
+        columns: Iterable[Any] = (),
         rows: int = 0,
-    ) -> list[rr.TimeColumn]:
-        """Return the time columns of an entity, which may be used only once: static data would hide the rest."""
+    ) -> None:
+        """Add an entity, which may be used only once: what stays of it would hide the rest."""
         if not re.fullmatch(r"[A-Za-z0-9_]+(/[A-Za-z0-9_]+)*", entity):
             expected = "words with / between"
-            raise InvalidInput("the path of an entity is not safe", where=repr(entity), expected=expected)
+            raise InvalidInput("the path of an entity is not safe", repr(entity), expected)
         if entity in self._extents:
-            raise InvalidInput("the entity has been used already", where=entity)
-        columns = [] if at is None else [time_column(entity, self.timeline, at, rows)]
+            raise InvalidInput("the entity has been used already", entity)
+        times = [time_column(entity, self.timeline, at, rows)] if rows else []
         self._extents[entity] = extent
-        return columns
+        for look in looks:
+            self._stream.log(entity, look, static=True)
+        if rows:
+            self._stream.send_columns(entity, indexes=times, columns=columns)
 
 
 def _path(words: str) -> str:

@@ -82,9 +82,9 @@ def write_page(
     if len(content) > MOST_BYTES:
         raise InvalidInput(
             "the page would be too large to send",
-            where=to / PAGE,
-            expected=f"at most {MOST_BYTES} bytes",
-            received=f"{len(content)}, {pictures} of them of pictures",
+            to / PAGE,
+            f"at most {MOST_BYTES} bytes",
+            f"{len(content)}, {pictures} of them of pictures",
         )
     with new_file(to / PAGE, replace=lambda old: _TITLE in old[:_HEAD_BYTES]) as path:
         path.write_bytes(content)

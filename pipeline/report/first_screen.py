@@ -68,7 +68,7 @@ def draw_first_screen(results: Published, to: Path) -> list[Path]:
     """
     figure = results.figures.get(FIGURE)
     if figure is None:
-        raise InvalidInput("the pictures need a figure that is not made", where=results.data, expected=FIGURE)
+        raise InvalidInput("the pictures need a figure that is not made", results.data, FIGURE)
     to.mkdir(parents=True, exist_ok=True)
     written = _walker(figure, to)
     table = figure.table("table")
@@ -109,8 +109,8 @@ def draw_first_screen(results: Published, to: Path) -> list[Path]:
         (to / f"{name}.png").unlink()
         written.append(to / f"{name}.svg")
     for path in written:
-        drawn = path.read_text(encoding="utf-8")
-        path.write_text(drawn.replace("</svg>", f"{_DARK}</svg>"), encoding="utf-8")
+        drawn = path.read_text("utf-8")
+        path.write_text(drawn.replace("</svg>", f"{_DARK}</svg>"), "utf-8")
     return written
 
 
@@ -120,8 +120,8 @@ def _walker(figure: PublishedFigure, to: Path) -> list[Path]:
     views = np.flatnonzero(arrays["demonstration_view_deg"] == VIEW_DEG)
     methods = arrays["methods"].tolist()
     if not views.size or "map" not in methods:
-        raise InvalidInput("nobody was reconstructed from the picture's view", where=figure.name,
-                           expected=f"map at {VIEW_DEG:g}°", received=", ".join(methods))  # fmt: skip
+        raise InvalidInput("nobody was reconstructed from the picture's view", figure.name,
+                           f"map at {VIEW_DEG:g}°", ", ".join(methods))  # fmt: skip
     view, angle = views[0], np.radians(VIEW_DEG)
     method = methods.index("map")
     of = errors_of_walkers(figure.table("table_people") or {}, arrays["walker"], VIEW_DEG)

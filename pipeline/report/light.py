@@ -95,16 +95,13 @@ def keep_light(folder: Path, target: Path, figures: Sequence[str], **traced: Any
             date=date,
             commit=commit,
         )
-        (inside / crate.CRATE).write_text(json.dumps(metadata, indent=1) + "\n", encoding="utf-8")
+        (inside / crate.CRATE).write_text(json.dumps(metadata, indent=1) + "\n", "utf-8")
         sealed = {"light": True, "data": results.data, "scale": results.scale, "commit": commit, "date": date}
         sizes = archive.seal(publication, sealed)
         total = sum(sizes.values()) + (inside / archive.CHECKSUMS).stat().st_size
         if total > MOST_BYTES:
             raise InvalidInput(
-                "the light archive would be too large",
-                where=target,
-                expected=f"at most {MOST_BYTES} bytes",
-                received=total,
+                "the light archive would be too large", target, f"at most {MOST_BYTES} bytes", total
             )
     kinds: Counter[str] = Counter()
     for name, size in sizes.items():

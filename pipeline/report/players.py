@@ -77,7 +77,7 @@ def quantised(values: np.ndarray) -> dict[str, str]:
 
 def encoded(values: np.ndarray, dtype: str) -> str:
     """Return the bytes of an array as base64."""
-    return base64.b64encode(np.ascontiguousarray(values, dtype=dtype).tobytes()).decode()
+    return base64.b64encode(np.ascontiguousarray(values, dtype).tobytes()).decode()
 
 
 def walkers(figure: PublishedFigure | None) -> tuple[dict[str, Any], str]:

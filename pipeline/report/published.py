@@ -163,7 +163,7 @@ def read_published(folder: Path, figures: Sequence[str]) -> Published:
         else:
             made[name] = PublishedFigure(name, folder / name, read_manifest(folder / name))
     if not made:
-        raise InvalidInput("nothing is published", where=folder, expected="one figure or more")
+        raise InvalidInput("nothing is published", folder, "one figure or more")
     claims = folder / "claims.csv"
     files = [claims] if claims.is_file() else [*folder.glob("*/claims.csv")]
     rows = [row for path in files for row in numbered_rows(path)]

@@ -46,13 +46,13 @@ def style(*further: str) -> str:
         name: {"light": colour, "dark": _LIGHTER.get(name, COLOURS[ON_DARK.get(name, name)])}
         for name, colour in COLOURS.items()
     }
-    template = environment().from_string((_FOLDER / "style.css").read_text(encoding="utf-8"))
+    template = environment().from_string((_FOLDER / "style.css").read_text("utf-8"))
     return "\n".join([template.render(colours=colours), *(scripts([name]) for name in further)])
 
 
 def scripts(names: Sequence[str]) -> str:
     """Return some of the scripts as one."""
-    return "\n".join((_FOLDER / name).read_text(encoding="utf-8") for name in names)
+    return "\n".join((_FOLDER / name).read_text("utf-8") for name in names)
 
 
 def in_every_page(style: str, script: str) -> dict[str, Any]:

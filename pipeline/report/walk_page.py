@@ -103,8 +103,8 @@ def write_walk_page(path: Path, page: WalkPage) -> None:
     content = text.encode()
     if len(content) > MOST_BYTES:
         raise InvalidInput(
-            "the page would be too large", where=path.name, expected=f"at most {MOST_BYTES} bytes",
-            received=len(content),
+            "the page would be too large", path.name, f"at most {MOST_BYTES} bytes",
+            len(content)
         )  # fmt: skip
     path.write_bytes(content)
 

@@ -89,7 +89,7 @@ def _in_own_axes(
     positions = np.full((len(motion.positions_mm), len(skeleton.joints), 3), np.nan)
     for j, joint in enumerate(skeleton.joints):
         if (rule := found[joint]) is not None:
-            weights = np.array(list(rule[0].values()), dtype=float)
+            weights = np.array(list(rule[0].values()), float)
             if abs(weights.sum() - 1.0) > 1e-6:
                 raise InvalidInput(
                     f"the weights of {joint!r} do not sum to one",

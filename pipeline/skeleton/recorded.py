@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from pipeline.shortened import shortened
@@ -13,7 +11,6 @@ MILLIMETRES = {"mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1000.0, "in": 25.4, "ft"
 
 
 @shortened
-@dataclass(frozen=True)
 class MotionCapture:
     """A recording as every reader of `pipeline.formats` returns it.
 

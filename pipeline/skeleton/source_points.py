@@ -128,7 +128,7 @@ class SourcePoints:
             raise InvalidInput(
                 f"the two points by which {joint!r} is lowered were never seen together",
                 mapping.name,
-                received=str(lowering.between),
+                received=lowering.between,
             )
         return float(np.nanmean(apart))
 

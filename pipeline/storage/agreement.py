@@ -106,7 +106,7 @@ def compare_again(kept: Path, made: Path) -> list[Agreement]:
     for name, most in _stated(kept).items():
         allowed[name] = min(most, allowed.get(name, most))
     if not allowed:
-        raise InvalidInput("no table to compare", where=kept)
+        raise InvalidInput("no table to compare", kept)
     found = [_compared(kept, made, name, most) for name, most in allowed.items()]
     if (kept / CLAIMS).is_file() or (made / CLAIMS).is_file():
         found.append(_verdicts(kept, made, max(allowed.values())))
@@ -141,11 +141,7 @@ def _verdicts(kept: Path, made: Path, most: float) -> Agreement:
     )
     for folder, rows in ((kept, before), (made, now)):
         if lacking := [name for name in ANSWERS for row in rows.values() if name not in row]:
-            raise InvalidInput(
-                "claims of another rule",
-                where=folder / CLAIMS,
-                expected=", ".join(dict.fromkeys(lacking)),
-            )
+            raise InvalidInput("claims of another rule", folder / CLAIMS, ", ".join(dict.fromkeys(lacking)))
     largest = 0.0
     wrong = [f"{claim}: not in the archive" for claim in now if claim not in before]
     for claim, row in before.items():

@@ -73,15 +73,15 @@ def keep(
         if not (target / CHECKSUMS).is_file() or verify(target) or _read_sums(target) != wanted:
             raise InvalidInput(
                 "the archive already holds other results of this date and commit",
-                where=f"{name}/{data}",
-                expected="the same files, or none",
+                f"{name}/{data}",
+                "the same files, or none",
             )
         return target
     with publish(target, having="archive") as publication:
         write_files(publication.folder, files)
         for figure in figures:
             if complaints := folders.complaints_about(publication.folder / figure):
-                raise InvalidInput(f"changed while it was being archived: {complaints[0]}", where=figure)
+                raise InvalidInput(f"changed while it was being archived: {complaints[0]}", figure)
         facts = {"archive": name, "data": data, "date": traced["date"], "commit": traced["commit"]}
         seal(publication, facts)
     return target
@@ -118,7 +118,7 @@ def figures_of_run(run: Path) -> tuple[str, list[str]]:
     data = {str(folders.read_manifest(figure).get("data")) for figure in found}
     if len(data) != 1:
         what = "figures of several data sets" if data else "no finished figure is there"
-        raise InvalidInput(what, where=run, received=", ".join(sorted(data)))
+        raise InvalidInput(what, run, received=", ".join(sorted(data)))
     return data.pop(), [figure.relative_to(run).as_posix() for figure in found]
 
 
@@ -172,9 +172,9 @@ def traced_files(
             received=f"dirty = {dirty}",
         )
     if not lock.is_file():
-        raise InvalidInput("the lock file is missing", where=lock.name)
+        raise InvalidInput("the lock file is missing", lock.name)
     if not figures:
-        raise InvalidInput("no figure is expected, so there is nothing to keep", where=source)
+        raise InvalidInput("no figure is expected, so there is nothing to keep", source)
     for figure in sorted(set(figures)):
         check_figure(source / figure, commit=commit, lock=lock, scale=scale, current=figure in current)
     beside = {path.name: path for path in sorted(source.glob("*.csv"))}
@@ -190,7 +190,7 @@ def verify(archive: Path) -> list[str]:
         If the folder is no archive, or its list of checksums cannot be understood.
     """
     if not (archive / CHECKSUMS).is_file():
-        raise InvalidInput("this is no archive", where=archive, expected=f"a folder with {CHECKSUMS}")
+        raise InvalidInput("this is no archive", archive, f"a folder with {CHECKSUMS}")
     sums = _read_sums(archive)
     problems = []
     for name, expected in sorted(sums.items()):
@@ -226,9 +226,9 @@ def check_figure(folder: Path, *, commit: str, lock: Path, scale: str, current: 
     """
     where = f"{folder.parent.parent.name}/{folder.parent.name}/{folder.name}"
     if not folder.is_dir():
-        raise InvalidInput("the figure has not been made", where=where)
+        raise InvalidInput("the figure has not been made", where)
     if complaints := folders.complaints_about(folder):
-        raise InvalidInput(f"the result is unfinished or damaged: {complaints[0]}", where=where)
+        raise InvalidInput(f"the result is unfinished or damaged: {complaints[0]}", where)
     manifest = folders.read_manifest(folder)
     made = manifest.get("provenance", {})
     stated = (
@@ -254,9 +254,7 @@ def check_figure(folder: Path, *, commit: str, lock: Path, scale: str, current: 
     )
     for name, expected, received, complaint in stated:
         if received != expected:
-            raise InvalidInput(
-                complaint, where=where, expected=f"{name} {expected}", received=f"{name} {received}"
-            )
+            raise InvalidInput(complaint, where, f"{name} {expected}", f"{name} {received}")
 
 
 def _listed(folder: Path) -> list[str]:
@@ -264,21 +262,21 @@ def _listed(folder: Path) -> list[str]:
     names = sorted(folders.read_manifest(folder)["files"])
     for name in names:
         if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts:
-            raise InvalidInput("the manifest lists a file outside its folder", where=folder, received=name)
+            raise InvalidInput("the manifest lists a file outside its folder", folder, received=name)
     return [*names, folders.MANIFEST]
 
 
 def _read_sums(archive: Path) -> dict[str, str]:
     """Return the sha256 of each file, by its name in the archive."""
     sums = {}
-    text = (archive / CHECKSUMS).read_text(encoding="utf-8", errors="replace")
+    text = (archive / CHECKSUMS).read_text("utf-8", errors="replace")
     for number, line in enumerate(text.splitlines(), start=1):
         match = re.fullmatch(r"([0-9a-f]{64})  (\S.*)", line)
         if not match or match[2].startswith("/") or ".." in PurePosixPath(match[2]).parts:
             raise InvalidInput(
                 "the list of checksums cannot be understood",
-                where=f"{archive.name}/{CHECKSUMS}, line {number}",
-                expected="64 hexadecimal digits, two spaces, a name inside the archive",
+                f"{archive.name}/{CHECKSUMS}, line {number}",
+                "64 hexadecimal digits, two spaces, a name inside the archive",
             )
         sums[match[2]] = match[1]
     return sums

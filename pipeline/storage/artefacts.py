@@ -113,12 +113,12 @@ def fixed(arrays: Mapping[str, Any], stage: str) -> Mapping[str, np.ndarray]:
         if isinstance(value, np.ma.MaskedArray) or array.dtype.hasobject or array.dtype.kind not in _KINDS:
             raise InvalidInput(
                 f"the array {name!r} cannot be kept",
-                where=stage,
-                expected="numbers, booleans or text",
-                received=f"{type(value).__name__} of {array.dtype}",
+                stage,
+                "numbers, booleans or text",
+                f"{type(value).__name__} of {array.dtype}",
             )
         if not re.fullmatch(r"\w[\w.\-/]*", name) or name.endswith(".npy"):
-            raise InvalidInput("an array has no usable name", where=stage, received=repr(name))
+            raise InvalidInput("an array has no usable name", stage, received=repr(name))
         contiguous = array.flags.c_contiguous or array.flags.f_contiguous
         made[name] = (array if contiguous else array.copy(order="C")).view()
         made[name].setflags(write=False)

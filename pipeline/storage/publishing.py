@@ -117,7 +117,7 @@ def require_new(path: Path, *, replace: Replace = False, sources: Iterable[str |
         If its folder is missing or published, or what stands there may not be replaced.
     """
     if not path.parent.is_dir():
-        raise InvalidInput("cannot write results: there is no such folder", where=path.parent)
+        raise InvalidInput("cannot write results: there is no such folder", path.parent)
     _require_outside(path)
     expected = "another name"
     if path.is_symlink():
@@ -136,11 +136,11 @@ def require_new(path: Path, *, replace: Replace = False, sources: Iterable[str |
         return
     else:
         reason, expected = "the file exists", "another name, or replace=true"
-    raise InvalidInput(f"{reason}, so it is not replaced", where=path, expected=expected)
+    raise InvalidInput(f"{reason}, so it is not replaced", path, expected)
 
 
 def _require_outside(path: Path) -> None:
     """Require that no folder above a path is a published one."""
     for folder in (above := path.parent.resolve(), *above.parents):
         if is_sealed(folder):
-            raise InvalidInput("must not be inside a published folder", where=path, received=folder)
+            raise InvalidInput("must not be inside a published folder", path, received=folder)

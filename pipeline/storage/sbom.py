@@ -22,9 +22,9 @@ def bill_of_materials(lock: Path, commit: str) -> bytes:
     InvalidInput
         If the lock file pins no package.
     """
-    pinned = re.findall(r"^([A-Za-z0-9._-]+)==([^\s;\\]+)", lock.read_text(encoding="utf-8"), re.MULTILINE)
+    pinned = re.findall(r"^([A-Za-z0-9._-]+)==([^\s;\\]+)", lock.read_text("utf-8"), re.MULTILINE)
     if not pinned:
-        raise InvalidInput("no package is pinned", where=lock.name, expected="name==version")
+        raise InvalidInput("no package is pinned", lock.name, "name==version")
     packages = [
         {"type": "library", "bom-ref": purl, "name": name, "version": version, "purl": purl}
         for name, version in pinned

@@ -78,21 +78,19 @@ def canonical(value: Any, where: str = "options") -> Any:
         return {TYPE: type(value).__name__, **canonical(parts, where)}
     if isinstance(value, Mapping):
         if strange := [k for k in value if not isinstance(k, str)]:
-            raise InvalidInput(
-                "a key cannot be kept", where=where, expected="text", received=repr(strange[0])
-            )
+            raise InvalidInput("a key cannot be kept", where, "text", repr(strange[0]))
         return {key: canonical(value[key], f"{where}.{key}") for key in sorted(value)}
     if isinstance(value, list | tuple):
         return [canonical(item, f"{where}[{i}]") for i, item in enumerate(value)]
     if isinstance(value, float) and not np.isfinite(value):
-        raise InvalidInput("the number is not finite", where=where, received=repr(value))
+        raise InvalidInput("the number is not finite", where, received=repr(value))
     if value is None or isinstance(value, bool | int | float | str):
         return value
     raise InvalidInput(
         "the value cannot be kept",
-        where=where,
-        expected="a number, text, enum, list, mapping or dataclass",
-        received=type(value).__name__,
+        where,
+        "a number, text, enum, list, mapping or dataclass",
+        type(value).__name__,
     )
 
 
@@ -165,7 +163,7 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     else:
         complaint = complaint if known else "cannot be understood"
     if complaint:
-        raise InvalidInput(f"{MANIFEST} {complaint}", where=folder)
+        raise InvalidInput(f"{MANIFEST} {complaint}", folder)
     return dict(manifest)
 
 
@@ -212,9 +210,9 @@ def require_replaceable(folder: Path, *, having: str = "") -> None:
         return
     raise InvalidInput(
         "not published by this program, so it is not replaced",
-        where=folder,
-        expected=f"nothing, or a folder with its sealed {MANIFEST}",
-        received=reason,
+        folder,
+        f"nothing, or a folder with its sealed {MANIFEST}",
+        reason,
     )
 
 
@@ -275,8 +273,7 @@ def swap_in(temporary: Path, folder: Path) -> None:
             require_replaceable(folder)
             if taken := [name for name in _not_listed(folder) if os.path.lexists(temporary / name)]:
                 raise InvalidInput(
-                    "this program did not write this file, and needs its name",
-                    where=folder / taken[0],
+                    "this program did not write this file, and needs its name", folder / taken[0]
                 )
             with suppress(FileNotFoundError):
                 folder.replace(aside)
@@ -372,7 +369,7 @@ def _is_alive(pid: int) -> bool:
     if pid == os.getpid():
         return False
     with suppress(OSError):  # one that has ended, and that nobody has waited for, does not run
-        return Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()[0] not in "ZX"
+        return Path(f"/proc/{pid}/stat").read_text("utf-8").rpartition(")")[2].split()[0] not in "ZX"
     try:
         os.kill(pid, 0)
     except ProcessLookupError:

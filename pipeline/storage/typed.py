@@ -105,7 +105,7 @@ def unpack(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str = 
     if _is_table(origin) and notes is not None:
         columns = {name: arrays[prefix + name] for name, _ in notes}
         columns |= {
-            name: np.array(texts, dtype=object)[columns[name]] for name, texts in notes if texts is not None
+            name: np.array(texts, object)[columns[name]] for name, texts in notes if texts is not None
         }
         return origin(columns, copy=False)
     if notes is None and not any(name.startswith(prefix) for name in arrays if path):

@@ -35,7 +35,7 @@ def registry(*modules: ModuleType) -> Registry:
             if get_type_hints(function).get("return") not in (float, Number, Count):
                 continue
             if name in found:
-                raise InvalidInput(f"two measures are called {name!r}", where=module.__name__)
+                raise InvalidInput(f"two measures are called {name!r}", module.__name__)
             found[name] = function
     return found
 
@@ -50,22 +50,20 @@ def check(measure: Measure, registry: Registry, where: str) -> None:
     """
     for part in measure.parts:
         if part.name not in registry:
-            raise InvalidInput(
-                f"no measure {part.name!r}", where=where, expected=f"one of {', '.join(registry)}"
-            )
+            raise InvalidInput(f"no measure {part.name!r}", where, f"one of {', '.join(registry)}")
         function = registry[part.name]
         try:
             given = signature(function).bind(**part.arguments).arguments
         except TypeError as error:
-            raise InvalidInput(f"wrong arguments of {part.name}: {error}", where=where) from error
+            raise InvalidInput(f"wrong arguments of {part.name}: {error}", where) from error
         types = get_type_hints(function)
         for name, value in given.items():
             if not _fits(value, types[name]):
                 raise InvalidInput(
                     f"wrong argument {name!r} of {part.name}",
-                    where=where,
-                    expected=getattr(types[name], "__name__", str(types[name])),
-                    received=value,
+                    where,
+                    getattr(types[name], "__name__", str(types[name])),
+                    value,
                 )
             if types[name] is Expression and value:
                 columns_of(value)
@@ -115,7 +113,7 @@ def evaluate(
     arguments = {name: given(value, types[name]) for name, value in measure.arguments.items()}
     with np.errstate(all="ignore"):
         if types["return"] == Number or not replicates:
-            return as_number(np.asarray(function(**arguments), dtype=float))
+            return as_number(np.asarray(function(**arguments), float))
         if types["return"] is Count:
             return float(function(**{name: _published(value) for name, value in arguments.items()}))
         if not any(isinstance(item, Replicated | np.ndarray) for item in _flat(arguments.values())):
@@ -125,7 +123,7 @@ def evaluate(
                 function(**{name: _drawn(value, b) for name, value in arguments.items()})
                 for b in range(replicates)
             ],
-            dtype=float,
+            float,
         )
 
 

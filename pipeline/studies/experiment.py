@@ -80,8 +80,8 @@ class Experiment(Options):
             if not isinstance(option, wanted):
                 raise InvalidInput(
                     f"{type(self.figure).__name__} cannot be made with {type(option).__name__}",
-                    where=group,
-                    expected=wanted.__name__,
+                    group,
+                    wanted.__name__,
                 )
         self.data.require(self.dataset.corpus)
         self.data.validate()

@@ -164,7 +164,7 @@ def percent_below(table: Table, column: str, by: str, of: str, than: str) -> Num
 
 def ratio(of: Number, to: Number) -> Number:
     """Quotient; NaN if the divisor is zero."""
-    to = np.asarray(to, dtype=float)
+    to = np.asarray(to, float)
     return as_number(of / np.where(to == 0, np.nan, to))
 
 

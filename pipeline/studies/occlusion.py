@@ -51,7 +51,7 @@ def occlusion(
     """
     require_occlusion([share], mean_frames)
     chance = generator.random((frames, joints))
-    hidden = np.empty((frames, joints), dtype=bool)
+    hidden = np.empty((frames, joints), bool)
     hidden[0] = chance[0] < share
     goes, stays = share / (mean_frames * (1.0 - share)), 1.0 - 1.0 / mean_frames
     for t in range(1, frames):

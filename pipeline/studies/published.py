@@ -49,7 +49,7 @@ def measured(folder: Path, figures: Sequence[str], layout: Mapping[str, Any]) ->
     if len(made) != 1:
         raise InvalidInput(
             "the figures are not of one commit, data set and scale" if made else "nothing is published",
-            where=str(folder),
+            str(folder),
             received="; ".join(" ".join(map(str, item)) for item in sorted(made)),
         )
     data_name, scale, commit = made.pop()
@@ -57,8 +57,8 @@ def measured(folder: Path, figures: Sequence[str], layout: Mapping[str, Any]) ->
     if any(manifest["provenance"]["dirty"] for manifest in manifests):
         raise InvalidInput(
             "figures were made by a checkout with changes",
-            where=str(folder),
-            expected="a clean one (experiment=NAME,NAME,… makes figures again that are current)",
+            str(folder),
+            "a clean one (experiment=NAME,NAME,… makes figures again that are current)",
         )
     by_name = read_folder(folder, figures)
     values = numbers_of(names_quoted(layout), by_name)
@@ -116,7 +116,7 @@ def filled(layout: Mapping[str, Any], published: Mapping[str, Any]) -> dict[str,
     """Return each table with its numbers, from the columns of the file; rows of which nothing is known are left out."""
     values: dict[str, dict[str, float]] = {}
     if np.asarray(published["value"]).dtype.kind not in "if":
-        raise InvalidInput("a value is no number", where="results/published.csv")
+        raise InvalidInput("a value is no number", "results/published.csv")
     for data_name, name, value in zip(
         published["data"], published["name"], map(float, published["value"]), strict=True
     ):

@@ -64,13 +64,13 @@ def holds(table: Table, expression: str) -> np.ndarray:
         If the expression is invalid, names a column that the table lacks, or compares texts with numbers.
     """
     if not expression:
-        return np.ones(len(table), dtype=bool)
+        return np.ones(len(table), bool)
     require_columns(table, *columns_of(expression))
     if table.empty:
-        return np.zeros(0, dtype=bool)
+        return np.zeros(0, bool)
     _require_alike(table, expression)
     with np.errstate(all="ignore"):
-        return np.asarray(table.eval(expression, engine="python"), dtype=bool)
+        return np.asarray(table.eval(expression, engine="python"), bool)
 
 
 def _require_alike(table: Table, expression: str) -> None:
@@ -99,7 +99,7 @@ def _require_alike(table: Table, expression: str) -> None:
 def _not_alike(table: Table, expression: str) -> InvalidInput:
     return InvalidInput(
         f"{expression!r} compares texts with numbers",
-        where=f"table {table.attrs.get('name', '')}".rstrip(),
+        f"table {table.attrs.get('name', '')}".rstrip(),
         received=", ".join(f"{name}: {table[name].dtype}" for name in columns_of(expression)),
     )
 
@@ -139,7 +139,7 @@ def require_columns(table: Table, *columns: str) -> None:
         if column not in table.columns:
             raise InvalidInput(
                 f"no column {column!r}",
-                where=f"table {table.attrs.get('name', '')}".rstrip(),
+                f"table {table.attrs.get('name', '')}".rstrip(),
                 received=", ".join(map(str, table.columns)) or "no columns",
             )
 
@@ -225,7 +225,7 @@ def rows_of(table: Table | Replicated, where: str = "") -> Rows:
         kept = holds(table.frame, where) if where else slice(None)  # all are not copied
         return Rows(table.frame[kept], table.cluster[kept], table.weights, plain=False)
     frame = table[holds(table, where)] if where else table
-    return Rows(frame, np.zeros(len(frame), dtype=int), np.ones((1, 1), dtype=int), plain=True)
+    return Rows(frame, np.zeros(len(frame), int), np.ones((1, 1), int), plain=True)
 
 
 def as_number(result: np.ndarray) -> Number:

@@ -275,7 +275,7 @@ class Figure(Options, ABC):
         if self.recording and isinstance(grid, Grid) and (grid.start % 1 or grid.step % 1):
             raise InvalidInput(
                 "must have whole numbers as start and step for the recording's timeline, or figure.recording=false",
-                where=f"sweep.{self.sequence}",
+                f"sweep.{self.sequence}",
                 received=f"start {grid.start:g}, step {grid.step:g}",
             )
 

@@ -88,7 +88,6 @@ class Filming:
 
 
 @shortened
-@dataclass(frozen=True)
 class SimulatedKeypoints:
     """Keypoints and the truth behind them.
 
@@ -125,7 +124,7 @@ def swap_times(
     generator: np.random.Generator, frames: int, frame_rate_hz: float, error: DetectorError
 ) -> np.ndarray:
     """Frames (T,) bool in which labels are exchanged."""
-    found = np.zeros(frames, dtype=bool)
+    found = np.zeros(frames, bool)
     starts = np.flatnonzero(generator.random(frames) < error.swaps_per_s / frame_rate_hz)
     for start in starts:
         length = generator.uniform(*error.swap_s) * frame_rate_hz

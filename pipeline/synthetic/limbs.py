@@ -157,7 +157,7 @@ def angular_limb(
     """
     require_range("length_mm", length_mm, at_least=0)
     require_range("swing_rad", swing_rad, at_least=0, at_most=LARGEST_SWING_RAD)
-    towards = generator.standard_normal(3) if middle is None else np.asarray(middle, dtype=float)
+    towards = generator.standard_normal(3) if middle is None else np.asarray(middle, float)
     twist = generator.uniform(-np.pi, np.pi)
     angles = np.array([np.pi / 2.0, 0.0]) + swing_rad * smooth_series(
         generator, frames, 2, bandwidth=bandwidth
@@ -165,7 +165,7 @@ def angular_limb(
     chart = _chart(towards, twist)
     inclination, azimuth = angles.T
     across = np.sin(inclination)
-    unit = np.stack([across * np.cos(azimuth), across * np.sin(azimuth), np.cos(inclination)], axis=1)
+    unit = np.column_stack([across * np.cos(azimuth), across * np.sin(azimuth), np.cos(inclination)])
     return AngularLimb(float(length_mm) * unit @ chart, float(length_mm), angles, chart)
 
 
@@ -213,7 +213,7 @@ def _chart(towards: np.ndarray, twist_rad: float) -> np.ndarray:
     """Return axes (rows), the first along `towards`, turned about it."""
     size = np.linalg.norm(towards) if towards.shape == (3,) else np.nan
     if not 0.0 < size < np.inf:
-        raise InvalidInput("must be a vector (3,), not zero", where="middle", received=towards)
+        raise InvalidInput("must be a vector (3,), not zero", "middle", received=towards)
     x = towards / size
     y = np.eye(3)[np.abs(x).argmin()]
     y = np.cross(x, y)

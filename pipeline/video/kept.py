@@ -69,12 +69,12 @@ def keypoints_table(
     rows = [",".join(["frame", "person", *columns])]
     for frame, person, points in zip(filmed.frame, filmed.person, filmed.points, strict=True):
         rows.append(f"{frame},{person}," + ",".join(f"{v:.2f}" for v in np.round(points, 2).ravel().tolist()))
-    table.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    table.write_text("\n".join(rows) + "\n", "utf-8")
     facts = {
         "video": video.name, "sha256": digest, "networks": PACKAGE, "frame_rate_hz": filmed.frame_rate_hz,
         "width": filmed.width, "height": filmed.height, "uneven": filmed.uneven,
     }  # fmt: skip
-    about.write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
+    about.write_text(json.dumps(facts, indent=1) + "\n", "utf-8")
     return table
 
 
@@ -86,7 +86,7 @@ def copy(earlier: Path, folder: Path) -> None:
 
 def _about(folder: Path) -> dict[str, object]:
     try:
-        found = json.loads((folder / ABOUT).read_text(encoding="utf-8"))
+        found = json.loads((folder / ABOUT).read_text("utf-8"))
     except (OSError, ValueError):
         return {}
     return found if isinstance(found, dict) else {}

@@ -70,7 +70,7 @@ def _to_square(region: np.ndarray, size: int) -> np.ndarray:
     scale = size / side
     c, s = scale * np.cos(turn), scale * np.sin(turn)
     linear = np.array([[c, s], [-s, c]])
-    return np.concatenate([linear, (size / 2.0 - linear @ [x, y])[:, None]], axis=1)
+    return np.column_stack([linear, size / 2.0 - linear @ [x, y]])
 
 
 class Pose:
@@ -102,8 +102,7 @@ class Pose:
         network.set_tensor(network.get_input_details()[0]["index"], picture[None])
         network.invoke()
         return [
-            np.asarray(network.get_tensor(out["index"])[0], dtype=float)
-            for out in network.get_output_details()[:2]
+            np.asarray(network.get_tensor(out["index"])[0], float) for out in network.get_output_details()[:2]
         ]
 
     def detect(self, picture: np.ndarray, *, closer: bool = False) -> list[np.ndarray]:
@@ -159,7 +158,7 @@ class Pose:
         place = rows[:, :2] @ back[:, :2].T + back[:, 2]
         # Visible, and in the picture at all: the lesser of the two.
         seen = 1.0 / (1.0 + np.exp(-np.clip(rows[:, 3:5].min(axis=1), -50.0, 50.0)))
-        points = np.concatenate([place, seen[:, None]], axis=1)[:LANDMARKS]
+        points = np.column_stack([place, seen])[:LANDMARKS]
         return points, region_of(*place[list(AUXILIARY)]), score[0]
 
 

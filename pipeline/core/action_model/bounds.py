@@ -11,13 +11,11 @@ Symbols
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.special import ndtr, ndtri
 
 from pipeline.shortened import shortened
-from pipeline.validation import InvalidInput, require_range, require_shape
+from pipeline.validation import InvalidInput, require_count, require_shape
 
 BOUND = 3.0
 """Standard deviations from the mean within which a posture is accepted [section 4, figure 3d]."""
@@ -31,7 +29,6 @@ _FARTHEST = 38.0
 
 
 @shortened
-@dataclass(frozen=True)
 class ActionModel:
     """Mean performance of an action and the standard deviation at each of its postures.
 
@@ -106,7 +103,7 @@ def accepted(
     """
     mean, deviation = _samples_at(model, at)
     _require_bound(bound)
-    postures = np.asarray(postures, dtype=float)
+    postures = np.asarray(postures, float)
     if postures.shape[-mean.ndim :] != mean.shape:
         expected = ", ".join(map(str, mean.shape))
         raise InvalidInput(
@@ -149,7 +146,7 @@ def sample(
     """
     mean, deviation = _samples_at(model, at)
     _require_bound(bound)
-    require_range("the number of postures", count, at_least=0, whole=True)
+    require_count("the number of postures", count, at_least=0)
     below = ndtr(-bound)
     normal = ndtri(below + generator.random((count, *mean.shape)) * (1.0 - 2.0 * below))
     # A draw of exactly 0, and rounding at the bound itself.
@@ -183,15 +180,15 @@ def acceptance_left_out(
     performances = _checked(performances)
     labels = np.arange(len(performances)) if groups is None else np.asarray(groups)
     require_shape("groups", labels, performances.shape[:1])
-    result = np.empty(performances.shape[:2], dtype=bool)
+    result = np.empty(performances.shape[:2], bool)
     for label in np.unique(labels):
         out = labels == label
         if (~out).sum() < 2:
             raise InvalidInput(
                 "fewer than two performances are left to learn from",
-                where=f"without group {label}",
-                expected="two or more",
-                received=(~out).sum(),
+                f"without group {label}",
+                "two or more",
+                (~out).sum(),
             )
         result[out] = accepted(learn(performances[~out]), performances[out], bound=bound)
     return result
@@ -200,18 +197,18 @@ def acceptance_left_out(
 def _samples_at(model: ActionModel, at: int | None) -> tuple[np.ndarray, np.ndarray]:
     if at is None:
         return model.mean, model.standard_deviation
-    require_range("the sample of the action model", at, at_least=0, at_most=len(model.mean) - 1, whole=True)
+    require_count("the sample of the action model", at, at_least=0, at_most=len(model.mean) - 1)
     return model.mean[at], model.standard_deviation[at]
 
 
 def _require_bound(bound: float) -> None:
     if not bound > 0.0:  # infinity is allowed: no bound
-        raise InvalidInput("must be above 0 standard deviations", where="the bound", received=f"{bound:g}")
+        raise InvalidInput("must be above 0 standard deviations", "the bound", received=f"{bound:g}")
 
 
 def _checked(performances: np.ndarray) -> np.ndarray:
     try:
-        performances = np.asarray(performances, dtype=float)
+        performances = np.asarray(performances, float)
     except ValueError:
         raise InvalidInput(
             "the performances are not of one length and dimension", expected="synchronized ones, (M, P, b)"
@@ -222,6 +219,6 @@ def _checked(performances: np.ndarray) -> np.ndarray:
     if wrong.any():
         performance, posture = np.argwhere(wrong)[0]
         raise InvalidInput(
-            "a posture has a number that is not finite", where=f"performance {performance}, sample {posture}"
+            "a posture has a number that is not finite", f"performance {performance}, sample {posture}"
         )
     return performances

@@ -55,13 +55,13 @@ class Noise:
 
 def unknown_coefficients(hidden: np.ndarray, blocks: int) -> np.ndarray:
     """Which of the 45 B coefficients (joint, across-up-away, block) a view does not show, (45 B,) bool."""
-    unknown = np.zeros((JOINTS, 3, blocks), dtype=bool)
+    unknown = np.zeros((JOINTS, 3, blocks), bool)
     unknown[:, 2] = True
     unknown[hidden] = True
     return unknown.ravel()
 
 
-NOTHING_HIDDEN = np.zeros(JOINTS, dtype=bool)
+NOTHING_HIDDEN = np.zeros(JOINTS, bool)
 
 
 def inverse(matrix: np.ndarray) -> np.ndarray:
@@ -116,7 +116,7 @@ class HeightsSeen:
         added = (self.noise.variance + self.noise.share * own + np.tile(self.noise.floor(blocks), JOINTS))[
             :, seen
         ]
-        rows = np.empty((JOINTS, 3, blocks), dtype=int)  # in what is left, turned into across, away and up
+        rows = np.empty((JOINTS, 3, blocks), int)  # in what is left, turned into across, away and up
         rows[:, 0], rows[:, 2] = np.split(np.arange(2 * n).reshape(-1, blocks), 2)
         rows[hidden, 1] = np.arange(2 * n, len(self.covariance)).reshape(-1, blocks)
         unknown = unknown_coefficients(hidden, blocks)

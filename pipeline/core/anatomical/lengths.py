@@ -42,11 +42,11 @@ _ROUNDING = 1e-12
 """Relative increase of J that is rounding."""
 
 
-_ENDS = np.eye(JOINTS)[BONES[:, 1]] - np.eye(JOINTS)[BONES[:, 0]]
+ENDS = np.eye(JOINTS)[BONES[:, 1]] - np.eye(JOINTS)[BONES[:, 0]]
 """(16, 15): what a bone is of the joints, its end less its start."""
-_SIDES = np.eye(len(BONES))[PAIRS[:, 0]] - np.eye(len(BONES))[PAIRS[:, 1]]
+SIDES = np.eye(len(BONES))[PAIRS[:, 0]] - np.eye(len(BONES))[PAIRS[:, 1]]
 """(P, 16): a left bone less the right one."""
-_LEVERS = np.stack([np.outer(_ENDS[a], np.eye(len(BONES))[a]) for a in range(len(BONES))])
+_LEVERS = np.stack([np.outer(ENDS[a], np.eye(len(BONES))[a]) for a in range(len(BONES))])
 _LEVERS = (_LEVERS[PAIRS[:, 0]] - _LEVERS[PAIRS[:, 1]]).reshape(-1, len(BONES))
 """(15 P, 16): what the mean length of a left bone less that of the right one takes from the slopes of bones."""
 
@@ -145,7 +145,7 @@ class Lengths:
 
     def _along(self, walkers: np.ndarray) -> np.ndarray:
         """Bones (n, 16, a, K) at the phases, along some axes, of coefficients (n, 15, a, B)."""
-        bones = _ENDS @ walkers.reshape(len(walkers), JOINTS, -1)
+        bones = ENDS @ walkers.reshape(len(walkers), JOINTS, -1)
         return bones.reshape(len(walkers), len(BONES), -1, self._blocks) @ self._basis.T
 
     def _measured(self, u: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -155,17 +155,17 @@ class Lengths:
         along = self._along(walkers)
         length = np.sqrt(self._seen[which] + (along**2).sum(axis=2))
         mean = length.sum(axis=-1) / PHASES
-        off, apart = length - mean[..., None], mean @ _SIDES.T
+        off, apart = length - mean[..., None], mean @ SIDES.T
         pull, force = self._weight[which] * off, self._pair_weight[which] * apart
         cost = (pull * off).sum(axis=(1, 2)) + (force * apart).sum(axis=1)
-        pull += (force @ _SIDES / PHASES)[..., None]
+        pull += (force @ SIDES / PHASES)[..., None]
         return cost, along / length[:, :, None], length, pull
 
     def slope(self, u: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Length terms (m,) of unknowns (m, U) of some observations (m,) int, and half their gradient (m, U)."""
         cost, direction, _, pull = self._measured(u, which)
         of_bones = (pull[:, :, None] * direction) @ self._basis
-        return cost, (_ENDS.T @ of_bones.reshape(len(u), len(BONES), -1)).reshape(len(u), -1)[:, self._rows]
+        return cost, (ENDS.T @ of_bones.reshape(len(u), len(BONES), -1)).reshape(len(u), -1)[:, self._rows]
 
     def matrix(self, u: np.ndarray, which: np.ndarray, *, exact: bool = False) -> np.ndarray:
         """Half the matrix (m, U, U) of second derivatives: Gauss and Newton's, or with the curvature of lengths."""
@@ -185,7 +185,7 @@ class Lengths:
         of_bones -= (PHASES * weight * mean)[..., None] * mean[..., None, :]
         levers = (_LEVERS @ mean).reshape(n, len(PAIRS), -1)[..., self._rows]
         whole = np.swapaxes(levers, 1, 2) @ (levers * self._pair_weight[which][..., None])
-        of_joints = (np.abs(_ENDS).T @ of_bones.reshape(n, len(BONES), -1)).reshape(n, JOINTS, size, size)
+        of_joints = (np.abs(ENDS).T @ of_bones.reshape(n, len(BONES), -1)).reshape(n, JOINTS, size, size)
         if whole.shape[1] == JOINTS * size:
             by_joint, every = whole.reshape(n, JOINTS, size, JOINTS, size), np.arange(JOINTS)
             by_joint[:, every, :, every] += np.swapaxes(of_joints, 0, 1)
@@ -243,7 +243,7 @@ def fit_lengths(
 
     state, left = expected.copy(), np.arange(n)
     cost, gradient = slope(state, left)
-    converged = np.zeros(n, dtype=bool)
+    converged = np.zeros(n, bool)
     for iteration in range(MOST_STEPS):
         exact = iteration >= GAUSS_NEWTON_STEPS
         step, indefinite = np.empty((len(left), state.shape[1])), []

@@ -242,7 +242,7 @@ def image_axes(view_angles_rad: np.ndarray) -> np.ndarray:
     >>> np.round(image_axes(np.array([np.pi / 2]))[0] @ np.array([1.0, 2.0, 3.0]), 12) + 0.0
     array([ 2.,  3., -1.])
     """
-    angles = np.atleast_1d(np.asarray(view_angles_rad, dtype=float))
+    angles = np.atleast_1d(np.asarray(view_angles_rad, float))
     c, s = np.cos(angles), np.sin(angles)
     axes = np.zeros((len(angles), 3, 3))
     axes[:, 0, 0], axes[:, 0, 1], axes[:, 1, 2], axes[:, 2, 0], axes[:, 2, 1] = c, s, 1.0, -s, c

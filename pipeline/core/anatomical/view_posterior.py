@@ -89,7 +89,7 @@ def posterior_of(costs: np.ndarray) -> ViewPosterior:
     """Posterior of the view angle from costs (n, G) at the angles of `circle`, under a uniform prior."""
     count = costs.shape[1]
     at = np.append(circle(count), np.pi)
-    spline = CubicSpline(at, np.concatenate([costs, costs[:, :1]], axis=1), axis=1, bc_type="periodic")
+    spline = CubicSpline(at, np.hstack([costs, costs[:, :1]]), axis=1, bc_type="periodic")
     fine = circle(FINE * count)
     J = spline(fine)
     here = first_lowest(J)

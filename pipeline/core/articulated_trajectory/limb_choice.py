@@ -181,7 +181,7 @@ def select_signs(
     mirrored : bool
     """
     frames = len(used)
-    signs = np.zeros(frames, dtype=int)
+    signs = np.zeros(frames, int)
     signs[used] = solution.mirror_signs if mirrored else solution.signs
     values = signs.astype(float)
     if not mirrored:

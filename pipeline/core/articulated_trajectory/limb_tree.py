@@ -59,7 +59,7 @@ class LimbTree:
     @property
     def imputed(self) -> np.ndarray:
         """Where a joint was not seen, or no candidate was in front of the camera, (F, J) bool."""
-        found = np.zeros((len(self.root), len(self.chain.joints)), dtype=bool)
+        found = np.zeros((len(self.root), len(self.chain.joints)), bool)
         for limb, choice in self.choices.items():
             found[:, self.chain.joints.index(limb)] = ~choice.used
         return found

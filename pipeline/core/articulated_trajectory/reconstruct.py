@@ -152,18 +152,17 @@ def prepared(
     InvalidInput
         If shapes disagree.
     """
-    images, root, lengths = (np.asarray(value, dtype=float) for value in (images, root, lengths))
+    images, root, lengths = (np.asarray(value, float) for value in (images, root, lengths))
     require_shape("images", images, ("F", len(chain.joints), 2))
     require_range("frames", len(images), at_least=3)
     if camera.frames not in (None, len(images)):
-        raise InvalidInput("must be one, or one for each frame", where="camera", received=camera.frames)
+        raise InvalidInput("must be one, or one for each frame", "camera", received=camera.frames)
     require_shape("root", root, (len(images), 3))
     require_shape("lengths", lengths, (len(chain.limbs),))
     return Reconstruction(images, camera, root, lengths, chain, options or Options())
 
 
 @shortened
-@dataclass(frozen=True)
 class Reconstruction:
     """What is known of a skeleton, and how it is reconstructed; arrays as `reconstruct` takes them.
 
@@ -260,9 +259,9 @@ class Reconstruction:
         except InvalidInput as refusal:
             raise InvalidInput(
                 refusal.what,
-                where=f"limb {limb}" + (f", {refusal.where}" if refusal.where else ""),
-                expected=refusal.expected,
-                received=refusal.received,
+                f"limb {limb}" + (f", {refusal.where}" if refusal.where else ""),
+                refusal.expected,
+                refusal.received,
             ) from None
 
     def refined(self, tree: LimbTree, max_iterations: int) -> Refinement:

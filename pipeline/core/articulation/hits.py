@@ -14,7 +14,7 @@ chord.  With ``m`` from `pipeline.core.rays` nothing cancels, however far the ca
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import IntEnum, StrEnum
 
 import numpy as np
@@ -46,7 +46,6 @@ class RayStatus(IntEnum):
 
 
 @shortened
-@dataclass(frozen=True)
 class RayHits:
     """The two candidates of every frame, ``middle + s half_chord``, relative to the parent.
 
@@ -97,9 +96,9 @@ class RayHits:
         InvalidInput
             If there is not one sign, +1 or -1, to each frame.
         """
-        signs = np.asarray(signs, dtype=float)
+        signs = np.asarray(signs, float)
         if signs.shape != self.status.shape or not (np.abs(signs) == 1.0).all():
-            raise InvalidInput("must be +1 or -1 for each frame", where="signs", received=signs.shape)
+            raise InvalidInput("must be +1 or -1 for each frame", "signs", received=signs.shape)
         return self.middle + signs[:, None] * self.half_chord
 
     def resolved(self) -> RayHits:
@@ -182,7 +181,7 @@ def on_sphere(rays: Rays, radius: float, *, adjust: Adjustment = Adjustment.per_
         )
     used = _adjusted(distance[reachable], float(radius), adjust)
     half = _half(used, distance)
-    status = np.full(len(given), RayStatus.MISSING, dtype=np.int8)
+    status = np.full(len(given), RayStatus.MISSING, np.int8)
     status[given] = np.where(half[given] > 0.0, RayStatus.TWO, RayStatus.TANGENT)
     status[rays.ahead <= half] = RayStatus.FORCED
     status[rays.ahead <= -half] = RayStatus.BEHIND

@@ -103,9 +103,7 @@ def cast_rays(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> R
     ahead = np.where(parallel, np.inf, depth * size / np.where(parallel, 1.0, det))
     at_joint = np.hypot(np.linalg.norm(m, axis=1), ahead) < _AT_JOINT_MM
     if at_joint.any():
-        raise InvalidInput(
-            "the camera stands at the parent joint", where=f"frame {frames[at_joint.argmax()]}"
-        )
+        raise InvalidInput("the camera stands at the parent joint", f"frame {frames[at_joint.argmax()]}")
     rays = Rays(*(np.full((len(given), *shape), np.nan) for shape in ((3,), (3,), ())))
     rays.middle[given], rays.direction[given], rays.ahead[given] = m, v, ahead
     return rays
@@ -118,7 +116,7 @@ def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def _by_frame(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> tuple[np.ndarray, ...]:
-    cameras, pixels, parents = (np.asarray(a, dtype=float) for a in (cameras, pixels, parents))
+    cameras, pixels, parents = (np.asarray(a, float) for a in (cameras, pixels, parents))
     frames = len(require_shape("pixels", pixels, ("F", 2)))
     require_range("frames", frames, at_least=1)
     if cameras.shape == (3, 4):
@@ -137,7 +135,7 @@ def _determinant(M: np.ndarray, p4: np.ndarray, parallel: np.ndarray, frames: np
     if wrong.any():
         raise InvalidInput(
             "the camera is neither perspective nor affine",
-            where=f"frame {frames[wrong.argmax()]}",
-            expected="a 3 x 4 matrix whose left part can be inverted, or whose last row is 0 0 0 1",
+            f"frame {frames[wrong.argmax()]}",
+            "a 3 x 4 matrix whose left part can be inverted, or whose last row is 0 0 0 1",
         )
     return det

@@ -88,7 +88,7 @@ class Programme(NamedTuple):
     def objective(self, values: np.ndarray) -> float:
         """J of signs (F,), or of values between them, mm² [park2011 12]."""
         z = np.empty((3, self.basis.shape[1]))
-        return kernels.cost(self, np.asarray(values, dtype=float), z)
+        return kernels.cost(self, np.asarray(values, float), z)
 
     def allowance(self, objective: float) -> float:
         """How far rounding can put J, or a bound of it, off where J is about `objective`, mm².
@@ -102,12 +102,12 @@ class Programme(NamedTuple):
 
     def with_relaxed(self, values: np.ndarray) -> np.ndarray:
         """`values` (F,) with those of the relaxed frames at their best, the others as they are."""
-        best = np.array(values, dtype=float)
+        best = np.array(values, float)
         relaxed = self.kind == kernels.RELAXED
         if relaxed.any():
             held = np.where(relaxed, 0, np.where(best < 0, -1, 1)).astype(np.int8)
             z, half = np.empty((3, self.basis.shape[1])), np.empty(len(best))
-            trail = np.empty(len(best), dtype=np.int64)
+            trail = np.empty(len(best), np.int64)
             most = kernels.LAST_SWEEPS
             kernels.relax(self, held, best, z, half, np.nan, np.inf, 0, most, self.allowance(0.0), trail, 0)
         return best
@@ -132,9 +132,7 @@ def programme_of(
     InvalidInput
         If shapes disagree, a number is not finite, or the basis has a spectral norm above one.
     """
-    basis, middle, half_chord = (
-        np.array(value, dtype=float, order="C") for value in (basis, middle, half_chord)
-    )
+    basis, middle, half_chord = (np.array(value, float, order="C") for value in (basis, middle, half_chord))
     if basis.ndim != 2 or not 1 <= basis.shape[1] <= len(basis):
         raise InvalidInput(
             "the basis is not one of frames by components",
@@ -148,8 +146,8 @@ def programme_of(
         if (missing := ~np.isfinite(array).all(axis=1)).any():
             raise InvalidInput(
                 f"the {name} is missing",
-                where="all frames" if missing.all() else f"frame {np.argmax(missing)}",
-                expected="finite numbers: leave missing frames out, and their rows of the basis",
+                "all frames" if missing.all() else f"frame {np.argmax(missing)}",
+                "finite numbers: leave missing frames out, and their rows of the basis",
             )
     require_range("relax_below", relax_below, at_least=0.0, unit="mm")
     excess = np.eye(components) - basis.T @ basis
@@ -163,7 +161,7 @@ def programme_of(
             received=f"{norm:.6g}",
         )
     lengths = np.linalg.norm(half_chord, axis=1)
-    kind = np.zeros(frames, dtype=np.int8)
+    kind = np.zeros(frames, np.int8)
     kind[lengths < relax_below] = kernels.RELAXED
     kind[lengths == 0] = kernels.FORCED
     outside = middle - basis @ (basis.T @ middle)

@@ -43,8 +43,8 @@ def descend(
         Signs that the descent must not come near: the squared half chords of the frames that agree with them may
         never be more than those of the frames that do not.  The start has to be so.
     """
-    found = np.array(values, dtype=float)
-    other = found if away_from is None else np.asarray(away_from, dtype=float)
+    found = np.array(values, float)
+    other = found if away_from is None else np.asarray(away_from, float)
     best = kernels.descend(
         programme, found, longest, other, programme.weight, away_from is not None, programme.allowance(0.0)
     )

@@ -262,7 +262,7 @@ def smooth_path(p, first, second):  # type: ignore[no-untyped-def]
         if kind[i] == FORCED:
             barred[i, 1] = np.inf
     spent = np.zeros((2, 2))  # by the signs of the last two frames
-    origin = np.zeros((frames, 2, 2), dtype=np.int8)
+    origin = np.zeros((frames, 2, 2), np.int8)
     for i in range(1, frames):
         after = np.full((2, 2), np.inf)
         for b in range(2):
@@ -603,10 +603,10 @@ def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: igno
     frames, components = p.basis.shape
     lost = tree.lost
     leaf = (
-        np.empty(frames, dtype=np.int8),
+        np.empty(frames, np.int8),
         np.empty(frames),
         np.empty(frames),
-        np.empty(frames, dtype=np.int64),
+        np.empty(frames, np.int64),
     )
     known = np.nan
     leaves = 0

@@ -78,10 +78,10 @@ class BoxSearch:
             values=held.astype(float),
             z=np.empty((3, components)),
             half=np.empty(frames),
-            trail=np.empty(frames, dtype=np.int64),
-            levels=np.zeros((frames + 1, 3), dtype=np.int64),
+            trail=np.empty(frames, np.int64),
+            levels=np.zeros((frames + 1, 3), np.int64),
             bounds=np.full(frames + 2, -np.inf),
-            counts=np.zeros(4, dtype=np.int64),
+            counts=np.zeros(4, np.int64),
         )
         self._tree.bounds[-1] = np.inf
 
@@ -202,10 +202,10 @@ class SuffixSearch:
             predicted=np.empty((frames, 2, 3)),
             off=np.empty((frames, 2, 3)),
             spent=np.zeros(frames + 1),
-            signs=np.zeros((frames, 3), dtype=np.int8),
+            signs=np.zeros((frames, 3), np.int8),
             rest=np.zeros(frames + 1),
             ends=np.array([np.inf, np.inf]),
-            counts=np.array([frames - 1, 0, 0, 0, 0, 0], dtype=np.int64),
+            counts=np.array([frames - 1, 0, 0, 0, 0, 0], np.int64),
         )
 
     @property

@@ -11,8 +11,6 @@ turns, so that what is found and what is proved depends on neither clock nor loa
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from pipeline.core.binary_quadratic.candidates import Programme, programme_of
@@ -30,7 +28,6 @@ OPERATIONS_PER_S = 300_000_000
 
 
 @shortened
-@dataclass(frozen=True)
 class BinarySolution:
     """Signs, how good they are, and how good any others could be.
 
@@ -193,7 +190,7 @@ def _margin(other: float, here: float, rounding: float) -> float:
 def compile_kernels() -> None:
     """Compile every kernel, or load it from the cache, for callers that measure times."""
     turns = np.linspace(0.0, 3.0, 5)
-    chords = np.stack([np.cos(turns), np.sin(turns), turns], axis=1)
+    chords = np.column_stack([np.cos(turns), np.sin(turns), turns])
     programme = programme_of(np.full((5, 1), 0.3), chords[::-1], chords, relax_below=1.1)
     values = programme.with_relaxed(first_signs(programme))
     searches: tuple[Search, ...] = (BoxSearch(programme), SuffixSearch(programme, 1.0))

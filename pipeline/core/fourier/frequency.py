@@ -24,7 +24,7 @@ def design(frequency_hz: float | np.ndarray, times_s: np.ndarray, harmonics: int
 
     Frequencies (C, 1) give (C, T, 1 + 2H).
     """
-    return waves(2.0 * np.pi * frequency_hz * np.asarray(times_s, dtype=float), harmonics).swapaxes(-1, -2)
+    return waves(2.0 * np.pi * frequency_hz * np.asarray(times_s, float), harmonics).swapaxes(-1, -2)
 
 
 def waves(angle: np.ndarray, harmonics: int) -> np.ndarray:

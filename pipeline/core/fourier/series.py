@@ -14,8 +14,6 @@ Clips are not whole numbers of cycles, so the series is a regression on sines an
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from pipeline.core.fourier.frequency import (
@@ -25,11 +23,10 @@ from pipeline.core.fourier.frequency import (
 )
 from pipeline.shortened import shortened
 from pipeline.skeleton import LEFT_LEG, RIGHT_LEG, WALKER15
-from pipeline.validation import InvalidInput, require_range, require_shape
+from pipeline.validation import InvalidInput, require_count, require_range, require_shape
 
 
 @shortened
-@dataclass(frozen=True)
 class FourierRepresentation:
     """One walk as a Fourier series with its phase removed.
 
@@ -93,7 +90,7 @@ def represent(
     require_range("the frame rate", frame_rate_hz, above=0, unit="Hz")
     if frequency_hz is not None:
         require_range("the frequency", frequency_hz, above=0, unit="Hz")
-    require_range("harmonics", harmonics, at_least=1, whole=True)
+    require_count("harmonics", harmonics)
     if len(positions) <= 1 + 2 * harmonics:
         raise InvalidInput(
             "the clip is shorter than its Fourier series",
@@ -145,7 +142,7 @@ def synthesise(coefficients: np.ndarray, frequency_hz: float, times_s: np.ndarra
     >>> synthesise(w, 1.0, np.array([0.0, 0.25]))[:, 0, 0]
     array([1., 3.])
     """
-    coefficients = np.asarray(coefficients, dtype=float)
+    coefficients = np.asarray(coefficients, float)
     harmonics = (coefficients.shape[0] - 1) // 2
     return np.tensordot(design(frequency_hz, times_s, harmonics), coefficients, axes=1)
 
@@ -162,8 +159,8 @@ def shift(coefficients: np.ndarray, phase_rad: float | np.ndarray) -> np.ndarray
     >>> np.round(shift(w, np.pi / 2)[:, 0, 0], 12) + 0.0
     array([0., 1., 0.])
     """
-    moved = np.array(coefficients, dtype=float)
-    phase = np.asarray(phase_rad, dtype=float)[..., None, None]
+    moved = np.array(coefficients, float)
+    phase = np.asarray(phase_rad, float)[..., None, None]
     for h in range(1, (moved.shape[-3] + 1) // 2):
         p, q = coefficients[..., 2 * h - 1, :, :], coefficients[..., 2 * h, :, :]
         c, s = np.cos(h * phase), np.sin(h * phase)
@@ -177,7 +174,7 @@ def mirrored(coefficients: np.ndarray) -> np.ndarray:
 
     `coefficients` is (…, 1 + 2H, 15, 3).  Applied twice it gives the walker back.
     """
-    image = np.array(coefficients[..., list(WALKER15.mirror), :], dtype=float)
+    image = np.array(coefficients[..., list(WALKER15.mirror), :], float)
     image[..., 0] *= -1.0
     harmonics = (image.shape[-3] - 1) // 2
     for h in range(1, harmonics + 1, 2):  # half a cycle turns the sign of the odd harmonics

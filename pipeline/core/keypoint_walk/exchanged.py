@@ -43,7 +43,7 @@ def cheapest_labels(kept: np.ndarray, exchanged: np.ndarray) -> np.ndarray:
 
 def exchange(values: np.ndarray, frames: dict[str, np.ndarray]) -> np.ndarray:
     """Keypoints or weights (T, 15, …) with left and right exchanged in the frames (T,) of each pair of limbs."""
-    which = np.zeros(values.shape[:2], dtype=bool)
+    which = np.zeros(values.shape[:2], bool)
     for limb, pairs in LIMBS.items():
         which[:, np.ravel(pairs)] = frames[limb][:, None]
     return np.where(which.reshape(*which.shape, *[1] * (values.ndim - 2)), exchange_all(values), values)

@@ -45,7 +45,6 @@ RATE_STRIDE_HZ, RATE_STRIDES = (0.7, 1.3), 2.0
 
 
 @shortened
-@dataclass(frozen=True)
 class Stretch:
     """One straight stretch of a walk.
 

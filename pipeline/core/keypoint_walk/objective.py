@@ -27,6 +27,7 @@ import numpy as np
 from scipy.linalg import blas
 
 from pipeline.core.anatomical import BONES, JOINTS, PAIRS, PHASES
+from pipeline.core.anatomical.lengths import ENDS, SIDES
 from pipeline.core.fourier import cycle_basis, equal_phases, waves
 from pipeline.core.keypoint_walk.prior import Prior, belt_speed
 from pipeline.core.keypoint_walk.training import BLOCKS, HARMONICS, SIZE
@@ -48,11 +49,7 @@ _ALONG = np.zeros((BLOCKS, BLOCKS))
 """Takes a walker's coefficients to those of his velocity along the phase."""
 for _h in range(1, HARMONICS + 1):
     _ALONG[2 * _h - 1, 2 * _h], _ALONG[2 * _h, 2 * _h - 1] = _h, -_h
-_ENDS = np.eye(JOINTS)[BONES[:, 1]] - np.eye(JOINTS)[BONES[:, 0]]
-"""(16, 15): what a bone is of the joints."""
-_PAIRED = np.swapaxes(
-    (np.eye(len(BONES))[PAIRS[:, 0]] - np.eye(len(BONES))[PAIRS[:, 1]])[..., None] * _ENDS, 1, 2
-)
+_PAIRED = np.swapaxes(SIDES[..., None] * ENDS, 1, 2)
 """(P, 15, 16): what each joint says of left less right, by bone."""
 NU = 4.0
 """Degrees of freedom of Student's t."""
@@ -221,7 +218,7 @@ class Iterate:
     @cached_property
     def lengths(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Bones (16, 3, K), their lengths (16, K), what these are off their means, and left less right (P,)."""
-        bones = (_ENDS @ self.x[:SIZE].reshape(JOINTS, -1)).reshape(-1, BLOCKS)
+        bones = (ENDS @ self.x[:SIZE].reshape(JOINTS, -1)).reshape(-1, BLOCKS)
         along = (bones @ CYCLE.T).reshape(len(BONES), 3, PHASES)
         length = np.sqrt(along[:, 0] ** 2 + along[:, 1] ** 2 + along[:, 2] ** 2)
         mean = length @ _MEAN
@@ -435,14 +432,14 @@ class Objective:
         slope = ((along / length[:, None])[:, :, None] * CYCLE.T).reshape(len(BONES), 27, PHASES)
         mean = slope @ _MEAN
         pull = slope @ (self.length_weight[:, None] * off)[..., None]
-        gradient[:SIZE] += (_ENDS.T @ pull[..., 0]).ravel()
+        gradient[:SIZE] += (ENDS.T @ pull[..., 0]).ravel()
         slope -= mean[..., None]
         slope *= np.sqrt(self.length_weight)[:, None, None]
         of_bones = slope @ slope.swapaxes(1, 2)
         of_joints = matrix[:SIZE, :SIZE].reshape(JOINTS, 27, JOINTS, 27)
         of_joints[BONES.max(axis=1), :, BONES.min(axis=1)] -= of_bones
         on_diagonal = np.einsum("jajb->jab", of_joints)  # a view
-        on_diagonal += blocks + (np.abs(_ENDS).T @ of_bones.reshape(len(BONES), -1)).reshape(JOINTS, 27, 27)
+        on_diagonal += blocks + (np.abs(ENDS).T @ of_bones.reshape(len(BONES), -1)).reshape(JOINTS, 27, 27)
         slopes = np.zeros((len(PAIRS), self.unknowns))
         slopes[:, :SIZE] = (_PAIRED @ mean).reshape(len(PAIRS), SIZE)
         return slopes

@@ -54,7 +54,7 @@ class Path:
 
 def median_of_seen(values: np.ndarray, seen: np.ndarray) -> np.ndarray:
     """Medians (…) over the last axis of values (…, n) where these are seen (…, n): of each a few at least."""
-    ordered = np.sort(np.where(seen, values, np.inf), axis=-1)
+    ordered = np.sort(np.where(seen, values, np.inf))
     count = np.broadcast_to(seen, values.shape).sum(axis=-1, keepdims=True)
     middle = [np.take_along_axis(ordered, at // 2, axis=-1)[..., 0] for at in (count - 1, count)]
     return (middle[0] + middle[1]) / 2.0
@@ -66,7 +66,7 @@ def _robust_regression(columns: np.ndarray, values: np.ndarray, weights: np.ndar
     line = np.zeros(columns.shape[1])
     for _ in range(6):
         left = columns * robust[:, None]
-        line = np.linalg.lstsq(left.T @ columns, left.T @ values, rcond=None)[0]
+        line = np.linalg.lstsq(left.T @ columns, left.T @ values)[0]
         off = np.abs(values - columns @ line)
         scale = max(1.4826 * np.median(off[weights > 0]), 1e-9 * abs(line[0]), 1e-12)
         robust = weights / (1.0 + (off / (2.385 * scale)) ** 2)
@@ -114,7 +114,7 @@ def distance_profile(
         )
     inverse = np.where(good, 1.0 / np.where(good, scale, 1.0), 0.0)
     waves = wander_basis(times, cosines)
-    columns = np.concatenate([np.ones((len(times), 1)), times[:, None], waves], axis=1)
+    columns = np.column_stack([np.ones(len(times)), times, waves])
     found = _robust_regression(columns, inverse, good.astype(float))
     a, b = found[0], found[1]
     half = np.abs(times).max()
@@ -189,7 +189,7 @@ def straighten(
     unit = times / max(duration / 2.0, 1e-9)
     powers = unit[:, None] ** np.arange(1, order + 1)
     if cosines:
-        powers = np.concatenate([unit[:, None], wander_basis(times, cosines)], axis=1)
+        powers = np.column_stack([unit, wander_basis(times, cosines)])
     frequencies = np.exp(np.arange(np.log(lowest_hz(duration)), np.log(SEARCH_HZ[1]), 0.05))
     w = weights[:, trunk]
     values = metric[:, trunk]

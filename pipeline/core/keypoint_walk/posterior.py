@@ -120,7 +120,7 @@ def posterior(prior: Prior, fit: Fit, keypoints: Keypoints) -> Posterior:
     for joint in range(JOINTS):
         part = np.r_[27 * joint : 27 * (joint + 1), 27 * PELVIS : 27 * (PELVIS + 1), index]
         block = covariance[np.ix_(part, part)]
-        rows = np.concatenate([direct, -direct, others[joint].reshape(T * 3, 4)], axis=1)
+        rows = np.hstack([direct, -direct, others[joint].reshape(T * 3, 4)])
         variance[joint] = ((rows @ block) * rows).sum(axis=1).reshape(T, 3)
     variance[PELVIS] = 0.0
 

@@ -51,7 +51,7 @@ class Detector:
 
     offset_mm: np.ndarray = field(default_factory=lambda: np.zeros((JOINTS, 3)))
     floor_mm: np.ndarray = field(default_factory=lambda: np.full(JOINTS, 10.0))
-    seen: np.ndarray = field(default_factory=lambda: np.ones(JOINTS, dtype=bool))
+    seen: np.ndarray = field(default_factory=lambda: np.ones(JOINTS, bool))
 
     def __post_init__(self) -> None:
         require_shape("the offset of keypoints", self.offset_mm, (JOINTS, 3))

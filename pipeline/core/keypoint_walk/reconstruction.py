@@ -79,7 +79,6 @@ class Candidate(Place):
 
 
 @shortened
-@dataclass(frozen=True)
 class Reconstruction:
     """A walk from keypoints.
 
@@ -248,8 +247,8 @@ def reconstruct(
     InvalidInput
         If the arrays do not fit, too little is seen, nobody stands upright, or no walker looks like this.
     """
-    pixels = require_shape("pixels", np.asarray(pixels, dtype=float), ("T", JOINTS, 2))
-    weights = require_shape("weights", np.asarray(weights, dtype=float), (len(pixels), JOINTS))
+    pixels = require_shape("pixels", np.asarray(pixels, float), ("T", JOINTS, 2))
+    weights = require_shape("weights", np.asarray(weights, float), (len(pixels), JOINTS))
     require_range("the frame rate", frame_rate_hz, above=0, unit="Hz")
     require_range("the focal length", focal_px, above=0, unit="px")
     if len(pixels) < 8:

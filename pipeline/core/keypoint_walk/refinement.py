@@ -136,7 +136,7 @@ def _solve(here: Quadratic, again: Callable[[], Quadratic]) -> np.ndarray:
         matrix = again().matrix
         matrix = np.tril(matrix) + np.tril(matrix, -1).T
         matrix = matrix + 1e-6 * np.diag(np.diag(matrix)) + 1e-9 * np.eye(len(matrix))
-        solution = np.linalg.lstsq(matrix, here.gradient, rcond=None)[0]
+        solution = np.linalg.lstsq(matrix, here.gradient)[0]
     return solution
 
 
@@ -174,7 +174,7 @@ class Refinement:
             unknowns = np.zeros(self.objective.unknowns)
             unknowns[:UNKNOWNS] = initial_unknowns(prior, start, path, setting.focal_px, trunk_of(keypoints))
         self._at = self.objective.at(unknowns.copy())
-        none = np.zeros(len(setting.times), dtype=bool)
+        none = np.zeros(len(setting.times), bool)
         self._start, self._given, self._relabel = start, keypoints, relabel
         self._exchanged, self.used = dict.fromkeys(LIMBS, none), keypoints
         self._step, self._converged = 0, False
@@ -182,7 +182,7 @@ class Refinement:
 
     @cached_property
     def _swapped(self) -> Keypoints:
-        return _exchanged(self._given, dict.fromkeys(LIMBS, np.ones(len(self._given.pixels), dtype=bool)))
+        return _exchanged(self._given, dict.fromkeys(LIMBS, np.ones(len(self._given.pixels), bool)))
 
     def advance(self, steps: int | None = None) -> Refinement:
         """Go so many steps further, or until the cost hardly falls."""

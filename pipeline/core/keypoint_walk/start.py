@@ -276,7 +276,5 @@ def _ankles_together(metric: np.ndarray, seen: np.ndarray, times: np.ndarray) ->
         return 0.0
     columns = times[both, None] ** np.arange(3)
     left, right = (metric[both, ankle] - metric[both, hip] for hip, ankle in _SIDES)
-    left, right = (
-        about - columns @ np.linalg.lstsq(columns, about, rcond=None)[0] for about in (left, right)
-    )
+    left, right = (about - columns @ np.linalg.lstsq(columns, about)[0] for about in (left, right))
     return (left * right).sum() / max(np.sqrt((left**2).sum() * (right**2).sum()), 1e-9)

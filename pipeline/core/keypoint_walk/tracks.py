@@ -54,7 +54,7 @@ def _moved(one: np.ndarray, others: np.ndarray) -> np.ndarray:
 
     Infinite where they share fewer than three.
     """
-    distance = np.sort(np.linalg.norm(others - one, axis=-1), axis=-1)  # what is missing comes last
+    distance = np.sort(np.linalg.norm(others - one, axis=-1))  # what is missing comes last
     count = np.isfinite(distance).sum(axis=-1)
     each = np.arange(len(others))
     middle = (distance[each, np.maximum(count - 1, 0) // 2] + distance[each, np.minimum(count // 2, 14)]) / 2
@@ -96,7 +96,7 @@ def find_tracks(
             open_.remove(track)
             closed.append(track)
         pairs = []
-        last = np.array([track[-1] for track in open_], dtype=int)
+        last = np.array([track[-1] for track in open_], int)
         allowed = np.maximum(JUMP[0], JUMP[1] * (now - frame[last]) / frame_rate_hz)
         for n in rows:
             away = _moved(pixels[n], pixels[last]) / np.maximum(height[last], height[n])
@@ -193,7 +193,7 @@ def straight_stretches(
     away = smooth * focal_px
     right = _running_mean(across * smooth, window)
     step = window // 2
-    velocity = np.stack([_central(right, step), _central(away, step)], axis=-1) * frame_rate_hz
+    velocity = np.column_stack([_central(right, step), _central(away, step)]) * frame_rate_hz
     speed = np.hypot(*velocity.T)
     typical = np.percentile(speed, 75)
     if typical < 400.0:
@@ -237,7 +237,7 @@ def path_turn_rad(pixels: np.ndarray, heights_mm: np.ndarray, focal_px: float) -
     if good.sum() < 8:
         return 0.0
     unit = np.linspace(-1.0, 1.0, len(pixels))
-    place = np.stack([across * inverse, focal_px * inverse], axis=-1)[good]
+    place = np.column_stack([across * inverse, focal_px * inverse])[good]
     _, along, bent = np.polynomial.polynomial.polyfit(unit[good], place, 2)
     start, end = (np.arctan2(*(along + side * 2.0 * bent)) for side in (-1.0, 1.0))
     return (end - start + np.pi) % (2.0 * np.pi) - np.pi

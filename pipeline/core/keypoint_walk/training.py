@@ -22,7 +22,7 @@ import numpy as np
 from pipeline.core import anatomical, fourier
 from pipeline.core.anatomical import JOINTS, PAIRS, Shrinkage
 from pipeline.skeleton import WALKER15
-from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
+from pipeline.validation import InvalidInput, require_count, require_finite, require_range, require_shape
 
 HARMONICS = 4
 BLOCKS = 1 + 2 * HARMONICS
@@ -224,7 +224,7 @@ def compact(found: Moments, components: int) -> CompactMoments:
     InvalidInput
         If the eigenwalkers are as many as half the people, or more: people could be read back from their span.
     """
-    require_range("the number of eigenwalkers", components, at_least=1, below=found.walkers / 2.0, whole=True)
+    require_count("the number of eigenwalkers", components, below=found.walkers / 2.0)
     values, vectors = np.linalg.eigh(found.covariance)
     order = np.argsort(values)[::-1][:components]
     T = anatomical.within_harmonics(found.covariance, BLOCKS).reshape(JOINTS * 3, BLOCKS, JOINTS * 3, BLOCKS)

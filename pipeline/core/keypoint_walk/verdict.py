@@ -71,7 +71,7 @@ def bounce(found: Reconstruction) -> float:
     """
     times, down = found.fit.times, found.filmed_px[..., 1]
     basis = cycle_basis(found.fit.phases_rad, BLOCKS)
-    columns = np.concatenate([times[:, None] ** np.arange(4), basis[:, 1:5]], axis=1)
+    columns = np.hstack([times[:, None] ** np.arange(4), basis[:, 1:5]])
     trunk = [joint for joint in TRUNK if (found.keypoints.weights[:, joint] > 0).any()]
     seen = found.keypoints.weights[:, trunk] > 0
     rows = seen.any(axis=1)
@@ -81,7 +81,7 @@ def bounce(found: Reconstruction) -> float:
     about = np.where(seen, down[:, trunk] - median_of_seen(down[:, trunk].T, seen.T), 0.0)[rows]
     height = -about.sum(axis=1) / seen[rows].sum(axis=1)
     columns = columns[rows]
-    wave = np.linalg.lstsq(columns, height, rcond=None)[0]
+    wave = np.linalg.lstsq(columns, height)[0]
     left = np.std(height - columns @ wave)
     average = found.fit.objective.prior.model.mean[TRUNK, 2, 3:5].mean(axis=0) * found.height_px / HEIGHT_MM
     # Errors forget in some FORGETS_S: there are fewer of them than frames.

@@ -63,7 +63,7 @@ class Chain:
     def ends(self) -> np.ndarray:
         """Places (L, 2) of each limb's parent and child among the joints."""
         pairs = [[self.joints.index(joint) for joint in (self.held_by(limb), limb)] for limb in self.limbs]
-        return np.array(pairs, dtype=int).reshape(-1, 2)
+        return np.array(pairs, int).reshape(-1, 2)
 
     def held_by(self, limb: str) -> str:
         """Name of the joint at which a limb begins.
@@ -112,7 +112,7 @@ def relative_trajectories(chain: Chain, positions: np.ndarray) -> np.ndarray:
     InvalidInput
         If the positions are not of the chain's joints.
     """
-    positions = require_shape("positions", np.asarray(positions, dtype=float), ("F", len(chain.joints), 3))
+    positions = require_shape("positions", np.asarray(positions, float), ("F", len(chain.joints), 3))
     parent, child = chain.ends.T
     return positions[:, child] - positions[:, parent]
 
@@ -135,7 +135,7 @@ def forward(chain: Chain, root: np.ndarray, relative: np.ndarray) -> np.ndarray:
     InvalidInput
         If the shapes do not fit.
     """
-    root = require_shape("root", np.asarray(root, dtype=float), ("F", 3))
+    root = require_shape("root", np.asarray(root, float), ("F", 3))
     relative = require_shape("relative trajectories", relative, (len(root), len(chain.limbs), 3))
     positions = np.empty((len(root), len(chain.joints), 3))
     positions[:, chain.joints.index(chain.root)] = root

@@ -79,7 +79,7 @@ class LimbLengths:
     def sizes(self) -> tuple[float, tuple[np.ndarray, ...]]:
         """Leg length and all others as arrays of floats, for `kernels`."""
         parts = (self.limbs_mm, self.pelvis_mm, self.shoulders_mm)
-        return self.leg_length_mm, tuple(np.ascontiguousarray(part, dtype=float) for part in parts)
+        return self.leg_length_mm, tuple(np.ascontiguousarray(part, float) for part in parts)
 
 
 def postures(
@@ -212,7 +212,7 @@ def joints(postures: np.ndarray, limb_lengths: LimbLengths, *, frame: str = "par
         why, limb = found[number]
         raise InvalidInput(
             _UNDEFINED[why].format(limb=POSTURE12.limbs[limb]),
-            where=f"frame {number}" + (f", {POSTURE12.limbs[limb]}" if why == kernels.NO_COSINES else ""),
+            f"frame {number}" + (f", {POSTURE12.limbs[limb]}" if why == kernels.NO_COSINES else ""),
         )
     return positions
 
@@ -246,12 +246,12 @@ def nearest_of_each(joints: np.ndarray, performances: np.ndarray) -> np.ndarray:
 def _placed(postures: np.ndarray, limb_lengths: LimbLengths, frame: str) -> tuple[np.ndarray, np.ndarray]:
     """Joints (…, 15, 3), and for each posture (S, 2) what it is and the limb that is wrong."""
     require_choice("frame", frame, FRAMES)
-    given = np.asarray(postures, dtype=float)
+    given = np.asarray(postures, float)
     if given.ndim < 1 or given.shape[-1] != PARAMETERS:
         raise InvalidInput("no postures", expected=f"(…, {PARAMETERS}) numbers", received=given.shape)
     flat = np.ascontiguousarray(given.reshape(-1, PARAMETERS))
     positions = np.empty((len(flat), len(WALKER15.joints), 3))
-    found = np.empty((len(flat), 2), dtype=np.int64)
+    found = np.empty((len(flat), 2), np.int64)
     kernels.place_joints(flat, *limb_lengths.sizes, _TREES[frame], positions, found)
     return positions.reshape(*given.shape[:-1], len(WALKER15.joints), 3), found
 
@@ -287,16 +287,16 @@ def _limbs(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     lengths = np.linalg.norm(limbs, axis=-1)
     if not lengths.all():
         frame, limb = np.argwhere(lengths == 0.0)[0]
-        raise InvalidInput("a limb has no length", where=f"frame {frame}, {POSTURE12.limbs[limb]}")
+        raise InvalidInput("a limb has no length", f"frame {frame}, {POSTURE12.limbs[limb]}")
     return limbs / lengths[..., None], lengths
 
 
 def _checked(positions: np.ndarray) -> np.ndarray:
-    positions = np.asarray(positions, dtype=float)
+    positions = np.asarray(positions, float)
     require_shape("positions", positions, ("T", len(WALKER15.joints), 3))
     require_range("frames", len(positions), at_least=1)
     finite = np.isfinite(positions).all(axis=-1)
     if not finite.all():
         frame, joint = np.argwhere(~finite)[0]
-        raise InvalidInput(f"the joint {WALKER15.joints[joint]} is missing", where=f"frame {frame}")
+        raise InvalidInput(f"the joint {WALKER15.joints[joint]} is missing", f"frame {frame}")
     return positions

@@ -129,4 +129,4 @@ def undefined(what: str) -> str:
 
 def _require_defined(wrong: np.ndarray, what: str) -> None:
     if wrong.any():
-        raise InvalidInput(undefined(what), where=f"frame {wrong.argmax()}")
+        raise InvalidInput(undefined(what), f"frame {wrong.argmax()}")

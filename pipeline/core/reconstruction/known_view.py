@@ -44,7 +44,7 @@ def least_squares(E: np.ndarray, d: np.ndarray) -> np.ndarray:
     array([3., 4.])
     """
     E, d = _problem(E, d)
-    return np.linalg.lstsq(E, d, rcond=None)[0]
+    return np.linalg.lstsq(E, d)[0]
 
 
 def maximum_a_posteriori(
@@ -73,19 +73,19 @@ def maximum_a_posteriori(
     [zhang2007 A.1-A.4]; the sums over k_i / lambda_i printed in A.3 and A.4 are vectors.
     """
     E, d = _problem(E, d)
-    eigenvalues = require_shape("eigenvalues", np.asarray(eigenvalues, dtype=float), (E.shape[1],))
+    eigenvalues = require_shape("eigenvalues", np.asarray(eigenvalues, float), (E.shape[1],))
     require_noise_variance(noise_variance)
     if (eigenvalues < 0).any():
         raise InvalidInput("an eigenvalue is negative", received=f"{eigenvalues.min():g}")
     scale = np.sqrt(eigenvalues)
     stacked = np.concatenate([E * scale, np.sqrt(noise_variance) * np.eye(len(scale))])
     target = np.concatenate([d, np.zeros(len(scale))])
-    return scale * np.linalg.lstsq(stacked, target, rcond=None)[0]
+    return scale * np.linalg.lstsq(stacked, target)[0]
 
 
 def _problem(E: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    E = require_shape("E", np.asarray(E, dtype=float), ("M", "N"))
-    d = require_shape("d", np.asarray(d, dtype=float), (len(E),))
+    E = require_shape("E", np.asarray(E, float), ("M", "N"))
+    d = require_shape("d", np.asarray(d, float), (len(E),))
     return require_finite("E", E), require_finite("d", d)
 
 
@@ -108,7 +108,7 @@ class Deviation:
 
 def deviation(model: LinearModel, white: WhitenedModel, sample: np.ndarray) -> Deviation:
     """One walker (225,) or (226,) less the average walker."""
-    sample = require_shape("the walker", np.asarray(sample, dtype=float), model.mean.shape)
+    sample = require_shape("the walker", np.asarray(sample, float), model.mean.shape)
     require_finite("the walker", sample)
     points = 3 * len(white.mean_x)
     x, y, z = (sample[:points][axis::3] for axis in range(3))
@@ -117,7 +117,6 @@ def deviation(model: LinearModel, white: WhitenedModel, sample: np.ndarray) -> D
 
 
 @shortened
-@dataclass(frozen=True)
 class KnownViews:
     """One walker reconstructed from A known views.
 

@@ -46,7 +46,7 @@ class NoisePath:
     """
 
     def __init__(self, model: LinearModel, view_angles_rad: np.ndarray, noise_variances: np.ndarray) -> None:
-        noise_variances = np.asarray(noise_variances, dtype=float)
+        noise_variances = np.asarray(noise_variances, float)
         for value in noise_variances[~(np.isfinite(noise_variances) & (noise_variances > 0.0))]:
             require_noise_variance(value)
         self._model, self._white = model, whiten(model)

@@ -78,14 +78,14 @@ def basis_rows(basis: np.ndarray | int, frames: int) -> np.ndarray:
     """
     if isinstance(basis, int | np.integer):
         return cosine_basis(frames, int(basis))
-    rows = require_finite("basis", require_shape("basis", np.array(basis, dtype=float), (frames, "K")))
+    rows = require_finite("basis", require_shape("basis", np.array(basis, float), (frames, "K")))
     require_range("components", rows.shape[1], at_least=1)
     return rows
 
 
 def named_lengths(lengths: np.ndarray, called: Sequence[str]) -> np.ndarray:
     """Lengths (L,), each a number above zero; every joint has a name."""
-    lengths = np.array(lengths, dtype=float)
+    lengths = np.array(lengths, float)
     require_shape("names", called, (len(lengths) + 1,))
     for name, length in zip(called[1:], lengths, strict=True):
         require_range(f"length of joint {name}", length, above=0.0, unit="mm")
@@ -128,8 +128,5 @@ def starting_path(
         return fit(continuous_angles(directions, chart=chart), rows, penalty=penalty)
     except InvalidInput as refusal:
         raise InvalidInput(
-            refusal.what,
-            where=f"the start of joint {called}",
-            expected=refusal.expected,
-            received=refusal.received,
+            refusal.what, f"the start of joint {called}", refusal.expected, refusal.received
         ) from None

@@ -108,7 +108,7 @@ def unit_vectors(directions: np.ndarray) -> np.ndarray:
     InvalidInput
         If the shape is another, no frame is known, or a vector has no length.
     """
-    directions = require_shape("directions", np.asarray(directions, dtype=float), ("F", 3))
+    directions = require_shape("directions", np.asarray(directions, float), ("F", 3))
     known = np.isfinite(directions).all(axis=1)
     if not known.any():
         raise InvalidInput(
@@ -208,7 +208,7 @@ def continuous_angles(directions: np.ndarray, *, chart: np.ndarray | None = None
     """
     units = unit_vectors(directions)
     frames = np.flatnonzero(np.isfinite(units[:, 0]))
-    chart = farthest_chart(units[frames]) if chart is None else np.asarray(chart, dtype=float)
+    chart = farthest_chart(units[frames]) if chart is None else np.asarray(chart, float)
     if chart.shape != (3, 3) or not np.abs(chart @ chart.T - np.eye(3)).max() < 1e-9:
         raise InvalidInput("the chart is not a rotation", expected="Q Q^T = I", received=chart.tolist())
     x, y, z = (units[frames] @ chart.T).T
@@ -273,10 +273,10 @@ def fit(
     An error of azimuth moves the direction by the sine of the inclination, and counts accordingly.  Where the
     frames do not determine all coefficients, the smallest ones are taken.
     """
-    basis = np.asarray(basis, dtype=float)
+    basis = np.asarray(basis, float)
     require_shape("basis", basis, (len(angles.theta), "K"))
     require_range("components", basis.shape[1], at_least=1)
-    extra = np.zeros(basis.shape[1]) if penalty is None else np.asarray(penalty, dtype=float)
+    extra = np.zeros(basis.shape[1]) if penalty is None else np.asarray(penalty, float)
     require_finite("penalty", require_shape("penalty", extra, (basis.shape[1],)))
     require_range("penalty", extra.min(), at_least=0.0)
     used = np.isfinite(angles.theta)
@@ -292,5 +292,5 @@ def fit(
     if (determined.min(axis=1) > _DETERMINED * determined.max(axis=1)).all():
         theta, phi = np.linalg.solve(factors[:, :count, :count], factors[:, :count, count:])[..., 0]
     else:
-        theta, phi = (np.linalg.lstsq(each[:, :count], each[:, count], rcond=None)[0] for each in problems)
-    return SphericalTrajectory(theta, phi, np.array(angles.chart, dtype=float))
+        theta, phi = (np.linalg.lstsq(each[:, :count], each[:, count])[0] for each in problems)
+    return SphericalTrajectory(theta, phi, np.array(angles.chart, float))

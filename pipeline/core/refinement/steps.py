@@ -33,7 +33,7 @@ from pipeline.core.refinement.inputs import (
 from pipeline.core.refinement.reprojection import Observations
 from pipeline.core.refinement.spherical import SphericalTrajectory
 from pipeline.core.trajectory_basis import soft_ridge
-from pipeline.validation import InvalidInput, require_range, require_shape
+from pipeline.validation import InvalidInput, require_count, require_range, require_shape
 
 LENGTH_FACTOR = 2.0
 """How far a free length may go from the given one, up or down, unless told otherwise."""
@@ -154,12 +154,12 @@ def refine(
     called = [str(joint) for joint in range(limbs + 1)] if names is None else list(names)
     lengths = named_lengths(lengths, called)
     require_range("tolerance", tolerance, above=0.0)
-    require_range("max_iterations", max_iterations, at_least=1, whole=True)
+    require_count("max_iterations", max_iterations)
     require_range("length_factor", length_factor, above=1.0)
     rows = basis_rows(basis, frames)
     if paths is None:
         turns = [None] * limbs if charts is None else require_shape("charts", charts, (limbs, 3, 3))
-        starts = zip(np.moveaxis(np.asarray(directions, dtype=float), 1, 0), turns, called[1:], strict=True)
+        starts = zip(np.moveaxis(np.asarray(directions, float), 1, 0), turns, called[1:], strict=True)
         paths = [starting_path(d, rows, chart=chart, cutoff=cutoff, called=name) for d, chart, name in starts]
     given, unknowns = _begun(images, camera, root, tree, lengths, paths, rows, free_lengths, called)
     if cutoff is not None:
@@ -167,7 +167,7 @@ def refine(
     bound = np.full_like(unknowns, np.inf)
     bound[:, 2 * rows.shape[1] :] = np.log(length_factor)
     found = minimise(given, unknowns, bound, max_iterations=max_iterations, tolerance=tolerance)
-    return _refinement(given, np.asarray(root, dtype=float), *found)
+    return _refinement(given, np.asarray(root, float), *found)
 
 
 def _begun(
@@ -185,9 +185,9 @@ def _begun(
     start = np.stack([np.concatenate([path.coefficients_theta, path.coefficients_phi]) for path in paths])
     unknowns = np.column_stack([start, np.zeros(len(start))]) if free_lengths else start
     given = reprojection.observe(
-        np.asarray(images, dtype=float)[:, 1:],
+        np.asarray(images, float)[:, 1:],
         camera,
-        np.asarray(root, dtype=float),
+        np.asarray(root, float),
         parents=tuple(parent - 1 for parent in tree[1:]),
         lengths=lengths,
         charts=np.stack([path.chart for path in paths]),
@@ -251,6 +251,6 @@ def _check_start(given: Observations, unknowns: np.ndarray, called: Sequence[str
         frame, limb = wrong[0]
         raise InvalidInput(
             f"the start stands behind the camera in frame {frame}",
-            where=f"joint {called[limb + 1]}",
-            expected="joints that were seen in front of it",
+            f"joint {called[limb + 1]}",
+            "joints that were seen in front of it",
         )

@@ -72,29 +72,26 @@ def same_size(sequences: Sequence[np.ndarray] | np.ndarray, names: Sequence[str]
         If one is not an array of frames and coordinates, has no frames, differs from the first in frames or
         dimension, or holds a value that is not finite or too large to be squared.
     """
-    arrays = [np.asarray(sequence, dtype=float) for sequence in sequences]
+    arrays = [np.asarray(sequence, float) for sequence in sequences]
     called = names or [f"sequence {n}" for n in range(len(arrays))]
     for name, array in zip(called, arrays, strict=True):
         if array.ndim != 2 or array.size == 0:
             raise InvalidInput(
-                "not a sequence of postures",
-                where=name,
-                expected="(frames, dimensions), one or more of each",
-                received=array.shape,
+                "not a sequence of postures", name, "(frames, dimensions), one or more of each", array.shape
             )
         if array.shape[1] != arrays[0].shape[1]:
             raise InvalidInput(
                 "postures have another dimension",
-                where=name,
-                expected=f"{arrays[0].shape[1]}, as {called[0]} has",
-                received=array.shape[1],
+                name,
+                f"{arrays[0].shape[1]}, as {called[0]} has",
+                array.shape[1],
             )
         if len(array) != len(arrays[0]):
             raise InvalidInput(
                 "another length: normalise the time of all sequences first",
-                where=name,
-                expected=f"{len(arrays[0])} frames, as {called[0]} has",
-                received=len(array),
+                name,
+                f"{len(arrays[0])} frames, as {called[0]} has",
+                len(array),
             )
         # A comparison with NaN is false.
         usable = np.abs(array) < _LARGEST
@@ -103,7 +100,7 @@ def same_size(sequences: Sequence[np.ndarray] | np.ndarray, names: Sequence[str]
             value = array[frame, coordinate]
             what = "too large to be squared" if np.isfinite(value) else "not finite"
             raise InvalidInput(
-                f"coordinate {coordinate} of frame {frame} is {what}", where=name, received=f"{value:g}"
+                f"coordinate {coordinate} of frame {frame} is {what}", name, received=f"{value:g}"
             )
     return np.stack(arrays) if arrays else np.empty((0, 0, 0))
 
@@ -154,7 +151,7 @@ def synchronize_all(
     postures = rows.reshape(-1, dimension)
     rows = rows - postures[np.abs(postures - postures.mean(axis=0)).sum(axis=1).argmin()]
     dtype = np.int16 if frames <= np.iinfo(np.int16).max else np.int32
-    found = AllPairs(np.empty((count, count, frames), dtype=dtype), np.empty((count, count)))
+    found = AllPairs(np.empty((count, count, frames), dtype), np.empty((count, count)))
     for n, m, cost, S in _tiles(rows, nodes):
         found.cost[n, m] = cost.T
         found.disparity[n, m] = backtrack(nodes, S).reshape(frames, *cost.shape).T
@@ -257,7 +254,7 @@ def median_sequence(distances: np.ndarray) -> int:
     >>> median_sequence(np.array([[0.0, 4.0, 9.0], [4.0, 0.0, 1.0], [9.0, 1.0, 0.0]]))
     1
     """
-    distances = np.asarray(distances, dtype=float)
+    distances = np.asarray(distances, float)
     require_range("sequences", len(require_shape("distances", distances, ("M", "M"))), at_least=1)
     if not (np.isfinite(distances).all() and (distances >= 0).all()):
         n, m = np.argwhere(~(np.isfinite(distances) & (distances >= 0)))[0]

@@ -24,7 +24,7 @@ import numpy as np
 
 from pipeline.core.resampling import interpolate
 from pipeline.core.synchronization.curvature import checked, curvature
-from pipeline.validation import InvalidInput, require_range, require_shape
+from pipeline.validation import InvalidInput, require_count, require_shape
 
 SEPARATION, CONSISTENCY = 0.06, 1.0
 """Least time between key-frames and to the ends, as a part of the duration; weight of agreement, whose unit is the
@@ -94,15 +94,15 @@ def choose_key_frames(sequences: Sequence[np.ndarray], *, count: int = 5) -> Key
     agreement of timing: a posture is passed on the way down and up.)
     """
     given = _all_checked(sequences)
-    require_range("the number of key-frames", count, at_least=1, whole=True)
+    require_count("the number of key-frames", count)
     for number, x in enumerate(given):
         least = (count + 1) * _apart(len(x)) + 1
         if len(x) < least:
             raise InvalidInput(
                 f"too short for {count} key-frames that are {SEPARATION:g} of the duration apart",
-                where=f"performance {number}",
-                expected=f"{least} frames",
-                received=len(x),
+                f"performance {number}",
+                f"{least} frames",
+                len(x),
             )
     bends = [curvature(x, where=f"performance {number}") for number, x in enumerate(given)]
     bends = [c / c.max() for c in bends]
@@ -112,7 +112,7 @@ def choose_key_frames(sequences: Sequence[np.ndarray], *, count: int = 5) -> Key
     peaks = grid[_best(common, count)]
     postures = [x[np.round(peaks * (len(x) - 1)).astype(int)] for x in given]
     weight = CONSISTENCY / np.mean([x.var(axis=0).sum() for x in given])
-    frames = np.zeros((len(given), count), dtype=int)
+    frames = np.zeros((len(given), count), int)
     for iteration in range(1, _ROUNDS + 1):
         before, means = frames, np.mean(postures, axis=0)[:, None]
         frames = np.array(
@@ -159,8 +159,7 @@ def resample_by_key_frames(
     steps = np.diff(nodes, axis=1) > 0
     if not steps.all():
         raise InvalidInput(
-            "the key-frames do not increase between the ends",
-            where=f"performance {(~steps.all(axis=1)).argmax()}",
+            "the key-frames do not increase between the ends", f"performance {(~steps.all(axis=1)).argmax()}"
         )
     samples = np.round((frames / ends[:, None]).mean(axis=0) * (n_samples - 1)).astype(int)
     # With few samples two key-frames may round to one: moved apart, forwards and then back from the end.
@@ -186,7 +185,7 @@ def _best(score: np.ndarray, count: int) -> np.ndarray:
     apart = _apart(frames)
     inner = slice(apart, frames - apart)
     total = np.full((count, frames), -np.inf)
-    before = np.zeros((count, frames), dtype=int)
+    before = np.zeros((count, frames), int)
     total[0, inner] = score[0, inner]
     for k in range(1, count):
         most = np.maximum.accumulate(total[k - 1])
@@ -208,8 +207,8 @@ def _all_checked(sequences: Sequence[np.ndarray]) -> list[np.ndarray]:
         if x.shape[1] != given[0].shape[1]:
             raise InvalidInput(
                 "the performances have different dimensions",
-                where=f"performance {number}",
-                expected=given[0].shape[1],
-                received=x.shape[1],
+                f"performance {number}",
+                given[0].shape[1],
+                x.shape[1],
             )
     return given

@@ -14,7 +14,6 @@ Many pairs at once are in `all_pairs`, and the search for the path, which both s
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -29,14 +28,13 @@ from pipeline.core.synchronization.trellis import (
     backtrack,
 )
 from pipeline.shortened import shortened
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import InvalidInput, require_count
 
 _CHUNK = 2**16
 """Differences that are held at a time while a disparity space image is worked out."""
 
 
 @shortened
-@dataclass(frozen=True)
 class Synchronization:
     """Disparity function that brings one sequence to the rate of another.
 
@@ -77,7 +75,7 @@ def normalise(sequence: np.ndarray, frames: int) -> np.ndarray:
     array([0. , 0.5, 1. , 2.5, 4. ])
     """
     (sequence,) = same_size([sequence], ["the sequence"])
-    samples = int(require_range("the number of frames", frames, at_least=1, whole=True))
+    samples = require_count("the number of frames", frames)
     last = len(sequence) - 1
     if samples == 1 and last > 0:
         raise InvalidInput(
@@ -121,7 +119,7 @@ def warp(x_m: np.ndarray, disparity: np.ndarray) -> np.ndarray:
     >>> warp(np.array([[0.0], [1.0], [4.0]]), np.array([0, 1, 0]))[:, 0]
     array([0., 4., 4.])
     """
-    x_m, disparity = np.asarray(x_m, dtype=float), np.asarray(disparity)
+    x_m, disparity = np.asarray(x_m, float), np.asarray(disparity)
     if x_m.ndim < 2 or disparity.shape != x_m.shape[:-1] or disparity.dtype.kind not in "iu":
         raise InvalidInput(
             "sequence and disparity disagree",
@@ -183,7 +181,7 @@ def disparity_space_image(x_n: np.ndarray, x_m: np.ndarray, *, max_disparity: in
     Infinite outside of x_m.
     """
     x_n, x_m = same_size([x_n, x_m], ["x_n", "x_m"])
-    band = int(require_range("the largest disparity", max_disparity, at_least=0, whole=True))
+    band = require_count("the largest disparity", max_disparity, at_least=0)
     frames = len(x_n)
     image = np.empty((frames, 2 * band + 1))
     # windows[p, :, d + D] is x_m(p + d); what lies outside is overwritten below.

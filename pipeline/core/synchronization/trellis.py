@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.core.choice import first_lowest
-from pipeline.validation import InvalidInput, require_choice, require_range
+from pipeline.validation import InvalidInput, require_choice, require_count, require_range
 
 PENALTIES = ("change", "as_printed")
 STARTS = ("fixed", "free")
@@ -95,7 +95,7 @@ class Trellis:
         one past the last sample.
         """
         before = paths[..., :-1]
-        costs = np.array(misfit, dtype=float)
+        costs = np.array(misfit, float)
         costs[..., 1:] += self.penalties(before, before - paths[..., 1:])
         return np.cumsum(costs, axis=-1)
 
@@ -136,7 +136,7 @@ def allowed_disparities(
     require_choice("penalty", penalty, PENALTIES)
     require_choice("start", start, STARTS)
     require_range("the smoothness (mu)", smoothness, at_least=0)
-    band = int(require_range("the largest disparity", max_disparity, at_least=0, whole=True))
+    band = require_count("the largest disparity", max_disparity, at_least=0)
     wanted = {int(require_range("a step", k, whole=True)) for k in steps}
     # Longer ones lead out of the sequence, but would need memory all the same.
     ordered = tuple(sorted((k for k in wanted if k > -max(frames, 2)), key=lambda k: (abs(k), k)))
@@ -254,7 +254,7 @@ def backtrack(nodes: Trellis, rows: list[np.ndarray]) -> np.ndarray:
     pairs = rows[0].shape[1]
     column = np.arange(pairs)
     steps = np.array(nodes.steps)[:, None]
-    path = np.zeros((len(rows), pairs), dtype=np.intp)
+    path = np.zeros((len(rows), pairs), np.intp)
     origins = (nodes.margin - nodes.low).tolist()
     for p in range(len(rows) - 1, 0, -1):
         before = path[p] + steps

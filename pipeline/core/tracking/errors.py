@@ -43,6 +43,6 @@ def joint_error(estimated: np.ndarray, true: np.ndarray) -> np.ndarray:
     estimated, true : (T, 15, 3)
         In WALKER15 order, mm.
     """
-    difference = np.asarray(estimated, dtype=float) - true
+    difference = np.asarray(estimated, float) - true
     difference = np.delete(difference - difference[:, PELVIS, None], PELVIS, axis=1)
     return np.linalg.norm(difference, axis=-1).mean(axis=1)

@@ -99,12 +99,12 @@ def track(
     nowhere = ~np.isfinite(to_joints(walk.mean)).all(axis=(1, 2))
     if nowhere.any():
         raise InvalidInput(
-            "to_joints gives a position that is not finite", where=f"sample {nowhere.argmax()} of the mean"
+            "to_joints gives a position that is not finite", f"sample {nowhere.argmax()} of the mean"
         )
     frames, equal = likelihood.frames, np.full(n_particles, -np.log(n_particles))
     posture, deviation = np.empty((2, frames, walk.mean.shape[1]))
     phase, size, pruned, evidence = np.zeros((4, frames))
-    lost = np.zeros(frames, dtype=bool)
+    lost = np.zeros(frames, bool)
     state, log_weights = None, equal
     for frame in range(frames):
         innovations, pruned[frame] = walk.draw(state, n_particles, generator)

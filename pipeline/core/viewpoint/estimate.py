@@ -105,7 +105,7 @@ def _observations(
     model: LinearModel, white: WhitenedModel, observed: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, bool]:
     """Horizontal (A, 75) and vertical (A, 75 or 76, the scaled frequency last) of the observations."""
-    observed = np.asarray(observed, dtype=float)
+    observed = np.asarray(observed, float)
     if observed.ndim >= 3 and observed.shape[-1] == 2:
         observed = observed.reshape(*observed.shape[:-3], -1)
     single = observed.ndim == 1
@@ -120,5 +120,5 @@ def _observations(
         )
     require_range("observations", len(rows), at_least=1)
     require_finite("the observation", rows)
-    up = np.concatenate([rows[:, 1 : 2 * points : 2], model.last_scale * rows[:, 2 * points :]], axis=1)
+    up = np.hstack([rows[:, 1 : 2 * points : 2], model.last_scale * rows[:, 2 * points :]])
     return rows[:, 0 : 2 * points : 2], up, single

@@ -97,6 +97,6 @@ def best_candidate(
         coefficients=here.z,
         cost=here.cost,
         runner_up_cost=runner_up,
-        converged=np.ones(len(best), dtype=bool),
-        n_iterations=np.zeros(len(best), dtype=int),
+        converged=np.ones(len(best), bool),
+        n_iterations=np.zeros(len(best), int),
     )

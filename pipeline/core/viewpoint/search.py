@@ -162,7 +162,7 @@ def cost_on_grid(
     walker), so that each candidate costs one solve with a handful of right-hand sides, whatever A is.
     """
     white = gram.white
-    rows = np.concatenate([across, up], axis=1)
+    rows = np.hstack([across, up])
     basis = _orthonormal_rows(rows)
     rank, points = len(basis), across.shape[1]
     c, s = np.cos(grid)[:, None], np.sin(grid)[:, None]
@@ -178,7 +178,7 @@ def cost_on_grid(
     G[:, :rank, rank] = G[:, rank, :rank] = -(mean @ basis[:, :points].T + white.mean_z @ basis[:, points:].T)
     G[:, rank, rank] = (mean**2).sum(axis=1) + (white.mean_z**2).sum()
     M = gram.eliminate(c[:, 0], s[:, 0], G, H, noise_variance)
-    coordinates = np.concatenate([rows @ basis.T, np.ones((len(rows), 1))], axis=1)
+    coordinates = np.column_stack([rows @ basis.T, np.ones(len(rows))])
     pairs = (coordinates[:, :, None] * coordinates[:, None, :]).reshape(len(rows), -1)
     return pairs @ M.reshape(len(grid), -1).T
 

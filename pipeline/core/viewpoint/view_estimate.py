@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from pipeline.shortened import shortened
 
 
 @shortened
-@dataclass(frozen=True)
 class ViewEstimate:
     """View angles and coefficients of A observations (scalars and (N,) where one flat observation was given).
 

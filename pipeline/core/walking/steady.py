@@ -239,7 +239,7 @@ def treadmill_equivalent(
         time = np.linspace(-1.0, 1.0, len(positions))
         if len(positions) < SHORT_STRIDES * stride:
             columns = design(frame_rate_hz / stride, np.arange(len(positions)) / frame_rate_hz, 2)
-            weights = np.linalg.lstsq(np.column_stack([columns, time]), pelvis, rcond=None)[0][[0, -1]]
+            weights = np.linalg.lstsq(np.column_stack([columns, time]), pelvis)[0][[0, -1]]
         else:
             weights = polynomial.polyfit(time, pelvis, 3)
         smooth = polynomial.polyval(time, weights).T
@@ -251,7 +251,7 @@ def treadmill_equivalent(
     if locomotion == "treadmill":
         velocity = np.broadcast_to(facing(positions).mean(axis=0), velocity.shape)
     turn = np.pi / 2 - np.arctan2(velocity[:, 1], velocity[:, 0])
-    level = np.array(positions, dtype=float)
+    level = np.array(positions, float)
     level[..., :2] -= smooth[:, None]
     return turn_about_vertical(level, turn[:, None])
 

@@ -164,8 +164,8 @@ def bridge_gaps(
     -----
     By a cubic spline through the joint's measured frames.
     """
-    filled = np.array(positions, dtype=float)
-    known = np.array(valid, dtype=bool)
+    filled = np.array(positions, float)
+    known = np.array(valid, bool)
     longest = int(np.floor(gap_s * frame_rate_hz + 1e-9))  # 0.29 s at 100 Hz is 29 frames
     count = 0
     for joint in range(filled.shape[1]):

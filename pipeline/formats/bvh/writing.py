@@ -109,7 +109,7 @@ def write(
         if places[k]:
             columns.append(np.einsum("tji,tj->ti", of_parent, vectors[:, k]))
         columns.append(_angles_deg(np.swapaxes(of_parent, 1, 2) @ turns[k]))
-    lines += [" ".join(map(repr, row)) for row in np.concatenate(columns, axis=1).tolist()]
+    lines += [" ".join(map(repr, row)) for row in np.hstack(columns).tolist()]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
 
 
@@ -172,7 +172,7 @@ def _angles_deg(turns: np.ndarray) -> np.ndarray:
         straight, np.arctan2(-turns[:, 0, 1], turns[:, 1, 1]), np.arctan2(turns[:, 1, 0], turns[:, 0, 0])
     )
     about_y = np.where(straight, np.arctan2(-turns[:, 2, 0], turns[:, 2, 2]), 0.0)
-    angles = np.stack([about_z, np.arctan2(sine, cosine), about_y], axis=1)
+    angles = np.column_stack([about_z, np.arctan2(sine, cosine), about_y])
     return np.degrees(np.unwrap(angles, axis=0))
 
 

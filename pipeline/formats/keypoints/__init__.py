@@ -46,7 +46,7 @@ def read(path: str | Path) -> Detections:
             return replace(found, notes=(note, *found.notes))
         return read_one(path, people_json.read_folder)
     if not path.is_file():
-        raise damaged("there is no such file or folder", str(path))
+        raise damaged("there is no such file or folder", path)
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         raise damaged("the format is unknown", path.name,

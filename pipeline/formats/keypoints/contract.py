@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -31,7 +30,6 @@ FAR = 2.2
 
 
 @shortened
-@dataclass(frozen=True)
 class Detections:
     """2D keypoints of one video, as a file holds them: any number of people in any frame.
 
@@ -127,7 +125,7 @@ def detections(
     if frames > MOST_FRAMES:
         raise damaged("the numbers of frames jump", where, f"{MOST_FRAMES} frames or fewer", frames)
     require_points(len(rows), counts[0], where)
-    values = np.array([row for _, _, row in rows], dtype=float)
+    values = np.array([row for _, _, row in rows], float)
     points, confidence = values[..., :2].copy(), values[..., 2].copy()
     with np.errstate(invalid="ignore"):
         missing = ~np.isfinite(points).all(axis=-1) | (np.abs(points) > LARGEST_PX).any(axis=-1)
@@ -153,7 +151,7 @@ def detections(
         format=format,
         names=tuple(map(harmless, names)) if len(names) == counts[0] else (),
         frame=frame,
-        identity=np.array([harmless(who[:80]) for _, who, _ in rows], dtype=str)[seen],
+        identity=np.array([harmless(who[:80]) for _, who, _ in rows], str)[seen],
         points=points[seen],
         confidence=confidence[seen],
         n_frames=frames,

@@ -50,7 +50,7 @@ def numbers(values: Any, where: str, columns: int = 3) -> np.ndarray:
         If it is not a list of numbers, or their count is no multiple of `columns`.
     """
     try:
-        found = np.array([np.nan if value is None else value for value in values], dtype=float)
+        found = np.array([np.nan if value is None else value for value in values], float)
     except (TypeError, ValueError, OverflowError):
         raise damaged("keypoints must be numbers", where, received=f"{values!r:.40}") from None
     if found.ndim != 1 or not found.size or found.size % columns:
@@ -294,7 +294,7 @@ def _points(value: Any, scores: Any, place: str) -> tuple[list[str], np.ndarray]
             value, place, 2 if isinstance(value, list) and len(value) == 2 * len(scores or ()) else 3
         )
     if scores or table.shape[1] == 2:
-        sure = np.asarray(scores or np.ones(len(table)), dtype=float).ravel()
+        sure = np.asarray(scores or np.ones(len(table)), float).ravel()
         if len(sure) != len(table):
             raise damaged("scores and keypoints differ in number", place, len(table), len(sure))
         table = np.column_stack([table[:, :2], sure])

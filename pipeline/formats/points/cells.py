@@ -94,7 +94,7 @@ def positions_to_write(
     InvalidInput
         If the shapes do not fit each other, or a name, the rate or a coordinate cannot be written.
     """
-    positions = np.asarray(positions_mm, dtype=float)
+    positions = np.asarray(positions_mm, float)
     if positions.ndim != 3 or positions.shape[1:] != (len(names), 3) or 0 in positions.shape:
         raise damaged(
             "the positions do not have the shape of the names",

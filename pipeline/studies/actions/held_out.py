@@ -138,9 +138,9 @@ def left_out(people: np.ndarray, performance: int, leave_out: LeaveOut) -> np.nd
     if (~out).sum() < 2:
         raise InvalidInput(
             "too few performances are left to learn from",
-            where=f"leave one {leave_out} out, performance {performance}",
-            expected="2 or more",
-            received=(~out).sum(),
+            f"leave one {leave_out} out, performance {performance}",
+            "2 or more",
+            (~out).sum(),
         )
     return out
 

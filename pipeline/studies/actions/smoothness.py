@@ -58,7 +58,7 @@ class Smoothness(Sweep):
     def measure(self, inputs: ActionInputs) -> TimeErrors:
         """Return the errors of the time that synchronization recovers."""
         dataset, linear, median = inputs.dataset, inputs.model.linear, inputs.model.median
-        mu = np.array(self.smoothness, dtype=float) * mean_squared_deviation(linear)
+        mu = np.array(self.smoothness, float) * mean_squared_deviation(linear)
         samples = linear.shape[1]
         true, moving = dataset.true_course(median, samples)
         frames_per_sample = (np.diff(dataset.first) - 1) / (samples - 1)
@@ -79,7 +79,7 @@ class Smoothness(Sweep):
         return TimeErrors(
             starts=np.array(starts),
             penalties=np.array(penalties),
-            smoothness=np.array(self.smoothness, dtype=float),
+            smoothness=np.array(self.smoothness, float),
             error_frames=error[..., 0],
             error_moving_frames=error[..., 1],
             true_frames=true,

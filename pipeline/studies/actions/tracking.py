@@ -108,12 +108,7 @@ class HeldOutTracking(Sweep):
         if LeaveOut.person not in self.leave_out or len(np.unique(people)) > 1:
             return list(self.leave_out), []
         if self.leave_out == [LeaveOut.person]:
-            raise InvalidInput(
-                "one person cannot be left out",
-                where="sweep.leave_out",
-                expected="several people",
-                received="1",
-            )
+            raise InvalidInput("one person cannot be left out", "sweep.leave_out", "several people", "1")
         return [LeaveOut.performance], ["tracking: one person alone, so no person is left out"]
 
     def measure(self, inputs: ActionInputs) -> TrackingErrors:
@@ -162,7 +157,7 @@ class HeldOutTracking(Sweep):
         rate_hz = inputs.dataset.frame_rate_hz[chosen[middle]]
         return TrackingErrors(
             rows=wanted.merge(rows, on=list(asdict(shown))),  # a condition may be met on several ways
-            leave_out=np.array(ways, dtype=str),
+            leave_out=np.array(ways, str),
             methods=np.array(METHODS),
             tracked=chosen,
             shown=chosen[[middle]],

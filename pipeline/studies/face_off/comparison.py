@@ -347,7 +347,5 @@ def _middle(frames: int, rate_hz: float, options: FaceOffSweep, clip: str) -> np
     """Times (F,), s, of the frames that are used: out of the middle of the walk, at their own rate."""
     count = min(options.frames, 1 + int(np.floor((frames - 1) / rate_hz * options.frame_rate_hz + 1e-9)))
     if count < LEAST_FRAMES:
-        raise InvalidInput(
-            "a walk is too short", where=clip, expected=f"{LEAST_FRAMES} frames", received=count
-        )
+        raise InvalidInput("a walk is too short", clip, f"{LEAST_FRAMES} frames", count)
     return (frames - 1) / (2 * rate_hz) + (np.arange(count) - (count - 1) / 2) / options.frame_rate_hz

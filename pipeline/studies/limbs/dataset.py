@@ -77,8 +77,8 @@ class LimbDataset(Dataset):
         if not stretches:
             raise InvalidInput(
                 "no clip is long enough",
-                where="dataset.frames",
-                expected=f"{self.frames} frames at {self.frame_rate_hz:g} Hz",
+                "dataset.frames",
+                f"{self.frames} frames at {self.frame_rate_hz:g} Hz",
             )
         relative = [relative_trajectories(WALKER14, positions) for positions in stretches]
         lengths = np.linalg.norm(np.stack(relative), axis=-1)

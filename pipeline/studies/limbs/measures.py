@@ -142,7 +142,7 @@ def _reliable_scales(
     chosen = f"camera == {camera!r} and adjust == {PAPERS_ADJUSTMENT!r}"
     rows, scales, curve = _curve(table, "radius_scale", error, chosen, Rows.median)
     if 1.0 not in scales:
-        return rows, np.empty(0), np.empty((len(rows.weights), 0), dtype=bool)
+        return rows, np.empty(0), np.empty((len(rows.weights), 0), bool)
     return rows, scales, curve <= curve[:, scales == 1.0] + found
 
 

@@ -56,7 +56,7 @@ class Pattern(StrEnum):
     def hides(self, frames: int, joints: int, fraction: float, generator: np.random.Generator) -> np.ndarray:
         """Return where points are missing (F, J) bool: where a smaller fraction misses them, and more."""
         count = round(fraction * frames)
-        missing = np.zeros((frames, joints), dtype=bool)
+        missing = np.zeros((frames, joints), bool)
         for joint in range(joints):
             order, place = generator.permutation(frames), generator.random()
             if self is Pattern.block:
@@ -326,7 +326,7 @@ def length_violations(refined: Refinement, basis: TrajectoryBasis) -> tuple[floa
     spherical = np.linalg.norm(refined.relative_at(rows), axis=-1) / refined.lengths - 1.0
     fitted = coefficients(
         cosine_basis(frames, basis.components),
-        np.ones(frames, dtype=bool),
+        np.ones(frames, bool),
         refined.relative.reshape(frames, -1),
         ridge=basis.ridge,
     )

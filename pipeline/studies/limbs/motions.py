@@ -240,7 +240,7 @@ class _Reconstruction:
         size = float(np.linalg.norm(about))
         if size <= 1e-9 * np.abs(path).max():
             return 0.0
-        used = np.ones(len(about), dtype=bool)
+        used = np.ones(len(about), bool)
         return outside(self.basis.rows(len(used), used), about) / size
 
     def error_mm(self, positions: np.ndarray) -> float:

@@ -55,9 +55,9 @@ class ProofSweep(LimbSweep):
         if not self.programmes():
             raise InvalidInput(
                 "no programme is left",
-                where="sweep.components",
-                expected="fewer than the frames, and a trial at least",
-                received=", ".join(map(str, self.components)),
+                "sweep.components",
+                "fewer than the frames, and a trial at least",
+                ", ".join(map(str, self.components)),
             )
 
     def programmes(self) -> list[tuple[int, int, float, int]]:

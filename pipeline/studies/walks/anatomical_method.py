@@ -87,8 +87,8 @@ class AnatomicalApproach:
         if self._data.unmeasured[walk].any():
             raise InvalidInput(
                 "the anatomical method needs every joint to find the view",
-                where=str(self._data.clip[walk]),
-                expected="data.pattern= that leaves it out",
+                str(self._data.clip[walk]),
+                "data.pattern= that leaves it out",
             )
         walker = anatomical.by_joint(self._data.coefficients[walk])
         shown = np.einsum("aij,kjb->akib", anatomical.image_axes(view_rad)[:, :2], walker)
@@ -102,5 +102,5 @@ class AnatomicalApproach:
             cost=one,
             runner_up_cost=likelier,
             converged=one > 0,
-            n_iterations=np.zeros(len(one), dtype=int),
+            n_iterations=np.zeros(len(one), int),
         )

@@ -80,9 +80,9 @@ class AnatomicalModel(Model):
             joints = [WALKER15.joints[j] for j in np.flatnonzero(dataset.unmeasured[walk])]
             raise InvalidInput(
                 "error bars and bones need walks of which every joint was measured",
-                where=str(dataset.clip[walk]),
-                expected="data.pattern= that leaves it out",
-                received=f"no {', '.join(joints)}",
+                str(dataset.clip[walk]),
+                "data.pattern= that leaves it out",
+                f"no {', '.join(joints)}",
             )
         if (count := len(np.unique(dataset.person))) < 4:
             raise InvalidInput(
@@ -95,9 +95,7 @@ class AnatomicalModel(Model):
     def population(self, dataset: FourierSamples) -> AnatomicalWalkers:
         """Return the prior of all people, and of each the walk that two harmonics describe best."""
         if dataset.frequency:
-            raise InvalidInput(
-                "the anatomical prior has no frequency", where="dataset.frequency", expected="false"
-            )
+            raise InvalidInput("the anatomical prior has no frequency", "dataset.frequency", "false")
         people = np.array(list(dict.fromkeys(dataset.person)))
         left = 1.0 - dataset.variance_fractions[:, :2].sum(axis=1)
         walks = [np.flatnonzero(dataset.person == person) for person in people]

@@ -164,7 +164,7 @@ class KnownView(Sweep):
             average += mean
             of_walkers += of_walker
             total = total + path  # (A, S), no S if MAP is not tried
-        nested = np.empty(0, dtype=int)
+        nested = np.empty(0, int)
         if total.shape[1]:
             nested = nested_choice(data, options, np.radians(view_deg), sigma2, inputs.workers)
         return KnownViewErrors(
@@ -173,7 +173,7 @@ class KnownView(Sweep):
             walker=data.clip,
             sigma2_walker_mm2=np.stack(of_walkers),
             nested=nested,
-            methods=np.array(self.methods, dtype=str),
+            methods=np.array(self.methods, str),
             view_angle_deg=view_deg,
             sigma2_mm2=sigma2,
             sigma2_view_mm2=total / count,

@@ -49,7 +49,7 @@ def nested_choice(
     groups = np.unique(data.person, return_inverse=True)[1] % GROUPS  # dealt in turn
     count = groups.max() + 1
     if count < LEAST_PEOPLE:
-        return np.empty(0, dtype=int)
+        return np.empty(0, int)
     views = view_angles_rad[evenly(VIEWS, len(view_angles_rad))]
 
     def tried(fold: tuple[linear_model.LinearModel, int, int]) -> tuple[int, int, np.ndarray, np.ndarray]:

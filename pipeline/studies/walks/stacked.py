@@ -25,7 +25,7 @@ def stacked(parts: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
     for part in parts:
         # Texts as objects: a column of them then holds each once.
         whole = np.broadcast_arrays(
-            *(np.atleast_1d(np.asarray(c, dtype=object) if isinstance(c, str) else c) for c in part.values())
+            *(np.atleast_1d(np.asarray(c, object) if isinstance(c, str) else c) for c in part.values())
         )
         for name, column in zip(part, whole, strict=True):
             columns[name].append(column)

@@ -75,15 +75,13 @@ class UnknownView(Sweep):
         """Validate the options.  Raises InvalidInput if one is out of range."""
         super().validate()
         if len(self.angle_range_deg) != 2:
-            raise InvalidInput(
-                "must be [low, high]", where="sweep.angle_range_deg", received=self.angle_range_deg
-            )
+            raise InvalidInput("must be [low, high]", "sweep.angle_range_deg", received=self.angle_range_deg)
         if Method.anatomical in self.methods and self.angle_range_deg != [-180.0, 180.0]:
             raise InvalidInput(
                 "the anatomical method looks at the whole circle",
-                where="sweep.angle_range_deg",
-                expected="[-180, 180]",
-                received=self.angle_range_deg,
+                "sweep.angle_range_deg",
+                "[-180, 180]",
+                self.angle_range_deg,
             )
 
     def of_populations(self) -> UnknownView:
@@ -99,7 +97,7 @@ class UnknownView(Sweep):
         third = AnatomicalApproach(data) if Method.anatomical in self.methods else None
         views = (
             self.view_angle_deg.values("sweep.view_angle_deg"),
-            np.array(self.published_views_deg, dtype=float),
+            np.array(self.published_views_deg, float),
         )
         walkers, generator = range(len(model.samples)), inputs.generator("random view")
         drawn = [generator.uniform(-180.0, 180.0, (len(walkers), len(view_deg))) for view_deg in views]
@@ -162,7 +160,7 @@ class UnknownView(Sweep):
         return ViewAngles(
             rows=rows,
             published=published,
-            methods=np.array(self.methods, dtype=str),
+            methods=np.array(self.methods, str),
             failure_deg=self.failure_deg,
             remarks=[f"{unconverged} view angles did not converge"] if unconverged else [],
         )

@@ -19,7 +19,7 @@ from scipy.optimize import brentq
 
 from pipeline.core import anthropometry as body
 from pipeline.synthetic.bending.manner import DOWN, SWAY, SWAY_BENT, TIMED, UP, Manner
-from pipeline.synthetic.walkers.person import SIDE, Person
+from pipeline.synthetic.walkers.person import SIDE, Person, leaning
 
 LEG_MASSES, UPPER_MASS = {"thigh": 0.200, "shank": 0.093}, 0.678
 LEG_CENTRE, UPPER_CENTRE = 0.433, 0.626
@@ -79,7 +79,7 @@ def _posture(
     ankles[:, :, 1] = -SIDE * ahead / 2.0
     ankles[:, :, 2] = body.SEGMENTS["ankle_height"] * person.stature
     yaw = 0.4 * twist
-    across = np.stack([np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)], axis=-1)
+    across = np.column_stack([np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)])
     hips = pelvis + (person.half_hips * SIDE)[..., None] * across
     lowered = _too_high(person, hips, ankles)
     pelvis[:, 2] -= lowered
@@ -88,10 +88,10 @@ def _posture(
     opened = opened + np.stack([sway["left_knee"], sway["right_knee"]])
     knees = _knees(person, hips, ankles, opened)
 
-    up = _direction(tilt, lean)
+    up = leaning(tilt, lean).T
     sternum = pelvis + person.trunk * up
     nod = angles["standing_head"] + 0.8 * tilt - gone["head"] * angles["head"] + sway["head"]
-    head = sternum + person.head * _direction(nod, lean / 2.0)
+    head = sternum + person.head * leaning(nod, lean / 2.0).T
     right = across - (across * up).sum(axis=-1, keepdims=True) * up
     right = right / np.linalg.norm(right, axis=-1, keepdims=True)
     turn = (twist - yaw)[:, None]
@@ -150,13 +150,6 @@ def _knees(person: Person, hips: np.ndarray, ankles: np.ndarray, opened: np.ndar
     outward = SIDE[..., None] * np.cross(forward, -line)
     turned = np.cos(opened)[..., None] * forward + np.sin(opened)[..., None] * outward
     return hips + thigh * (cos * line + np.sqrt(1.0 - cos**2) * turned)
-
-
-def _direction(forward: np.ndarray, sideways: np.ndarray) -> np.ndarray:
-    """Return unit vectors (F, 3) that lean from the vertical forward and to the right."""
-    return np.stack(
-        [np.sin(sideways), np.sin(forward) * np.cos(sideways), np.cos(forward) * np.cos(sideways)], axis=-1
-    )
 
 
 def _arms(

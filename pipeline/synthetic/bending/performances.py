@@ -16,7 +16,7 @@ from pipeline.synthetic.bending import time_warps
 from pipeline.synthetic.bending.kinematics import bend
 from pipeline.synthetic.bending.manner import DOWN, UP, draw_manner, draw_sway, varied
 from pipeline.synthetic.walkers.person import Person, draw_person
-from pipeline.validation import require_range
+from pipeline.validation import require_count, require_range
 
 FRAMES_SD, LEAST_FRAMES = 0.15, 10
 """Standard deviation of the logarithm of the durations, half of it between people."""
@@ -94,8 +94,8 @@ def bending_performances(
     >>> bends.subject.tolist(), len(bends.positions_mm), bends.positions_mm[0].shape[1:]
     ([0, 1, 0], 3, (15, 3))
     """
-    require_range("performances", performances, at_least=1, whole=True)
-    require_range("subjects", subjects, at_least=1, whole=True)
+    require_count("performances", performances)
+    require_count("subjects", subjects)
     require_range("frames_mean", frames_mean, at_least=LEAST_FRAMES)
     require_range("frame_rate_hz", frame_rate_hz, above=0)
     require_range("rate_spread", rate_spread, at_least=0)

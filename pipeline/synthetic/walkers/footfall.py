@@ -70,7 +70,7 @@ def keep_to_floor(person: Person) -> Person:
     sides = []
     for side in (0, 1):
         clock = stance - lag[side]
-        waves = np.stack([f(2.0 * np.pi * h * clock) for h in (1, 2, 4) for f in (np.sin, np.cos)], axis=1)
+        waves = np.column_stack([f(2.0 * np.pi * h * clock) for h in (1, 2, 4) for f in (np.sin, np.cos)])
         hip = person.hips(clock + lag)[:, side]
         across = person.ankle_lines[side] - person.sideways(clock + lag) - hip[0]
         sides.append((side, waves, hip, across))

@@ -11,7 +11,7 @@ import numpy as np
 
 from pipeline.synthetic.walkers import normative_gait as norm
 from pipeline.synthetic.walkers.footfall import rolling_foot, weight_shares
-from pipeline.synthetic.walkers.person import SIDE, Person
+from pipeline.synthetic.walkers.person import SIDE, Person, leaning
 from pipeline.synthetic.walkers.strides import Strides
 
 
@@ -76,17 +76,11 @@ def _upper_body(
     person: Person, phase: np.ndarray, gain: np.ndarray, pelvis: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return sternum (3, T), head (3, T), shoulders (3, 2, T), mm, and the rotation of the thorax (T,), radians."""
-
-    def direction(forward: np.ndarray, sideways: np.ndarray) -> np.ndarray:
-        return np.stack(
-            [np.sin(sideways), np.sin(forward) * np.cos(sideways), np.cos(forward) * np.cos(sideways)]
-        )
-
     lean = person.opposed("trunk_sway", phase) * gain
-    up = direction(person.shared("trunk_lean", phase), lean)
+    up = leaning(person.shared("trunk_lean", phase), lean)
     sternum = pelvis + person.trunk * up
     # The head leans sideways by a third of the trunk's lean.
-    head = sternum + person.head * direction(person.shared("head_lean", phase), lean / 3.0)
+    head = sternum + person.head * leaning(person.shared("head_lean", phase), lean / 3.0)
     yaw = person.opposed("thorax_rotation", phase) * gain
     roll = person.opposed("thorax_obliquity", phase) * gain
     axis = np.stack([np.cos(yaw) * np.cos(roll), np.sin(yaw) * np.cos(roll), np.sin(roll)])

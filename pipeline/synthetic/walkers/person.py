@@ -102,6 +102,13 @@ class Person:
         return self.sway * np.degrees(self.opposed("pelvic_sway", phase))
 
 
+def leaning(forward: np.ndarray, sideways: np.ndarray) -> np.ndarray:
+    """Unit vectors (3, T) that lean from the vertical forward and to the right, by angles (T,)."""
+    return np.stack(
+        [np.sin(sideways), np.sin(forward) * np.cos(sideways), np.cos(forward) * np.cos(sideways)]
+    )
+
+
 def _positive(rng: np.random.Generator, mean: float, cv: float, size: int | None = None) -> Any:
     return mean * np.exp(cv * rng.standard_normal(size))
 

@@ -33,14 +33,13 @@ from pipeline.synthetic.walkers.footfall import keep_to_floor
 from pipeline.synthetic.walkers.kinematics import walk
 from pipeline.synthetic.walkers.person import Person, draw_person
 from pipeline.synthetic.walkers.strides import draw_strides
-from pipeline.validation import require_range
+from pipeline.validation import require_count, require_range
 
 LEAST_CYCLES = 1.5
 LEAST_FRAME_RATE_HZ = 20.0
 
 
 @shortened
-@dataclass(frozen=True)
 class WalkingPopulation:
     """Walkers with known answers.
 
@@ -125,8 +124,8 @@ class Member:
 
 def members(generator: np.random.Generator, *, male: int, female: int) -> list[Member]:
     """Return the walkers of a population in the order F M F M F, then the remaining ones; not made yet."""
-    require_range("male", male, at_least=0, whole=True)
-    require_range("female", female, at_least=0, whole=True)
+    require_count("male", male, at_least=0)
+    require_count("female", female, at_least=0)
     require_range("the number of walkers", male + female, at_least=1)
     entropy = int(generator.integers(2**63))
     order: list[Member] = []

@@ -310,7 +310,7 @@ def set_to_seconds(table: Rows, column: int) -> None:
             word if "-" in word else f"1970-01-01 {word}"
             for word in (_ZONE.sub("", word.replace("/", "-")) for word in words)
         ]
-        times, scale = np.array(dates, dtype="datetime64[us]").astype(float), 1e-6
+        times, scale = np.array(dates, "datetime64[us]").astype(float), 1e-6
     else:
         times = np.array(list(map(number, words)))
     first = times[0] if len(times) and 1e9 <= abs(times[0]) < np.inf else 0.0

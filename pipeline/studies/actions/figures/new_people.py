@@ -72,7 +72,7 @@ def space_tables(performances: Sequence[np.ndarray], person: np.ndarray) -> tupl
     found = moments(performances, person)
     people = len(found.count)
     weights = bootstrap.resampling_weights(people, derive_generator(0, "people"))
-    whole = found.covariances(np.ones((1, people), dtype=int))
+    whole = found.covariances(np.ones((1, people), int))
     everyone = _sizes(whole, whole[0])
     drawn = _sizes(found.covariances(weights), whole[0]) if people > 1 else everyone.iloc[:0]
     return everyone, pd.concat(

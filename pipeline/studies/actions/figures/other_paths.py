@@ -40,7 +40,7 @@ def random_paths(nodes: Trellis, count: int, generator: np.random.Generator) -> 
     least = nodes.low.min()
     reached = _reached(nodes, least)
     steps = np.array(nodes.steps)
-    paths = np.zeros((count, len(nodes.low)), dtype=int)
+    paths = np.zeros((count, len(nodes.low)), int)
     for p in range(len(nodes.low) - 1, 0, -1):
         towards = paths[:, p, None] + steps
         column = towards - least

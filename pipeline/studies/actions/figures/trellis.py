@@ -50,7 +50,7 @@ class OptimalPath(Figure):
         """Return ``table``: E of every node; ``table_path``: the path; ``table_pair``: its distance, that of others."""
         (n, m), nodes, names = self._pair(inputs), _nodes(inputs), inputs.samples
         x_n, x_m = (inputs.model.linear[k] for k in (n, m))
-        path = np.asarray(inputs.model.disparity[m], dtype=int)
+        path = np.asarray(inputs.model.disparity[m], int)
         band = int(max(nodes.high.max(), -nodes.low.min()))
         image = synchronization.disparity_space_image(x_n, x_m, max_disparity=band)
         disparities = np.arange(-band, band + 1)
@@ -166,8 +166,8 @@ class OptimalPath(Figure):
                 "matrices/disparity_space_image",
                 np.sqrt(np.where(np.isnan(values), np.nanmax(values), values))[::-1],
                 paths={
-                    "trellis": (np.stack([top - corners[:, 1], corners[:, 0]], axis=-1), "grey"),
-                    "optimal_path": (np.stack([top - disparity, samples], axis=-1), "optimal_path"),
+                    "trellis": (np.column_stack([top - corners[:, 1], corners[:, 0]]), "grey"),
+                    "optimal_path": (np.column_stack([top - disparity, samples]), "optimal_path"),
                 },
             )
             image = Matrix(name="disparity space image, optimal path")
@@ -181,9 +181,9 @@ class OptimalPath(Figure):
         if chosen >= count or chosen == median:
             raise InvalidInput(
                 "there is no such performance to synchronize",
-                where="figure.performance",
-                expected=f"0 to {count - 1} but for {median}, the median sequence, or -1",
-                received=self.performance,
+                "figure.performance",
+                f"0 to {count - 1} but for {median}, the median sequence, or -1",
+                self.performance,
             )
         return median, chosen
 
@@ -204,7 +204,7 @@ def _outline(inputs: Inputs) -> np.ndarray:
     """Corners (K, 2) of the admissible region as (sample, disparity), once around."""
     nodes = _nodes(inputs)
     samples = np.arange(len(nodes.low))
-    lower, upper = (np.stack([samples, side], axis=-1) for side in (nodes.low, nodes.high))
+    lower, upper = (np.column_stack([samples, side]) for side in (nodes.low, nodes.high))
     return np.concatenate([lower, upper[::-1]]).astype(float)
 
 

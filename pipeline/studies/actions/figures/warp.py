@@ -52,7 +52,7 @@ class Warp(Figure):
         if self.dimension > (most := inputs.model.space.dimensions):
             raise InvalidInput(
                 f"must be at most {most}, the dimensions of the aSpace",
-                where="figure.dimension",
+                "figure.dimension",
                 received=self.dimension,
             )
         rows = sequence_rows(inputs, [self.dimension])
@@ -173,7 +173,7 @@ def _rates(inputs: Inputs, baseline: WithoutMistiming) -> pd.DataFrame:
     of performances without mistiming.
     """
     action = inputs.model
-    disparity = np.asarray(action.disparity, dtype=int)
+    disparity = np.asarray(action.disparity, int)
     rates = np.diff(synchronization.rate_to_rate(disparity), axis=1)
     limit = rates == 1 - min(options_of(inputs).steps)
     columns = {

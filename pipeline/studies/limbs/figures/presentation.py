@@ -41,10 +41,10 @@ def sphere() -> tuple[np.ndarray, list[tuple[int, int]]]:
     circles = []
     for azimuth in np.linspace(0.0, np.pi, meridians, endpoint=False):
         flat = np.sin(turn)
-        circles.append(np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), np.cos(turn)], axis=1))
+        circles.append(np.column_stack([flat * np.cos(azimuth), flat * np.sin(azimuth), np.cos(turn)]))
     for height in np.linspace(-1.0, 1.0, parallels + 2)[1:-1]:
         wide = np.sqrt(1.0 - height**2)
-        circles.append(np.stack([wide * np.cos(turn), wide * np.sin(turn), np.full(steps, height)], axis=1))
+        circles.append(np.column_stack([wide * np.cos(turn), wide * np.sin(turn), np.full(steps, height)]))
     joined = [(c * steps + i, c * steps + (i + 1) % steps) for c in range(len(circles)) for i in range(steps)]
     return RADIUS_MM * np.concatenate(circles)[None], joined
 

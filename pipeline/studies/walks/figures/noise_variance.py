@@ -34,9 +34,7 @@ class NoiseVariance(Figure):
         """Validate the options against the sweep's.  Raises InvalidInput if approach II is not among its methods."""
         sweep = experiment.sweep
         if isinstance(sweep, KnownView) and Method.map not in sweep.methods:
-            raise InvalidInput(
-                "σ² is swept for approach II alone", where="sweep.methods", expected="map among the methods"
-            )
+            raise InvalidInput("σ² is swept for approach II alone", "sweep.methods", "map among the methods")
 
     def tables(self, inputs: Inputs) -> Tables:
         """``table``: mean over walkers and views; ``table_views``: per view; ``table_people``: per walker.

@@ -164,7 +164,7 @@ class People:
         """
         pairs = self.pairs(partners)
         if wanted is None:
-            wanted = np.ones((self.count, len(candidates)), dtype=bool)
+            wanted = np.ones((self.count, len(candidates)), bool)
 
         def one(pair: tuple[int, int]) -> np.ndarray:
             i, j = pair
@@ -386,9 +386,9 @@ def require_mirrored_grid(name: str, grid: Grid) -> None:
     if not mirrored_grid(values):
         raise InvalidInput(
             "views must lie alike on both sides of the frontal one",
-            where=name,
-            expected="start -90, stop 90 and a step that divides 90",
-            received=", ".join(f"{value:g}" for value in values[:4]),
+            name,
+            "start -90, stop 90 and a step that divides 90",
+            ", ".join(f"{value:g}" for value in values[:4]),
         )
 
 

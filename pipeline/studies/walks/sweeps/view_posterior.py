@@ -58,9 +58,7 @@ class ViewAngleBars(Sweep):
         people = People(inputs.dataset, inputs.model)
         options: AnatomicalModel = inputs.model_options
         if not options.mirror:
-            raise InvalidInput(
-                "half of the circle stands for all of it", where="model.mirror", expected="true"
-            )
+            raise InvalidInput("half of the circle stands for all of it", "model.mirror", "true")
         plain = replace(
             approach_two(self.noise_variance_mm2), shrinkage=replace(PLAIN, mirror=True), all_walks=True
         )
@@ -93,9 +91,7 @@ class ViewAngleBars(Sweep):
                 of[name].to_numpy().reshape(people.count, -1)
                 for name in ("absolute_angle_error_deg", "posterior_sd_deg")
             )
-            learnt = anatomical.multipliers_without((off / sd)[..., None], np.zeros(1, dtype=int), LEVELS)[
-                :, 0
-            ]
+            learnt = anatomical.multipliers_without((off / sd)[..., None], np.zeros(1, int), LEVELS)[:, 0]
             textbook = np.broadcast_to(ndtri(0.5 + LEVELS / 2.0), learnt.shape)
             for kind, multipliers in zip(BARS, (textbook, learnt), strict=True):
                 for number, level in enumerate(LEVELS):
