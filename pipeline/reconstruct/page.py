@@ -45,7 +45,6 @@ def page_of(walk: Walk, summary: dict[str, Any], path: str, files: Sequence[str]
         f" {cadence['steps_per_min']:g} steps a minute. {' '.join(summary['usable'])}",
         source=f"{Path(path).resolve().name}, frames {first} to {last} ({summary['strides']:g} strides)",
         view_words=f"the walker goes {view['words']}",
-        units=f"Lengths are in {summary['units']}.",
         terms=f"Walkers are {summary['terms']}.",
         facts=words.facts(summary),
         files=files,

@@ -23,7 +23,8 @@ def facts(summary: dict[str, Any]) -> list[tuple[str, list[str]]]:
     if "view_angle_deg" in summary:
         sections += [("View", _view(summary)), ("Steps", _steps(summary)), ("Gait cycle", _cycle(summary))]
         sections.append(("Labels", _labels(summary)))
-        sections.append(("Bars", _bars(summary["bars"])))
+        lengths = f"lengths are in {summary['units']}"
+        sections.append(("Bars", [*_bars(summary["bars"]), lengths]))
         if summary["estimated_joints"]:
             names = ", ".join(joint.replace("_", " ") for joint in summary["estimated_joints"])
             sections.append(("Estimated", [f"never seen, estimated from the other joints: {names}"]))
@@ -36,7 +37,7 @@ def facts(summary: dict[str, Any]) -> list[tuple[str, list[str]]]:
 def as_markdown(summary: dict[str, Any]) -> str:
     """The same as Markdown."""
     parts = [f"**{title}.** {' '.join(texts)}" for title, texts in facts(summary)]
-    return "\n\n".join(["# A walk from keypoints of one camera", *parts, f"Units: {summary['units']}."])
+    return "\n\n".join(["# A walk from keypoints of one camera", *parts])
 
 
 def _sentence(text: str) -> str:

@@ -25,7 +25,7 @@ class WalkPage:
 
     Attributes
     ----------
-    title, lead, source, view_words, units, terms : str
+    title, lead, source, view_words, terms : str
     facts : sequence of (str, sequence of str)
         Titles and sentences.
     files : sequence of str
@@ -64,7 +64,6 @@ class WalkPage:
     lead: str
     source: str
     view_words: str
-    units: str
     terms: str
     facts: Sequence[tuple[str, Sequence[str]]]
     files: Sequence[str]

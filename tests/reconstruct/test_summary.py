@@ -124,6 +124,12 @@ def test_tables_hold_the_curves_and_the_angles(walk: Walk) -> None:
     assert frames["frame"].tolist() == list(range(walk.best.first_frame, walk.best.last_frame + 1))
 
 
+def test_lengths_are_told_with_their_unit(walk: Walk) -> None:
+    said = summarise(replace(walk, stature_mm=0.0))
+    assert "1500 mm" in said["units"]
+    assert dict(words.facts(said))["Bars"][-1] == f"Lengths are in {said['units']}."
+
+
 def test_a_doubtful_walk_says_what_is_usable(walk: Walk) -> None:
     doubted = replace(walk.best, judgement=Judgement(Verdict.doubtful, ("odd",)))
     said = summarise(replace(walk, stretches=(doubted,)))

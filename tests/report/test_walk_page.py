@@ -42,7 +42,7 @@ def page(frames: int) -> WalkPage:
     keypoints = pixels + generator.normal(size=pixels.shape)
     keypoints[3, 4] = np.nan
     return WalkPage(
-        title="<b>&amp;", lead="A walk.", source="a.json", view_words="the walker goes towards the camera", units="mm",
+        title="<b>&amp;", lead="A walk.", source="a.json", view_words="the walker goes towards the camera",
         terms="Walkers are synthetic.", facts=[("Verdict", ["A walk."]), ("Notes", ["One.", "</script>"])],
         files=["walk.c3d"], frame_numbers=10 + np.arange(frames), frame_rate_hz=50.0,
         observed=np.arange(15) != 1, keypoints_px=keypoints, reprojection_px=pixels, positions_mm=positions,
