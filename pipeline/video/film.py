@@ -141,8 +141,9 @@ def keypoints_of(path: Path, pose: Pose, progress: Callable[[int], None] = lambd
     rate, uneven = frame_rate(np.array(times), frames_of(path)[1])
     frame, person = (np.array([one[k] for one in seen]) for k in (0, 1))
     points = np.stack([one[2] for one in seen])
-    if np.median(points[:, _SHOULDERS, 1] - points[:, _HIPS, 1]) > 0:
-        raise InvalidInput("people are upside down in the film", path.name, "a film that is turned by half")
+    trunk = points[:, _SHOULDERS] - points[:, _HIPS]
+    if np.median(trunk[..., 1] - np.abs(trunk[..., 0])) > 0:  # who lies would lie turned by half, too
+        raise InvalidInput("people are upside down in the film", path.name, "the film, turned by half")
     if uneven:
         at = (np.array(times)[frame] - times[0]) * rate
         frame, person, points = on_even_grid(at, person, points)

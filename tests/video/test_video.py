@@ -94,7 +94,8 @@ def test_a_film_that_hangs_upside_down_is_refused(monkeypatch: pytest.MonkeyPatc
     )
     picture = np.zeros((720, 480, 3), dtype=np.uint8)
     monkeypatch.setattr(film, "frames_of", lambda _: (2, 30.0))
-    for points, words in ((body, ""), (body * [1, -1, 1], "upside down")):
+    lying = np.column_stack([body[:, 1], -0.1 * body[:, 1], body[:, 2]])
+    for points, words in ((body, ""), (lying, ""), (body * [1, -1, 1], "upside down")):
         shown = [(at, picture, {0: points}) for at in (0.0, 1 / 30)]
         monkeypatch.setattr(film, "followed", lambda *_, shown=shown: iter(shown))
         with pytest.raises(InvalidInput, match=words) if words else nullcontext():
