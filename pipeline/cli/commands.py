@@ -105,7 +105,7 @@ def claims(arguments: Sequence[str]) -> int:
     ``claims FIGURE``, or ``experiment=a,b``, prints those on some figures, and writes none.
     """
     known = presets()
-    named, common = split_named([f"experiment={a}" if a in known else a for a in arguments])
+    named, common = split_named([a if "=" in a else f"experiment={a}" for a in arguments])
     one, figures = figures_for(common, [require_choice("experiment", name, known) for name in named])
     folder, out = one.published_in, open_console()
     if not folder.is_dir():

@@ -13,7 +13,11 @@ from pipeline.reconstruct import model_file
 from pipeline.reconstruct.own_laboratory import calibrate
 from pipeline.reconstruct.training import Training, train
 from pipeline.storage.sealed_folders import require_replaceable
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, Options
+
+
+class _Named(Options):
+    training: Training = Training()
 
 
 def train_model(arguments: Sequence[str]) -> int:
@@ -27,7 +31,7 @@ def train_model(arguments: Sequence[str]) -> int:
         raise InvalidInput("must name a folder", "output", received="nothing")
     folder = Path(next((item[7:] for item in own if item.startswith("output=")), str(model_file.SHIPPED)))
     require_replaceable(folder, having=model_file.ENTRY)  # before the work, not after it
-    training = filled(Training, [item[9:] for item in own if item.startswith("training.")])
+    training = filled(_Named, [item for item in own if item.startswith("training.")]).training
     if not any(item.startswith("data=") for item in rest):
         rest = ["data=many", *rest]
     experiment = compose(["experiment=zhang2007_fig2", "dataset.walks=all", *rest])

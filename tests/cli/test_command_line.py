@@ -118,6 +118,8 @@ def test_help_on_a_terminal_that_knows_only_ascii() -> None:
         (["experiment=zhang2007_fig5", "model.components=1,2"], ["-m in front"]),
         (["figures", "data=nowhere"], ["data:", "synthetic", "received nowhere"]),
         (["figures", "walk"], ["not an override", "walk"]),
+        (["claims", "zhang2007_fig9"], ["experiment must be one of", "zhang2007_fig5", "got zhang2007_fig9"]),
+        (["model", "training.components=x"], ["training.components must be a whole number", "got x"]),
         (["claims", "scale=huge"], ["scale:", "full", "received huge"]),
         (["verify"], ["no archive is named"]),
         (["verify", "results/archive/nowhere"], ["nowhere"]),
