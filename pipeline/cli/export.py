@@ -105,7 +105,7 @@ def export(arguments: Sequence[str]) -> Path:
 def recording(source: Path, options: Export) -> Motion:
     """Return a recording: its points as they are, or with ``skeleton=`` the joints, z up; at a lower rate if asked.
 
-    A unit that the file does not state is that of human legs.
+    A unit that the file does not state is that of human legs, if it is known which points they are.
     """
     read = formats.read(source, units=options.units or None)
     if options.subject and not options.skeleton:
@@ -116,12 +116,13 @@ def recording(source: Path, options: Export) -> Motion:
     count = int((len(read.positions_mm) - 1) * wanted / rate + 1e-9) + 1
     names, points, parents = read.names, read.positions_mm, None
     if not options.skeleton and read.units_assumed:
+        sentence = f"The file states no unit; its numbers are taken as {read.units}, or as units=… says."
         fit = mappings.suggest(read, mappings.shipped().values())
         if fit.usable:
             legs = walking.leg_length(map_joints(read, fit.mapping)[0])
             factor, sentence = mappings.rescaled(read, fit.mapping, legs)
             points = points * factor
-            tell(sentence)
+        tell(sentence)
     if options.skeleton:
         _, joints, valid = joints_of(read, mappings.chosen(options.skeleton), options.subject)
         there = np.flatnonzero(valid.any(axis=0)).tolist()

@@ -117,15 +117,17 @@ def test_a_recording_goes_from_format_to_format(walk: np.ndarray, tmp_path: Path
         np.testing.assert_array_equal(stored["positions_mm"], holed)
 
 
+@pytest.mark.parametrize(("before", "unit", "factor"), [("", "m", 1000), ("q", "mm", 1)])
 def test_a_recording_without_a_unit_is_exported_in_that_of_human_legs(
-    walk: np.ndarray, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    walk: np.ndarray, tmp_path: Path, capsys: pytest.CaptureFixture[str], before: str, unit: str, factor: int
 ) -> None:
     source = tmp_path / "a.trc"
-    trc.write(source, WALKER15.joints, walk / 1000, HZ)
+    names = [f"{before}{number if before else joint}" for number, joint in enumerate(WALKER15.joints)]
+    trc.write(source, names, walk / 1000, HZ)
     source.write_text(source.read_text().replace("\tmm\t", "\t\t"))
     motion = formats.read(export([str(source), f"to={tmp_path / 'b.c3d'}"]))
-    np.testing.assert_allclose(motion.positions_mm, walk, atol=1.0)
-    assert "no unit; its numbers are taken as m" in capsys.readouterr().out
+    np.testing.assert_allclose(motion.positions_mm, walk / 1000 * factor, atol=1.0)
+    assert f"no unit; its numbers are taken as {unit}, " in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("points", [1, 256])
