@@ -44,7 +44,8 @@ def reconstruct(arguments: Sequence[str]) -> int:
     if arguments and "=" not in arguments[0]:  # a file or folder alone, as other commands take it
         arguments = [f"input.path={arguments[0]}", *arguments[1:]]
     _, summary, folder = run(filled(Reconstruct, arguments), lambda words: tell(words, "dim"), _progress)
-    for title, sentences in words.facts(summary):
+    (_, reasons), *others = words.facts(summary)
+    for title, sentences in [(f"Verdict: {summary['verdict']}", reasons), *others]:
         tell_section(title, sentences)
     tell(f"written to {folder}")
     return 0
