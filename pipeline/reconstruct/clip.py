@@ -264,7 +264,7 @@ def _walking_track(
     left_out = [other for other in tracks if other is not track and len(other.rows) >= 5]
     if left_out:
         notes.append(
-            f"{len(left_out)} other tracks of people were left out, the longest of {len(left_out[0].rows)} frames"
+            f"Left out are tracks of other people: {len(left_out)}, the longest of {len(left_out[0].rows)} frames"
             f" (frames {left_out[0].frame[0]:.0f} to {left_out[0].frame[-1]:.0f})."
         )
     return track, shown

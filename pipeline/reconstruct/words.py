@@ -71,7 +71,13 @@ def _cycle(summary: dict[str, Any]) -> list[str]:
         if of.get("difference", {}).get("larger_than_its_bar")
     ]
     stance = [f"{side} {numbers['stance'][side]['value']:g}" for side in SIDES]
+    knees = [
+        f"{side} knee {knee['least']:g} to {knee['most']:g}° (±{knee['half_width_95']:g}°)"
+        for side in SIDES
+        for knee in [summary["angles_deg"][f"{side}_knee"]]
+    ]
     return [
+        ", ".join(knees),
         f"stance {', '.join(stance)} % of the cycle, double support {numbers['double_support']['both']['value']:g} %",
         f"left and right differ by more than the bar in: {', '.join(larger) or 'nothing'}",
         summary["gait_cycle"]["variability"],
@@ -102,5 +108,5 @@ def _labels(summary: dict[str, Any]) -> list[str]:
         sentences.append("left and right exchanged would explain the keypoints about as well")
     for limb, frames in labels["exchanged_frames"].items():
         if frames:
-            sentences.append(f"{limb} exchanged and put right in {len(frames)} frames")
+            sentences.append(f"{limb} exchanged, and put right; frames: {len(frames)}")
     return sentences or ["left and right as the detector gave them"]

@@ -67,7 +67,7 @@ def test_two_people_and_another_video_behind(model: Path, tmp_path: Path) -> Non
     walk = reconstruct_clip(given(path, focal_px=clip(90.0, ERROR).focal_px), model)
     assert len(walk.track.rows) == len(one)
     assert walk.track.frame[-1] == len(one) - 1
-    assert any("other tracks" in note for note in walk.notes)
+    assert any("tracks of other people" in note for note in walk.notes)
     assert len(reconstruct_clip(given(path, person="2"), model).track.rows) == len(other)
     with pytest.raises(InvalidInput, match=r"input\.person: there is no such person"):
         reconstruct_clip(given(path, person="7"), model)
