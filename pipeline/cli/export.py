@@ -124,7 +124,9 @@ def recording(source: Path, options: Export) -> Motion:
             points = points * factor
         tell(sentence)
     if options.skeleton:
-        _, joints, valid = joints_of(read, mappings.chosen(options.skeleton), options.subject)
+        known, joints, valid = joints_of(read, mappings.chosen(options.skeleton), options.subject)
+        for decided in known.notes[len(read.notes) :]:
+            tell(decided)
         there = np.flatnonzero(valid.any(axis=0)).tolist()
         parents = tuple(
             there.index(parent) if (parent := WALKER15.parents[joint]) in there else -1 for joint in there

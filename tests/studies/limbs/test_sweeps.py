@@ -141,6 +141,14 @@ def test_reconstructibility_predicts_error_and_the_impostor(scatter: LimbReconst
     assert not taken[eta > 2].any()
 
 
+def test_the_basis_alone_needs_a_camera_that_shakes_and_the_length_does_not(
+    scatter: LimbReconstructibilities,
+) -> None:
+    median = scatter.rows.groupby("camera")[["basis_alone_error", "limb_error"]].median()
+    assert median.loc["shaky", "basis_alone_error"] < 1.0 < 5.0 < median.loc["still", "basis_alone_error"]
+    assert median.loc["still", "limb_error"] < 1.0
+
+
 def test_the_programme_starts_nearer_than_other_starts(scatter: LimbReconstructibilities) -> None:
     by_start = scatter.starts.groupby("start")["reprojection_error_px"].median()
     assert by_start["programme"] == by_start.min()
