@@ -121,6 +121,7 @@ def test_help_on_a_terminal_that_knows_only_ascii() -> None:
         (["claims", "zhang2007_fig9"], ["experiment must be one of", "zhang2007_fig5", "got zhang2007_fig9"]),
         (["model", "training.components=x"], ["training.components must be a whole number", "got x"]),
         (["claims", "scale=huge"], ["scale:", "full", "received huge"]),
+        (["claims", "scale=0"], ["scale:", "full", "received 0"]),
         (["verify"], ["no archive is named"]),
         (["verify", "results/archive/nowhere"], ["nowhere"]),
         (["equations", "newton1687"], ["the paper must be one of", "zhang2004", "newton1687"]),
