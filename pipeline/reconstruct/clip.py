@@ -281,7 +281,7 @@ def _doubts(walk: Walk) -> Iterator[str]:
         )
     if not walk.focal_known:
         how = (
-            f"{best.focal_px:.0f} px was found with the walk"
+            f"{best.focal_px:.0f} px was estimated from the keypoints"
             if best and best.focal_found
             else "it is assumed"
         )
