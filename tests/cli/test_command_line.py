@@ -949,7 +949,8 @@ def test_what_a_data_set_has_nothing_for_is_left_out_and_said(
 
 def has_launcher(name: str) -> bool:
     """Whether the extra that brings this launcher is installed."""
-    return importlib.util.find_spec(f"hydra_plugins.hydra_{name}_launcher") is not None
+    names = ("hydra_plugins", f"hydra_plugins.hydra_{name}_launcher")
+    return all(map(importlib.util.find_spec, names))
 
 
 @pytest.mark.thorough
