@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from pipeline import formats
+from pipeline import formats, mappings
 from pipeline.formats.contract import harmless
 from pipeline.formats.points import csv
 from pipeline.skeleton.recorded import MILLIMETRES, MotionCapture
@@ -530,3 +530,30 @@ def test_bids_motion_has_its_titles_and_its_rate_in_files_beside_it(tmp_path: Pa
         settings.write_text(damage)
         with pytest.raises(InvalidInput, match=r"motion.tsv: the channels or the rate cannot be read"):
             formats.read(path)
+
+
+@pytest.mark.parametrize("signals", ["ProxEndPos", "CGPos ProxEndPos"])
+@pytest.mark.parametrize("timed", [False, True])
+def test_segments_as_visual3d_exports_them(signals: str, timed: bool, tmp_path: Path) -> None:
+    segments = ["LTH", "RTH", "LSK", "RSK", "LFT", "RFT", "RPV"]
+    columns = [("TIME", "FRAME_NUMBERS", "ORIGINAL", "X")] * timed
+    columns += [
+        (signal, "KINETIC_KINEMATIC", segment, axis)
+        for signal in signals.split()
+        for segment in segments
+        for axis in "XYZ"
+    ]
+    lines = [["", *["C:\\walk.c3d"] * len(columns)], *(["", *words] for words in zip(*columns, strict=True))]
+    lines[-1][0] = "ITEM"
+    lines += [
+        [f"{k}" for k in (row, *[row / 100] * timed, *range(len(columns) - timed))] for row in (1, 2, 3)
+    ]
+    text = "".join("\t".join(line) + "\n" for line in lines)
+    if not timed:
+        with pytest.raises(InvalidInput, match="the frame rate is unknown"):
+            read(tmp_path, text)
+    motion = read(tmp_path, text, frame_rate_hz=100.0)
+    fit = mappings.suggest(motion, mappings.shipped().values())
+    assert (fit.usable, fit.mapping.name, motion.frame_rate_hz) == (True, "visual3d", 100.0)
+    left_hip = motion.names.index("ProxEndPos_KINETIC_KINEMATIC_LTH")
+    assert motion.positions_mm[0, left_hip].tolist() == [3 * left_hip, 3 * left_hip + 1, 3 * left_hip + 2]

@@ -31,10 +31,12 @@ _ROLES = {
             for unit in ("", "s", "sec", "seconds", *_DIGITS)
         ),
         "seconds",
+        "time_frame_numbers_original_x",  # of Visual3D, as "item"
     },
     "frame": {
         "frame",
         "frame#",
+        "item",
         *(f"frame_{kind}" for kind in ("number", "index", "idx", "id", "num", "no")),
     },
     "point": {
@@ -177,7 +179,7 @@ def _begin(lines: list[str]) -> tuple[int, int, str]:
         split = separator if separator in line else None
         cells, numbers = line.split(split), below.split(split)
         if len(cells) == len(numbers) > 2 and not _holds_numbers(cells) and _holds_numbers(numbers):
-            first = n
+            first = max(n - 3 * (cells[0] == "ITEM"), 0)  # Visual3D: name, type and folder of a signal
             while first and (above := lines[first - 1].split(split)) and len(above) == len(cells):
                 titles = list(filter(None, _joined([row.split(split) for row in lines[first : n + 1]])))
                 if len(set(titles)) == len(titles):
