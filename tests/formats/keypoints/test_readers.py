@@ -398,6 +398,36 @@ def test_people_may_have_names_without_a_number(kind: str, tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize(
+    ("worse", "better"), [("raw", "smooth"), ("", "filtered"), ("orig", ""), ("Raw", "interp")]
+)
+@pytest.mark.parametrize("written", ["{0}_{1}_{2}", "{1}_{0}_{2}", "{1}.{2}.{0}", "long"])
+def test_raw_and_smoothed_points_are_one_person_s(
+    written: str, worse: str, better: str, tmp_path: Path
+) -> None:
+    parts = ["left_knee", "right_knee"]
+    if written == "long":
+        titles = [
+            "frame",
+            "keypoint",
+            *(f"{axis}_{word}".rstrip("_") for word in (better, worse) for axis in "xy"),
+        ]
+        rows = [f"{t},{part},1,2,3,4\n" for t in (0, 1) for part in parts]
+    else:
+        titles = [
+            written.format(word, part, axis).strip("_.").replace("__", "_")
+            for word in (better, worse)
+            for part in parts
+            for axis in "xy"
+        ]
+        rows = ["1,2,1,2,3,4,3,4\n"] * 2
+    (tmp_path / "a.csv").write_text(",".join(titles) + "\n" + "".join(rows), encoding="utf-8")
+    found = keypoints.read(tmp_path / "a.csv")
+    assert (found.names, found.identity.tolist()) == (tuple(parts), ["", ""])
+    np.testing.assert_array_equal(found.points, [[[1, 2]] * 2] * 2)
+    assert found.notes[0].startswith("Columns that are there smoothed or filtered, too, are not read: ")
+
+
+@pytest.mark.parametrize(
     "names",
     [
         "left_hip left_knee right_hip right_knee",
@@ -405,6 +435,7 @@ def test_people_may_have_names_without_a_number(kind: str, tmp_path: Path) -> No
         "L_knee R_knee",
         "near_hip near_knee far_hip far_knee",
         "lt_knee lt_hip rt_knee rt_hip",
+        "raw_left_knee raw_right_knee",
     ],
 )
 def test_sides_and_joints_are_no_people(names: str, tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from pipeline.formats.contract import damaged
 from pipeline.formats.points.cells import NOTHING, Rows
 from pipeline.formats.points.even_times import unit_of_times
 from pipeline.formats.text import LENGTHS, number, read_text, unit_of
+from pipeline.validation import listed
 
 _DIGITS = {
     "ms": 3, "msec": 3, "millis": 3, "milliseconds": 3, "us": 6, "µs": 6, "usec": 6, "microseconds": 6, "ns": 9,
@@ -54,6 +55,12 @@ _MOST_ABOVE = 50
 """Lines of words in front of the header."""
 _ZONE = re.compile(r"(Z|[+-]\d\d:?\d\d)$")
 _BRACKETED = re.compile(r"[ _.]?[(\[] *(\w+) *[)\]](?=$|[ _.]?[(\[])")
+_SMOOTHED = re.compile(
+    r"(?<![^\W_])(?:raw|orig(?:inal)?|unfiltered|(filt(?:ered)?|interp(?:olated)?|processed|smooth(?:ed)?))"
+    r"(?![^\W_])[\W_]*",
+    re.IGNORECASE,
+)
+"""What a title says of how its numbers were made; in a group if they are better than where it says nothing."""
 _POSITION = re.compile(r"[ _.](position|pos)$", re.IGNORECASE)
 _ROTATION = re.compile(r"[ _.](rotation|rot|euler)$", re.IGNORECASE)
 _WAYS = (
@@ -146,7 +153,7 @@ def read_table(path: Path, titles: str = "") -> Rows:
         rows, lines = _numbered(rows), [0, *lines]
     if len(rows) <= titled:
         raise damaged("there is no table", where, "a header and a row", f"{len(rows)} rows")
-    header = _joined([[cell.strip() for cell in row] for row in rows[:titled]])
+    header = _without_raw(_joined([[cell.strip() for cell in row] for row in rows[:titled]]), notes)
     table = Rows(where, rows[titled:], lines[titled:], notes, delimiter != ",", header)
     for k, row in enumerate(table.cells):
         while len(row) > len(header) and not row[-1].strip():
@@ -156,6 +163,17 @@ def read_table(path: Path, titles: str = "") -> Rows:
                 "the row has another number of cells than the header", table.place(k), len(header), len(row)
             )
     return table
+
+
+def _without_raw(header: list[str], notes: list[str]) -> list[str]:
+    """Titles without the words for smoothed and raw, and none for raw numbers that stand there smoothed, too."""
+    plain = {title: _SMOOTHED.sub("", title).rstrip(" _.:-") for title in header}
+    best = {plain[k]: k for k in sorted(header, key=lambda title: _SMOOTHED.findall(title.lower()) or ["a"])}
+    raw = [title for title in header if best[plain[title]] != title]
+    if raw:
+        notes.append(f"Columns that are there smoothed or filtered, too, are not read: {listed(raw)}.")
+        return ["" if title in raw else plain[title] for title in header]
+    return header
 
 
 def _numbered(rows: list[list[str]]) -> list[list[str]]:
@@ -246,7 +264,7 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
         found = [("", axis, unit, column) for _, axis, unit, column in found]
     is_long = any(not point for point, *_ in found)
     read = roles | {column for *_, column in found}
-    unread = [title for k, title in enumerate(table.header) if k not in read]
+    unread = [title for k, title in enumerate(table.header) if title and k not in read]
     if not is_long and "point" in columns.roles:  # a name of the trial, say
         unread.append(table.header[columns.roles.pop("point")])
     for point, axis, unit, column in found:
