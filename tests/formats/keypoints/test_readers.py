@@ -351,7 +351,9 @@ def test_times_count_before_a_rate_that_is_declared_unless_they_are_none(kind: s
         assert any("times are not used" in note for note in found.notes)
 
 
-@pytest.mark.parametrize("written", ["deeplabcut", "sleap", "{who}_{part}_{axis}"])
+@pytest.mark.parametrize(
+    "written", ["deeplabcut", "sleap", "{who}_{part}_{axis}", "\"('{who}', '{part}', '{axis}')\""]
+)
 def test_tables_with_several_people(written: str, tmp_path: Path) -> None:
     parts, people = ("nose", "left_knee", "right_knee"), ("person1", "person2")
     if written == "sleap":
@@ -377,6 +379,33 @@ def test_tables_with_several_people(written: str, tmp_path: Path) -> None:
     assert found.frame[seen].tolist() == [0, 0, 1]
     assert found.identity[seen].tolist() == ["person1", "person2", "person1"]
     np.testing.assert_array_equal(found.points[seen], [[[1, 2]] * 3] * 3)
+
+
+PEOPLE = {
+    "lists": lambda frames: frames,
+    "from the second frame on": lambda frames: [None, *frames[1:]],
+    "numbered frames": lambda frames: {str(k): frame for k, frame in enumerate(frames)},
+    "frames with a time": lambda frames: [
+        {"timestamp": k / 25, "keypoints": one} for k, one in enumerate(frames)
+    ],
+    "within": lambda frames: {"fps": 25, "frames": frames},
+    "named": lambda frames: [dict(zip(NAMED, frame, strict=True)) for frame in frames],
+}
+
+
+@pytest.mark.parametrize("written", PEOPLE)
+@pytest.mark.parametrize("people", [["bob"], ["bob", "anna"], ["person1", "person2"]])
+def test_a_json_may_begin_with_people(written: str, people: list[str], tmp_path: Path) -> None:
+    frames = [MARKS[:, [0, 1, 3]].tolist()] * 9
+    content = {"fps": 25, "edges": [[0, 1], [1, 2]], "keypoints_3d": [MARKS[:, :3].tolist()] * 9}
+    found = keypoints.read(
+        write(tmp_path / "a.json", content | dict.fromkeys(people, PEOPLE[written](frames)))
+    )
+    first = int(written == "from the second frame on")
+    assert found.frame.tolist() == np.repeat(range(first, 9), len(people)).tolist()
+    assert found.identity.tolist() == people * (9 - first)
+    np.testing.assert_allclose(found.points, [POINTS] * len(found.frame))
+    assert (found.frame_rate_hz, found.names) == (25.0, tuple(NAMED) if written == "named" else ())
 
 
 @pytest.mark.parametrize("kind", ["csv", "json"])

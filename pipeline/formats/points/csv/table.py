@@ -54,6 +54,7 @@ _ROLES = {
 _MOST_ABOVE = 50
 """Lines of words in front of the header."""
 _ZONE = re.compile(r"(Z|[+-]\d\d:?\d\d)$")
+_QUOTED = re.compile(r"(?<=[(\s])'([^']*)'(?=[,)])")
 _BRACKETED = re.compile(r"[ _.]?[(\[] *(\w+) *[)\]](?=$|[ _.]?[(\[])")
 _SMOOTHED = re.compile(
     r"(?<![^\W_])(?:raw|orig(?:inal)?|unfiltered|(filt(?:ered)?|interp(?:olated)?|processed|smooth(?:ed)?))"
@@ -153,7 +154,9 @@ def read_table(path: Path, titles: str = "") -> Rows:
         rows, lines = _numbered(rows), [0, *lines]
     if len(rows) <= titled:
         raise damaged("there is no table", where, "a header and a row", f"{len(rows)} rows")
-    header = _without_raw(_joined([[cell.strip() for cell in row] for row in rows[:titled]]), notes)
+    # Titles of several lines may be written as ('nose', 'x').
+    words = [["_".join(_QUOTED.findall(cell)) or cell.strip() for cell in row] for row in rows[:titled]]
+    header = _without_raw(_joined(words), notes)
     table = Rows(where, rows[titled:], lines[titled:], notes, delimiter != ",", header)
     for k, row in enumerate(table.cells):
         while len(row) > len(header) and not row[-1].strip():
