@@ -532,6 +532,24 @@ def test_bids_motion_has_its_titles_and_its_rate_in_files_beside_it(tmp_path: Pa
             formats.read(path)
 
 
+def test_files_beside_bids_motion_may_be_above_it(tmp_path: Path) -> None:
+    folder = tmp_path / "sub-1" / "ses-1" / "motion"
+    folder.mkdir(parents=True)
+    path = folder / "sub-1_ses-1_task-walk_tracksys-omc_motion.tsv"
+    path.write_text("0\t.7\t1\t2\t3\n0.01\t.7\t1.5\t2\t3\n")
+    (tmp_path / "task-walk_channels.tsv").write_text(CHANNELS.replace("\tm\n", "\tcm\n"))
+    (tmp_path / "task-run_channels.tsv").write_text(CHANNELS)
+    (tmp_path / "task-run_motion.json").write_text('{"SamplingFrequency": 50}')
+    with pytest.raises(InvalidInput, match=r"received task-walk_channels.tsv"):
+        formats.read(path)
+    (tmp_path / "motion.json").write_text('{"SamplingFrequency": 100}')
+    motion = formats.read(path)
+    assert (motion.names, motion.frame_rate_hz, motion.units) == (("Head",), 100.0, "cm")
+    (folder / "sub-1_ses-1_tracksys-omc_channels.tsv").write_text(CHANNELS)
+    (folder / "sub-2_ses-1_tracksys-omc_channels.tsv").write_text(CHANNELS.replace("\tm\n", "\tmm\n"))
+    assert formats.read(path).units == "m"
+
+
 @pytest.mark.parametrize("signals", ["ProxEndPos", "CGPos ProxEndPos"])
 @pytest.mark.parametrize("timed", [False, True])
 def test_segments_as_visual3d_exports_them(signals: str, timed: bool, tmp_path: Path) -> None:
