@@ -27,7 +27,7 @@ _ROLES = {
     "time": {
         *(
             f"{word}{joint}{unit}"
-            for word in ("time", "t", "timestamp", "zeit", "temps")
+            for word in ("time", "t", "timestamp", "zeit", "temps", "tiempo", "tempo", "tijd")
             for joint in ("", "_")
             for unit in ("", "s", "sec", "seconds", *_DIGITS)
         ),
