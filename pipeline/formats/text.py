@@ -41,9 +41,9 @@ def read_text(path: Path) -> tuple[str, list[str]]:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         text, encoding = data.decode("latin-1"), "Latin-1"
-        if re.search("[\x81-\x9f]", text):  # these are no letters of Latin-1
-            with suppress(UnicodeDecodeError):
-                text, encoding = data.decode("cp932"), "Shift-JIS"
+        with suppress(UnicodeDecodeError):
+            if re.search("[ぁ-龥]{2}", japanese := data.decode("cp932")):  # two letters: one may be by chance
+                text, encoding = japanese, "Shift-JIS"
         notes.append(f"The text is not UTF-8; it was read as {encoding}.")
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     if not text.endswith("\n"):
