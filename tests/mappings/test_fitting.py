@@ -226,6 +226,10 @@ def test_a_unit_that_nobody_stated_is_told_by_the_legs_and_said(unit: str, facto
     assert mappings.rescaled(motion, family, 15.0)[0] == pytest.approx(25.4 / 0.45)
     assert mappings.rescaled(motion, family, 0.85)[0] == 1000.0  # exported again, in metres
     assert mappings.rescaled(motion, mapping, 21.7)[0] == 25.4, "a child in inches, no giant in CMU's unit"
+    assert mappings.rescaled(motion, mapping, 41.0)[0] == 10.0, (
+        "a small child in centimetres, no giant in inches"
+    )
+    assert mappings.rescaled(motion, mapping, 38.0)[0] == 25.4, "a tall man in inches"
     stated = dataclasses.replace(motion, units_assumed=False)
     assert mappings.rescaled(stated, mapping, 850.0 / factor) == (1.0, "")
 
