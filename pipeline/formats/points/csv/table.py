@@ -175,7 +175,7 @@ def _without_raw(header: list[str], notes: list[str]) -> list[str]:
     raw = [title for title in header if best[plain[title]] != title]
     if raw:
         notes.append(f"Columns that are there smoothed or filtered, too, are not read: {listed(raw)}.")
-        return ["" if title in raw else plain[title] for title in header]
+        return [plain[title] if best[plain[title]] == title else "" for title in header]
     return header
 
 
