@@ -547,6 +547,7 @@ def test_files_beside_bids_motion_may_be_above_it(tmp_path: Path) -> None:
     assert (motion.names, motion.frame_rate_hz, motion.units) == (("Head",), 100.0, "cm")
     (folder / "sub-1_ses-1_tracksys-omc_channels.tsv").write_text(CHANNELS)
     (folder / "sub-2_ses-1_tracksys-omc_channels.tsv").write_text(CHANNELS.replace("\tm\n", "\tmm\n"))
+    (folder / "sub-1_ses-1_channels.tsv").write_text(CHANNELS.replace("\tm\n", "\tmm\n"))
     assert formats.read(path).units == "m"
 
 
@@ -575,3 +576,14 @@ def test_segments_as_visual3d_exports_them(signals: str, timed: bool, tmp_path: 
     assert (fit.usable, fit.mapping.name, motion.frame_rate_hz) == (True, "visual3d", 100.0)
     left_hip = motion.names.index("ProxEndPos_KINETIC_KINEMATIC_LTH")
     assert motion.positions_mm[0, left_hip].tolist() == [3 * left_hip, 3 * left_hip + 1, 3 * left_hip + 2]
+
+
+def test_of_original_and_processed_targets_of_visual3d_the_processed_are_read(tmp_path: Path) -> None:
+    columns = [("TIME", "FRAME_NUMBERS", "ORIGINAL", "X")]
+    columns += [("LKNE", "TARGET", folder, axis) for folder in ("PROCESSED", "ORIGINAL") for axis in "XYZ"]
+    lines = [["", *words] for words in zip(*columns, strict=True)]
+    lines[-1][0] = "ITEM"
+    lines += [[f"{row}", f"{row / 100}", *"123456"] for row in (1, 2, 3)]
+    motion = read(tmp_path, "".join("\t".join(line) + "\n" for line in [[""] + ["a.c3d"] * 7, *lines]))
+    assert (motion.names, motion.frame_rate_hz) == (("LKNE_TARGET",), 100.0)
+    assert motion.positions_mm[0].tolist() == [[1, 2, 3]]

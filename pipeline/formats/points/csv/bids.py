@@ -17,7 +17,8 @@ _LEVELS = 4
 def beside(path: Path) -> list[Path]:
     """Return the table of channels and the settings of a motion file of BIDS, those that are there.
 
-    Of each the nearest in its folder or up to that of the dataset, of no other person, task, …, than the file.
+    Of each the nearest in its folder or up to that of the dataset, of no other person, task, …, than the file; of two
+    in a folder the one that says more.
     """
     if not path.name.endswith("_motion.tsv"):
         return []
@@ -26,7 +27,7 @@ def beside(path: Path) -> list[Path]:
         found = [
             file
             for folder in path.absolute().parents[:_LEVELS]
-            for file in sorted(folder.glob(f"*{ending}"))
+            for file in sorted(folder.glob(f"*{ending}"), key=lambda file: -len(file.name))
             if {*file.name.split("_")} <= {*words, ending}
         ]
         files += found[:1]

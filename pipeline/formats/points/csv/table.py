@@ -33,6 +33,7 @@ _ROLES = {
         ),
         "seconds",
         "time_frame_numbers_original_x",  # of Visual3D, as "item"
+        "time_frame_numbers_x",
     },
     "frame": {
         "frame",
