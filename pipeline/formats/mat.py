@@ -17,6 +17,8 @@ _TYPES = "0bBhHiIf0d00qQ0BBH"
 def load_mat(data: bytes, where: str, *_: object) -> tuple[dict[str, np.ndarray], list[str]]:
     """Return the labelled markers of a trial as the arrays of an NPZ file that is exported here, and their names.
 
+    Without markers the segments of its skeletons are returned, each behind its skeleton's name and a colon.
+
     Raises
     ------
     InvalidInput
@@ -27,24 +29,45 @@ def load_mat(data: bytes, where: str, *_: object) -> tuple[dict[str, np.ndarray]
         if isinstance(trial, np.ndarray):
             # Compressed: motion to more than half its size, the zeros of a force plate further.
             (trial,) = _values(memoryview(zlib.decompressobj().decompress(trial.data, 24 * trial.size)))
-        # Of a matrix the elements are flags, shape, name, and content.
-        (_, shape, _, numbers), rate = trial["Trajectories"]["Labeled"]["Data"], trial["FrameRate"][3]
-        labels = [label[3] for label in trial["Trajectories"]["Labeled"]["Labels"][3:]]
-    except (LookupError, TypeError, ValueError):
-        expected = "one struct with Trajectories.Labeled, saved with '-v7' in MATLAB; or C3D, TRC, CSV"
+        (trial,) = trial
+        rate = trial["FrameRate"][3]
+        markers = [one for held in trial.get("Trajectories", ()) for one in held.get("Labeled", ())]
+        found = [
+            ("", one["Labels"], _array(one["Data"])[:, :3].swapaxes(1, 2))
+            for one in markers
+            if one["Labels"][3:]
+        ] or [
+            (f"{_text(one['SkeletonName'])}:", one["SegmentLabels"], _array(one["PositionData"]))
+            for one in trial["Skeletons"]
+        ]
+        names = [who + _text(label) for who, labels, _ in found for label in labels[3:]]
+    except (AttributeError, LookupError, TypeError, ValueError):
+        expected = (
+            "one struct with Trajectories.Labeled or Skeletons, saved with '-v7' in MATLAB; or C3D, TRC, CSV"
+        )
         what = "the file is not a trial of Qualisys Track Manager"
         raise damaged(what, where, expected, f"{data[:19]!r}") from None
-    require_memory(40 * numbers.size, where)
+    require_memory(40 * sum(positions.size for *_, positions in found), where)
     arrays = {
-        "names": np.array([text.tobytes().decode(f"utf-{8 * text.itemsize}") for text in labels]),
-        "positions_mm": numbers.reshape(-1, *shape[1::-1])[:, :3].swapaxes(1, 2),
+        "names": np.array(names),
+        "positions_mm": np.concatenate([positions for *_, positions in found], axis=1),
         "frame_rate_hz": rate,
     }
     return arrays, list(arrays)
 
 
+def _text(matrix: Any) -> str:
+    """Text of a matrix, whose elements are flags, shape, name, and content."""
+    return str(matrix[3].tobytes().decode(f"utf-{8 * matrix[3].itemsize}"))
+
+
+def _array(matrix: Any) -> np.ndarray:
+    """Numbers of a matrix (frames, columns, rows)."""
+    return np.asarray(matrix[3]).reshape(-1, *matrix[1][1::-1])
+
+
 def _values(data: memoryview) -> Any:
-    """Elements in a row, those of a struct by the names of its fields."""
+    """Elements in a row, each of an array of structs by the names of its fields."""
     values = []
     while data:
         kind, size = np.frombuffer(data[:8], "I").tolist()
@@ -55,5 +78,5 @@ def _values(data: memoryview) -> Any:
         values.append(_values(content) if kind == 14 else np.frombuffer(content, _TYPES[kind]))
     if len(values) > 5 and values[0][0] & 255 == 2:  # a struct
         names = values[4].view(f"S{values[3][0]}").astype(str).tolist()
-        return dict(zip(names, values[5:], strict=False))
+        return [dict(zip(names, values[k:], strict=False)) for k in range(5, len(values), len(names))]
     return values

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import codecs
+import re
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from pipeline.skeleton.recorded import MILLIMETRES
 
 
 def read_text(path: Path) -> tuple[str, list[str]]:
-    r"""Read the text of a file, UTF-8, UTF-16 or else Latin-1, with ``\n`` at the end of each line.
+    r"""Read the text of a file, UTF-8, UTF-16, Shift-JIS or else Latin-1, with ``\n`` at the end of each line.
 
     Returns
     -------
@@ -28,8 +29,8 @@ def read_text(path: Path) -> tuple[str, list[str]]:
         If the file cannot be read, is empty, holds a zero byte or more words than there is memory for.
     """
     data, notes = read_bytes(path), []
-    if data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
-        data = data.decode("utf-16").encode()
+    if 0 in data[:2] or {*data[:2]} == {254, 255}:  # letters of two bytes, or a mark in front of them
+        data = data.decode("utf-16-be" if data[0] in (0, 254) else "utf-16-le").encode()
     if (at := data.find(0)) >= 0:
         raise damaged("this is not a text file", f"{path.name}, byte {at}", received="a zero byte")
     if len(data) > MOST // PER_BYTE:  # below that, no words are so short that they take more
@@ -39,8 +40,11 @@ def read_text(path: Path) -> tuple[str, list[str]]:
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
-        text = data.decode("latin-1")
-        notes.append("The text is not UTF-8; it was read as Latin-1.")
+        text, encoding = data.decode("latin-1"), "Latin-1"
+        with suppress(UnicodeDecodeError):
+            if re.search("[ぁ-龥]{2}", japanese := data.decode("cp932")):  # two letters: one may be by chance
+                text, encoding = japanese, "Shift-JIS"
+        notes.append(f"The text is not UTF-8; it was read as {encoding}.")
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     if not text.endswith("\n"):
         notes.append("The last line has no line end: if the file was cut, its last number may be short.")

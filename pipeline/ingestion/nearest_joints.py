@@ -45,15 +45,15 @@ FAR_NAMED_MM = 2 * FAR_MM
 """The same of a point that bears the joint's name."""
 
 PART_NAMES = {
-    "head": ("head", "hd", "nose", "ear", "skull", "kopf", "tete"),
+    "head": ("head", "hd", "nose", "ear", "skull"),
     "sternum": ("stern", "clav", "chest", "thorax", "neck", "c7", "t1", "jug", "manub"),
-    "shoulder": ("sho", "acr", "upperarm", "uparm", "uarm", "schulter", "epaule", "larm", "rarm", "humer"),
-    "elbow": ("elb", "epic", "forearm", "lowerarm", "farm", "coude", "ellbogen"),
-    "wrist": ("wri", "rad", "uln", "styl", "hand", "poignet"),
+    "shoulder": ("sho", "acr", "upperarm", "uparm", "uarm", "larm", "rarm", "humer"),
+    "elbow": ("elb", "epic", "forearm", "lowerarm", "farm"),
+    "wrist": ("wri", "rad", "uln", "styl", "hand"),
     "pelvis": ("pelv", "sacr", "hips", "root", "waist"),
-    "hip": ("hip", "hjc", "troch", "asi", "ias", "upleg", "upperleg", "thigh", "hanche"),
-    "knee": ("kne", "condy", "latcon", "medcon", "lfc", "fle", "shin", "shank", "lowerleg", "genou", "knie"),
-    "ankle": ("ank", "mal", "tal", "foot", "cheville", "heel", "calc"),
+    "hip": ("hip", "hjc", "troch", "asi", "ias", "upleg", "upperleg", "thigh"),
+    "knee": ("kne", "condy", "latcon", "medcon", "lfc", "fle", "shin", "shank", "lowerleg"),
+    "ankle": ("ank", "mal", "tal", "foot", "heel", "calc"),
 }
 """Parts of names by which points of a joint are known."""
 

@@ -114,7 +114,7 @@ def rescaled(motion: MotionCapture, mapping: SourceMapping, leg_mm: float) -> tu
     if human and unit not in human:
         longer = {name: np.log(legs_mm[name] / ADULT_LEG_MM) for name in human}
         # Children are many, giants few.
-        unit = min(human, key=lambda name: max(2.0 * longer[name], -longer[name]))
+        unit = min(human, key=lambda name: max(4.0 * longer[name], -longer[name]))
     factor = _UNITS.get(unit, assumed) / assumed
     legs = leg_mm * factor
     why = (

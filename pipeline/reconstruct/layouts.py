@@ -17,6 +17,7 @@ from pipeline.formats.keypoints import Detections
 from pipeline.papers.entries import read_mapping
 from pipeline.resources import CONF
 from pipeline.skeleton import WALKER15
+from pipeline.skeleton.source_points import in_english
 from pipeline.validation import InvalidInput, require_choice
 
 FOLDER = CONF / "keypoints"
@@ -106,7 +107,7 @@ def canonical(name: str) -> str:
     >>> canonical("LKnee"), canonical("RBigToe"), canonical("knee_l"), canonical("left_leg_joint"), canonical("rhip")
     ('left_knee', 'right_big_toe', 'left_knee', 'left_knee', 'right_hip')
     """
-    words = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+", name.replace("_", " "))
+    words = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+", in_english(name).replace("_", " "))
     joined = [word.lower() for word in words]
     sides = {"l": "left", "r": "right", "left": "left", "right": "right"}
     if (

@@ -58,6 +58,24 @@ def test_the_labelled_markers_of_a_trial(compressed: bool, tmp_path: Path) -> No
     np.testing.assert_array_equal(motion.positions_mm[1, 1], [10, 12, 14])
 
 
+@pytest.mark.parametrize("labelled", [None, np.empty((0, 0), object)])
+def test_without_markers_the_segments_of_skeletons_are_read(labelled: object, tmp_path: Path) -> None:
+    skeletons = np.zeros(
+        (1, 2), dtype=[(key, object) for key in ("SkeletonName", "SegmentLabels", "PositionData")]
+    )
+    cells = np.empty((1, 2), object)
+    cells[0] = "Hips", "Head"
+    for k, who in enumerate(("Anna", "Bob")):
+        skeletons[0, k] = who, cells, np.arange(24.0).reshape(3, 2, 4) + 100 * k
+    others = {"Labeled": {"Labels": labelled, "Data": np.zeros((0, 0))}, "Unidentified": {"Count": 0.0}}
+    if labelled is None:
+        del others["Labeled"]
+    motion = formats.read(written(tmp_path / "a.mat", {"a": trial(Trajectories=others, Skeletons=skeletons)}))
+    check_contract(motion)
+    assert motion.names == ("Anna:Hips", "Anna:Head", "Bob:Hips", "Bob:Head")
+    assert motion.positions_mm[1].tolist() == [[1, 9, 17], [5, 13, 21], [101, 109, 117], [105, 113, 121]]
+
+
 def test_of_one_frame_matlab_leaves_the_last_dimension_out(tmp_path: Path) -> None:
     motion = formats.read(written(tmp_path / "a.mat", {"static": trial(DATA[..., 0])}))
     np.testing.assert_array_equal(motion.positions_mm, [[[1, 3, 5], [9, 11, 13]]])

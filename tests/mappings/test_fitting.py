@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from pipeline import mappings
+from pipeline.formats.keypoints import detections
 from pipeline.ingestion.nearest_joints import propose
+from pipeline.reconstruct import layouts
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.mapped_joints import map_joints
 from pipeline.skeleton.recorded import MotionCapture
@@ -158,6 +160,37 @@ def test_landmarks_go_by_many_names(patterns: str, family: str) -> None:
     assert (fit.mapping.name, fit.usable) == (family, True)
 
 
+LANGUAGES = [
+    "hanche genou cheville épaule coude poignet gauche droite g d",
+    "cadera rodilla tobillo hombro codo muñeca izquierda derecha izq der",
+    "Hüfte Knie Sprunggelenk Schulter Ellbogen Handgelenk links rechts li re",
+    "anca ginocchio caviglia spalla gomito polso sinistra destra sx dx",
+    "quadril joelho tornozelo ombro cotovelo punho esquerdo direito esq dir",
+    "heup knie enkel schouder elleboog pols links rechts L R",
+]
+
+
+@pytest.mark.parametrize("words", LANGUAGES)
+@pytest.mark.parametrize("written", ["{0} {1}", "{1}_{0}", "{2}_{0}", "{0}.{2}", "{3}{4}"])
+def test_joints_and_sides_in_other_languages(words: str, written: str) -> None:
+    *parts, left, right, short_left, short_right = words.split()
+    sides = {"left": (left, short_left), "right": (right, short_right)}
+    names = {
+        f"{side}_{joint}": written.format(part, *both, part.capitalize(), both[0].capitalize())
+        for joint, part in zip(PARTS, parts, strict=True)
+        for side, both in sides.items()
+    }
+    motion = body(names | {"head": "Head", "sternum": "Neck", "pelvis": "Hips"})
+    fit = mappings.suggest(motion, mappings.shipped().values())
+    assert (fit.mapping.name, fit.missing) == ("named_joints", ())
+    joints, _ = map_joints(motion, fit.mapping)
+    np.testing.assert_array_equal(joints[0, 3:8, 2], HEIGHT[3:8])
+    assert joints[0, WALKER15.index("left_knee"), 0] == SIDE[WALKER15.index("left_knee")]
+    found = detections("csv", "a", [(0, "", np.arange(45.0).reshape(15, 3))], 1, names=motion.names)
+    layout, order, _ = layouts.recognise(found)
+    assert motion.names[order[layout.points.index("left_knee")]] == names["left_knee"]
+
+
 def test_the_nearest_mapping_is_told_by_the_markers_that_are_missing() -> None:
     names = {
         "left_hip": "LASI",
@@ -193,6 +226,10 @@ def test_a_unit_that_nobody_stated_is_told_by_the_legs_and_said(unit: str, facto
     assert mappings.rescaled(motion, family, 15.0)[0] == pytest.approx(25.4 / 0.45)
     assert mappings.rescaled(motion, family, 0.85)[0] == 1000.0  # exported again, in metres
     assert mappings.rescaled(motion, mapping, 21.7)[0] == 25.4, "a child in inches, no giant in CMU's unit"
+    assert mappings.rescaled(motion, mapping, 41.0)[0] == 10.0, (
+        "a small child in centimetres, no giant in inches"
+    )
+    assert mappings.rescaled(motion, mapping, 38.0)[0] == 25.4, "a tall man in inches"
     stated = dataclasses.replace(motion, units_assumed=False)
     assert mappings.rescaled(stated, mapping, 850.0 / factor) == (1.0, "")
 

@@ -204,6 +204,16 @@ def _listed(content: Any, where: str) -> list[tuple[str, Any]]:
             return _listed(inner, where)
         if isinstance(inner := _first(content, _POINTS), list) and any(map(_is_frame, inner)):
             return _listed(inner, where)  # a list of frames, not of points
+        found = [
+            (name, {"idx": who, "keypoints": item} | (item if _has(item) else {}))
+            for who, of_one in content.items()
+            for frames in [_listed(of_one, where)]
+            # Of people, who are fewer than their frames, not the people of frames.
+            if len(frames) > len(content) and "3d" not in who.lower()
+            for name, item in frames
+        ]
+        if any(_is_frame(item["keypoints"]) for _, item in found):
+            return found
         numbered = content and all(any(letter.isdigit() for letter in key) for key in content)
         return list(content.items()) if numbered and not _is_points(content) else []
     if not isinstance(content, list) or _is_points(content):
@@ -232,7 +242,8 @@ def _is_points(value: Any) -> bool:
         )
     if not isinstance(value, list) or _is_mark(value):
         return False
-    return not isinstance((*value, [])[0], list | dict) or (len(value) > 1 and _is_mark(value[0]))
+    flat = not any(isinstance(one, list | dict) for one in value or [[]])
+    return flat or (len(value) > 1 and _is_mark(value[0]))
 
 
 def _crowd(item: Any) -> Any:

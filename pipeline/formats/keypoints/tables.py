@@ -30,7 +30,9 @@ _ROLES = {
 _NUMBER = re.compile(r"(?<!\w)-?(?:nan|None|[\d.]+(?:e[+-]?\d+)?)")
 _KINDS = {2: "xy", 3: "xyc", 4: "xyzc"}
 """What the numbers of a point in one cell are."""
-_SOMEBODY = re.compile(r"^(?:.*?\d|(?!left|right|[lr][ _.:-])[^\W\d_]+)[ _.:-]+(?=\D)", re.IGNORECASE)
+_SOMEBODY = re.compile(
+    r"^(?:.*?\d|(?!left|right|filt|smooth|(?:[lr]|raw)[ _.:-])[^\W\d_]+)[ _.:-]+(?=\D)", re.IGNORECASE
+)
 """Who begins a name: with a number, or not with a side."""
 
 

@@ -52,6 +52,27 @@ def test_the_hand_made_file_has_the_positions_worked_out_by_hand() -> None:
     assert "OFFSET of Leg" in note
 
 
+@pytest.mark.parametrize(
+    ("encoding", "name"),
+    [
+        ("shift_jis", "左足ボーン"),
+        ("utf-16", "左足"),
+        ("utf-16-le", "Épaule"),
+        ("utf-16-be", "膝"),
+        ("latin-1", "Hüfte"),
+        ("latin-1", "\x9cil créé"),
+    ],
+)
+def test_names_in_whatever_encoding(encoding: str, name: str, copy: Path) -> None:
+    copy.write_bytes(copy.read_text().replace("Spine", name).encode(encoding))
+    motion = bvh.read(copy)
+    assert (motion.names[1], motion.names[4]) == (name, f"{name}_end")
+    noted = {"shift_jis": "Shift-JIS", "latin-1": "Latin-1"}.get(encoding)
+    assert [note for note in motion.notes if "UTF-8" in note] == (
+        [f"The text is not UTF-8; it was read as {noted}."] if noted else []
+    )
+
+
 @pytest.mark.parametrize(("units", "factor"), [("mm", 0.1), ("m", 100.0), ("in/0.45", 5.64444)])
 def test_the_caller_says_the_unit(units: str, factor: float) -> None:
     motion = bvh.read(BVH, units=units)

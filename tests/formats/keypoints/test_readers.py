@@ -351,7 +351,9 @@ def test_times_count_before_a_rate_that_is_declared_unless_they_are_none(kind: s
         assert any("times are not used" in note for note in found.notes)
 
 
-@pytest.mark.parametrize("written", ["deeplabcut", "sleap", "{who}_{part}_{axis}"])
+@pytest.mark.parametrize(
+    "written", ["deeplabcut", "sleap", "{who}_{part}_{axis}", "\"('{who}', '{part}', '{axis}')\""]
+)
 def test_tables_with_several_people(written: str, tmp_path: Path) -> None:
     parts, people = ("nose", "left_knee", "right_knee"), ("person1", "person2")
     if written == "sleap":
@@ -379,6 +381,33 @@ def test_tables_with_several_people(written: str, tmp_path: Path) -> None:
     np.testing.assert_array_equal(found.points[seen], [[[1, 2]] * 3] * 3)
 
 
+PEOPLE = {
+    "lists": lambda frames: frames,
+    "from the second frame on": lambda frames: [None, *frames[1:]],
+    "numbered frames": lambda frames: {str(k): frame for k, frame in enumerate(frames)},
+    "frames with a time": lambda frames: [
+        {"timestamp": k / 25, "keypoints": one} for k, one in enumerate(frames)
+    ],
+    "within": lambda frames: {"fps": 25, "frames": frames},
+    "named": lambda frames: [dict(zip(NAMED, frame, strict=True)) for frame in frames],
+}
+
+
+@pytest.mark.parametrize("written", PEOPLE)
+@pytest.mark.parametrize("people", [["bob"], ["bob", "anna"], ["person1", "person2"]])
+def test_a_json_may_begin_with_people(written: str, people: list[str], tmp_path: Path) -> None:
+    frames = [MARKS[:, [0, 1, 3]].tolist()] * 9
+    content = {"fps": 25, "edges": [[0, 1], [1, 2]], "keypoints_3d": [MARKS[:, :3].tolist()] * 9}
+    found = keypoints.read(
+        write(tmp_path / "a.json", content | dict.fromkeys(people, PEOPLE[written](frames)))
+    )
+    first = int(written == "from the second frame on")
+    assert found.frame.tolist() == np.repeat(range(first, 9), len(people)).tolist()
+    assert found.identity.tolist() == people * (9 - first)
+    np.testing.assert_allclose(found.points, [POINTS] * len(found.frame))
+    assert (found.frame_rate_hz, found.names) == (25.0, tuple(NAMED) if written == "named" else ())
+
+
 @pytest.mark.parametrize("kind", ["csv", "json"])
 def test_people_may_have_names_without_a_number(kind: str, tmp_path: Path) -> None:
     if kind == "json":
@@ -398,6 +427,36 @@ def test_people_may_have_names_without_a_number(kind: str, tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize(
+    ("worse", "better"), [("raw", "smooth"), ("", "filtered"), ("orig", ""), ("Raw", "interp")]
+)
+@pytest.mark.parametrize("written", ["{0}_{1}_{2}", "{1}_{0}_{2}", "{1}.{2}.{0}", "long"])
+def test_raw_and_smoothed_points_are_one_person_s(
+    written: str, worse: str, better: str, tmp_path: Path
+) -> None:
+    parts = ["left_knee", "right_knee"]
+    if written == "long":
+        titles = [
+            "frame",
+            "keypoint",
+            *(f"{axis}_{word}".rstrip("_") for word in (better, worse) for axis in "xy"),
+        ]
+        rows = [f"{t},{part},1,2,3,4\n" for t in (0, 1) for part in parts]
+    else:
+        titles = [
+            written.format(word, part, axis).strip("_.").replace("__", "_")
+            for word in (better, worse)
+            for part in parts
+            for axis in "xy"
+        ]
+        rows = ["1,2,1,2,3,4,3,4\n"] * 2
+    (tmp_path / "a.csv").write_text(",".join(titles) + "\n" + "".join(rows), encoding="utf-8")
+    found = keypoints.read(tmp_path / "a.csv")
+    assert (found.names, found.identity.tolist()) == (tuple(parts), ["", ""])
+    np.testing.assert_array_equal(found.points, [[[1, 2]] * 2] * 2)
+    assert found.notes[0].startswith("Columns that are there smoothed or filtered, too, are not read: ")
+
+
+@pytest.mark.parametrize(
     "names",
     [
         "left_hip left_knee right_hip right_knee",
@@ -405,6 +464,7 @@ def test_people_may_have_names_without_a_number(kind: str, tmp_path: Path) -> No
         "L_knee R_knee",
         "near_hip near_knee far_hip far_knee",
         "lt_knee lt_hip rt_knee rt_hip",
+        "raw_left_knee raw_right_knee",
     ],
 )
 def test_sides_and_joints_are_no_people(names: str, tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from pipeline import formats
+from pipeline import formats, mappings
 from pipeline.formats.contract import harmless
 from pipeline.formats.points import csv
 from pipeline.skeleton.recorded import MILLIMETRES, MotionCapture
@@ -530,3 +530,60 @@ def test_bids_motion_has_its_titles_and_its_rate_in_files_beside_it(tmp_path: Pa
         settings.write_text(damage)
         with pytest.raises(InvalidInput, match=r"motion.tsv: the channels or the rate cannot be read"):
             formats.read(path)
+
+
+def test_files_beside_bids_motion_may_be_above_it(tmp_path: Path) -> None:
+    folder = tmp_path / "sub-1" / "ses-1" / "motion"
+    folder.mkdir(parents=True)
+    path = folder / "sub-1_ses-1_task-walk_tracksys-omc_motion.tsv"
+    path.write_text("0\t.7\t1\t2\t3\n0.01\t.7\t1.5\t2\t3\n")
+    (tmp_path / "task-walk_channels.tsv").write_text(CHANNELS.replace("\tm\n", "\tcm\n"))
+    (tmp_path / "task-run_channels.tsv").write_text(CHANNELS)
+    (tmp_path / "task-run_motion.json").write_text('{"SamplingFrequency": 50}')
+    with pytest.raises(InvalidInput, match=r"received task-walk_channels.tsv"):
+        formats.read(path)
+    (tmp_path / "motion.json").write_text('{"SamplingFrequency": 100}')
+    motion = formats.read(path)
+    assert (motion.names, motion.frame_rate_hz, motion.units) == (("Head",), 100.0, "cm")
+    (folder / "sub-1_ses-1_tracksys-omc_channels.tsv").write_text(CHANNELS)
+    (folder / "sub-2_ses-1_tracksys-omc_channels.tsv").write_text(CHANNELS.replace("\tm\n", "\tmm\n"))
+    (folder / "sub-1_ses-1_channels.tsv").write_text(CHANNELS.replace("\tm\n", "\tmm\n"))
+    assert formats.read(path).units == "m"
+
+
+@pytest.mark.parametrize("signals", ["ProxEndPos", "CGPos ProxEndPos"])
+@pytest.mark.parametrize("timed", [False, True])
+def test_segments_as_visual3d_exports_them(signals: str, timed: bool, tmp_path: Path) -> None:
+    segments = ["LTH", "RTH", "LSK", "RSK", "LFT", "RFT", "RPV"]
+    columns = [("TIME", "FRAME_NUMBERS", "ORIGINAL", "X")] * timed
+    columns += [
+        (signal, "KINETIC_KINEMATIC", segment, axis)
+        for signal in signals.split()
+        for segment in segments
+        for axis in "XYZ"
+    ]
+    lines = [["", *["C:\\walk.c3d"] * len(columns)], *(["", *words] for words in zip(*columns, strict=True))]
+    lines[-1][0] = "ITEM"
+    lines += [
+        [f"{k}" for k in (row, *[row / 100] * timed, *range(len(columns) - timed))] for row in (1, 2, 3)
+    ]
+    text = "".join("\t".join(line) + "\n" for line in lines)
+    if not timed:
+        with pytest.raises(InvalidInput, match="the frame rate is unknown"):
+            read(tmp_path, text)
+    motion = read(tmp_path, text, frame_rate_hz=100.0)
+    fit = mappings.suggest(motion, mappings.shipped().values())
+    assert (fit.usable, fit.mapping.name, motion.frame_rate_hz) == (True, "visual3d", 100.0)
+    left_hip = motion.names.index("ProxEndPos_KINETIC_KINEMATIC_LTH")
+    assert motion.positions_mm[0, left_hip].tolist() == [3 * left_hip, 3 * left_hip + 1, 3 * left_hip + 2]
+
+
+def test_of_original_and_processed_targets_of_visual3d_the_processed_are_read(tmp_path: Path) -> None:
+    columns = [("TIME", "FRAME_NUMBERS", "ORIGINAL", "X")]
+    columns += [("LKNE", "TARGET", folder, axis) for folder in ("PROCESSED", "ORIGINAL") for axis in "XYZ"]
+    lines = [["", *words] for words in zip(*columns, strict=True)]
+    lines[-1][0] = "ITEM"
+    lines += [[f"{row}", f"{row / 100}", *"123456"] for row in (1, 2, 3)]
+    motion = read(tmp_path, "".join("\t".join(line) + "\n" for line in [[""] + ["a.c3d"] * 7, *lines]))
+    assert (motion.names, motion.frame_rate_hz) == (("LKNE_TARGET",), 100.0)
+    assert motion.positions_mm[0].tolist() == [[1, 2, 3]]

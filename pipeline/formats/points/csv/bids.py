@@ -1,4 +1,4 @@
-"""Motion of BIDS (``*_motion.tsv``): the titles of its columns and its rate stand in two files beside it."""
+"""Motion of BIDS (``*_motion.tsv``): the titles of its columns and its rate stand in two files beside it or above."""
 
 from __future__ import annotations
 
@@ -10,12 +10,28 @@ from pipeline.formats.contract import damaged
 from pipeline.formats.text import read_text
 from pipeline.validation import require_range
 
+_LEVELS = 4
+"""Folders of a dataset, a person, a session and of motion."""
+
 
 def beside(path: Path) -> list[Path]:
-    """Return the table of channels and the settings of a motion file of BIDS, those that are there."""
-    stem = path.name.removesuffix("_motion.tsv")
-    files = (path.with_name(stem + ending) for ending in ("_channels.tsv", "_motion.json"))
-    return [file for file in files if file.is_file()]
+    """Return the table of channels and the settings of a motion file of BIDS, those that are there.
+
+    Of each the nearest in its folder or up to that of the dataset, of no other person, task, …, than the file; of two
+    in a folder the one that says more.
+    """
+    if not path.name.endswith("_motion.tsv"):
+        return []
+    words, files = path.name.split("_"), []
+    for ending in ("channels.tsv", "motion.json"):
+        found = [
+            file
+            for folder in path.absolute().parents[:_LEVELS]
+            for file in sorted(folder.glob(f"*{ending}"), key=lambda file: -len(file.name))
+            if {*file.name.split("_")} <= {*words, ending}
+        ]
+        files += found[:1]
+    return files
 
 
 def titles_and_rate(path: Path) -> tuple[str, float | None]:
@@ -38,7 +54,7 @@ def titles_and_rate(path: Path) -> tuple[str, float | None]:
         rate = require_range("", float(json.loads(settings)["SamplingFrequency"]), above=0)
     except (LookupError, TypeError, ValueError):
         expected = (
-            "beside it _channels.tsv with columns name, type, component, tracked_point, units"
+            "beside it or above _channels.tsv with columns name, type, component, tracked_point, units"
             " and _motion.json with a number SamplingFrequency"
         )
         received = ", ".join(file.name for file in files)

@@ -16,6 +16,7 @@ from pipeline.formats.contract import damaged
 from pipeline.formats.points.cells import NOTHING, Rows
 from pipeline.formats.points.even_times import unit_of_times
 from pipeline.formats.text import LENGTHS, number, read_text, unit_of
+from pipeline.validation import listed
 
 _DIGITS = {
     "ms": 3, "msec": 3, "millis": 3, "milliseconds": 3, "us": 6, "µs": 6, "usec": 6, "microseconds": 6, "ns": 9,
@@ -26,15 +27,18 @@ _ROLES = {
     "time": {
         *(
             f"{word}{joint}{unit}"
-            for word in ("time", "t", "timestamp", "zeit", "temps")
+            for word in ("time", "t", "timestamp", "zeit", "temps", "tiempo", "tempo", "tijd")
             for joint in ("", "_")
             for unit in ("", "s", "sec", "seconds", *_DIGITS)
         ),
         "seconds",
+        "time_frame_numbers_original_x",  # of Visual3D, as "item"
+        "time_frame_numbers_x",
     },
     "frame": {
         "frame",
         "frame#",
+        "item",
         *(f"frame_{kind}" for kind in ("number", "index", "idx", "id", "num", "no")),
     },
     "point": {
@@ -51,7 +55,14 @@ _ROLES = {
 _MOST_ABOVE = 50
 """Lines of words in front of the header."""
 _ZONE = re.compile(r"(Z|[+-]\d\d:?\d\d)$")
+_QUOTED = re.compile(r"(?<=[(\s])'([^']*)'(?=[,)])")
 _BRACKETED = re.compile(r"[ _.]?[(\[] *(\w+) *[)\]](?=$|[ _.]?[(\[])")
+_SMOOTHED = re.compile(
+    r"(?<![^\W_])(?:raw|orig(?:inal)?|unfiltered|(filt(?:ered)?|interp(?:olated)?|processed|smooth(?:ed)?))"
+    r"(?![^\W_])[\W_]*",
+    re.IGNORECASE,
+)
+"""What a title says of how its numbers were made; in a group if they are better than where it says nothing."""
 _POSITION = re.compile(r"[ _.](position|pos)$", re.IGNORECASE)
 _ROTATION = re.compile(r"[ _.](rotation|rot|euler)$", re.IGNORECASE)
 _WAYS = (
@@ -144,7 +155,9 @@ def read_table(path: Path, titles: str = "") -> Rows:
         rows, lines = _numbered(rows), [0, *lines]
     if len(rows) <= titled:
         raise damaged("there is no table", where, "a header and a row", f"{len(rows)} rows")
-    header = _joined([[cell.strip() for cell in row] for row in rows[:titled]])
+    # Titles of several lines may be written as ('nose', 'x').
+    words = [["_".join(_QUOTED.findall(cell)) or cell.strip() for cell in row] for row in rows[:titled]]
+    header = _without_raw(_joined(words), notes)
     table = Rows(where, rows[titled:], lines[titled:], notes, delimiter != ",", header)
     for k, row in enumerate(table.cells):
         while len(row) > len(header) and not row[-1].strip():
@@ -154,6 +167,17 @@ def read_table(path: Path, titles: str = "") -> Rows:
                 "the row has another number of cells than the header", table.place(k), len(header), len(row)
             )
     return table
+
+
+def _without_raw(header: list[str], notes: list[str]) -> list[str]:
+    """Titles without the words for smoothed and raw, and none for raw numbers that stand there smoothed, too."""
+    plain = {title: _SMOOTHED.sub("", title).rstrip(" _.:-") for title in header}
+    best = {plain[k]: k for k in sorted(header, key=lambda title: _SMOOTHED.findall(title.lower()) or ["a"])}
+    raw = [title for title in header if best[plain[title]] != title]
+    if raw:
+        notes.append(f"Columns that are there smoothed or filtered, too, are not read: {listed(raw)}.")
+        return [plain[title] if best[plain[title]] == title else "" for title in header]
+    return header
 
 
 def _numbered(rows: list[list[str]]) -> list[list[str]]:
@@ -177,7 +201,7 @@ def _begin(lines: list[str]) -> tuple[int, int, str]:
         split = separator if separator in line else None
         cells, numbers = line.split(split), below.split(split)
         if len(cells) == len(numbers) > 2 and not _holds_numbers(cells) and _holds_numbers(numbers):
-            first = n
+            first = max(n - 3 * (cells[0] == "ITEM"), 0)  # Visual3D: name, type and folder of a signal
             while first and (above := lines[first - 1].split(split)) and len(above) == len(cells):
                 titles = list(filter(None, _joined([row.split(split) for row in lines[first : n + 1]])))
                 if len(set(titles)) == len(titles):
@@ -244,7 +268,7 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
         found = [("", axis, unit, column) for _, axis, unit, column in found]
     is_long = any(not point for point, *_ in found)
     read = roles | {column for *_, column in found}
-    unread = [title for k, title in enumerate(table.header) if k not in read]
+    unread = [title for k, title in enumerate(table.header) if title and k not in read]
     if not is_long and "point" in columns.roles:  # a name of the trial, say
         unread.append(table.header[columns.roles.pop("point")])
     for point, axis, unit, column in found:
