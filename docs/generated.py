@@ -364,18 +364,20 @@ LIBRARY = {
     "pipeline.core.viewpoint": ["estimate"],
     "pipeline.core.camera": ["project", "combine"],
     "pipeline.core.synchronization": ["synchronize", "synchronize_all", "distances", "median_sequence"],
-    "pipeline.core.trajectory_basis": ["cosine_basis"],
+    "pipeline.core.trajectory_basis": ["cosine_basis", "TrajectoryBasis"],
     "pipeline.core.articulation": ["ray_sphere"],
     "pipeline.core.binary_quadratic": ["minimise"],
     "pipeline.core.refinement": ["refine"],
     "pipeline.core.reconstructibility": ["reconstructibility"],
-    "pipeline.core.articulated_trajectory": ["reconstruct"],
+    "pipeline.core.pinhole": ["Pinhole"],
+    "pipeline.core.limb_chain": ["Chain"],
+    "pipeline.core.articulated_trajectory": ["reconstruct", "Options"],
     "pipeline.core.keypoint_walk": ["reconstruct"],
     "pipeline.formats": ["read"],
     "pipeline.pointlight": ["walker", "scrambled", "inverted", "with_noise"],
     "pipeline.synthetic.keypoints": ["simulate_keypoints"],
 }
-"""Functions that are kept stable, by module."""
+"""Functions and classes that are kept stable, by module."""
 
 
 def library() -> str:
@@ -387,8 +389,12 @@ def library() -> str:
         for name in names:
             thing = getattr(loaded, name)
             target = type(thing).__call__ if isinstance(thing, types.ModuleType) else thing
-            signature = re.sub(r"\bself, |'", "", str(inspect.signature(target)))
-            signature = re.sub(r"[\w.]+\.(?=\w)", "", signature)
+            # Names without their modules, types without quotes, choices as they are written; numbers as they are.
+            signature = re.sub(
+                r"\bself, |\b[a-zA-Z_][\w.]*\.(?=[a-zA-Z_])", "", str(inspect.signature(target))
+            )
+            signature = re.sub(r"<\w+: ('\w+')>", r"\1", signature)
+            signature = re.sub(r"(: |-> )'(.*?)'", r"\1\2", signature)
             parts.append(f"### {module}.{name}\n\n```text\n{name}{signature}\n```\n")
             parts.append(_as_markdown(inspect.cleandoc(target.__doc__ or "")))
     return "\n".join(parts)

@@ -86,6 +86,11 @@ def test_the_library_is_described_from_its_docstrings() -> None:
         "from_view(model: LinearModel, walk: FourierRepresentation, view_angle_deg: float, *, hidden:" in made
     )
     assert "- `hidden : sequence of str`" in made
+    assert "noise_variance_mm2: float = 70.0, laboratory: str = 'known') -> ndarray" in made
+    assert "adjust: Adjustment = 'per_frame'" in made
+    assert (
+        "px, in the order of the chain's joints" in made.partition("articulated_trajectory.reconstruct\n")[2]
+    )
 
 
 def test_the_drawing_has_every_package_and_no_arrow_upwards() -> None:
