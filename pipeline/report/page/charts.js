@@ -20,7 +20,7 @@ const Charts = (() => {
     return out;
   }
   const number = text => text === "" || text === undefined ? NaN : Number(text);
-  const say = v => !Number.isFinite(v) ? "–" : v === 0 ? "0" : (Math.abs(v) >= 1e5 || Math.abs(v) < 1e-3 ? v.toExponential(1)
+  const say = v => !Number.isFinite(v) ? "–" : Math.abs(v) < 1e-9 ? "0" : (Math.abs(v) >= 1e5 || Math.abs(v) < 1e-3 ? v.toExponential(1)
     : Number(v.toPrecision(4)).toLocaleString("en", { maximumFractionDigits: 6 })).replaceAll("-", "−");
   // A number to the digits that its interval leaves: so many that its half is 2 to 20 of the last.
   function within(v, ends) {
