@@ -62,7 +62,7 @@ const Charts = (() => {
       this.svg = box.appendChild(document.createElementNS(SVG, "svg"));
       // Over names: a row to each, and numbers across.
       this.high = names ? TOP + BOTTOM + ROW * names.length : HIGH;
-      this.left = names ? Math.min(270, 14 + 6.9 * Math.max(...names.map(n => n.length))) : BESIDE;
+      this.left = names ? Math.min(270, 14 + 7.8 * Math.max(...names.map(n => n.length))) : BESIDE;
       // As wide as its place, so that letters keep their size on a phone.
       this.wide = Math.max(this.left + (names ? 170 : 258), Math.min(W, box.clientWidth || W));
       this.svg.setAttribute("viewBox", `0 0 ${this.wide} ${this.high}`);
