@@ -80,6 +80,13 @@ def test_every_column_of_the_golden_tables_is_listed() -> None:
                 assert f"`{figure}`" in line
 
 
+def test_every_column_says_what_it_means() -> None:
+    rows = [line.split(" | ") for line in generated.columns().splitlines()[2:]]
+    assert len(rows) > 150
+    assert [row[0] for row in rows if not row[2].partition("(with its")[0].strip()] == []
+    assert set(generated.COLUMNS) <= {row[0].strip("| `") for row in rows}
+
+
 def test_the_library_is_described_from_its_docstrings() -> None:
     made = generated.library()
     assert (
