@@ -440,7 +440,7 @@ COLUMNS = {
     "child_error_ratio": "mean error of the limb's end in the world, over the limb's length",
     "parent_error_ratio": "mean error of its parent, over the limb's length",
     "hanging_error": "the error of a limb that hangs straight down, over its length",
-    "adjusted_hanging_error": "the error of a limb that hangs straight down, as long as the adjusted radius, over its length",
+    "adjusted_hanging_error": "the error of a limb that hangs, as long as the adjusted radius, over its true length",
     "hanging_error_mm": "mean distance of joints of a skeleton that hangs straight down",
     "hanging_imputed_error_mm": "mean distance of missing points in a skeleton that hangs straight down",
     "hanging_relative_error": "relative error of a skeleton that hangs straight down",
