@@ -80,12 +80,24 @@ def test_every_column_of_the_golden_tables_is_listed() -> None:
                 assert f"`{figure}`" in line
 
 
+def test_every_column_says_what_it_means() -> None:
+    rows = [line.split(" | ") for line in generated.columns().splitlines()[2:]]
+    assert len(rows) > 150
+    assert [row[0] for row in rows if not row[2].partition("(with its")[0].strip()] == []
+    assert set(generated.COLUMNS) <= {row[0].strip("| `") for row in rows}
+
+
 def test_the_library_is_described_from_its_docstrings() -> None:
     made = generated.library()
     assert (
         "from_view(model: LinearModel, walk: FourierRepresentation, view_angle_deg: float, *, hidden:" in made
     )
     assert "- `hidden : sequence of str`" in made
+    assert "noise_variance_mm2: float = 70.0, laboratory: str = 'known') -> ndarray" in made
+    assert "adjust: Adjustment = 'per_frame'" in made
+    assert (
+        "px, in the order of the chain's joints" in made.partition("articulated_trajectory.reconstruct\n")[2]
+    )
 
 
 def test_the_drawing_has_every_package_and_no_arrow_upwards() -> None:

@@ -15,13 +15,14 @@ from pipeline import papers
 from pipeline.cli.compose import compose
 from pipeline.cli.main import COMMANDS
 from pipeline.cli.presets import listed, presets
+from pipeline.core import camera_paths
 from pipeline.formats import c3d
 from pipeline.skeleton import WALKER15
 from pipeline.storage import tables
 from pipeline.storage.sealed_folders import write_manifest
 from pipeline.studies import published
 from pipeline.studies.registry import options
-from pipeline.synthetic import walkers
+from pipeline.synthetic import limbs, walkers
 from pipeline.validation import InvalidInput
 from tests.core.keypoint_walk.walkers import clip
 from tests.pages import PAGES, blocks
@@ -73,6 +74,17 @@ def test_the_examples_on_files_run(tmp_path: Path, monkeypatch: pytest.MonkeyPat
         c3d.write(tmp_path / "my_laboratory" / f"q{k}.c3d", WALKER15.joints, walk, 40.0)
     (tmp_path / "walk.c3d").write_bytes((tmp_path / "my_walks" / "p0.c3d").read_bytes())
     alphapose(tmp_path / "walk.json", in_layout(clip(60.0, ERROR), "coco17"))
+    body = limbs.synthetic_body(np.random.default_rng(1), 100)
+    film = camera_paths.around(100, target=body.root_mm, sweep_rad=2.0)
+    leg = [WALKER15.index(joint) for joint in ("left_hip", "left_knee", "left_ankle")]
+    np.savez(
+        tmp_path / "film.npz",
+        pixels=film.project(body.positions_mm)[:, leg],
+        K=film.intrinsics,
+        R=film.rotation,
+        t=-(film.rotation @ film.centre[..., None])[..., 0],
+        root=body.positions_mm[:, leg[0]],
+    )
     monkeypatch.chdir(tmp_path)
     for page in ("README.md", "docs/keypoints.md", "docs/python.md"):
         names: dict[str, object] = {}
@@ -80,6 +92,8 @@ def test_the_examples_on_files_run(tmp_path: Path, monkeypatch: pytest.MonkeyPat
             exec(compile(code, page, "exec"), names)
         assert names, page
     assert np.shape(names["coefficients"]) == (5, 15, 3)
+    assert np.abs(names["found"].positions - body.positions_mm[:, leg]).max() < 10  # type: ignore[attr-defined]
+    assert np.nanmax(tables.read(tmp_path / "angles.csv")["left_knee_deg"]) > 40
     others = {page for page in PAGES if blocks(page, "py")} - {
         "README.md",
         "docs/keypoints.md",

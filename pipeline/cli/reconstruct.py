@@ -33,7 +33,7 @@ def reconstruct(arguments: Sequence[str]) -> int:
     input.focal_px=1400        of the camera; found with the walk unless it is given
     input.least_confidence=.3  keypoints below it are not used
     input.labels=as_given      left and right are not tried exchanged (both)
-    output.path=DIR            results/reconstructed/<name of the input> unless it is given
+    output.path=DIR            results/reconstructed/<its folder>_<its name> unless it is given
     output.formats=[c3d,csv]   of the walk in 3D: c3d, trc, bvh, csv, csv_wide
     output.names=mixamo        of a BVH's joints: ours, mixamo, rokoko
     output.in_place=true       a BVH without the path

@@ -10,7 +10,7 @@ Symbols
 What gamma is
 -------------
 Printed, gamma is the angle at the parent between the limb and the line from the camera through the parent
-(`viewing_angles`).  That reading is offered, but predicts nothing: far from the camera gamma_C is pi - gamma_X, whose
+(`viewing_angles`).  That reading is offered, but predicts little: far from the camera gamma_C is pi - gamma_X, whose
 part outside the basis is the same, so eta_a tends to one whatever moves.  By default gamma is the relative direction
 vector chi, which is what [park2011 12] measures; its three coordinates are summed.
 

@@ -26,7 +26,7 @@ PAGE = "walk.html"
 class Output(Options):
     """What is written where."""
 
-    path: str = ""  # folder; empty: results/reconstructed/<name of the input>
+    path: str = ""  # folder; empty: results/reconstructed/<its folder>_<its name>
     formats: list[Format] = [Format.c3d, Format.trc, Format.bvh, Format.csv]  # of the walk in 3D
     names: Names = Names.ours  # of a BVH's joints, for retargeting: ours, mixamo, rokoko
     in_place: bool = False  # a BVH without the path

@@ -81,7 +81,7 @@ class _Ours(dict[str, float]):
     """Our numbers by claim; those without a value are written as such."""
 
     def __missing__(self, name: str) -> _NoNumber:
-        papers.quantity(name)  # refuses a name that no paper's file has
+        papers.claim(name)  # refuses a name that no claim has: of others no number is at hand
         return _NoNumber()
 
 

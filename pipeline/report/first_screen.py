@@ -87,7 +87,7 @@ def draw_first_screen(results: Published, to: Path) -> list[Path]:
     )
     told = (
         f"{figure.name}, {results.data}: {len(figure.arrays['walker'])} walkers, each left out in turn;"
-        " bands: 95 % intervals over people."
+        " bands: range of all populations."
     )
     sheet = Sheet(charts=[curve], panel_size=(4.3, 2.45))
     draw_charts(Canvas(to / "curve", sheet, {"table": table}, told))

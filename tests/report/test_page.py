@@ -287,7 +287,7 @@ def test_every_paper_has_three_sentences_and_a_figure_of_its_own() -> None:
         assert paper.page.figure in (paper.figures or paper.beyond)
         for sentence in paper.page.sentences:
             for name in papers.placeholders(sentence):
-                assert papers.quantity(name).name == name
+                assert papers.claim(name).name == name
 
 
 def test_a_chart_of_columns_that_are_not_there_is_left_out(results: Path) -> None:

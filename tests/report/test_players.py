@@ -211,6 +211,11 @@ def test_back_to_the_paper_from_our_method(folder: Path, browser: str, tmp_path:
     assert said["papers"] == ""  # absent if the player did not come back
 
 
+def test_a_link_into_the_page_draws_what_stands_above_it(folder: Path, browser: str, tmp_path: Path) -> None:
+    dom = shown(browser, f"{write_page(folder, FIGURES, to=tmp_path).as_uri()}#about", tmp_path)
+    assert dom.count("data-spec=") == dom.count('data-done="yes"') > 1
+
+
 def bars_of_the_middle_walker(folder: Path) -> tuple[float, float]:
     """Mean half width of the anatomical method's 95 % bars from 30 degrees, mm, and the share that they cover."""
     figure = read_published(folder, FIGURES).figures["zhang2007_fig5"]

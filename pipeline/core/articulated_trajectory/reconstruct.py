@@ -118,22 +118,6 @@ def reconstruct(
 ) -> Articulated:
     """3D motion of a whole skeleton from its images, the root's trajectory and the cameras [park2011 5, 6].
 
-    Parameters and exceptions are those of `prepared`; a limb that cannot be reconstructed is named too.
-    """
-    return prepared(images, camera, root, lengths, options, chain=chain).whole()
-
-
-def prepared(
-    images: np.ndarray,
-    camera: Pinhole,
-    root: np.ndarray,
-    lengths: np.ndarray,
-    options: Options | None = None,
-    *,
-    chain: Chain = WALKER14,
-) -> Reconstruction:
-    """What is known of a skeleton, checked, for reconstructions that share what they choose (`Reconstruction.under`).
-
     Parameters
     ----------
     images : (F, J, 2)
@@ -150,7 +134,23 @@ def prepared(
     Raises
     ------
     InvalidInput
-        If shapes disagree.
+        If shapes disagree, or a limb, which is named, cannot be reconstructed.
+    """
+    return prepared(images, camera, root, lengths, options, chain=chain).whole()
+
+
+def prepared(
+    images: np.ndarray,
+    camera: Pinhole,
+    root: np.ndarray,
+    lengths: np.ndarray,
+    options: Options | None = None,
+    *,
+    chain: Chain = WALKER14,
+) -> Reconstruction:
+    """What is known of a skeleton, checked, for reconstructions that share what they choose (`Reconstruction.under`).
+
+    Parameters and exceptions are those of `reconstruct`.
     """
     images, root, lengths = (np.asarray(value, float) for value in (images, root, lengths))
     require_shape("images", images, ("F", len(chain.joints), 2))

@@ -20,7 +20,7 @@ const Charts = (() => {
     return out;
   }
   const number = text => text === "" || text === undefined ? NaN : Number(text);
-  const say = v => !Number.isFinite(v) ? "–" : v === 0 ? "0" : (Math.abs(v) >= 1e5 || Math.abs(v) < 1e-3 ? v.toExponential(1)
+  const say = v => !Number.isFinite(v) ? "–" : Math.abs(v) < 1e-9 ? "0" : (Math.abs(v) >= 1e5 || Math.abs(v) < 1e-3 ? v.toExponential(1)
     : Number(v.toPrecision(4)).toLocaleString("en", { maximumFractionDigits: 6 })).replaceAll("-", "−");
   // A number to the digits that its interval leaves: so many that its half is 2 to 20 of the last.
   function within(v, ends) {
@@ -62,7 +62,7 @@ const Charts = (() => {
       this.svg = box.appendChild(document.createElementNS(SVG, "svg"));
       // Over names: a row to each, and numbers across.
       this.high = names ? TOP + BOTTOM + ROW * names.length : HIGH;
-      this.left = names ? Math.min(270, 14 + 6.9 * Math.max(...names.map(n => n.length))) : BESIDE;
+      this.left = names ? Math.min(270, 14 + 7.8 * Math.max(...names.map(n => n.length))) : BESIDE;
       // As wide as its place, so that letters keep their size on a phone.
       this.wide = Math.max(this.left + (names ? 170 : 258), Math.min(W, box.clientWidth || W));
       this.svg.setAttribute("viewBox", `0 0 ${this.wide} ${this.high}`);

@@ -36,8 +36,8 @@
   const idle = window.requestIdleCallback ?? (task => setTimeout(task, 200)), packed = [...pictures];
   const next = () => { const image = packed.shift(); if (image) Promise.resolve(unpacked(image)).then(() => idle(next)); };
   addEventListener("load", () => idle(next));
-  // A link to a claim opens the drawer that it is in.
-  function open(place) { for (let up = place; up; up = up.parentElement) if (up.tagName === "DETAILS") up.open = true; }
+  // A link to a claim opens the drawer that it is in; what is not drawn yet above it would move it.
+  function open(place) { charts.forEach(drawn); for (let up = place; up; up = up.parentElement) if (up.tagName === "DETAILS") up.open = true; }
   document.addEventListener("click", event => {
     const link = event.target.closest('a[href^="#"]');
     if (link) open(document.getElementById(link.hash.slice(1)));

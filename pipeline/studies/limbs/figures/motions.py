@@ -131,7 +131,7 @@ class MotionsFigure(Figure):
             + ("; knees and elbows flex one way" if options.use_hinges else "")
             + f". One clip before the {sweep.cameras[0]} camera; shaded, what is seen from the middle of each path."
             f" Below, mean error of the joints of {len(sweep.stretch)} clips, relative to the pelvis"
-            ". Published: of one video of walking.",
+            ". Published: of a video of HumanEva-II.",
         )
 
     def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
