@@ -134,7 +134,7 @@ def reconstruct(
     Raises
     ------
     InvalidInput
-        If shapes disagree, or a limb, which is named, cannot be reconstructed.
+        If shapes disagree, or a limb, which is named, cannot be reconstructed or is missed by all rays twofold.
     """
     return prepared(images, camera, root, lengths, options, chain=chain).whole()
 
@@ -155,6 +155,10 @@ def prepared(
     images, root, lengths = (np.asarray(value, float) for value in (images, root, lengths))
     require_shape("images", images, ("F", len(chain.joints), 2))
     require_range("frames", len(images), at_least=3)
+    if not isinstance(camera, Pinhole):
+        raise InvalidInput(
+            "must be a Pinhole", "camera", "intrinsics, rotation, centre", type(camera).__name__
+        )
     if camera.frames not in (None, len(images)):
         raise InvalidInput("must be one, or one for each frame", "camera", received=camera.frames)
     require_shape("root", root, (len(images), 3))
@@ -246,16 +250,25 @@ class Reconstruction:
     def _choose(self, tree: LimbTree, limb: str) -> LimbChoice:
         options = self.options
         try:
-            return choose_limb(
+            length = self._length(tree, limb)
+            choice = choose_limb(
                 self._cameras,
                 self._seen(limb),
                 tree.end(self.chain.held_by(limb)),
-                self._length(tree, limb),
+                length,
                 basis=options.basis,
                 adjust=options.adjust,
                 noise_px=options.noise_px,
                 time_limit_s=options.time_limit_s,
             )
+            nearest = np.linalg.norm(choice.hits.middle[choice.used], axis=1).min()
+            if nearest > 2.0 * length > 0.0:
+                raise InvalidInput(
+                    "all rays miss the limb",
+                    expected="lengths in the unit of the root and of the cameras' centres",
+                    received=f"a length of {length:g}, and {nearest:g} at least from the ray to its parent",
+                )
+            return choice
         except InvalidInput as refusal:
             raise InvalidInput(
                 refusal.what,

@@ -563,6 +563,8 @@ def _unknown_camera(one: Scene) -> dict[str, Any]:
         (lambda one: {"images": np.full_like(one.images, np.nan)}, "limb sternum: no ray meets the sphere"),
         (lambda one: {"root": np.full_like(one.root, np.nan)}, "limb sternum: no ray meets the sphere"),
         (lambda one: {"lengths": -one.lengths}, "radius must be at least 0"),
+        (lambda one: {"lengths": one.lengths / 1000.0}, "limb sternum: all rays miss the limb .*in the unit"),
+        (lambda one: {"camera": one.camera.intrinsics}, "camera must be a Pinhole .*got ndarray"),
         (
             lambda one: {"basis": TrajectoryBasis(61)},
             r"limb sternum, components: must be at most 60|components must be .*60",
