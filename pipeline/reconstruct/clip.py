@@ -286,6 +286,8 @@ def _doubts(walk: Walk) -> Iterator[str]:
             else "it is assumed"
         )
         yield f"The focal length is not known, {walk.focal_px:.0f} px is usual: {how}."
+    if best and best.labels_exchanged:
+        yield "Left and right are exchanged throughout, unless somebody walks backwards, who faces the other way."
 
 
 def choose(tracks: list[Track], person: str) -> Track:

@@ -52,6 +52,16 @@ def test_a_walk_is_found_in_a_file(layout: str, model: Path, tmp_path: Path) -> 
     assert any("not measured" in note for note in walk.notes)
 
 
+@pytest.mark.parametrize("backwards", [False, True])
+def test_who_walks_backwards_may_be_meant_where_labels_are_exchanged(
+    backwards: bool, model: Path, tmp_path: Path
+) -> None:
+    values = in_layout(clip(30.0, ERROR), "coco17")[:: -1 if backwards else 1]
+    walk = reconstruct_clip(given(alphapose(tmp_path / "a.json", values)), model)
+    assert walk.best.walks
+    assert any("walks backwards" in note for note in walk.notes) == backwards
+
+
 def test_two_people_and_another_video_behind(model: Path, tmp_path: Path) -> None:
     one = in_layout(clip(90.0, ERROR), "coco17")
     other = one[: len(one) // 2] + np.array([600.0, 40.0, 0.0]) * (one[: len(one) // 2, :, 2:] > 0)

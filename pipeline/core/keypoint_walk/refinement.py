@@ -49,6 +49,8 @@ RELABEL_STEPS = (2, 4, 6)
 """Steps before which exchanged labels are looked for."""
 SIGMA_PX = (1.0, 40.0)
 MOST_CORRELATION = 0.9
+FASTEST_NEWS_HZ = 60.0
+"""Frames that are nearer in time than at this rate say the same again: errors of a detector are slower."""
 STEP_LIMITS = ((HEADING, 0.5), (PHASE, 0.7), (PITCH, 0.15))
 FOCAL_STEP = 0.3
 """Most that the logarithm of an unknown focal length changes in one step."""
@@ -91,10 +93,11 @@ class Fit:
         return 2.0 * np.pi * self.frequency_hz * self.times + self.x[PHASE]
 
 
-def estimate_noise(residual: np.ndarray, seen: np.ndarray) -> Noise:
+def estimate_noise(residual: np.ndarray, seen: np.ndarray, later: int) -> Noise:
     """Scale of residuals (2, 15, T) of what is seen (15, T), and how often the same error is seen again.
 
-    kappa is (1 + rho) / (1 - rho), rho the pooled correlation of a residual with that of the next frame.
+    kappa is (1 + rho) / (1 - rho) times `later`, rho the pooled correlation of a residual with that of so many frames
+    later.
     """
     sigma = SIGMA_PX[0]
     if seen.any():
@@ -105,10 +108,10 @@ def estimate_noise(residual: np.ndarray, seen: np.ndarray) -> Noise:
     square = residual[0] ** 2 + residual[1] ** 2
     share = seen * np.minimum(1.0, 3.0 * sigma / np.sqrt(np.maximum(square, 1e-18)))
     clipped, square = share * residual, share**2 * square
-    power = 0.5 * (square[:, 1:] * seen[:, :-1] + square[:, :-1] * seen[:, 1:]).sum()
-    rho = (clipped[..., 1:] * clipped[..., :-1]).sum() / power if power > 0 else 0.0
+    power = 0.5 * (square[:, later:] * seen[:, :-later] + square[:, :-later] * seen[:, later:]).sum()
+    rho = (clipped[..., later:] * clipped[..., :-later]).sum() / power if power > 0 else 0.0
     rho = min(max(rho, 0.0), MOST_CORRELATION)
-    return Noise(sigma, (1.0 + rho) / (1.0 - rho))
+    return Noise(sigma, later * (1.0 + rho) / (1.0 - rho))
 
 
 def initial_unknowns(prior: Prior, start: Start, path: Path, focal_px: float, trunk: list[int]) -> np.ndarray:
@@ -174,6 +177,7 @@ class Refinement:
             unknowns = np.zeros(self.objective.unknowns)
             unknowns[:UNKNOWNS] = initial_unknowns(prior, start, path, setting.focal_px, trunk_of(keypoints))
         self._at = self.objective.at(unknowns.copy())
+        self._later = max(round(1.0 / (FASTEST_NEWS_HZ * (setting.times[1] - setting.times[0]))), 1)
         none = np.zeros(len(setting.times), bool)
         self._start, self._given, self._relabel = start, keypoints, relabel
         self._exchanged, self.used = dict.fromkeys(LIMBS, none), keypoints
@@ -211,7 +215,7 @@ class Refinement:
         return self
 
     def _look_again(self) -> None:
-        self.noise = estimate_noise(self._at.image - self.used.by_axis, self.used.seen)
+        self.noise = estimate_noise(self._at.image - self.used.by_axis, self.used.seen, self._later)
 
     def cost(self, noise: Noise) -> float:
         """J where this start has come to, at this noise."""

@@ -11,6 +11,7 @@ from pipeline.skeleton import ANKLES, LEFT_LEG, RIGHT_LEG, WALKER15
 from pipeline.validation import InvalidInput, told_apart
 
 _HEAD = WALKER15.index("head")
+_ACROSS = [[WALKER15.index(f"{side}_{joint}") for joint in ("hip", "shoulder")] for side in ("left", "right")]
 
 LEG_LENGTH_MM = (350.0, 1300.0)
 """Hip to knee to ankle of a child of three and of a very tall adult: outside of it the unit is wrong."""
@@ -109,8 +110,12 @@ def _require_sides(positions: np.ndarray) -> None:
     """Refuse limbs that would be shorter with the lower ends of the other side, and steadier.
 
     Limbs that cross, as folded arms and legs that scissor do, would not.  Thighs and upper arms that cross by half the
-    width of hips or shoulders need be steady as their own only: skin moves.
+    width of hips or shoulders need be steady as their own only: skin moves.  Where shoulders face away from hips, whole
+    arms are those of the other side: of 180 recordings none has them apart by more than 27° in the median.
     """
+    hips, shoulders = np.moveaxis(positions[:, _ACROSS[1]] - positions[:, _ACROSS[0]], 1, 0)
+    if np.nansum(hips * shoulders) < 0:
+        raise InvalidInput("left and right are exchanged in the names of points, at the shoulders or hips")
     mirror = WALKER15.mirror
     for upper, lower in WALKER15.bones:
         ends = positions[:, [[lower, mirror[lower]], [mirror[lower], lower]]]

@@ -35,6 +35,14 @@ def test_view_cadence_and_walk_are_found(heading: float) -> None:
     assert np.degrees(np.sqrt(((found.posterior.angles_rad - truth)[:, :2] ** 2).mean())) < 9.0
 
 
+@pytest.mark.parametrize("heading", [0.0, 30.0])
+def test_so_many_frames_a_second_give_up_no_start_too_early(heading: float) -> None:
+    sim = clip(heading, DetectorError(), seed=1, frame_rate_hz=480.0)
+    found = reconstruct(sim.pixels, np.ones(sim.pixels.shape[:2]), 480.0, sim.focal_px, prior())
+    assert not found.labels_exchanged
+    assert abs(np.degrees(found.fit.x[HEADING]) - heading) < 8.0
+
+
 def test_a_wrong_focal_length_moves_the_view_less_if_it_is_an_unknown() -> None:
     sim = clip(90.0)
     told = 2.5 * sim.focal_px

@@ -38,8 +38,12 @@ def prior() -> Prior:
 
 
 def clip(
-    heading_deg: float, error: DetectorError = CLEAN, seed: int = 0, speed: float = 1200.0
+    heading_deg: float,
+    error: DetectorError = CLEAN,
+    seed: int = 0,
+    speed: float = 1200.0,
+    frame_rate_hz: float = 30.0,
 ) -> SimulatedKeypoints:
     """The first walker, filmed."""
-    filming = Filming(heading_rad=np.radians(heading_deg), speed_mm_s=speed)
+    filming = Filming(heading_rad=np.radians(heading_deg), speed_mm_s=speed, frame_rate_hz=frame_rate_hz)
     return simulate_keypoints(np.random.default_rng(seed), motions()[0], RATE, filming, error)

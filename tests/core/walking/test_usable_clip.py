@@ -132,7 +132,12 @@ def test_a_marker_of_thigh_or_shank_is_no_knee(where: float) -> None:
         walking.require_millimetres(positions)
 
 
-@pytest.mark.parametrize("parts", [["ankle"], ["knee"], ["knee", "ankle"], ["hip"], ["wrist"], ["shoulder"]])
+_ARM = ["shoulder", "elbow", "wrist"]
+
+
+@pytest.mark.parametrize(
+    "parts", [["ankle"], ["knee"], ["knee", "ankle"], ["hip"], ["wrist"], ["shoulder"], _ARM]
+)
 def test_points_of_the_other_side_are_refused(parts: list[str]) -> None:
     positions = overground(0).positions.copy()
     positions[:3, WALKER15.index("left_elbow")] = np.nan
