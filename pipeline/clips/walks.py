@@ -28,7 +28,9 @@ REPORT_COLUMNS = (
 )  # fmt: skip
 
 LARGEST_SLOPE, STEP_MM = 0.1, 150.0
-"""Rise of the pelvis over the way, and besides, beyond which people walk on a ramp or on stairs."""
+"""Rise of the pelvis over the way, and besides, beyond which people walk on a steep ramp or on stairs."""
+LEVEL_SLOPE = 0.025
+"""Rise over the way up to which a floor counts as level: axes of laboratories, as in CMU, are tilted by up to 2.2 %."""
 
 BAD_JOINT_SHARE = 0.4
 """Share of what two harmonics leave that a bad joint has, at least: of 105 recorded walks one has more, of little."""
@@ -121,12 +123,17 @@ def _steady_part(
         path=steady.path.value,
     )
     rise = np.polyfit(np.arange(len(level)), level[:, PELVIS, 2], 1)[0] * len(level)
-    if abs(rise) > LARGEST_SLOPE * stretch.speed_mm_s * len(level) / frame_rate_hz + STEP_MM:
+    way = stretch.speed_mm_s * len(level) / frame_rate_hz
+    if abs(rise) > LARGEST_SLOPE * way + STEP_MM:
         raise InvalidInput(
             "no steady walking: the way is not level",
             expected="a floor",
             received=f"the pelvis {'rises' if rise > 0 else 'falls'} by {abs(rise):.0f} mm",
         )
+    remarks = []
+    if stretch.locomotion == "overground" and abs(rise) > LEVEL_SLOPE * way:
+        level[..., 2] -= np.linspace(-rise / 2, rise / 2, len(level))[:, None]
+        remarks.append(f"a slope of {100 * rise / way:.1f} % was taken out, as the path is")
     completed, worst = _completed(level, row, frame_rate_hz, steady.residual_share)
     level, series = completed.positions, completed.series
     if steady.heading is Heading.steps:
@@ -134,8 +141,10 @@ def _steady_part(
         level = walking.turn_about_vertical(level, -walking.step_heading(series.coefficients))
     of_walker = {"leg_mm": row["leg_length_mm"], "speed_mm_s": stretch.speed_mm_s}
     walking.require_walk(level, frame_rate_hz, **of_walker)
-    doubt = walking.unusual_cadence(level, frame_rate_hz, **of_walker, frequency_hz=series.frequency_hz)
-    row["reason"] = "; ".join(filter(None, (row["reason"], doubt)))
+    remarks.append(
+        walking.unusual_cadence(level, frame_rate_hz, **of_walker, frequency_hz=series.frequency_hz)
+    )
+    row["reason"] = "; ".join(filter(None, (row["reason"], *remarks)))
     row |= {
         "strides": len(level) / frame_rate_hz * series.frequency_hz,
         "frequency_hz": series.frequency_hz,

@@ -140,3 +140,25 @@ def test_walks_head_where_their_steps_go_or_where_their_path_does() -> None:
         ]
     np.testing.assert_allclose(headings[Heading.steps], 0.0, atol=1e-6)
     assert 0.0 < np.abs(headings[Heading.path]).max() < np.radians(5.0)
+
+
+@pytest.mark.parametrize("slope", [-0.09, 0.02, 0.05, 0.09, 0.6])
+def test_a_ramp_is_taken_out_as_the_path_is_and_stairs_are_refused(slope: float) -> None:
+    motion = with_noise("head", 0.0)[:200]
+    way = 1.4 * np.arange(len(motion))[:, None] * 1000.0 / 60.0
+    motion[..., 1] += way
+    floor = steady(motion)
+    motion[..., 2] += slope * way
+    found = steady(motion)
+    if slope > 0.1:
+        assert found.positions is None
+        assert "the way is not level (expected a floor, received the pelvis rises by" in found.row["reason"]
+        return
+    assert found.positions is not None
+    assert floor.positions is not None
+    assert ("slope of" in found.row["reason"]) == (abs(slope) > 0.025)
+    if abs(slope) > 0.025:
+        (percent,) = re.findall(r"a slope of (-?[0-9.]+) %", found.row["reason"])
+        assert float(percent) == pytest.approx(100 * slope, abs=0.3)
+        moved = found.positions - floor.positions
+        assert np.abs(moved - moved.mean(axis=(0, 1))).max() < 10.0
