@@ -62,6 +62,16 @@ def test_who_walks_backwards_may_be_meant_where_labels_are_exchanged(
     assert any("walks backwards" in note for note in walk.notes) == backwards
 
 
+@pytest.mark.parametrize("backwards", [False, True])
+def test_knees_that_bend_the_wrong_way_make_a_walk_doubtful(backwards: bool, tmp_path: Path) -> None:
+    values = in_layout(clip(90.0, ERROR), "coco17")[:: -1 if backwards else 1]
+    judged = reconstruct_clip(given(alphapose(tmp_path / "a.json", values))).best.judgement
+    assert (judged.verdict == "doubtful") == backwards
+    assert (
+        any(reason.startswith("a knee bends the wrong way, to -") for reason in judged.reasons) == backwards
+    )
+
+
 def test_two_people_and_another_video_behind(model: Path, tmp_path: Path) -> None:
     one = in_layout(clip(90.0, ERROR), "coco17")
     other = one[: len(one) // 2] + np.array([600.0, 40.0, 0.0]) * (one[: len(one) // 2, :, 2:] > 0)

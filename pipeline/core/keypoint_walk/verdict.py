@@ -3,7 +3,8 @@
 Two numbers decide between walking and other motion: the residual after the fit over the height in the image, and how
 unlikely the image is at the best heading and phase before it: a flexible walker follows a dancer closely, but only by
 leaving the population.  Who stands is refused by the motion of the legs, who squats or jumps by ankles that move
-together, and who runs by the cadence, or by a trunk that is highest where a walker's is lowest.
+together, and who runs by the cadence, or by a trunk that is highest where a walker's is lowest.  Knees that bend the
+wrong way make a walk doubtful.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from pipeline.core.fourier import cycle_basis
 from pipeline.core.keypoint_walk.path import TRUNK, median_of_seen
 from pipeline.core.keypoint_walk.reconstruction import Reconstruction
 from pipeline.core.keypoint_walk.training import BLOCKS, HEIGHT_MM
+from pipeline.core.sagittal_angles import ANGLES
 
 MOST_RESIDUAL = 1.65
 """Largest residual of a walk, per cent of the height; 1 % of walks are above."""
@@ -36,6 +38,8 @@ MOST_STRIDE_HZ = 1.35
 """Strides a second beyond which people run."""
 LEAST_BOUNCE = -0.5
 """Least bounce of a walk, relative to the average walker's; runs have about -2."""
+LEAST_KNEE_DEG = -15.0
+"""Least flexion of a knee: lax knees give way by 10, and its 95 % bars are 15 wide."""
 FORGETS_S = 0.3
 """Time in which errors of keypoints and the shake of a camera forget."""
 
@@ -129,4 +133,10 @@ def judge(found: Reconstruction) -> Judgement:
         doubts.append(f"{slow}, or the frame rate is wrong")
     if refused:
         return Judgement(Verdict.not_a_walk, tuple(refused))
+    knees = [k for k, name in enumerate(ANGLES) if name.endswith("knee")]
+    if (least := np.degrees(found.posterior.angles_rad[:, knees].min())) < LEAST_KNEE_DEG:
+        doubts.append(
+            f"a knee bends the wrong way, to {least:.0f}° (walks: {LEAST_KNEE_DEG:.0f} or more): somebody walks"
+            " backwards, or left and right are exchanged"
+        )
     return Judgement(Verdict.doubtful if doubts else Verdict.walk, tuple(doubts))

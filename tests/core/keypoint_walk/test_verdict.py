@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from pipeline.core.keypoint_walk import verdict as verdicts
 from pipeline.core.keypoint_walk.verdict import judge
+from pipeline.core.sagittal_angles import ANGLES
 
 SURE = {
     "relative_residual": 0.8,
@@ -17,6 +19,7 @@ SURE = {
     "ankles_together": -0.6,
     "bounce": 1.0,
     "stride_hz": 0.9,
+    "knee_deg": 3.0,
 }
 
 
@@ -42,6 +45,8 @@ SURE = {
         ("stride_hz", 1.36, "not_a_walk", "a run: 163 steps a minute"),
         ("bounce", -0.49, "walk", ""),
         ("bounce", -0.51, "not_a_walk", "a run: the body is highest between steps"),
+        ("knee_deg", -14.9, "walk", ""),
+        ("knee_deg", -15.6, "doubtful", "a knee bends the wrong way, to -16° (walks: -15 or more)"),
     ],
 )
 def test_every_threshold_parts_what_is_below_from_what_is_above(
@@ -49,12 +54,15 @@ def test_every_threshold_parts_what_is_below_from_what_is_above(
 ) -> None:
     facts = {**SURE, name: value}
     monkeypatch.setattr(verdicts, "bounce", lambda _: facts["bounce"])
+    angles = {"left_knee": 0.0, "right_knee": facts["knee_deg"]}
+    angles_rad = np.radians([[angles.get(angle, -40.0) for angle in ANGLES]])
     found = judge(
         SimpleNamespace(  # type: ignore[arg-type]
             **facts,
             starts=SimpleNamespace(
                 least_distance=facts["distance"], ankles_together=facts["ankles_together"]
             ),
+            posterior=SimpleNamespace(angles_rad=angles_rad),
             candidates=[SimpleNamespace(frequency_hz=facts["stride_hz"])],
         )
     )
