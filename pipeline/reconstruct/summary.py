@@ -26,7 +26,7 @@ from pipeline.core.sagittal_angles import ANGLES
 from pipeline.reconstruct import cycle
 from pipeline.reconstruct.clip import Walk
 from pipeline.reconstruct.cycle import HEIGHT_SHARE, LEVEL_95, scale_mm
-from pipeline.skeleton import WALKER15
+from pipeline.skeleton import ANKLES, WALKER15
 from pipeline.storage import tables
 
 RIVAL_COST = 60.0
@@ -39,6 +39,8 @@ ONE_STRIDE = 1.2
 """Strides below which times and differences of left and right rest on one."""
 OFF_MIDDLE_DEG = 12.0
 """Distance of the walker from the middle of the image beyond which an unknown focal length is remarked on."""
+LEAN_DEG = 9.0
+"""Lean of the head over the ankles in the image beyond which a rolled camera is remarked on."""
 
 
 def heading_words(heading_rad: float) -> str:
@@ -307,6 +309,12 @@ def advice(walk: Walk, stretch: Stretch) -> list[str]:
     if found.labels_unsure:
         sentences.append(
             "Left and right could not be told apart: filming a path towards or past the camera tells them."
+        )
+    up = (found.image_px[:, WALKER15.index("head")] - found.image_px[:, ANKLES].mean(axis=1)).mean(axis=0)
+    if (lean := np.degrees(np.arctan2(abs(up[0]), -up[1]))) > LEAN_DEG:
+        sentences.append(
+            f"The walker leans by {lean:.0f}° in the picture: turn the film upright if the camera was rolled; bars know"
+            " neither of that nor of somebody who stoops so."
         )
     off = np.degrees(off_middle_rad(found))
     if not walk.focal_known and off > OFF_MIDDLE_DEG:

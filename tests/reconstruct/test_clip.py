@@ -510,6 +510,17 @@ def test_a_bend_of_the_path_is_told(model: Path, tmp_path: Path, monkeypatch: py
     assert any("turned by +30°" in sentence for sentence in advice(walk, bent))
 
 
+@pytest.mark.parametrize("roll_deg", [0.0, -16.0, 16.0])
+def test_a_rolled_camera_is_remarked_on(roll_deg: float, tmp_path: Path) -> None:
+    values = in_layout(clip(60.0, ERROR), "coco17")
+    roll, centre = np.radians(roll_deg), np.array([values[..., 0].max(), values[..., 1].max()]) / 2.0
+    turn = np.array([[np.cos(roll), np.sin(roll)], [-np.sin(roll), np.cos(roll)]])
+    values[..., :2] = np.where(values[..., 2:] > 0, (values[..., :2] - centre) @ turn + centre, 0.0)
+    walk = reconstruct_clip(given(alphapose(tmp_path / "a.json", values)))
+    said = [sentence for sentence in advice(walk, walk.best) if sentence.startswith("The walker leans by")]
+    assert len(said) == (roll_deg != 0.0)
+
+
 def test_words_for_every_heading() -> None:
     assert heading_words(np.pi) == "straight away from the camera, seen from behind"
     assert heading_words(-np.pi / 2) == "straight to the image's left, seen from the walker's left"
