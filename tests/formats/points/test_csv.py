@@ -549,6 +549,11 @@ def test_files_beside_bids_motion_may_be_above_it(tmp_path: Path) -> None:
     (folder / "sub-2_ses-1_tracksys-omc_channels.tsv").write_text(CHANNELS.replace("\tm\n", "\tmm\n"))
     (folder / "sub-1_ses-1_channels.tsv").write_text(CHANNELS.replace("\tm\n", "\tmm\n"))
     assert formats.read(path).units == "m"
+    (folder / "sub-1_ses-1_motion.json").write_text('{"SamplingFrequency": 200}')
+    assert formats.read(path).frame_rate_hz == 200.0
+    (folder / "sub-1_ses-1_motion.json").write_text('{"TrackingSystemName": "omc"}')
+    assert formats.read(path).frame_rate_hz == 100.0  # of all settings together
+    assert [file for file in tmp_path.rglob("*") if formats.is_recording(file)] == [path]
 
 
 @pytest.mark.parametrize("signals", ["ProxEndPos", "CGPos ProxEndPos"])
