@@ -38,7 +38,7 @@ def load(path: Path) -> Any:
             if error.msg != "Extra data":
                 raise
             first, *lines = [json.loads(line) for line in text.splitlines() if line.strip()]
-            if _has(first) and settings(first)[0] and not _has(lines[0], *first):
+            if _has(first) and settings(first)[0] and not any(key in lines[0] for key in first):
                 return first | {"frames": lines}
             return [first, *lines]
     except json.JSONDecodeError as error:
@@ -183,6 +183,9 @@ _WHICH_FRAME = (
     "image_id",
     "image",
     "file_name",
+    "Frame",
+    "frameIndex",
+    "frameNumber",
 )
 _WHO = ("idx", "track_id", "person_id", "personID", "instance_id")
 _SURE = ("visibility", "score", "confidence", "likelihood", "conf", "visible", "vis", "prob", "c", "presence")
@@ -225,7 +228,7 @@ def _by_frames(content: Any) -> list[dict[str, Any]]:
         each: Any = _by_frames(of) if _has(of, "x", "y") else of
         for frame, one in each.items() if _has(each) else enumerate(each if isinstance(each, list) else []):
             frames[str(frame)][name] = one
-    return [*frames.values()]
+    return [{"frame": frame} | one for frame, one in frames.items()]
 
 
 def _listed(content: Any, where: str) -> list[tuple[str, Any]]:
@@ -279,9 +282,9 @@ def _is_mark(value: Any) -> bool:
 def _is_points(value: Any) -> bool:
     """Whether something is all points of somebody, not one of them."""
     if _has(value):
-        return (_has(value, "x", "y") and isinstance(value["x"], list)) or (
-            not _has(value, "x", "y") and sum(map(_is_mark, value.values())) > 5  # joints, and whatever else
-        )
+        if _has(value, "x", "y"):
+            return isinstance(value["x"], list)
+        return sum(map(_is_mark, value.values())) > 5  # joints, and whatever else
     if not isinstance(value, list) or _is_mark(value):
         return False
     flat = not any(isinstance(one, list | dict | str) for one in value or [[]])

@@ -206,9 +206,15 @@ def test_a_table_as_json(written: str, tmp_path: Path) -> None:
     np.testing.assert_allclose(found.confidence, 0.9)
 
 
-def test_rows_of_a_json_may_be_numbered_and_empty(tmp_path: Path) -> None:
+@pytest.mark.parametrize("written", ["index", "columns", "Frame", "frameIndex"])
+def test_rows_of_a_json_may_be_numbered_and_empty(written: str, tmp_path: Path) -> None:
     rows = {"3": ROWS[0], "4": dict.fromkeys(COLUMNS), "6": ROWS[0]}
-    assert keypoints.read(write(tmp_path / "a.json", rows)).frame.tolist() == [0, 3]
+    content: object = rows
+    if written == "columns":
+        content = {title: {frame: row[title] for frame, row in rows.items()} for title in COLUMNS}
+    elif written != "index":
+        content = [{written: int(frame)} | row for frame, row in rows.items()]
+    assert keypoints.read(write(tmp_path / "a.json", content)).frame.tolist() == [0, 3]
 
 
 @pytest.mark.parametrize("header", [{"fps": 25, "width": 640, "height": 480}, {"meta": {"fps": 25}}])
@@ -218,6 +224,16 @@ def test_the_first_of_the_lines_may_hold_settings(header: dict[str, object], tmp
     found = keypoints.read(tmp_path / "a.jsonl")
     assert (found.n_frames, found.frame.tolist(), found.frame_rate_hz) == (3, [0, 2], 25.0)
     assert found.image_size == ((640, 480) if "width" in header else (0, 0))
+
+
+@pytest.mark.parametrize("first", [{"fps": 25, "frame": 0, **IN_TURN}, {"fps": 25} | ROWS[0]])
+def test_the_first_of_the_lines_may_be_a_frame(first: dict[str, object], tmp_path: Path) -> None:
+    lines = [
+        first,
+        {key: value for key, value in first.items() if key not in ("fps", "frame")} | {"frame": 1},
+    ]
+    (tmp_path / "a.jsonl").write_text("\n".join(map(json.dumps, lines)) + "\n", encoding="utf-8")
+    assert len(keypoints.read(tmp_path / "a.jsonl").points) == 2
 
 
 @pytest.mark.parametrize("key", ["people", "tracks"])
