@@ -385,7 +385,11 @@ def _detections(
         if _has(content.get("skeleton")):  # easy_ViTPose has rows before columns
             points = points[:, [1, 0, 2]]
         rows.append((frame, who, points))
-    if not names and rows and len(rows[0][2]) == len(MEDIAPIPE):
+    count = len(rows[0][2]) if rows else 0
+    parts = [content, *filter(_has, content.values())]  # where names of all points may stand
+    lists = (one for part in parts for one in part.values() if isinstance(one, list))
+    names = names or next((one for one in lists if [*map(type, one)] == [str] * count), [])
+    if not names and count == len(MEDIAPIPE):
         program, names = "mediapipe", list(MEDIAPIPE)
     return detections(program, where, rows, int(max(number.values())) + 1, names=list(map(str, names)),
                       frame_rate_hz=rate, image_size=size, notes=notes)  # fmt: skip

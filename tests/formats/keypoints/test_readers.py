@@ -217,6 +217,14 @@ def test_rows_of_a_json_may_be_numbered_and_empty(written: str, tmp_path: Path) 
     assert keypoints.read(write(tmp_path / "a.json", content)).frame.tolist() == [0, 3]
 
 
+@pytest.mark.parametrize("within", [False, True])
+def test_names_of_all_points_may_stand_once(within: bool, tmp_path: Path) -> None:
+    stated = {"keypoint_names": NAMED[::-1], "people": ["bob"]}
+    frames = [{"keypoints": MARKS[::-1, [0, 1, 3]].tolist()}] * 2
+    content = {"meta": stated, "frames": frames} if within else {**stated, "frames": frames}
+    assert keypoints.read(write(tmp_path / "a.json", content)).names == tuple(NAMED[::-1])
+
+
 @pytest.mark.parametrize("header", [{"fps": 25, "width": 640, "height": 480}, {"meta": {"fps": 25}}])
 def test_the_first_of_the_lines_may_hold_settings(header: dict[str, object], tmp_path: Path) -> None:
     lines = [header, *({"frame": frame, **IN_TURN} for frame in (5, 7))]
