@@ -75,6 +75,8 @@ ADVICE = {
 """What to do about files of other kinds, by suffix."""
 
 
+_BESIDE = re.compile(r"(.*_)?(channels|events|participants|samples|scans|sessions)\.tsv")
+"""Tables of BIDS beside recordings."""
 _NUMBERS = re.compile(rb"^.*?([;,\t ]+-?\d[\d.e+-]*){3}", re.MULTILINE | re.IGNORECASE)
 
 
@@ -82,7 +84,7 @@ def is_recording(path: Path) -> bool:
     """Whether a file has a reader by its suffix; of a text of any kind, whether it begins with lines of numbers."""
     suffix = path.suffix.lower()
     if suffix != ".txt" or not path.is_file():
-        return suffix in READERS
+        return suffix in READERS and not _BESIDE.fullmatch(path.name)
     with path.open("rb") as file:
         return len(_NUMBERS.findall(file.read(4000))) > 1
 

@@ -42,8 +42,9 @@ def read_text(path: Path) -> tuple[str, list[str]]:
     except UnicodeDecodeError:
         text, encoding = data.decode("latin-1"), "Latin-1"
         with suppress(UnicodeDecodeError):
-            if re.search("[ぁ-龥]{2}", japanese := data.decode("cp932")):  # two letters: one may be by chance
-                text, encoding = japanese, "Shift-JIS"
+            # Two letters, for one may be by chance, by first bytes that EUC and GB 2312 lack.
+            if re.search(rb"([\x82\x83\x88-\x9f][\x40-\xfc]){2}", data):
+                text, encoding = data.decode("cp932"), "Shift-JIS"
         notes.append(f"The text is not UTF-8; it was read as {encoding}.")
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     if not text.endswith("\n"):

@@ -39,7 +39,12 @@ def read(path: str | Path) -> Detections:
         beside = [file for file in files if file.suffix.lower() == ".json"]
         # A text may be anything.
         alone = [file for file in files if file.suffix.lower() in READERS.keys() - {".json", ".txt"}]
-        if len(alone) == 1 and not any(map(people_json.holds_keypoints, beside)):
+        if alone and not any(map(people_json.holds_keypoints, beside)):
+            if len(alone) > 1:
+                received = f"{len(alone)} files: {alone[0].name}, {alone[1].name} …"
+                raise damaged(
+                    "these may be several films or people", path.name, "the path of one file", received
+                )
             found = read(alone[0])
             aside = ", ".join(file.name for file in beside) or "none"
             note = f"Of the folder {alone[0].name} is read; files without keypoints beside it: {aside}."

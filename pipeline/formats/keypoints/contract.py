@@ -23,8 +23,9 @@ MOST_PAIRS = 20_000_000
 CROWD = 30
 """More in a frame, and more than there are frames, are no people: all frames of one person in one, say."""
 
-DEPTHS = 0.2
-"""Share of negative numbers above which these are no confidence."""
+DEPTHS, DEPTH = 0.2, 101.0
+"""Share of numbers below 0 or above 100 %, from which these are depths and no confidence; a depth."""
+IN_3D = "If the points are in 3D, they are no film's: see `inspect`."
 FAR = 2.2
 """Distance from the middle of a person's points, to their root mean square distance, beyond which there are none."""
 
@@ -107,7 +108,10 @@ def detections(
     counts = sorted({len(row) for _, _, row in rows})
     if not counts:
         raise damaged(
-            "nobody was detected in any frame", where, "keypoints of a person", f"{n_frames} frames"
+            "nobody was detected in any frame",
+            where,
+            "keypoints of a person, called so, landmarks, joints or pose_keypoints_2d",
+            f"{n_frames} frames",
         )
     if len(counts) > 1:
         raise damaged("detections differ in their number of points", where, received=counts)
@@ -126,7 +130,7 @@ def detections(
         raise damaged("the numbers of frames jump", where, f"{MOST_FRAMES} frames or fewer", frames)
     require_points(len(rows), counts[0], where)
     values = np.array([row for _, _, row in rows], float)
-    points, confidence = values[..., :2].copy(), values[..., 2].copy()
+    points, confidence = values[..., :2], values[..., 2]
     with np.errstate(invalid="ignore"):
         missing = ~np.isfinite(points).all(axis=-1) | (np.abs(points) > LARGEST_PX).any(axis=-1)
         missing |= (points == 0.0).all(axis=-1) | (points == -1.0).all(axis=-1)
@@ -134,8 +138,8 @@ def detections(
     if sure.size and not (sure > 0).any():
         notes.append("The confidence is empty or 0 throughout, and taken as not given.")
         confidence[:] = 1.0
-    elif (sure < 0).sum() > DEPTHS * sure.size:
-        notes.append("The third numbers of keypoints are often below 0: depths, which are no confidence.")
+    elif ((sure < 0) | (sure >= DEPTH)).sum() > DEPTHS * sure.size:
+        notes.append(f"The third numbers of keypoints are depths, which are no confidence.  {IN_3D}")
         confidence[:] = 1.0
     points[missing | ~(confidence > 0)] = np.nan
     notes += _leave_out_placeholders(points)

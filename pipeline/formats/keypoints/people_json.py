@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections import defaultdict
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -15,14 +16,14 @@ from typing import Any
 import numpy as np
 
 from pipeline.formats.contract import damaged
-from pipeline.formats.keypoints.contract import MEDIAPIPE, Detections, detections, timed
+from pipeline.formats.keypoints.contract import DEPTH, MEDIAPIPE, Detections, detections, timed
 from pipeline.formats.points.cells import Rows
-from pipeline.formats.points.csv.table import role_of
+from pipeline.formats.points.csv.table import coordinates, role_of
 from pipeline.formats.text import number, read_text
 
 
 def load(path: Path) -> Any:
-    """Content of a JSON file; a list, where each line has a JSON text of its own.
+    """Content of a JSON file; a list, where each line has a JSON text of its own, within settings in the first.
 
     Raises
     ------
@@ -36,7 +37,10 @@ def load(path: Path) -> Any:
         except json.JSONDecodeError as error:
             if error.msg != "Extra data":
                 raise
-            return [json.loads(line) for line in text.splitlines() if line.strip()]
+            first, *lines = [json.loads(line) for line in text.splitlines() if line.strip()]
+            if _has(first) and settings(first)[0] and not any(key in lines[0] for key in first):
+                return first | {"frames": lines}
+            return [first, *lines]
     except json.JSONDecodeError as error:
         raise damaged("this is not JSON", f"{path.name}, character {error.pos}", received=error.msg) from None
 
@@ -80,14 +84,14 @@ def _has(item: Any, *keys: str) -> bool:
     return isinstance(item, dict) and set(keys) <= set(item)
 
 
-def _frames(names: Iterable[str]) -> tuple[dict[str, int], list[str]]:
+def frames_by_name(names: Iterable[str]) -> tuple[dict[str, int], list[str]]:
     """Frame of each file or image, the first 0, by the last number in the names that differs from name to name.
 
     ``walk_000012_keypoints.json``, ``12_keypoints_25.json``
     """
     found = {name: re.findall(r"\d+", Path(name).stem)[::-1] for name in names}
     for digits in zip(*found.values(), strict=False):
-        numbers = [int(number) for number in digits]
+        numbers = list(map(int, digits))
         if len(set(numbers)) == len(found):
             first = min(numbers)
             return {name: number - first for name, number in zip(found, numbers, strict=True)}, []
@@ -97,7 +101,7 @@ def _frames(names: Iterable[str]) -> tuple[dict[str, int], list[str]]:
 
 def read_folder(path: Path) -> Detections:
     """Read a folder with a file to each frame, by the numbers in their names; or the one file in it."""
-    files = sorted(file for file in path.glob("*.json") if not file.name.startswith("."))
+    files = sorted(path.glob("[!.]*.json"))
     labels = sorted(path.glob("*[0-9].txt"))
     if labels and not any(map(holds_keypoints, files)):
         people = [(file.name, _labelled(file) if file.stat().st_size else []) for file in labels]
@@ -107,18 +111,18 @@ def read_folder(path: Path) -> Detections:
     if not files:
         raise damaged("no JSON file in the folder", path.name, "one file a frame, as OpenPose writes them")
     frames = [(file.name, load(file)) for file in files]
-    if wrong := [name for name, content in frames if content and not _is_one_frame(content)]:
+    wrong = [
+        name
+        for name, content in frames
+        if content and (not _is_frame(content) or any(_first(one, _WHICH_FRAME) for one in content))
+    ]
+    if wrong:
         raise damaged(
             "not a file of OpenPose",
             wrong[0],
             "the people of one frame, a file to each frame; of other programs name the one file",
         )
     return _detections("openpose", path.name, frames, {})
-
-
-def _is_one_frame(content: Any) -> bool:
-    first = content[0] if isinstance(content, list) else None
-    return _is_frame(content) and _first(first, _WHICH_FRAME) is None
 
 
 def _labelled(path: Path) -> list[dict[str, Any]]:
@@ -138,20 +142,20 @@ def _labelled(path: Path) -> list[dict[str, Any]]:
 def holds_keypoints(path: Path) -> bool:
     """Whether a JSON file is more than what is known of a table beside it."""
     content = load(path)
-    return bool(_listed(content, path.name)) or _is_frame(content)
+    return bool(_frames(content, path.name)) or _is_frame(content)
 
 
 def read(path: Path) -> Detections:
     """Read one JSON file, or a JSON text in each line, by its structure; one frame is no walk."""
     content, where = load(path), path.name
-    frames = _listed(content, where)
-    settled = content if isinstance(content, dict) else {}
-    if any(_is_frame(item) for _, item in frames):
-        first = frames[0][1]
-        wrote = (program for key, program in _PROGRAMS.items() if _has(content, key) or _has(first, key))
-        return _detections(next(wrote, "json"), where, frames, settled)
+    settled = content if _has(content) else {}
+    if frames := _frames(content, where):
+        keys = map(str, [*settled, *(frames[0][1] or ())])
+        return _detections(_first(_PROGRAMS, keys) or "json", where, frames, settled)
     if _people(content, where) or _has(content, "people"):
-        raise damaged("one frame of OpenPose is no walk", where, "the folder of all its files")
+        raise damaged(
+            "one frame is no walk", where, "all frames of a film; of OpenPose the folder of its files"
+        )
     raise damaged(
         "the keypoints' format is unknown", where,
         "AlphaPose (a list with image_id and keypoints), COCO (images and annotations), MMPose (instance_info), "
@@ -162,9 +166,11 @@ def read(path: Path) -> Detections:
 _PROGRAMS = {"images": "coco", "image_id": "alphapose", "bodies": "alphapose", "instances": "mmpose"}
 """Who writes files with these keys."""
 _FRAMES = ("instance_info", "frames", "annotations", "results", "data", "predictions")
-_PEOPLE = ("people", "instances", "bodies", "annots", "persons", "poses", "pose", "detections", "predictions")
+_PEOPLE = (
+    "people", "instances", "bodies", "annots", "persons", "poses", "pose", "detections", "predictions", "tracks",
+)  # fmt: skip
 _POINTS = (
-    "pose_keypoints_2d", "keypoints", "pred_keypoints",
+    "pose_keypoints_2d", "pose_keypoints", "keypoints", "pred_keypoints",
     "pose_landmarks", "poseLandmarks", "landmarks", "landmark", "joints",
     "pose_world_landmarks", "poseWorldLandmarks", "worldLandmarks", "world_landmarks",
 )  # fmt: skip
@@ -177,9 +183,12 @@ _WHICH_FRAME = (
     "image_id",
     "image",
     "file_name",
+    "Frame",
+    "frameIndex",
+    "frameNumber",
 )
 _WHO = ("idx", "track_id", "person_id", "personID", "instance_id")
-_SURE = ("visibility", "score", "confidence", "likelihood", "conf", "visible", "presence")
+_SURE = ("visibility", "score", "confidence", "likelihood", "conf", "visible", "vis", "prob", "c", "presence")
 _SCORES = ("keypoint_scores", "scores", "confidence", "confidences", "score")
 _NAME = ("name", "part", "label", "keypoint")
 """Keys of all frames, of the people in one, of somebody's points; of a frame's name, of a person's, of how sure a
@@ -188,7 +197,38 @@ point is, of all points, of a point's name."""
 
 def _first(item: Any, keys: Iterable[str]) -> Any:
     """What an object has under the first of some keys; None if it has none of them."""
-    return next((item[key] for key in keys if key in item), None) if isinstance(item, dict) else None
+    return next((item[key] for key in keys if key in item), None) if _has(item) else None
+
+
+def _frames(content: Any, where: str) -> list[tuple[str, Any]]:
+    """The frames of a file, or the detections in them, each with the name of its frame; nothing if it holds nobody.
+
+    Of a table with columns such as left_knee_x the numbers of a point are put together.
+    """
+    if _has(content, "columns", "data"):  # of pandas
+        content = [dict(zip(content["columns"], row, strict=False)) for row in content["data"]]
+    frames = _listed(content, where)
+    if any(_is_frame(item) for _, item in frames):
+        return frames
+    for table in (frames, _listed(_by_frames(content), where)):
+        rows = [item for _, item in table if _has(item)]
+        titles = [] if any(map(_is_points, rows)) else [*{title: 0 for row in rows for title in row}]
+        for point, axis, _, column in coordinates(titles, "xy", ("z", *_SURE)):
+            for row in rows:
+                row.setdefault(point, {})[axis] = row.pop(titles[column], None)
+        if any(map(_is_points, rows)):
+            return table
+    return []
+
+
+def _by_frames(content: Any) -> list[dict[str, Any]]:
+    """Frames of an object that has a list of all frames, or an object with a key to each, of each number or point."""
+    frames = defaultdict[str, dict[str, Any]](dict)
+    for name, of in content.items() if _has(content) else ():
+        each: Any = _by_frames(of) if _has(of, "x", "y") else of
+        for frame, one in each.items() if _has(each) else enumerate(each if isinstance(each, list) else []):
+            frames[str(frame)][name] = one
+    return [{"frame": frame} | one for frame, one in frames.items()]
 
 
 def _listed(content: Any, where: str) -> list[tuple[str, Any]]:
@@ -199,11 +239,16 @@ def _listed(content: Any, where: str) -> list[tuple[str, Any]]:
         if unknown := [k for k, (name, _) in enumerate(found) if not name]:
             raise damaged("the annotation is of no image", f"{where}, annotation {unknown[0]}", "image_id")
         return [*((name, {"people": []}) for name in names.values()), *found]
-    if isinstance(content, dict):
+    people = _first(content, _PEOPLE)
+    if people and isinstance(people, list) and all(_has(one, "frames") for one in people):
+        content = {
+            identity_of(_first(one, (*_WHO, "id", "name"))) or str(k): one for k, one in enumerate(people)
+        }
+    if _has(content):
         if isinstance(inner := _first(content, _FRAMES), dict | list):
             return _listed(inner, where)
-        if isinstance(inner := _first(content, _POINTS), list) and any(map(_is_frame, inner)):
-            return _listed(inner, where)  # a list of frames, not of points
+        if inner := _frames(_first(content, _POINTS), where):
+            return inner  # frames, not points
         found = [
             (name, {"idx": who, "keypoints": item} | (item if _has(item) else {}))
             for who, of_one in content.items()
@@ -214,7 +259,7 @@ def _listed(content: Any, where: str) -> list[tuple[str, Any]]:
         ]
         if any(_is_frame(item["keypoints"]) for _, item in found):
             return found
-        numbered = content and all(any(letter.isdigit() for letter in key) for key in content)
+        numbered = content and all(re.search(r"\d", key) for key in content)
         return list(content.items()) if numbered and not _is_points(content) else []
     if not isinstance(content, list) or _is_points(content):
         return []
@@ -236,23 +281,24 @@ def _is_mark(value: Any) -> bool:
 
 def _is_points(value: Any) -> bool:
     """Whether something is all points of somebody, not one of them."""
-    if isinstance(value, dict):
-        return (_has(value, "x", "y") and isinstance(value["x"], list)) or (
-            not _has(value, "x", "y") and sum(map(_is_mark, value.values())) > 5  # joints, and whatever else
-        )
+    if _has(value):
+        if _has(value, "x", "y"):
+            return isinstance(value["x"], list)
+        return sum(map(_is_mark, value.values())) > 5  # joints, and whatever else
     if not isinstance(value, list) or _is_mark(value):
         return False
-    flat = not any(isinstance(one, list | dict) for one in value or [[]])
+    flat = not any(isinstance(one, list | dict | str) for one in value or [[]])
     return flat or (len(value) > 1 and _is_mark(value[0]))
 
 
 def _crowd(item: Any) -> Any:
     """The people in a frame, whom keys may name; None if it is none."""
     found = _first(item, _PEOPLE)
-    if found is not None or not isinstance(item, dict) or not item:
-        return found
-    named = all(map(str.isdigit, item)) or all(map(_is_points, item.values()))
-    return [{"idx": who, "keypoints": points} for who, points in item.items()] if named else None
+    if found is None and item and _has(item):
+        numbered = all(map(str.isdigit, item)) and any(map(_is_frame, item.values()))
+        if numbered or all(map(_is_points, item.values())):
+            found = [{"idx": who, "keypoints": points} for who, points in item.items()]
+    return found
 
 
 def _is_frame(item: Any) -> bool:
@@ -274,10 +320,7 @@ def _people(item: Any, place: str) -> list[tuple[str, list[str], np.ndarray]]:
     who = identity_of(_first(item, _WHO))
     if not _is_points(points) and _is_frame(points):
         return [(inner or who, names, found) for inner, names, found in _people(points, place)]
-    every = (item.get(key) for key in _SCORES)
-    scores = next(
-        (one for one in every if isinstance(one, list) and np.size(one) > 1), None
-    )  # not the person's
+    scores = next((item[key] for key in _SCORES if np.size(item.get(key)) > 1), None)  # not the person's
     return [(who, *_points(points, scores, place))]
 
 
@@ -285,18 +328,18 @@ def _points(value: Any, scores: Any, place: str) -> tuple[list[str], np.ndarray]
     """Names, if points have some, and column, row, confidence (K, 3), 1 where none is said; depths are left out."""
     names: list[str] = []
     if _has(value, "x", "y"):
-        value, scores = list(zip(value["x"], value["y"], strict=True)), _first(value, _SURE)
-    elif isinstance(value, dict):
+        value = _by_frames(value)
+    elif _has(value):
         value = {name: mark for name, mark in value.items() if _is_mark(mark) and "box" not in name.lower()}
         names, value = list(value), list(value.values())
-    if value and isinstance(value[0], dict):
+    if value and _has(value[0]):
         value = [mark | mark.get("position", {}) for mark in value]
         names = names or [name for mark in value if isinstance(name := _first(mark, _NAME), str)]
         value = [
-            [mark.get("x"), mark.get("y"), _first(mark, _SURE) if {*_SURE} & {*mark} else 1.0]
+            [mark.get("x"), mark.get("y"), _first({"presence": DEPTH if "z" in mark else 1.0} | mark, _SURE)]
             for mark in value
         ]
-    if value and isinstance(value[0], list | tuple):
+    if value and isinstance(value[0], list):
         width = len(value[0])
         flat = [number for mark in value for number in mark]
         table = numbers(flat, place, width)[:, [0, 1, *([] if width < 3 else [-1])]]
@@ -316,13 +359,9 @@ def _detections(
     program: str, where: str, frames: list[tuple[str, Any]], content: dict[str, Any]
 ) -> Detections:
     """The people in all frames; those of a list of detections come one by one."""
-    number, notes = _frames(name for name, _ in frames)
-    sizes = (content.get("images") or [{}])[0]
-    within = [
-        part for part in content.values() if _has(part, "fps") or _has(part, "width")
-    ]  # meta, metadata, …
-    rate, size = settings({key: value for part in [*within, sizes, content] for key, value in part.items()})
-    keys = (key for _, item in frames if isinstance(item, dict) for key in item)
+    number, notes = frames_by_name(name for name, _ in frames)
+    rate, size = settings((content.get("images") or [{}])[0] | content)
+    keys = (key for _, item in frames if _has(item) for key in item)
     if title := next((key for key in keys if role_of(key)[0] == "time"), ""):
         stamps = {name: str(_first(item, [title])) for name, item in frames}
         lines = range(1, len(stamps) + 1)
@@ -332,34 +371,38 @@ def _detections(
         at, rate = timed(table, 0, np.array([*number.values()]) if in_turn else None, rate)
         number = dict(zip(number, at, strict=True))
     found = [(number[name], *one) for name, item in frames for one in _people(item, f"{where}, frame {name}")]
-    categories = content.get("categories")
     listed = _first(content.get("meta_info"), ["keypoint_id2name"]) or content.get("skeleton")
-    if isinstance(categories, list):
-        names = _first((*categories, None)[0], ["keypoints"]) or []
-    elif isinstance(listed, dict) and all(key.isdigit() for key in listed):
+    if isinstance(listed, dict) and all(map(str.isdigit, listed)):
         names = [listed[key] for key in sorted(listed, key=int)]
     else:
-        names = list(dict.fromkeys(name for _, _, of_one, _ in found for name in of_one))
+        names = _first((*(content.get("categories") or ()), None)[0], ["keypoints"])
+        names = names or list(dict.fromkeys(name for _, _, of_one, _ in found for name in of_one))
     rows = []
     for frame, who, of_one, points in found:
         if of_one and of_one != names:
             points, own = np.full((len(names), 3), np.nan), points
             points[[names.index(name) for name in of_one]] = own
-        if isinstance(content.get("skeleton"), dict):  # easy_ViTPose has rows before columns
+        if _has(content.get("skeleton")):  # easy_ViTPose has rows before columns
             points = points[:, [1, 0, 2]]
         rows.append((frame, who, points))
-    if not names and rows and len(rows[0][2]) == len(MEDIAPIPE):
+    count = len(rows[0][2]) if rows else 0
+    parts = [content, *filter(_has, content.values())]  # where names of all points may stand
+    lists = (one for part in parts for one in part.values() if isinstance(one, list))
+    names = names or next((one for one in lists if [*map(type, one)] == [str] * count), [])
+    if not names and count == len(MEDIAPIPE):
         program, names = "mediapipe", list(MEDIAPIPE)
     return detections(program, where, rows, int(max(number.values())) + 1, names=list(map(str, names)),
                       frame_rate_hz=rate, image_size=size, notes=notes)  # fmt: skip
 
 
 def settings(content: dict[str, Any]) -> tuple[float, tuple[int, int]]:
-    """Frame rate and image size that an object states; 0 where it does not."""
+    """Frame rate and image size that an object or one in it (meta, metadata, …) states; 0 where none does."""
+    within = [part for part in content.values() if _has(part, "fps") or _has(part, "width")]
+    stating = {key: value for part in [*within, content] for key, value in part.items()}
 
     def stated(*keys: str) -> float:
-        values = (number(str(content.get(key, ""))) for key in keys)
+        values = (number(str(stating.get(key, ""))) for key in keys)
         return next((value for value in values if 0 < value < np.inf), 0.0)
 
-    size = (int(stated("width", "image_width")), int(stated("height", "image_height")))
-    return stated("fps", "frame_rate", "frame_rate_hz"), size
+    rate = stated("fps", "frame_rate", "frame_rate_hz", "frameRate")
+    return rate, (int(stated("width", "image_width")), int(stated("height", "image_height")))

@@ -12,17 +12,21 @@ import numpy as np
 from pipeline.formats.arrays import load_npy, load_npz
 from pipeline.formats.budget import require_points
 from pipeline.formats.contract import damaged, read_bytes
-from pipeline.formats.keypoints.contract import MEDIAPIPE, MOST_FRAMES, Detections, detections, timed
-from pipeline.formats.keypoints.people_json import load, settings
+from pipeline.formats.keypoints.contract import IN_3D, MEDIAPIPE, MOST_FRAMES, Detections, detections, timed
+from pipeline.formats.keypoints.people_json import frames_by_name, load, settings
 from pipeline.formats.points import trc
 from pipeline.formats.points.cells import Rows
 from pipeline.formats.points.csv.table import coordinates, read_table, role_of
+from pipeline.formats.text import number
 
 _CONFIDENCE = ("confidence", "score", "visibility", "likelihood", "conf", "vis", "prob", "c", "p", "v")
 
 _ROLES = {
-    **dict.fromkeys(("bodypart", "body_part", "joint_name", "landmark_name", "keypoint_name"), "point"),
-    **dict.fromkeys(("video", "video_name"), "person"),  # films one below the other
+    "video": "person",  # films one below the other
+    "video_name": "person",
+    "image": "frame",
+    "image_id": "frame",
+    "image_name": "frame",
 }
 """What columns are that are none of these in tables of markers."""
 
@@ -55,9 +59,7 @@ def read_csv(path: Path) -> Detections:
     columns = _columns(table, "point" in roles)
     kinds = set[str]().union(*columns.values())
     if "z" in kinds and "c" not in kinds:
-        table.notes.append(
-            "Columns z are not used.  If the points are in 3D, they are no film's: see `inspect`."
-        )
+        table.notes.append(f"Columns z are not used.  {IN_3D}")
     names, is_long, rows = list(columns), "" in columns, np.arange(len(table.cells))
     if is_long and not ("point" in roles and {"frame", "time"} & set(roles)):
         received = ", ".join(table.header[:8])
@@ -101,8 +103,8 @@ def _split_points(table: Rows) -> None:
 def _columns(table: Rows, is_long: bool) -> dict[str, dict[str, int]]:
     """Columns x, y and, if there are some, z and c, the confidence, of each point, ``""`` in a long table."""
     columns: dict[str, dict[str, int]] = {}
-    for point, kind, _, number in coordinates(table.header, "xy", ("z", *_CONFIDENCE)):
-        columns.setdefault(point, {})[kind if kind in "xyz" else "c"] = number
+    for point, kind, _, column in coordinates(table.header, "xy", ("z", *_CONFIDENCE)):
+        columns.setdefault(point, {})[kind if kind in "xyz" else "c"] = column
     whole = {name: of for name, of in columns.items() if {"x", "y"} <= set(of)}
     if not whole:
         expected = "columns such as left_knee_x and left_knee_y, or keypoint, x and y"
@@ -142,6 +144,11 @@ def _crowd(names: list[str]) -> tuple[list[str], list[str]]:
 
 
 def _frames(table: Rows, column: int) -> np.ndarray:
+    names = table.texts(column)
+    if all(number(name.replace(",", ".")) == np.inf for name in names):  # of images
+        numbers, notes = frames_by_name(names)
+        table.notes += notes
+        return np.array([numbers[name] for name in names])
     frames = table.column(column)
     wrong = np.flatnonzero((frames != np.round(frames)) | (frames < 0) | (frames >= MOST_FRAMES))
     if wrong.size:
@@ -200,8 +207,7 @@ def read_array(path: Path) -> Detections:
         for number, frame in enumerate(values)
         for points in frame.reshape(-1, *found.shape[-2:-1], 3)
     ]
-    numbers = {name: array.item() for name, array in arrays.items() if array.size == 1}
-    rate, size = settings(numbers)
+    rate, size = settings({name: array.item() for name, array in arrays.items() if array.size == 1})
     names = arrays["names"].astype(str).ravel().tolist() if "names" in arrays else []
     return detections(
         path.suffix[1:].lower(),

@@ -12,8 +12,8 @@ from pipeline.formats.contract import damaged
 from pipeline.formats.text import read_numbers
 from pipeline.validation import require_range
 
-NOTHING = re.compile(r"|#?n/?a|none|null|--?|-?nan\(.*\)|-?1[.,]#\w+", re.IGNORECASE)
-"""What tables write for a value that is missing, beside NaN."""
+NOTHING = re.compile(r"|#?n/?a|none|null|missing|--?|-?nan\(.*\)|-?1[.,]#\w+|#[a-z/0]+[!?]", re.IGNORECASE)
+"""What tables write for a value that is missing, beside NaN; spreadsheets, for one that cannot be computed."""
 
 
 @dataclass
@@ -60,7 +60,7 @@ class Rows:
             cell = f"column {self.header[column]!r}" if self.header else f"cell {column + 1}"
             return f"{self.place(row)}, {cell}"
 
-        words = ["nan" if NOTHING.fullmatch(word) else word for word in words]
+        words = ["nan" if NOTHING.fullmatch(word) else word.removesuffix("px") for word in words]
         return read_numbers(words, place).reshape(len(self.cells), len(columns))
 
     def column(self, column: int) -> np.ndarray:

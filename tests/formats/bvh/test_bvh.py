@@ -73,6 +73,18 @@ def test_names_in_whatever_encoding(encoding: str, name: str, copy: Path) -> Non
     )
 
 
+@pytest.mark.parametrize(
+    ("encoding", "name"), [("euc_kr", "왼어깨"), ("euc_jp", "左足ボーン"), ("gb2312", "左膝关节")]
+)
+def test_names_in_other_encodings_are_no_japanese_and_stay_apart(
+    encoding: str, name: str, copy: Path
+) -> None:
+    copy.write_bytes(copy.read_text().replace("Spine", name).encode(encoding))
+    motion = bvh.read(copy)
+    assert motion.names[1] == name.encode(encoding).decode("latin-1")
+    assert "The text is not UTF-8; it was read as Latin-1." in motion.notes
+
+
 @pytest.mark.parametrize(("units", "factor"), [("mm", 0.1), ("m", 100.0), ("in/0.45", 5.64444)])
 def test_the_caller_says_the_unit(units: str, factor: float) -> None:
     motion = bvh.read(BVH, units=units)

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pipeline.formats import keypoints
-from pipeline.formats.keypoints.people_json import _frames, identity_of
+from pipeline.formats.keypoints.people_json import frames_by_name, identity_of
 from pipeline.validation import InvalidInput
 
 POINTS = np.arange(1.0, 35.0).reshape(17, 2) * 3.0
@@ -175,6 +175,91 @@ def test_points_under_whatever_keys(written: str, lines: bool, tmp_path: Path) -
     np.testing.assert_allclose(found.confidence, 0.9)
     assert found.names == (tuple(NAMED) if written == "coco" or "named" in written else ())
     assert found.image_size == ((640, 480) if written == "coco" else (0, 0))
+
+
+COLUMNS = [f"{name}_{axis}" for name in NAMED for axis in ("x", "y", "c")]
+ROWS = [dict(zip(COLUMNS, flat(), strict=True))] * 9
+LETTERS = [f"part_{letter}" for letter in "abcdefghijklmnopq"]
+OF_EACH = {name: [mark] * 9 for name, mark in zip(LETTERS, MARKS[:, [0, 1, 3]].tolist(), strict=True)}
+TABLES = {
+    "records": ROWS,
+    "records with a frame": [{"frame": frame, "box": None} | row for frame, row in enumerate(ROWS)],
+    "index": {str(frame): row for frame, row in enumerate(ROWS)},
+    "columns": {title: dict.fromkeys(map(str, range(9)), value) for title, value in ROWS[0].items()},
+    "lists": {"names": ["a"]} | {title: [value] * 9 for title, value in ROWS[0].items()},
+    "split": {"columns": COLUMNS, "index": [*range(9)], "data": [[*row.values()] for row in ROWS]},
+    "table": {"schema": {"fields": []}, "data": ROWS},
+    "points": OF_EACH,
+    "points within": {"fps": 25, "joints": OF_EACH, "edges": [[0, 1], [1, 2]]},
+    "columns of points": {
+        name: {axis: [value] * 9 for axis, value in zip("xyc", mark[0], strict=True)} for name, mark in OF_EACH.items()
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("written", TABLES)
+def test_a_table_as_json(written: str, tmp_path: Path) -> None:
+    found = keypoints.read(write(tmp_path / "a.json", TABLES[written]))
+    names = LETTERS if "points" in written else NAMED
+    assert (found.names, found.frame.tolist(), found.n_frames) == (tuple(names), [*range(9)], 9)
+    np.testing.assert_allclose(found.points, [POINTS] * 9)
+    np.testing.assert_allclose(found.confidence, 0.9)
+
+
+@pytest.mark.parametrize("written", ["index", "columns", "Frame", "frameIndex"])
+def test_rows_of_a_json_may_be_numbered_and_empty(written: str, tmp_path: Path) -> None:
+    rows = {"3": ROWS[0], "4": dict.fromkeys(COLUMNS), "6": ROWS[0]}
+    content: object = rows
+    if written == "columns":
+        content = {title: {frame: row[title] for frame, row in rows.items()} for title in COLUMNS}
+    elif written != "index":
+        content = [{written: int(frame)} | row for frame, row in rows.items()]
+    assert keypoints.read(write(tmp_path / "a.json", content)).frame.tolist() == [0, 3]
+
+
+@pytest.mark.parametrize("within", [False, True])
+def test_names_of_all_points_may_stand_once(within: bool, tmp_path: Path) -> None:
+    stated = {"keypoint_names": NAMED[::-1], "people": ["bob"]}
+    frames = [{"keypoints": MARKS[::-1, [0, 1, 3]].tolist()}] * 2
+    content = {"meta": stated, "frames": frames} if within else {**stated, "frames": frames}
+    assert keypoints.read(write(tmp_path / "a.json", content)).names == tuple(NAMED[::-1])
+
+
+@pytest.mark.parametrize("header", [{"fps": 25, "width": 640, "height": 480}, {"meta": {"fps": 25}}])
+def test_the_first_of_the_lines_may_hold_settings(header: dict[str, object], tmp_path: Path) -> None:
+    lines = [header, *({"frame": frame, **IN_TURN} for frame in (5, 7))]
+    (tmp_path / "a.jsonl").write_text("\n".join(map(json.dumps, lines)) + "\n", encoding="utf-8")
+    found = keypoints.read(tmp_path / "a.jsonl")
+    assert (found.n_frames, found.frame.tolist(), found.frame_rate_hz) == (3, [0, 2], 25.0)
+    assert found.image_size == ((640, 480) if "width" in header else (0, 0))
+
+
+@pytest.mark.parametrize("first", [{"fps": 25, "frame": 0, **IN_TURN}, {"fps": 25} | ROWS[0]])
+def test_the_first_of_the_lines_may_be_a_frame(first: dict[str, object], tmp_path: Path) -> None:
+    lines = [
+        first,
+        {key: value for key, value in first.items() if key not in ("fps", "frame")} | {"frame": 1},
+    ]
+    (tmp_path / "a.jsonl").write_text("\n".join(map(json.dumps, lines)) + "\n", encoding="utf-8")
+    assert len(keypoints.read(tmp_path / "a.jsonl").points) == 2
+
+
+@pytest.mark.parametrize("key", ["people", "tracks"])
+@pytest.mark.parametrize(
+    "who", [[{"id": 1}, {"id": 2}], [{"name": "1"}, {"name": "2"}], [{}, {"track_id": 2}]]
+)
+def test_a_list_of_people_with_frames(key: str, who: list[dict[str, object]], tmp_path: Path) -> None:
+    frames = [MARKS[:, [0, 1, 3]].tolist()] * 9
+    content = {"frameRate": 25, key: [one | {"frames": frames} for one in who]}
+    found = keypoints.read(write(tmp_path / "a.json", content))
+    assert found.frame.tolist() == np.repeat(range(9), 2).tolist()
+    assert found.identity.tolist() == ["1" if who[0] else "0", "2"] * 9
+    assert found.frame_rate_hz == 25.0
+
+
+def test_names_that_are_joined_are_no_person(tmp_path: Path) -> None:
+    content = {"edges": [["hip", "knee"], ["knee", "ankle"]], "bob": [MARKS[:, [0, 1, 3]].tolist()] * 9}
+    assert set(keypoints.read(write(tmp_path / "a.json", content)).identity) == {"bob"}
 
 
 def test_rate_and_size_within_a_json(tmp_path: Path) -> None:
@@ -590,11 +675,46 @@ def test_a_confidence_that_was_never_written_is_not_given(nothing: str, tmp_path
     assert "The confidence is empty or 0 throughout, and taken as not given." in found.notes
 
 
+@pytest.mark.parametrize("title", ["frame", "image", "Frame ID"])
+@pytest.mark.parametrize("name", ["frame_{:06d}.png", "walk2/{}.jpg", "{:03d}.jpg"])
+def test_frames_may_be_numbered_by_names_of_images(title: str, name: str, tmp_path: Path) -> None:
+    rows = [f"{name.format(frame)},1,2\n" for frame in (12, 14, 15)]
+    (tmp_path / "a.csv").write_text(f"{title},left_knee_x,left_knee_y\n{''.join(rows)}", encoding="utf-8")
+    found = keypoints.read(tmp_path / "a.csv")
+    assert (found.frame.tolist(), found.n_frames) == ([0, 2, 3], 4)
+
+
+def test_pixels_with_their_unit_and_titles_again(tmp_path: Path) -> None:
+    title = "frame,left_knee_x,left_knee_y\n"
+    text = f"{title}0,312.0px,1px\n1,missing,3\n{title}2,5 px,7px\n3,#REF!,\n"
+    (tmp_path / "a.csv").write_text(text, encoding="utf-8")
+    found = keypoints.read(tmp_path / "a.csv")
+    assert (found.frame.tolist(), found.points[:, 0].tolist()) == ([0, 2], [[312, 1], [5, 7]])
+    assert found.notes[0] == "The titles stand again below: are several tables in one?"
+
+
+def test_a_folder_of_several_tables_is_refused(tmp_path: Path) -> None:
+    for name in "ab":
+        (tmp_path / f"{name}.csv").write_text("left_knee_x,left_knee_y\n1,2\n3,4\n", encoding="utf-8")
+    with pytest.raises(InvalidInput, match=r"may be several films or people.*2 files: a.csv, b.csv"):
+        keypoints.read(tmp_path)
+
+
 def test_depths_are_no_confidence(tmp_path: Path) -> None:
     write(tmp_path / "a.json", [{"frame": k, "landmarks": MARKS[:, :3].tolist()} for k in (0, 1)])
     found = keypoints.read(tmp_path / "a.json")
     assert (found.confidence == 1).all()
     assert any("depths, which are no confidence" in note for note in found.notes)
+
+
+@pytest.mark.parametrize("objects", [False, True])
+def test_points_in_3d_are_remarked_on(objects: bool, tmp_path: Path) -> None:
+    """Millimetres from a depth camera."""
+    marks = [[x, y, 2000.0 + k] for k, (x, y) in enumerate(POINTS.tolist())]
+    points = [dict(zip("xyz", mark, strict=True)) for mark in marks] if objects else marks
+    found = keypoints.read(write(tmp_path / "a.json", [{"frame": k, "joints": points} for k in (0, 1)]))
+    assert (found.confidence == 1).all()
+    assert any("they are no film's: see `inspect`" in note for note in found.notes)
 
 
 @pytest.mark.parametrize("missing", [(0.0, 0.0, 0.9), (-1.0, -1.0, 0.9), (5.0, 5.0, 0.0), (np.nan, 1.0, 1.0)])
@@ -618,7 +738,7 @@ def test_what_is_missing_is_nan(missing: tuple[float, float, float], tmp_path: P
             [{"image_id": "1", "keypoints": [1] * 51}, {"image_id": "2", "keypoints": [1] * 54}],
             "differ in their",
         ),
-        ({"people": []}, "one frame of OpenPose"),
+        ({"people": []}, "one frame is no walk"),
         ({"a": 1}, "format is unknown"),
         ([], "format is unknown"),
         ({"instance_info": [{"frame_id": 0, "instances": []}]}, "nobody was detected"),
@@ -655,12 +775,12 @@ def test_a_truncated_file_is_refused_in_a_sentence(
 
 
 def test_numbers_of_frames_and_people() -> None:
-    assert _frames(["walk2_000014_keypoints.json", "walk2_000012_keypoints.json"])[0] == {
+    assert frames_by_name(["walk2_000014_keypoints.json", "walk2_000012_keypoints.json"])[0] == {
         "walk2_000014_keypoints.json": 2, "walk2_000012_keypoints.json": 0,
     }  # fmt: skip
     of_layout = ["9_keypoints_25.json", "10_keypoints_25.json"]
-    assert _frames(of_layout) == (dict(zip(of_layout, (0, 1), strict=True)), [])
-    in_order, (note,) = _frames(["walk_7.json", "walk.json"])
+    assert frames_by_name(of_layout) == (dict(zip(of_layout, (0, 1), strict=True)), [])
+    in_order, (note,) = frames_by_name(["walk_7.json", "walk.json"])
     assert (list(in_order.values()), "order of their names" in note) == ([0, 1], True)
     assert identity_of([[3]]) == "3"
     assert identity_of(True) == ""

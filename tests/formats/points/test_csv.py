@@ -13,6 +13,7 @@ from hypothesis.extra import numpy as hnp
 from pipeline import formats, mappings
 from pipeline.formats.contract import harmless
 from pipeline.formats.points import csv
+from pipeline.formats.points.csv.table import role_of
 from pipeline.skeleton.recorded import MILLIMETRES, MotionCapture
 from pipeline.validation import InvalidInput
 from tests.formats.contract import FIXTURES
@@ -165,9 +166,16 @@ def test_times_of_a_calendar(tmp_path: Path, time: str) -> None:
     assert_is_the_example(read(tmp_path, text))
 
 
-@pytest.mark.parametrize("title", ["joint_name", "Marker Name", "landmark_index"])
+@pytest.mark.parametrize("title", ["joint_name", "Marker Name", "landmark_index", "bodypart", "Bone"])
 def test_a_long_table_that_says_what_of_a_point_it_names(tmp_path: Path, title: str) -> None:
     assert_is_the_example(read(tmp_path, LONG.replace("joint", title)))
+
+
+@pytest.mark.parametrize(
+    ("title", "is_time"), [("__time", True), ("%time", True), ("# Time", True), ("Time %", False)]
+)
+def test_titles_may_begin_with_signs(title: str, is_time: bool) -> None:
+    assert (role_of(title)[0] == "time") is is_time
 
 
 def test_microseconds_by_their_title(tmp_path: Path) -> None:
@@ -549,6 +557,11 @@ def test_files_beside_bids_motion_may_be_above_it(tmp_path: Path) -> None:
     (folder / "sub-2_ses-1_tracksys-omc_channels.tsv").write_text(CHANNELS.replace("\tm\n", "\tmm\n"))
     (folder / "sub-1_ses-1_channels.tsv").write_text(CHANNELS.replace("\tm\n", "\tmm\n"))
     assert formats.read(path).units == "m"
+    (folder / "sub-1_ses-1_motion.json").write_text('{"SamplingFrequency": 200}')
+    assert formats.read(path).frame_rate_hz == 200.0
+    (folder / "sub-1_ses-1_motion.json").write_text('{"TrackingSystemName": "omc"}')
+    assert formats.read(path).frame_rate_hz == 100.0  # of all settings together
+    assert [file for file in tmp_path.rglob("*") if formats.is_recording(file)] == [path]
 
 
 @pytest.mark.parametrize("signals", ["ProxEndPos", "CGPos ProxEndPos"])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from collections import ChainMap
 from pathlib import Path
 
 from pipeline.formats.contract import damaged
@@ -17,20 +18,19 @@ _LEVELS = 4
 def beside(path: Path) -> list[Path]:
     """Return the table of channels and the settings of a motion file of BIDS, those that are there.
 
-    Of each the nearest in its folder or up to that of the dataset, of no other person, task, …, than the file; of two
-    in a folder the one that says more.
+    In its folder or up to that of the dataset, of no other person, task, …, than the file, the nearest first; of two in
+    a folder the one that says more.  Of the channels the nearest, of the settings all.
     """
     if not path.name.endswith("_motion.tsv"):
         return []
     words, files = path.name.split("_"), []
-    for ending in ("channels.tsv", "motion.json"):
-        found = [
+    for ending, most in (("channels.tsv", 1), ("motion.json", None)):
+        files += [
             file
             for folder in path.absolute().parents[:_LEVELS]
             for file in sorted(folder.glob(f"*{ending}"), key=lambda file: -len(file.name))
             if {*file.name.split("_")} <= {*words, ending}
-        ]
-        files += found[:1]
+        ][:most]
     return files
 
 
@@ -46,12 +46,12 @@ def titles_and_rate(path: Path) -> tuple[str, float | None]:
         return "", None
     titles = []
     try:
-        channels, settings = (read_text(file)[0] for file in files)
+        channels, *settings = (read_text(file)[0] for file in files)
         for row in csv.DictReader(channels.split("\n"), delimiter="\t"):
             coordinate = f"{row['tracked_point']}_{row['component']}_{row['units']}".removesuffix("_n/a")
             other = f"{row['name']} {row['type']}"
             titles.append({"POS": coordinate, "LATENCY": "time"}.get(row["type"], other))
-        rate = require_range("", float(json.loads(settings)["SamplingFrequency"]), above=0)
+        rate = require_range("", float(ChainMap(*map(json.loads, settings))["SamplingFrequency"]), above=0)
     except (LookupError, TypeError, ValueError):
         expected = (
             "beside it or above _channels.tsv with columns name, type, component, tracked_point, units"

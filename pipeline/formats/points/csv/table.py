@@ -37,12 +37,12 @@ _ROLES = {
     },
     "frame": {
         "frame",
-        "frame#",
         "item",
         *(f"frame_{kind}" for kind in ("number", "index", "idx", "id", "num", "no")),
     },
     "point": {
         *("joint", "point", "marker", "name", "label", "landmark", "keypoint"),
+        *("bodypart", "body_part", "bone"),
         *(
             f"{point}_{word}"
             for point in ("joint", "landmark", "keypoint", "marker")
@@ -119,7 +119,7 @@ def coordinates(
 
 def role_of(title: str) -> tuple[str, str]:
     """Return what a column is besides a coordinate, nothing if it is not, and its title in small letters."""
-    plain = _BRACKETED.sub(r"_\1", title).lower().replace(" ", "_").rstrip(".")
+    plain = _BRACKETED.sub(r"_\1", title).lower().replace(" ", "_").lstrip("_%#").rstrip("._#")
     return next((role for role, titles in _ROLES.items() if plain in titles), ""), plain
 
 
@@ -143,10 +143,13 @@ def read_table(path: Path, titles: str = "") -> Rows:
     if delimiter == " ":
         text = "\n".join(" ".join(line.split()) for line in text.split("\n"))
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
-    rows, lines = [], []
+    rows: list[list[str]] = []
+    lines, again = [], []
     try:
         for row in reader:
-            if any(cell.strip() for cell in row):
+            if row in rows[:titled] and not _holds_numbers(row):
+                again = ["The titles stand again below: are several tables in one?"]
+            elif any(cell.strip() for cell in row):
                 rows.append(row)
                 lines.append(reader.line_num + begin)
     except csv.Error as error:
@@ -158,7 +161,7 @@ def read_table(path: Path, titles: str = "") -> Rows:
     # Titles of several lines may be written as ('nose', 'x').
     words = [["_".join(_QUOTED.findall(cell)) or cell.strip() for cell in row] for row in rows[:titled]]
     header = _without_raw(_joined(words), notes)
-    table = Rows(where, rows[titled:], lines[titled:], notes, delimiter != ",", header)
+    table = Rows(where, rows[titled:], lines[titled:], notes + again, delimiter != ",", header)
     for k, row in enumerate(table.cells):
         while len(row) > len(header) and not row[-1].strip():
             row.pop()
@@ -225,7 +228,7 @@ def _joined(rows: list[list[str]]) -> list[str]:
 
 
 def _holds_numbers(cells: list[str]) -> bool:
-    filled = [cell.strip(' "').replace(",", ".") for cell in cells]
+    filled = [cell.strip(' "').removesuffix("px").replace(",", ".") for cell in cells]
     return sum(bool(NOTHING.fullmatch(cell)) or number(cell) != np.inf for cell in filled) > len(filled) / 2
 
 
