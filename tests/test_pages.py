@@ -17,12 +17,14 @@ from pipeline.cli.main import COMMANDS
 from pipeline.cli.presets import listed, presets
 from pipeline.core import camera_paths
 from pipeline.formats import c3d
+from pipeline.formats.points import trc
 from pipeline.skeleton import WALKER15
 from pipeline.storage import tables
 from pipeline.storage.sealed_folders import write_manifest
 from pipeline.studies import published
 from pipeline.studies.registry import options
 from pipeline.synthetic import limbs, walkers
+from pipeline.synthetic.bending import bending_performances
 from pipeline.validation import InvalidInput
 from tests.core.keypoint_walk.walkers import clip
 from tests.pages import PAGES, blocks
@@ -72,6 +74,9 @@ def test_the_examples_on_files_run(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     )
     for k, walk in enumerate(theirs.positions_mm):
         c3d.write(tmp_path / "my_laboratory" / f"q{k}.c3d", WALKER15.joints, walk, 40.0)
+    (tmp_path / "my_bends").mkdir()
+    for k, bend in enumerate(bending_performances(np.random.default_rng(1), performances=6).positions_mm):
+        trc.write(tmp_path / "my_bends" / f"r{k}.trc", WALKER15.joints, bend, 30.0)
     (tmp_path / "walk.c3d").write_bytes((tmp_path / "my_walks" / "p0.c3d").read_bytes())
     alphapose(tmp_path / "walk.json", in_layout(clip(60.0, ERROR), "coco17"))
     body = limbs.synthetic_body(np.random.default_rng(1), 100)
@@ -93,6 +98,8 @@ def test_the_examples_on_files_run(tmp_path: Path, monkeypatch: pytest.MonkeyPat
         assert names, page
     assert np.shape(names["coefficients"]) == (5, 15, 3)
     assert np.abs(names["found"].positions - body.positions_mm[:, leg]).max() < 10  # type: ignore[attr-defined]
+    assert np.shape(names["warp"]) == (5, 100)
+    assert np.mean(names["inside"]) > 0.2  # type: ignore[arg-type]
     assert np.nanmax(tables.read(tmp_path / "angles.csv")["left_knee_deg"]) > 40
     others = {page for page in PAGES if blocks(page, "py")} - {
         "README.md",

@@ -9,7 +9,7 @@ import numpy as np
 
 from pipeline.clips.kinds import Performances
 from pipeline.clips.options import Steady, SyntheticPerformances
-from pipeline.clips.usable import PreparedClip, RawClip, collect, prepare, report_row
+from pipeline.clips.usable import PreparedClip, RawClip, collect, prepare, report_row, require_action
 from pipeline.clips.walks import REPORT_COLUMNS as WALK_COLUMNS
 from pipeline.clips.walks import steady_walk
 from pipeline.core import fourier, posture
@@ -76,6 +76,7 @@ def whole_clip(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
                 f"gaps up to {gap_s:g} s",
             )
         kept = bridged.positions[first : last + 1]
+        require_action(kept, raw.frame_rate_hz, first)
         posture.postures(kept)  # refuses what leaves a posture undefined
         row |= {"first_frame": first, "last_frame": last, "seconds": (last - first) / raw.frame_rate_hz}
         return kept

@@ -9,8 +9,14 @@ from typing import Any
 import numpy as np
 
 from pipeline.core import walking
-from pipeline.skeleton import WALKER15
+from pipeline.skeleton import PELVIS, WALKER15
 from pipeline.validation import InvalidInput
+
+LEAST_MOTION_MM = 10.0
+"""About the pelvis, rms over time, of the joint that moves most: who stands still sways less."""
+
+FASTEST_M_S = 20.0
+"""Of a pelvis: sprinters reach 12."""
 
 
 @dataclass(frozen=True)
@@ -120,6 +126,23 @@ def prepare(
     except InvalidInput as refusal:
         return PreparedClip(row | {"reason": str(refusal)})
     return PreparedClip(row | {"verdict": "kept"}, kept, raw.frame_rate_hz)
+
+
+def require_action(positions: np.ndarray, frame_rate_hz: float, first_frame: int) -> None:
+    """Raise InvalidInput if nobody moves, or the pelvis faster than anybody can: in positions (T, 15, 3), mm."""
+    moved = np.sqrt((positions - positions[:, [PELVIS]]).var(axis=0).sum(axis=-1)).max()
+    if moved < LEAST_MOTION_MM:
+        raise InvalidInput(
+            "nobody moves", expected=f"a joint that moves {LEAST_MOTION_MM:g} mm", received=f"{moved:.2g} mm"
+        )
+    speed = np.linalg.norm(np.diff(positions[:, PELVIS], axis=0), axis=-1) * frame_rate_hz / 1000.0
+    if speed.max() > FASTEST_M_S:
+        raise InvalidInput(
+            "the pelvis jumps: lost in tracking, or another frame rate",
+            f"frame {first_frame + int(speed.argmax())}",
+            f"up to {FASTEST_M_S:g} m/s",
+            f"{speed.max():.0f} m/s",
+        )
 
 
 def collect(

@@ -9,7 +9,7 @@ import numpy as np
 
 from pipeline.clips.kinds import VariedClips
 from pipeline.clips.options import SyntheticClips
-from pipeline.clips.usable import PreparedClip, RawClip, collect, prepare, report_row
+from pipeline.clips.usable import PreparedClip, RawClip, collect, prepare, report_row, require_action
 from pipeline.core.walking import BridgedClip, longest_run
 from pipeline.seeding import derive_generator
 from pipeline.synthetic.bending import bending_performances
@@ -91,6 +91,7 @@ def longest_stretch(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
                 expected=f"{LEAST_FRAMES} frames",
                 received=stop - first,
             )
+        require_action(bridged.positions[first:stop], raw.frame_rate_hz, first)
         seconds = (stop - first - 1) / raw.frame_rate_hz
         row |= {"first_frame": first, "last_frame": stop - 1, "seconds": seconds}
         return bridged.positions[first:stop]

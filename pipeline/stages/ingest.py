@@ -47,9 +47,10 @@ def run(experiment: Experiment, store: Store, population: int | None = None) -> 
         path = experiment.published_in / "refused_clips.csv"
         path.parent.mkdir(parents=True, exist_ok=True)
         tables.write(path, report_table(refusal.report, refusal.columns), sort_by=["clip"])
-        rows = "; ".join(f"{row['clip']}: {row['reason']}" for row in refusal.report[:50] if row["reason"])
         raise InvalidInput(
-            f"{refusal.what} (every reason is in {path})", expected=refusal.expected, received=rows
+            f"{refusal.what} (every reason is in {path})",
+            expected=refusal.expected,
+            received=refusal.received,
         ) from None
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,9 @@ import pytest
 
 from pipeline.clips.kinds import PERFORMANCES, Performances
 from pipeline.clips.options import Locomotion, Skeleton, Steady, SyntheticPerformances
-from pipeline.clips.performances import synthetic_performances
+from pipeline.clips.performances import synthetic_performances, whole_clip
+from pipeline.clips.usable import PreparedClip, RawClip
+from pipeline.clips.varied import longest_stretch
 from pipeline.core import fourier
 from pipeline.formats.points import trc
 from pipeline.ingestion.data import Cut, FolderData, RecordedPerformances
@@ -61,6 +64,20 @@ def test_too_few_performances_are_refused_with_the_reasons(bends: Path) -> None:
         InvalidInput, match=r"^1 of the 2 clips can be used \(expected 3 or more.*missing for too long"
     ):
         performances(bends, pattern="a_*")
+
+
+@pytest.mark.parametrize("select", [whole_clip, longest_stretch])
+def test_where_nobody_moves_or_the_pelvis_jumps_there_is_no_action(
+    select: Callable[..., PreparedClip],
+) -> None:
+    moving = synthetic_performances(SyntheticPerformances(performances=3), 1).motion(0)
+    lost = moving.copy()
+    lost[40:, :, 2] += 900.0
+    still = np.repeat(moving[:1], 60, axis=0)
+    kept, *refused = (select(RawClip({"clip": "a"}, motion, 30.0)).row for motion in (moving, still, lost))
+    assert kept["verdict"] == "kept"
+    assert "nobody moves" in refused[0]["reason"]
+    assert "frame 39: the pelvis jumps" in refused[1]["reason"]
 
 
 def test_the_middle_cycle_of_a_walk_begins_and_ends_at_phase_zero(tmp_path: Path) -> None:

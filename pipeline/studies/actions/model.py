@@ -26,6 +26,13 @@ ALIGNMENTS = ("raw", "linear", "keyframe", "synchronized")
 ``synchronized``  to the rate of the median sequence, the paper's proposal [mozerov2006 18]
 """
 
+UNLIKE = 1.5
+"""Global distance to the median one, of a performance that bounds learnt without it nowhere accept, from which it may
+be of another action."""
+
+UNRELATED = 0.8
+"""Share of the variance that synchronization leaves, of bends and squats up to 0.44, of unrelated motion from 0.95."""
+
 
 class Penalty(StrEnum):
     """What the smoothness mu weighs [mozerov2006 12, 16]."""
@@ -73,6 +80,8 @@ class Action:
     accepted_person : dict of (M, P) bool
         The same without all performances of its person; empty where too few people perform.
     words : str
+    remarks : list of str
+        What does not look like one action.
     """
 
     space: ASpace
@@ -90,6 +99,7 @@ class Action:
     accepted: dict[str, np.ndarray]
     accepted_person: dict[str, np.ndarray]
     words: str
+    remarks: list[str]
 
     def sequences(self, alignment: str) -> list[np.ndarray]:
         """Return every performance in the aSpace: (F, b) if raw, else (P, b)."""
@@ -176,13 +186,28 @@ class ActionSpaceModel(Model):
                 for alignment, x in aligned.items()
             }
 
+        accepted, apart = acceptance(None), learnt.distances.sum(axis=1)
+        apart = apart / np.median(apart)
+        alien = ~accepted["synchronized"].any(axis=1) & (apart > UNLIKE)
+        remarks = [
+            f"{clip} is unlike the other performances, {times:.1f} times as far from all as is usual, and none of "
+            "its postures is within their bounds: another action?"
+            for clip, times in zip(dataset.clip[alien], apart[alien], strict=True)
+        ]
+        left = action_model.variance_left(learnt.synchronized).mean()
+        if left > UNRELATED * (whole := action_model.mean_squared_deviation(learnt.synchronized)):
+            remarks.append(
+                f"synchronized performances differ by {100 * left / whole:.0f} % of the variance of all postures: "
+                "is this one action?"
+            )
         space = learnt.space
         return Action(
             **(vars(learnt) | {"raw": np.concatenate(learnt.raw)}),
             first=dataset.first,
             keyframe=keyed.sequences,
             keyframe_warp=keyed.warp,
-            accepted=acceptance(None),
+            accepted=accepted,
             accepted_person=acceptance(people) if performances - most >= 2 else {},
             words=f"aSpace of {space.dimensions} dimensions holding {100 * space.variance_held:.1f} % of the variance",
+            remarks=remarks,
         )

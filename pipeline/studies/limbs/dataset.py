@@ -60,11 +60,13 @@ class LimbDataset(Dataset):
 
     def build(self, clips: VariedClips, *, workers: int) -> LimbStretches:
         """Return the stretches of all clips that are long enough."""
-        stretches, clip_of, starts, short = [], [], [], []
+        stretches, clip_of, starts, short, longest = [], [], [], [], 0
         for number in range(len(clips)):
             motion = clips.motion(number)
-            at = frames_at_rate(len(motion), clips.frame_rate_hz[number], self.frame_rate_hz)
+            rate = min(clips.frame_rate_hz[number], self.frame_rate_hz)
+            at = frames_at_rate(len(motion), clips.frame_rate_hz[number], rate)
             positions = interpolate(motion, at)
+            longest = max(longest, len(positions))
             spare = len(positions) - self.frames
             if spare < 0:
                 short.append(str(clips.clip[number]))
@@ -73,16 +75,25 @@ class LimbDataset(Dataset):
             for start in np.unique(np.linspace(0, spare, count).round().astype(int)):
                 stretches.append(positions[start : start + self.frames])
                 clip_of.append(number)
-                starts.append(start / self.frame_rate_hz)
+                starts.append(start / rate)
         if not stretches:
             raise InvalidInput(
                 "no clip is long enough",
                 "dataset.frames",
                 f"{self.frames} frames at {self.frame_rate_hz:g} Hz",
+                f"{longest} at most",
             )
         relative = [relative_trajectories(WALKER14, positions) for positions in stretches]
         lengths = np.linalg.norm(np.stack(relative), axis=-1)
-        remark = f"{len(short)} clips are shorter than {self.frames} frames"
+        slow = clips.clip[clips.frame_rate_hz < self.frame_rate_hz]
+        remarks = [
+            f"{len(them)} clips are {what} (e.g. {them[0]})"
+            for them, what in (
+                (short, f"shorter than {self.frames} frames"),
+                (slow, f"slower than {self.frame_rate_hz:g} Hz, so that their stretches last longer"),
+            )
+            if len(them)
+        ]
         return LimbStretches(
             positions=np.stack(stretches),
             lengths_mm=lengths.mean(axis=1),
@@ -93,5 +104,5 @@ class LimbDataset(Dataset):
             source=clips.source[clip_of],
             frame_rate_hz=self.frame_rate_hz,
             words=f"{len(stretches)} stretches of {self.frames} frames out of {len(set(clip_of))} clips",
-            remarks=[f"{remark} (e.g. {short[0]})"] if short else [],
+            remarks=remarks,
         )

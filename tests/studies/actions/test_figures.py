@@ -16,7 +16,11 @@ from pipeline.cli.compose import compose
 from pipeline.cli.figures import make_figure
 from pipeline.cli.recipes import lacking
 from pipeline.cli.summary import Outcome
+from pipeline.clips.options import SyntheticPerformances
+from pipeline.clips.performances import synthetic_performances
 from pipeline.core.synchronization import allowed_disparities
+from pipeline.formats.points import trc
+from pipeline.skeleton import WALKER15
 from pipeline.storage import tables
 from pipeline.storage.store import Store
 from pipeline.studies.actions.figures import other_paths
@@ -379,3 +383,13 @@ def make_refused(store: Store) -> Callable[[str, str], str]:
 def test_options_that_cannot_be_are_refused_in_a_sentence(store: Store, override: str, words: str) -> None:
     with pytest.raises(InvalidInput, match=words):
         make(store, "mozerov2006_fig3", "figure.picture=false", "figure.recording=false", override)
+
+
+def test_too_few_performances_are_refused_with_the_reasons_of_those_that_are(
+    store: Store, tmp_path: Path
+) -> None:
+    made = synthetic_performances(SyntheticPerformances(performances=3), 3)
+    for n in range(2):
+        trc.write(tmp_path / f"p{n}_1.trc", WALKER15.joints, made.motion(n)[: 90 * n or 5], 30.0)
+    with pytest.raises(InvalidInput, match=r"\(expected 3 or more, received p0_1\.trc: too short [^;]*\)$"):
+        make(store, "mozerov2006_fig2", "data=folder", f"data.path={tmp_path}", "skeleton=auto")

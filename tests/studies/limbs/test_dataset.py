@@ -41,5 +41,14 @@ def test_lengths_are_those_of_the_limbs(clips: VariedClips) -> None:
 
 
 def test_clips_that_are_all_too_short_are_refused(clips: VariedClips) -> None:
-    with pytest.raises(InvalidInput, match=r"^dataset\.frames: no clip is long enough"):
+    with pytest.raises(InvalidInput, match=r"^dataset\.frames: no clip is long enough.* at most\)$"):
         LimbDataset(frames=5000).build(clips, workers=1)
+
+
+def test_clips_slower_than_the_stretches_are_told(clips: VariedClips) -> None:
+    made = LimbDataset(frames=50, frame_rate_hz=120.0).build(clips, workers=1)
+    assert made.remarks == [
+        f"3 clips are slower than 120 Hz, so that their stretches last longer (e.g. {clips.clip[0]})"
+    ]
+    frames = np.diff(clips.first)[list(clips.clip).index(made.clip[-1])]
+    assert made.start_s[-1] == (frames - 50) / 60.0

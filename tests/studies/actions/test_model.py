@@ -1,0 +1,39 @@
+"""What does not look like one action is told."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pipeline.clips.options import SyntheticClips, SyntheticPerformances
+from pipeline.clips.performances import synthetic_performances
+from pipeline.clips.varied import synthetic_clips
+from pipeline.studies.actions.dataset import PostureDataset
+from pipeline.studies.actions.model import ActionSpaceModel
+
+
+@pytest.mark.parametrize(
+    ("bends", "others", "told"), [(8, 0, []), (8, 1, ["smooth_angles_001 is unlike"]), (0, 8, ["one action"])]
+)
+def test_another_action_is_told(bends: int, others: int, told: list[str]) -> None:
+    performances = synthetic_performances(SyntheticPerformances(performances=8), 3)
+    moved = synthetic_clips(SyntheticClips(clips=24, seconds=3.0), 3)
+    chosen = [(performances, n) for n in range(bends)]
+    chosen += [(moved, n) for n in np.flatnonzero(moved.action == "smooth angles")[:others]]
+    motions = [clips.motion(n) for clips, n in chosen]
+    clips = replace(
+        performances,
+        positions=np.concatenate(motions),
+        first=np.cumsum([0, *map(len, motions)]),
+        phase=None,
+        moving_phase=None,
+        **{
+            name: np.array([getattr(of, name)[n] for of, n in chosen])
+            for name in ("frame_rate_hz", "leg_length_mm", "person", "clip", "source")
+        },
+    )
+    remarks = ActionSpaceModel().learn(PostureDataset().build(clips, workers=1), workers=1).remarks
+    assert len(remarks) == len(told)
+    assert all(words in remark for words, remark in zip(told, remarks, strict=True))
