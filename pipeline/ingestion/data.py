@@ -77,7 +77,8 @@ class Recordings(Data):
 
     def named(self, corpus: Corpus) -> NamedClips:
         """Return which recordings hold clips of one kind."""
-        return {"walks": self.walks, "performances": self.performances, "clips": self.clips}[corpus.name]
+        found: NamedClips = getattr(self, corpus.name)
+        return found
 
     @property
     def walks(self) -> NamedClips:
