@@ -259,7 +259,7 @@ def _listed(content: Any, where: str) -> list[tuple[str, Any]]:
         ]
         if any(_is_frame(item["keypoints"]) for _, item in found):
             return found
-        numbered = content and all(re.search(r"\d", key) for key in content)
+        numbered = all(re.search(r"\d", key) for key in content)
         return list(content.items()) if numbered and not _is_points(content) else []
     if not isinstance(content, list) or _is_points(content):
         return []
