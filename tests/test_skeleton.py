@@ -7,14 +7,14 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pipeline.skeleton import WALKER15, Skeleton
-from pipeline.skeleton.mapped_joints import map_joints
+from pipeline.skeleton import WALKER15
+from pipeline.skeleton.mapped_joints import LOWER_BODY, map_joints
 from pipeline.skeleton.recorded import MotionCapture
-from pipeline.skeleton.source_mapping import Lowering, SourceMapping
+from pipeline.skeleton.source_mapping import Lowering, SourceMapping, UpAxis
 from pipeline.skeleton.source_points import SourcePoints
 from pipeline.validation import InvalidInput
 
-PAIR = Skeleton(name="PAIR", joints=("hip", "left_knee"), parents=(-1, 0), mirror=(0, 1))
+PAIR = ("pelvis", "left_knee")
 
 
 def motion(names: tuple[str, ...], positions: object) -> MotionCapture:
@@ -28,8 +28,18 @@ def motion(names: tuple[str, ...], positions: object) -> MotionCapture:
     )
 
 
+def mapped(source: MotionCapture, rules: SourceMapping, *names: str) -> tuple[np.ndarray, np.ndarray]:
+    """Some joints and where they are valid; the others of legs and pelvis are at a point that was never seen."""
+    unseen = np.full((len(source.valid), 1, 3), np.nan)
+    whole = motion((*source.names, "REST"), np.concatenate([source.positions_mm, unseen], axis=1))
+    rest = {joint: {"REST": 1.0} for joint in LOWER_BODY if joint not in names}
+    positions, valid = map_joints(whole, dataclasses.replace(rules, joints={**rest, **rules.joints}))
+    chosen = list(map(WALKER15.index, names))
+    return positions[:, chosen], valid[:, chosen]
+
+
 ONE_FRAME = motion(("A", "B"), [[[0.0, 0.0, 10.0], [2.0, 4.0, 30.0]]])
-RULES = SourceMapping(name="test", joints={"hip": {"A": 1.0}, "left_knee": {"A": 0.5, "B": 0.5}})
+RULES = SourceMapping(name="test", joints={"pelvis": {"A": 1.0}, "left_knee": {"A": 0.5, "B": 0.5}})
 
 
 def test_walker15_is_a_tree_whose_mirror_is_an_involution() -> None:
@@ -47,60 +57,63 @@ def test_walker15_is_a_tree_whose_mirror_is_an_involution() -> None:
 
 
 def test_weights_make_joints() -> None:
-    positions, valid = map_joints(ONE_FRAME, RULES, PAIR)
+    positions, valid = mapped(ONE_FRAME, RULES, *PAIR)
     np.testing.assert_array_equal(positions[0], [[0, 0, 10], [1, 2, 20]])
     assert valid.all()
+
+
+THREE = {"head": {"A": 1.0}, "left_wrist": {"B": 1.0}, "right_wrist": {"C": 1.0}}
 
 
 @pytest.mark.parametrize(("up", "expected"), [("z", [1, 2, 3]), ("y", [3, 1, 2]), ("x", [2, 3, 1])])
 def test_the_named_axis_comes_to_z_without_mirroring(up: str, expected: list[float]) -> None:
     source = motion(("A",), [[[1.0, 2.0, 3.0]]])
-    single = Skeleton(name="ONE", joints=("hip",), parents=(-1,), mirror=(0,))
-    positions, _ = map_joints(source, SourceMapping(name="t", up=up, joints={"hip": {"A": 1.0}}), single)
+    positions, _ = mapped(
+        source, SourceMapping(name="t", up=UpAxis(up), joints={"pelvis": {"A": 1.0}}), "pelvis"
+    )
     np.testing.assert_array_equal(positions[0, 0], expected)
     axes = motion(("A", "B", "C"), np.eye(3)[None])
-    three = Skeleton(name="THREE", joints=("a", "b", "c"), parents=(-1, 0, 1), mirror=(0, 1, 2))
-    rules = SourceMapping(name="t", up=up, joints={"a": {"A": 1.0}, "b": {"B": 1.0}, "c": {"C": 1.0}})
-    turned, _ = map_joints(axes, rules, three)
+    rules = SourceMapping(name="t", up=UpAxis(up), joints=THREE)
+    turned, _ = mapped(axes, rules, *THREE)
     assert np.linalg.det(turned[0]) == pytest.approx(1.0)
 
 
 def test_the_fallback_rule_is_lowered_and_the_first_rule_is_not() -> None:
     rules = SourceMapping(
         name="t",
-        joints={"hip": {"ORIGIN": 1.0}, "left_knee": {"A": 1.0}},
-        otherwise={"hip": {"A": 1.0}},
-        lowered={"hip": Lowering(by=0.5, between=["A", "B"])},
+        joints={"pelvis": {"ORIGIN": 1.0}, "left_knee": {"A": 1.0}},
+        otherwise={"pelvis": {"A": 1.0}},
+        lowered={"pelvis": Lowering(by=0.5, between=["A", "B"])},
     )
     distance = np.sqrt(2.0**2 + 4.0**2 + 20.0**2)
-    positions, _ = map_joints(ONE_FRAME, rules, PAIR)
+    positions, _ = mapped(ONE_FRAME, rules, *PAIR)
     assert positions[0, 0, 2] == pytest.approx(10.0 - 0.5 * distance)
     with_origin = motion(("A", "B", "ORIGIN"), [[[0.0, 0, 10], [2.0, 4, 30], [7.0, 8, 9]]])
-    positions, _ = map_joints(with_origin, rules, PAIR)
+    positions, _ = mapped(with_origin, rules, *PAIR)
     np.testing.assert_array_equal(positions[0, 0], [7, 8, 9])
 
 
 def test_a_joint_whose_lowering_lacks_a_point_is_missing() -> None:
     rules = SourceMapping(
         name="t",
-        joints={"hip": {"A": 1.0}},
+        joints={"pelvis": {"A": 1.0}},
         otherwise={"left_knee": {"B": 1.0}},
         lowered={"left_knee": Lowering(by=0.5, between=["B", "C"])},
     )
     assert SourcePoints(ONE_FRAME, {}).rule_of("left_knee", rules) is None
     with pytest.raises(InvalidInput, match="'left_knee' needs the point 'C', which the file does not have"):
-        map_joints(ONE_FRAME, rules, PAIR)
+        mapped(ONE_FRAME, rules, *PAIR)
 
 
 def test_a_missing_sample_makes_its_joints_invalid_and_no_others() -> None:
     holed = motion(("A", "B"), [[[0.0, 0, 0], [np.nan, 1, 1]]])
-    _, valid = map_joints(holed, RULES, PAIR)
+    _, valid = mapped(holed, RULES, *PAIR)
     assert valid.tolist() == [[True, False]]
 
 
 def test_names_match_without_case_and_without_a_subject_prefix() -> None:
     prefixed = motion(("anna:a", "anna:b"), ONE_FRAME.positions_mm)
-    positions, _ = map_joints(prefixed, RULES, PAIR)
+    positions, _ = mapped(prefixed, RULES, *PAIR)
     np.testing.assert_array_equal(positions[0, 1], [1, 2, 20])
 
 
@@ -115,23 +128,8 @@ def test_names_match_without_case_and_without_a_subject_prefix() -> None:
         (motion(("A",), np.zeros((1, 1, 3))), RULES, "'left_knee' needs the point 'B'"),
         (
             ONE_FRAME,
-            dataclasses.replace(RULES, joints={"hip": {"A": 1.0}}),
+            dataclasses.replace(RULES, joints={"pelvis": {"A": 1.0}}),
             "no rule for the joint 'left_knee'",
-        ),
-        (
-            ONE_FRAME,
-            dataclasses.replace(RULES, joints={"hip": {"A": 0.9}, "left_knee": {"B": 1.0}}),
-            r"do not sum to one .*received 0\.9",
-        ),
-        (
-            ONE_FRAME,
-            dataclasses.replace(RULES, joints={**RULES.joints, "tail": {"A": 1.0}}),
-            r"test.joints must be hip or left_knee \(got tail\)",
-        ),
-        (
-            ONE_FRAME,
-            dataclasses.replace(RULES, up="w"),
-            "test.up must be one of x, y, z, -x, -y, -z, auto .got w",
         ),
     ],
 )
@@ -139,7 +137,7 @@ def test_bad_mappings_are_refused_in_one_sentence(
     source: MotionCapture, rules: SourceMapping, words: str
 ) -> None:
     with pytest.raises(InvalidInput, match=words) as caught:
-        map_joints(source, rules, PAIR)
+        mapped(source, rules, *PAIR)
     assert "\n" not in str(caught.value)
 
 
@@ -150,26 +148,20 @@ def test_an_unknown_joint_is_refused_with_the_names_that_exist() -> None:
         WALKER15.index("tail")
 
 
-BODY = ("pelvis", "left_hip", "left_knee", "left_ankle", "right_hip", "right_knee", "right_ankle")
-
-
 @pytest.mark.parametrize("up", ["x", "y", "z", "-x", "-y", "-z"])
 def test_the_axis_from_ankles_to_hips_points_up_unless_the_mapping_says_which(up: str) -> None:
     standing = np.zeros((2, 7, 3))
     standing[:, :, "xyz".index(up[-1])] = [900, 900, 450, 50, 900, 450, 50]
     standing[:, 4:, "yzx".index(up[-1])] = 200
-    source = motion(BODY, -standing if up[0] == "-" else standing)
-    skeleton = Skeleton(name="LEGS", joints=BODY, parents=(-1, 0, 1, 2, 0, 4, 5), mirror=tuple(range(7)))
-    rules = SourceMapping(name="t", joints={joint: {joint: 1.0} for joint in BODY})
-    positions, _ = map_joints(source, rules, skeleton)
+    source = motion(LOWER_BODY, -standing if up[0] == "-" else standing)
+    rules = SourceMapping(name="t", joints={joint: {joint: 1.0} for joint in LOWER_BODY})
+    positions, _ = mapped(source, rules, *LOWER_BODY)
     np.testing.assert_allclose(positions[0, :, 2], [900, 900, 450, 50, 900, 450, 50])
-    said, _ = map_joints(source, dataclasses.replace(rules, up=up), skeleton)
+    said, _ = mapped(source, dataclasses.replace(rules, up=UpAxis(up)), *LOWER_BODY)
     np.testing.assert_array_equal(said, positions)
-    axes = motion((*BODY, "A", "B", "C"), np.concatenate([source.positions_mm[0], np.eye(3)])[None])
-    three = Skeleton(name="THREE", joints=(*BODY, "a", "b", "c"), parents=(-1,) * 10, mirror=tuple(range(10)))
-    with_axes = {**rules.joints, "a": {"A": 1.0}, "b": {"B": 1.0}, "c": {"C": 1.0}}
-    turned, _ = map_joints(axes, dataclasses.replace(rules, joints=with_axes), three)
-    assert np.linalg.det(turned[0, 7:]) == pytest.approx(1.0)  # turned, not mirrored
+    axes = motion((*LOWER_BODY, "A", "B", "C"), np.concatenate([source.positions_mm[0], np.eye(3)])[None])
+    turned, _ = mapped(axes, dataclasses.replace(rules, joints={**rules.joints, **THREE}), *THREE)
+    assert np.linalg.det(turned[0]) == pytest.approx(1.0)  # turned, not mirrored
 
 
 @pytest.mark.parametrize(
@@ -189,38 +181,34 @@ def test_the_axis_from_ankles_to_hips_points_up_unless_the_mapping_says_which(up
     ],
 )
 def test_a_side_case_separators_and_prefix_do_not_matter(spelling: str) -> None:
-    single = Skeleton(name="ONE", joints=("ankle",), parents=(-1,), mirror=(0,))
-    rules = SourceMapping(name="t", joints={"ankle": {"LANK": 1.0}})
+    rules = SourceMapping(name="t", joints={"left_ankle": {"LANK": 1.0}})
     source = motion((spelling, "RANK", "BLANK"), np.arange(9.0).reshape(1, 3, 3))
-    np.testing.assert_array_equal(map_joints(source, rules, single)[0][0, 0], [0, 1, 2])
+    np.testing.assert_array_equal(mapped(source, rules, "left_ankle")[0][0, 0], [0, 1, 2])
 
 
 @pytest.mark.parametrize("spelled", ["mixamorig{}", "CC_Base_{}", "x_{}", "{}_JNT", "{}-Joint-Posi"])
 def test_a_beginning_or_end_that_most_points_share_does_not_matter(spelled: str) -> None:
-    single = Skeleton(name="ONE", joints=("hip",), parents=(-1,), mirror=(0,))
     words = ("Hips", "Spine", "Neck", "LeftUpLeg", "LeftLeg", "LeftFoot", "Head")
     names = ("Armature", *map(spelled.format, words))
-    rules = SourceMapping(name="t", joints={"hip": {"LeftUpLeg": 1.0}})
-    positions, _ = map_joints(motion(names, np.arange(24.0).reshape(1, 8, 3)), rules, single)
+    rules = SourceMapping(name="t", joints={"pelvis": {"LeftUpLeg": 1.0}})
+    positions, _ = mapped(motion(names, np.arange(24.0).reshape(1, 8, 3)), rules, "pelvis")
     np.testing.assert_array_equal(positions[0, 0], [12, 13, 14])
 
 
 def test_of_doubled_labels_the_one_that_was_seen_counts_and_two_people_are_refused() -> None:
-    single = Skeleton(name="ONE", joints=("hip",), parents=(-1,), mirror=(0,))
-    rules = SourceMapping(name="t", joints={"hip": {"A": 1.0}})
+    rules = SourceMapping(name="t", joints={"pelvis": {"A": 1.0}})
     unseen = motion(("A", "A"), [[[np.nan] * 3, [1.0, 2, 3]]])
-    np.testing.assert_array_equal(map_joints(unseen, rules, single)[0][0, 0], [1, 2, 3])
+    np.testing.assert_array_equal(mapped(unseen, rules, "pelvis")[0][0, 0], [1, 2, 3])
     twice = motion(("A", "A"), [[[1.0, 2, 3], [1.0, 2, 3]]])
-    np.testing.assert_array_equal(map_joints(twice, rules, single)[0][0, 0], [1, 2, 3])
+    np.testing.assert_array_equal(mapped(twice, rules, "pelvis")[0][0, 0], [1, 2, 3])
     with pytest.raises(InvalidInput, match="2 points are called 'A'"):
-        map_joints(motion(("A", "A"), [[[1.0, 2, 3], [9.0, 2, 3]]]), rules, single)
+        mapped(motion(("A", "A"), [[[1.0, 2, 3], [9.0, 2, 3]]]), rules, "pelvis")
 
 
 def test_the_first_rule_whose_points_were_seen_is_used() -> None:
-    single = Skeleton(name="ONE", joints=("hip",), parents=(-1,), mirror=(0,))
-    rules = SourceMapping(name="t", joints={"hip": [{"A": 1.0}, {"B": 1.0}]}, points={"B": ["HIP_B"]})
+    rules = SourceMapping(name="t", joints={"pelvis": [{"A": 1.0}, {"B": 1.0}]}, points={"B": ["HIP_B"]})
     source = motion(("A", "hip b"), [[[np.nan] * 3, [1.0, 2, 3]]])
-    np.testing.assert_array_equal(map_joints(source, rules, single)[0][0, 0], [1, 2, 3])
+    np.testing.assert_array_equal(mapped(source, rules, "pelvis")[0][0, 0], [1, 2, 3])
 
 
 def test_joints_above_the_legs_may_be_missing() -> None:

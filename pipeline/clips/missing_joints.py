@@ -11,7 +11,6 @@ reconstructed from.
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -31,23 +30,9 @@ NOISE_VARIANCE_MM2 = 300.0
 _POPULATION_HZ, _POPULATION_S = 40.0, 3.0
 
 
-@dataclass(frozen=True)
-class Completed:
-    """A walk with its missing joints filled in.
-
-    Attributes
-    ----------
-    positions : (T, 15, 3)
-        Millimetres.
-    series : FourierRepresentation
-        Of the joints that were seen; those that were not are constant in it.
-    """
-
-    positions: np.ndarray
-    series: fourier.FourierRepresentation
-
-
-def complete(positions: np.ndarray, missing: np.ndarray, frame_rate_hz: float) -> Completed:
+def complete(
+    positions: np.ndarray, missing: np.ndarray, frame_rate_hz: float
+) -> tuple[np.ndarray, fourier.FourierRepresentation]:
     """Fill in the joints of a walk that were never seen.
 
     Parameters
@@ -57,12 +42,19 @@ def complete(positions: np.ndarray, missing: np.ndarray, frame_rate_hz: float) -
     missing : (15,) bool
         Legs and pelvis must be seen.
     frame_rate_hz : float
+
+    Returns
+    -------
+    positions : (T, 15, 3)
+        Millimetres.
+    series : FourierRepresentation
+        Of the joints that were seen; those that were not are constant in it.
     """
     # A constant joint has no variance and no residual: frequency and shares are those of the joints seen.
     seen = np.where(missing[None, :, None], 0.0, positions)
     series = fourier.represent(seen, frame_rate_hz)
     if not missing.any():
-        return Completed(positions, series)
+        return positions, series
     centre = positions[:, PELVIS].mean(axis=0)
     about_pelvis = series.coefficients.copy()
     about_pelvis[0] -= centre
@@ -70,7 +62,7 @@ def complete(positions: np.ndarray, missing: np.ndarray, frame_rate_hz: float) -
     filled[0] += centre
     times = np.arange(len(positions)) / frame_rate_hz
     motion = fourier.synthesise(fourier.shift(filled, -series.phase_rad), series.frequency_hz, times)
-    return Completed(np.where(missing[None, :, None], motion, positions), series)
+    return np.where(missing[None, :, None], motion, positions), series
 
 
 def conditional_mean(model: LinearModel, coefficients: np.ndarray, missing: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.clips.kinds import Keep, Walks
-from pipeline.clips.missing_joints import Completed, complete
+from pipeline.clips.missing_joints import complete
 from pipeline.clips.options import Heading, Locomotion, Steady, SyntheticPeople
 from pipeline.clips.usable import PreparedClip, RawClip, collect, prepare, report_row
 from pipeline.core import fourier, walking
@@ -134,8 +134,7 @@ def _steady_part(
     if stretch.locomotion == "overground" and abs(rise) > LEVEL_SLOPE * way:
         level[..., 2] -= np.linspace(-rise / 2, rise / 2, len(level))[:, None]
         remarks.append(f"a slope of {100 * rise / way:.1f} % was taken out, as the path is")
-    completed, worst = _completed(level, row, frame_rate_hz, steady.residual_share)
-    level, series = completed.positions, completed.series
+    level, series, worst = _completed(level, row, frame_rate_hz, steady.residual_share)
     if steady.heading is Heading.steps:
         # A turn about the vertical moves no frequency and no share of the variance.
         level = walking.turn_about_vertical(level, -walking.step_heading(series.coefficients))
@@ -179,8 +178,8 @@ def _steady_part(
 
 def _completed(
     level: np.ndarray, row: dict[str, Any], frame_rate_hz: float, residual_share: float
-) -> tuple[Completed, str]:
-    """Return a walk with its missing joints filled in, and which joint has most of what two harmonics leave.
+) -> tuple[np.ndarray, fourier.FourierRepresentation, str]:
+    """Return a walk with its missing joints filled in, its series, and which joint has most of what that leaves.
 
     As long as they leave more than `residual_share` and one joint above the legs has `BAD_JOINT_SHARE` of that, it
     counts as missing, with a remark in `row`.
@@ -188,11 +187,11 @@ def _completed(
     missing = np.isnan(level).any(axis=(0, 2))
     remarks = []
     while True:
-        completed = complete(level, missing, frame_rate_hz)
-        left = np.trace(completed.series.residual_covariance, axis1=1, axis2=2)
+        completed, series = complete(level, missing, frame_rate_hz)
+        left = np.trace(series.residual_covariance, axis1=1, axis2=2)
         worst = int(left.argmax())
         share, joint = float(left[worst] / max(left.sum(), np.finfo(float).tiny)), WALKER15.joints[worst]
-        sound = completed.series.residual_fraction <= residual_share
+        sound = series.residual_fraction <= residual_share
         if sound or share < BAD_JOINT_SHARE or joint in LOWER_BODY:
             break
         missing[worst] = True
@@ -200,7 +199,7 @@ def _completed(
     if sound and remarks:
         row["missing_joints"] = ", ".join(np.array(WALKER15.joints)[missing])
         row["reason"] = "; ".join(remarks)
-    return completed, f"{share:.0%} of it at {joint}"
+    return completed, series, f"{share:.0%} of it at {joint}"
 
 
 def compared(

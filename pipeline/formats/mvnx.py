@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -37,62 +36,58 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     where, unit = path.name, units or "m"
     millimetres = millimetres_in(unit, where)
     root = _root(read_bytes(path), where)
-    people = [_Subject.of(one, str(n), where) for n, one in enumerate(_all(root, "subject"), start=1)]
+    people = [_subject(one, str(n), where) for n, one in enumerate(_all(root, "subject"), start=1)]
     if not people:
         raise damaged("the file holds no subject", where)
-    rates = {person.rate for person in people}
-    rate = people[0].rate
-    if len(rates) > 1:
-        raise damaged("the subjects have different frame rates", where, "one", f"{sorted(rates)[:4]}")
+    labels, rates, segments, tracks = zip(*people, strict=True)
+    rate = rates[0]
+    if len({*rates}) > 1:
+        raise damaged("the subjects have different frame rates", where, "one", sorted({*rates})[:4])
     if not 0 < rate < 1e6:
         if frame_rate_hz is None:
             raise damaged("the frame rate is unknown", where, "frameRate, or the option frame_rate_hz")
         rate = frame_rate_hz
     several = len(people) > 1
-    names = [f"{one.label}:{name}" if several else name for one in people for name in one.names]
+    names = [
+        f"{label}:{name}" if several else name
+        for label, of_one in zip(labels, segments, strict=True)
+        for name in of_one
+    ]
     notes = [f"The file holds {len(people)} subjects."] if several else []
-    shortest = min(len(one.positions) for one in people)
-    if shortest < max(len(one.positions) for one in people):
+    shortest = min(map(len, tracks))
+    if shortest < max(map(len, tracks)):
         notes.append(f"The subjects have different numbers of frames; the first {shortest} of each are read.")
-    positions = np.concatenate([one.positions[:shortest] for one in people], axis=1) * millimetres
+    positions = np.concatenate([one[:shortest] for one in tracks], axis=1) * millimetres
     return motion_capture(names, positions, rate, unit, notes)
 
 
-@dataclass(frozen=True)
-class _Subject:
-    """One person: the segments, and their positions (T, S, 3) in the file's unit."""
+def _subject(
+    element: ElementTree.Element, unlabelled: str, where: str
+) -> tuple[str, float, list[str], np.ndarray]:
+    """Label, frame rate, segments and their positions (T, S, 3) of a person's normal frames, not of calibration."""
+    segments = enumerate(_all(element, "segment"), start=1)
+    names = [segment.get("label") or f"segment_{k}" for k, segment in segments]
+    frames = [frame for frame in _all(element, "frame") if frame.get("type", "normal") == "normal"]
+    rows = []
+    for k, frame in enumerate(frames, start=1):
+        texts = [child.text or "" for child in frame if _tag(child) == "position"]
+        words = "".join(texts[-1:]).split()
+        if not words or len(words) != 3 * len(names):
+            raise damaged(
+                "the positions do not fit the segments",
+                f"{where}, frame {k}",
+                3 * len(names),
+                len(words),
+            )
 
-    label: str
-    rate: float
-    names: list[str]
-    positions: np.ndarray
+        def place(n: int, k: int = k) -> str:
+            return f"{where}, frame {k}, segment {names[n // 3]}"
 
-    @classmethod
-    def of(cls, element: ElementTree.Element, unlabelled: str, where: str) -> _Subject:
-        """Read a person's normal frames; others are poses of calibration."""
-        segments = enumerate(_all(element, "segment"), start=1)
-        names = [segment.get("label") or f"segment_{k}" for k, segment in segments]
-        frames = [frame for frame in _all(element, "frame") if frame.get("type", "normal") == "normal"]
-        rows = []
-        for k, frame in enumerate(frames, start=1):
-            texts = [child.text or "" for child in frame if _tag(child) == "position"]
-            words = "".join(texts[-1:]).split()
-            if not words or len(words) != 3 * len(names):
-                raise damaged(
-                    "the positions do not fit the segments",
-                    f"{where}, frame {k}",
-                    3 * len(names),
-                    len(words),
-                )
-
-            def place(n: int, k: int = k) -> str:
-                return f"{where}, frame {k}, segment {names[n // 3]}"
-
-            rows.append(read_numbers(words, place))
-        if not rows:
-            raise damaged("the positions do not fit the segments", f"{where}, frame 1", received="no frame")
-        rate = number(element.get("frameRate", ""))
-        return cls(element.get("label") or unlabelled, rate, names, np.reshape(rows, (len(rows), -1, 3)))
+        rows.append(read_numbers(words, place))
+    if not rows:
+        raise damaged("the positions do not fit the segments", f"{where}, frame 1", received="no frame")
+    rate = number(element.get("frameRate", ""))
+    return element.get("label") or unlabelled, rate, names, np.reshape(rows, (len(rows), -1, 3))
 
 
 def _root(data: bytes, where: str) -> ElementTree.Element:

@@ -151,13 +151,7 @@ _NAMES = {
 }
 
 
-LENGTHS = "|".join(
-    (
-        *MILLIMETRES,
-        *(f"{name}s?" for name in _NAMES),
-        *(f"{name[:-2]}res?" for name in _NAMES if name[-3:] == "ter"),
-    )
-)
+LENGTHS = "|".join((*MILLIMETRES, *(f"{name.replace('ter', 't(?:er|re)')}s?" for name in _NAMES)))
 """Regular expression of the names of units of length."""
 
 

@@ -77,7 +77,8 @@ class Recordings(Data):
 
     def named(self, corpus: Corpus) -> NamedClips:
         """Return which recordings hold clips of one kind."""
-        return {"walks": self.walks, "performances": self.performances, "clips": self.clips}[corpus.name]
+        found: NamedClips = getattr(self, corpus.name)
+        return found
 
     @property
     def walks(self) -> NamedClips:
@@ -154,19 +155,13 @@ class RecordedData(Recordings):
         named = self.named(corpus)
         present, absent = listed_clips(listing, named.sources, named.action)
         if corpus is WALKS:
-            present += self._own()
+            for folder in self.folders:  # each a source
+                name = Path(folder).resolve().name
+                present += [
+                    replace(clip, name=f"{name}/{clip.name}", person=f"{name}/{clip.person}")
+                    for clip in folder_clips(folder, "**/*", self.person, source=name)
+                ]
         return self.request_for(corpus, self.choose(corpus, present) + absent, workers, skeleton.missing)
-
-    def _own(self) -> list[Clip]:
-        """Return the clips of the user's folders, the sources named after these."""
-        found = []
-        for folder in self.folders:
-            name = Path(folder).resolve().name
-            found += [
-                replace(clip, name=f"{name}/{clip.name}", person=f"{name}/{clip.person}")
-                for clip in folder_clips(folder, "**/*", self.person, source=name)
-            ]
-        return found
 
 
 BY_FOLDER = "^(.+?)/"
@@ -198,15 +193,10 @@ class FolderData(Recordings):
             units=self.units,
             subject=self.subject,
         )
-        if self.person == FolderData.person:
-            self._require_names(clips)
-        return self.request_for(corpus, self.choose(corpus, clips), workers, skeleton.missing)
-
-    @staticmethod
-    def _require_names(clips: Sequence[Clip]) -> None:
-        """Refuse files of one name in several folders: the default `person` would take them for one person's."""
         known: dict[str, str] = {}
-        for clip in clips:
+        for clip in (
+            clips if self.person == FolderData.person else ()
+        ):  # which would take them for one person's
             if (first := known.setdefault(PurePosixPath(clip.name).name, clip.name)) != clip.name:
                 raise InvalidInput(
                     "files of one name in several folders: whose they are is not known",
@@ -214,6 +204,7 @@ class FolderData(Recordings):
                     WHOSE,
                     f"{first}, {clip.name}",
                 )
+        return self.request_for(corpus, self.choose(corpus, clips), workers, skeleton.missing)
 
 
 DATA_SETS = {"synthetic": SyntheticData, "recorded": RecordedData, "folder": FolderData}

@@ -215,13 +215,10 @@ class _Body:
         middles += twin.items()
         lefts = [*((k,) for k in twin), *self._neighbours(NEIGHBOURS_MM * scale)]
         couples = [(left, tuple(twin[k] for k in left)) for left in lefts]
-        limbs = [joint for joint in WALKER15.joints if "_" in joint]
+        alone = [joint for joint in WALKER15.joints if not couples or "_" not in joint]
         offers: list[tuple[tuple[str, ...], tuple[Points, ...]]]
-        offers = [((joint,), (one,)) for joint in WALKER15.joints if joint not in limbs for one in middles]
-        if couples:
-            offers = [((f"left_{p}", f"right_{p}"), couple) for p in PARTS for couple in couples] + offers
-        else:
-            offers = [((joint,), (one,)) for joint in limbs for one in middles] + offers
+        offers = [((f"left_{p}", f"right_{p}"), couple) for p in PARTS for couple in couples]
+        offers += [((joint,), (one,)) for joint in alone for one in middles]
         away = {one: self._away(one, walker) / scale for one in {c for _, pair in offers for c in pair}}
         ranked = []
         for n, (joints, given) in enumerate(offers):

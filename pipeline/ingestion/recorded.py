@@ -73,7 +73,8 @@ def read_and_prepare(
         try:
             motion, positions, valid = read_clip(clip)
             prepared = prepare_one(RawClip(row, positions, motion.frame_rate_hz, valid, motion.notes))
-            digest = _digest_of_points(positions)
+            # Of positions to a thousandth of a millimetre: equal for copies in whatever format.
+            digest = hashlib.sha256((np.round(positions, 3) + 0.0).tobytes()).hexdigest()
             if prepared.positions is None:
                 return prepared, digest, None
             shown = likeness(positions, valid, motion.frame_rate_hz)
@@ -90,8 +91,16 @@ def read_and_prepare(
     found: list[PreparedClip] = []
     usable: dict[int, Likeness] = {}
     for n, (prepared, digest, shown) in enumerate(read):
-        others = [row for row in alike[digest] if digest and row["person"] != prepared.row["person"]]
-        found.append(_refused_copy(prepared.row, others[0]) if others else prepared)
+        row = prepared.row
+        others = [other for other in alike[digest] if digest and other["person"] != row["person"]]
+        if others:
+            reason = InvalidInput(
+                f"the same points as {others[0]['clip']}, which bears the name of {others[0]['person']}",
+                f"{row['clip']} of {row['person']}",
+                "a recording of one person under one name",
+            )
+            prepared = PreparedClip(row | {"verdict": "refused", "reason": str(reason)})
+        found.append(prepared)
         if shown is not None and not others:
             usable[n] = shown
     people, names = ([found[n].row[column] for n in usable] for column in ("person", "clip"))
@@ -104,18 +113,3 @@ def _remarked(clip: PreparedClip, *remarks: str) -> PreparedClip:
     """Return a clip with remarks added to its row of the report."""
     reason = "; ".join(filter(None, [clip.row["reason"], *remarks]))
     return replace(clip, row=clip.row | {"reason": reason})
-
-
-def _refused_copy(row: dict[str, Any], other: dict[str, Any]) -> PreparedClip:
-    """Refuse a recording that is equal to one of another person."""
-    reason = InvalidInput(
-        f"the same points as {other['clip']}, which bears the name of {other['person']}",
-        f"{row['clip']} of {row['person']}",
-        "a recording of one person under one name",
-    )
-    return PreparedClip(row | {"verdict": "refused", "reason": str(reason)})
-
-
-def _digest_of_points(positions: np.ndarray) -> str:
-    """Return the sha256 of positions to a thousandth of a millimetre: equal for copies in whatever format."""
-    return hashlib.sha256((np.round(positions, 3) + 0.0).tobytes()).hexdigest()

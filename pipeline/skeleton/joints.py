@@ -13,7 +13,6 @@ class Skeleton:
 
     Attributes
     ----------
-    name : str
     joints : tuple of str
         Names in array order.
     parents : tuple of int
@@ -22,7 +21,6 @@ class Skeleton:
         Index of the joint that takes this one's place when left and right change sides.
     """
 
-    name: str
     joints: tuple[str, ...]
     parents: tuple[int, ...]
     mirror: tuple[int, ...]
@@ -35,7 +33,7 @@ class Skeleton:
         >>> WALKER15.index("left_knee")
         10
         """
-        return self.joints.index(require_choice(f"a joint of {self.name}", joint, self.joints))
+        return self.joints.index(require_choice("a joint of WALKER15", joint, self.joints))
 
     @property
     def bones(self) -> tuple[tuple[int, int], ...]:
@@ -44,7 +42,6 @@ class Skeleton:
 
 
 WALKER15 = Skeleton(
-    name="WALKER15",
     joints=(
         "head",
         "sternum",
@@ -76,33 +73,22 @@ ANKLES = [LEFT_LEG[2], RIGHT_LEG[2]]
 
 
 @dataclass(frozen=True)
-class LimbTree:
-    """Rigid parts of a body between joints of a skeleton, each limb after its parent.
+class Limbs:
+    """Rigid parts of a body between joints of WALKER15, each limb after the one that carries it.
 
     Attributes
     ----------
-    name : str
     limbs : tuple of str
         Names in array order.
     ends : tuple of (int, int)
-        Joints of `skeleton` at which each limb begins and ends.
-    parents : tuple of int
-        Index of each limb's parent; -1 for the root.
-    mirror : tuple of int
-        Index of the limb that takes this one's place when left and right change sides.
-    skeleton : Skeleton
+        Joints at which each limb begins and ends.
     """
 
-    name: str
     limbs: tuple[str, ...]
     ends: tuple[tuple[int, int], ...]
-    parents: tuple[int, ...]
-    mirror: tuple[int, ...]
-    skeleton: Skeleton
 
 
-POSTURE12 = LimbTree(
-    name="POSTURE12",
+POSTURE12 = Limbs(
     limbs=(
         "hip",
         "torso",
@@ -131,8 +117,5 @@ POSTURE12 = LimbTree(
         (3, 4),
         (6, 7),
     ),
-    parents=(-1, 0, 1, 1, 0, 0, 4, 5, 2, 2, 8, 9),
-    mirror=(0, 1, 2, 3, 5, 4, 7, 6, 9, 8, 11, 10),
-    skeleton=WALKER15,
 )
 """The twelve rigid parts of [mozerov2006 1], rooted at the hip; hip and shoulder are axes from left to right."""

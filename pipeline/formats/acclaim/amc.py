@@ -116,7 +116,7 @@ def skeleton_of(path: Path) -> Path:
 
 def _number(path: Path) -> str:
     """The number that a name begins with, empty if there is none."""
-    return path.stem[: len(path.stem) - len(path.stem.lstrip("0123456789"))].lstrip("0")
+    return str(re.findall("^0*([0-9]*)", path.stem)[0])
 
 
 def _header(header: str, radians: float, where: str, notes: list[str]) -> float:

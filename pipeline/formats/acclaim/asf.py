@@ -291,4 +291,4 @@ def read_sections(path: Path) -> tuple[_Words, _Words, list[_Words], list[list[s
 def text_without_comments(path: Path) -> tuple[str, list[str]]:
     """Read the text of an ASF or AMC file without its comments, and notes, as `read_text` does."""
     text, notes = read_text(path)
-    return _COMMENT.sub("", text) if "#" in text else text, notes
+    return _COMMENT.sub("", text), notes

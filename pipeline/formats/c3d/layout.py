@@ -39,10 +39,6 @@ class Layout:
         """Bytes of all frames."""
         return self.frames * self.stride
 
-    def fills(self, size: int) -> bool:
-        """Whether the frames end within the last block of the file."""
-        return 0 <= size - self.start - self.needed < BLOCK
-
 
 def find_layout(
     header: Header, parameters: Parameters, width: int, size: int, where: str, notes: list[str]
@@ -99,7 +95,8 @@ def find_layout(
             _either(blocks),
         )
     layouts = [Layout(*choice, width) for choice in product(starts, points, analog, frames)]
-    fitting = [layout for layout in layouts if layout.fills(size)]
+    # Frames end within the last block of the file.
+    fitting = [layout for layout in layouts if 0 <= size - layout.start - layout.needed < BLOCK]
     ends = sorted({layout.start + layout.needed for layout in layouts})
     declared = f"{_either(points)} points, {_either(analog)} analog samples a frame, {_either(frames)} frames"
     if len(layouts) == 1 and size >= ends[0] + BLOCK:

@@ -87,19 +87,13 @@ def mirrored(positions: np.ndarray) -> np.ndarray:
 # --- what the numbers are ---------------------------------------------------------------------------------
 
 
-def test_the_tree_of_twelve_limbs_covers_fifteen_joints() -> None:
+def test_twelve_limbs_cover_fifteen_joints_and_hang_together() -> None:
     assert len(POSTURE12.limbs) == 12
     assert PARAMETERS == 37
     assert {joint for pair in POSTURE12.ends for joint in pair} == set(range(15))
-    assert [POSTURE12.mirror[m] for m in POSTURE12.mirror] == list(range(12))
-    assert all(parent < limb for limb, parent in enumerate(POSTURE12.parents))
-    assert POSTURE12.parents.count(-1) == 1
-    for limb, image in zip(POSTURE12.limbs, POSTURE12.mirror, strict=True):
-        swapped = limb.replace("left", "*").replace("right", "left").replace("*", "right")
-        assert POSTURE12.limbs[image] == swapped
-    for k, (limb, parent) in enumerate(zip(POSTURE12.limbs, POSTURE12.parents, strict=True)):
+    for k, limb in enumerate(POSTURE12.limbs):
         if limb not in ("hip", "torso", "shoulder"):  # an axis is in the middle of what it carries
-            assert POSTURE12.ends[k][0] in POSTURE12.ends[parent]
+            assert any(POSTURE12.ends[k][0] in ends for ends in POSTURE12.ends[:k])
 
 
 def test_a_standing_person_has_cosines_of_zero_and_one() -> None:
@@ -201,7 +195,11 @@ def test_a_mirror_image_swaps_the_sides_and_x(seed: int, frame: str) -> None:
     clip = moving(np.random.default_rng(seed), 4)
     told, image = (postures(c, frame=frame, heading="every") for c in (clip, mirrored(clip)))
     np.testing.assert_allclose(image[:, 0], told[:, 0], atol=1e-12)
-    swapped = cosines(told)[:, list(POSTURE12.mirror)] * [-1.0, 1.0, 1.0]
+    other = [
+        limb.replace("left", "*").replace("right", "left").replace("*", "right") for limb in POSTURE12.limbs
+    ]
+    image_of = list(map(POSTURE12.limbs.index, other))
+    swapped = cosines(told)[:, image_of] * [-1.0, 1.0, 1.0]
     swapped[:, [HIP, SHOULDER]] *= -1.0  # the axes run from left to right again
     np.testing.assert_allclose(cosines(image), swapped, atol=1e-9)
 
