@@ -38,7 +38,7 @@ def load(path: Path) -> Any:
             if error.msg != "Extra data":
                 raise
             first, *lines = [json.loads(line) for line in text.splitlines() if line.strip()]
-            if _has(first) and settings(first)[0] and not any(key in lines[0] for key in first):
+            if _has(first) and settings(first)[0] and _first(lines[0], first) is None:
                 return first | {"frames": lines}
             return [first, *lines]
     except json.JSONDecodeError as error:
@@ -150,8 +150,9 @@ def read(path: Path) -> Detections:
     content, where = load(path), path.name
     settled = content if _has(content) else {}
     if frames := _frames(content, where):
-        keys = map(str, [*settled, *(frames[0][1] or ())])
-        return _detections(_first(_PROGRAMS, keys) or "json", where, frames, settled)
+        first = frames[0][1]
+        wrote = (program for key, program in _PROGRAMS.items() if _has(content, key) or _has(first, key))
+        return _detections(next(wrote, "json"), where, frames, settled)
     if _people(content, where) or _has(content, "people"):
         raise damaged(
             "one frame is no walk", where, "all frames of a film; of OpenPose the folder of its files"
@@ -215,7 +216,8 @@ def _frames(content: Any, where: str) -> list[tuple[str, Any]]:
         titles = [] if any(map(_is_points, rows)) else [*{title: 0 for row in rows for title in row}]
         for point, axis, _, column in coordinates(titles, "xy", ("z", *_SURE)):
             for row in rows:
-                row.setdefault(point, {})[axis] = row.pop(titles[column], None)
+                held = row.get(point, {})  # or how sure the point is
+                row[point] = (held if _has(held) else {"score": held}) | {axis: row.pop(titles[column], None)}
         if any(map(_is_points, rows)):
             return table
     return []
@@ -247,11 +249,12 @@ def _listed(content: Any, where: str) -> list[tuple[str, Any]]:
     if _has(content):
         if isinstance(inner := _first(content, _FRAMES), dict | list):
             return _listed(inner, where)
-        if inner := _frames(_first(content, _POINTS), where):
+        if (points := _first(content, _POINTS)) and (inner := _frames(points, where)):
             return inner  # frames, not points
         found = [
             (name, {"idx": who, "keypoints": item} | (item if _has(item) else {}))
             for who, of_one in content.items()
+            if who not in _POINTS and not _is_points(of_one)
             for frames in [_listed(of_one, where)]
             # Of people, who are fewer than their frames, not the people of frames.
             if len(frames) > len(content) and "3d" not in who.lower()
