@@ -16,7 +16,7 @@ from pipeline.formats.keypoints.contract import IN_3D, MEDIAPIPE, MOST_FRAMES, D
 from pipeline.formats.keypoints.people_json import frames_by_name, load, settings
 from pipeline.formats.points import trc
 from pipeline.formats.points.cells import Rows
-from pipeline.formats.points.csv.table import coordinates, read_table, role_of
+from pipeline.formats.points.csv.table import UNSURE, coordinates, read_table, role_of
 from pipeline.formats.text import number
 
 _CONFIDENCE = ("confidence", "score", "visibility", "likelihood", "conf", "vis", "prob", "c", "p", "v")
@@ -52,10 +52,9 @@ def read_csv(path: Path) -> Detections:
     if rate or size[0]:
         table.notes.append(f"Frame rate and image size are those of {beside.name}.")
     _split_points(table)
-    roles = {
-        role or _ROLES.get(plain, ""): column
-        for column, (role, plain) in reversed(list(enumerate(map(role_of, table.header))))
-    }
+    titled = list(enumerate(map(role_of, table.header)))[::-1]
+    titled.sort(key=lambda one: one[1][1] not in UNSURE)
+    roles = {role or _ROLES.get(plain, ""): column for column, (role, plain) in titled}
     columns = _columns(table, "point" in roles)
     kinds = set[str]().union(*columns.values())
     if "z" in kinds and "c" not in kinds:

@@ -244,6 +244,45 @@ def test_the_first_of_the_lines_may_be_a_frame(first: dict[str, object], tmp_pat
     assert len(keypoints.read(tmp_path / "a.jsonl").points) == 2
 
 
+@pytest.mark.parametrize("second", ["5", "null"])
+def test_a_line_that_is_no_frame_is_refused(second: str, tmp_path: Path) -> None:
+    (tmp_path / "a.jsonl").write_text('{"fps": 25}\n' + second + "\n", encoding="utf-8")
+    with pytest.raises(InvalidInput, match="the keypoints' format is unknown"):
+        keypoints.read(tmp_path / "a.jsonl")
+
+
+def test_frames_that_are_none_hold_nobody(tmp_path: Path) -> None:
+    found = keypoints.read(write(tmp_path / "a.json", [5, {"keypoints": flat()}]))
+    assert (found.n_frames, found.frame.tolist()) == (2, [1])
+
+
+def test_names_of_joints_may_hold_how_sure_they_are(tmp_path: Path) -> None:
+    axes = {title: value for title, value in ROWS[0].items() if title[-2:] != "_c"}
+    found = keypoints.read(write(tmp_path / "a.json", [dict.fromkeys(NAMED, 0.5) | axes] * 9))
+    np.testing.assert_allclose(found.points, [POINTS] * 9)
+    np.testing.assert_allclose(found.confidence, 0.5)
+
+
+def test_what_stands_one_within_another_is_looked_at_once(tmp_path: Path) -> None:
+    content: object = []
+    for _ in range(40):
+        content = {"keypoints": {"a": content}}
+    with pytest.raises(InvalidInput, match="keypoints must be x, y, confidence in turn"):
+        keypoints.read(write(tmp_path / "a.json", content))
+
+
+@pytest.mark.parametrize("header", ["frame,tempo,time", "tempo,frame,time", "tempo,time,item,frame"])
+def test_titles_that_mean_something_else_beside_others(header: str, tmp_path: Path) -> None:
+    rows = [
+        [{"frame": frame, "time": frame / 25}.get(title, 90) for title in header.split(",")]
+        for frame in range(9)
+    ]
+    lines = [f"{header},hip_x,hip_y", *(",".join(map(str, [*row, 1, 2])) for row in rows)]
+    (tmp_path / "a.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    found = keypoints.read(tmp_path / "a.csv")
+    assert (found.frame.tolist(), found.frame_rate_hz) == ([*range(9)], 25.0)
+
+
 @pytest.mark.parametrize("key", ["people", "tracks"])
 @pytest.mark.parametrize(
     "who", [[{"id": 1}, {"id": 2}], [{"name": "1"}, {"name": "2"}], [{}, {"track_id": 2}]]

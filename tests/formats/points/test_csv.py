@@ -178,6 +178,28 @@ def test_titles_may_begin_with_signs(title: str, is_time: bool) -> None:
     assert (role_of(title)[0] == "time") is is_time
 
 
+@pytest.mark.parametrize(("title", "beside"), [("item", "frame"), ("Tempo", "time"), ("bone", "joint")])
+@pytest.mark.parametrize("first", [False, True])
+def test_titles_that_mean_something_else_beside_others(
+    title: str, beside: str, first: bool, tmp_path: Path
+) -> None:
+    header, *rows = LONG.splitlines()
+    both = f"{title},{beside}" if first else f"{beside},{title}"
+    at = header.split(",").index(beside)
+    lines = [header.replace(beside, both)]
+    for row in rows:
+        cells = row.split(",")
+        cells.insert(at if first else at + 1, "7")
+        lines.append(",".join(cells))
+    assert_is_the_example(read(tmp_path, "\n".join(lines) + "\n"))
+
+
+def test_signs_at_the_end_tell_points_apart(tmp_path: Path) -> None:
+    names = [f"{axis}_{name}" for name in ("A", "A-") for axis in "xyz"]
+    motion = read(tmp_path, f"time,{','.join(names)}\n0,1,2,3,4,5,6\n0.01,1,2,3,4,5,6\n")
+    assert (motion.names, motion.notes) == (("A", "A-"), ())
+
+
 def test_microseconds_by_their_title(tmp_path: Path) -> None:
     text = WIDE.replace("time", "timestamp_usec")
     for k in range(3):

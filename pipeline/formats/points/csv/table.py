@@ -52,6 +52,8 @@ _ROLES = {
     "unit": {"unit", "units"},
     "person": {"person", "person_id", "subject", "subject_id", "track", "track_id"},
 }
+UNSURE = ("item", "tempo", "bone")
+"""Titles that mean something else where another column has their role."""
 _MOST_ABOVE = 50
 """Lines of words in front of the header."""
 _ZONE = re.compile(r"(Z|[+-]\d\d:?\d\d)$")
@@ -174,7 +176,10 @@ def read_table(path: Path, titles: str = "") -> Rows:
 
 def _without_raw(header: list[str], notes: list[str]) -> list[str]:
     """Titles without the words for smoothed and raw, and none for raw numbers that stand there smoothed, too."""
-    plain = {title: _SMOOTHED.sub("", title).rstrip(" _.:-") for title in header}
+    plain = {
+        title: word.rstrip(" _.:-") if (word := _SMOOTHED.sub("", title)) != title else title
+        for title in header
+    }
     best = {plain[k]: k for k in sorted(header, key=lambda title: _SMOOTHED.findall(title.lower()) or ["a"])}
     raw = [title for title in header if best[plain[title]] != title]
     if raw:
@@ -260,8 +265,8 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
     """
     columns, place = Columns({}, {}, set()), f"{table.where}, line 1"
     twice, beginning = "two columns hold the same thing", ", ".join(table.header[:8])
-    for column, title in enumerate(table.header):
-        if role := role_of(title)[0]:
+    for column, title in sorted(enumerate(table.header), key=lambda one: one[1].lower() in UNSURE):
+        if (role := role_of(title)[0]) and not (role in columns.roles and title.lower() in UNSURE):
             if role in columns.roles:
                 raise damaged(twice, place, received=f"{table.header[columns.roles[role]]} and {title}")
             columns.roles[role] = column
