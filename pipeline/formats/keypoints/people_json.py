@@ -150,9 +150,8 @@ def read(path: Path) -> Detections:
     content, where = load(path), path.name
     settled = content if _has(content) else {}
     if frames := _frames(content, where):
-        first = frames[0][1]
-        wrote = (program for key, program in _PROGRAMS.items() if _has(content, key) or _has(first, key))
-        return _detections(next(wrote, "json"), where, frames, settled)
+        keys = [*settled, *(frames[0][1] if _has(frames[0][1]) else ())]
+        return _detections(_first(_PROGRAMS, keys) or "json", where, frames, settled)
     if _people(content, where) or _has(content, "people"):
         raise damaged(
             "one frame is no walk", where, "all frames of a film; of OpenPose the folder of its files"
