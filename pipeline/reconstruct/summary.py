@@ -17,7 +17,7 @@ from pipeline.core.keypoint_walk.calibration import (
 )  # fmt: skip
 from pipeline.core.keypoint_walk.errors import SCORED
 from pipeline.core.keypoint_walk.film import Stretch
-from pipeline.core.keypoint_walk.objective import FOCAL_SD, HEADING, TURN
+from pipeline.core.keypoint_walk.objective import FOCAL_SD, HEADING, PITCH, TURN
 from pipeline.core.keypoint_walk.reconstruction import LABELS_UNSURE
 from pipeline.core.keypoint_walk.tracks import path_turn_rad
 from pipeline.core.keypoint_walk.training import SIZE
@@ -284,6 +284,15 @@ def path_bend_deg(found: Reconstruction) -> float:
     return -np.degrees(path_turn_rad(pixels, heights, found.focal_px))
 
 
+def lean_deg(found: Reconstruction) -> float:
+    """Angle in the image between the vertical at the walker and the head over the ankles."""
+    at, pitch = found.image_px.mean(axis=(0, 1)), found.fit.x[PITCH]
+    above = found.image_px[:, WALKER15.index("head")] - found.image_px[:, ANKLES].mean(axis=1)
+    vertical = at * np.sin(pitch) - [0.0, found.focal_px * np.cos(pitch)]
+    lean, upright = (np.arctan2(up[0], -up[1]) for up in (above.mean(axis=0), vertical))
+    return float(np.degrees(abs(lean - upright)))
+
+
 def advice(walk: Walk, stretch: Stretch) -> list[str]:
     """What to film better next time."""
     found, sentences = stretch.fitted, []
@@ -310,8 +319,7 @@ def advice(walk: Walk, stretch: Stretch) -> list[str]:
         sentences.append(
             "Left and right could not be told apart: filming a path towards or past the camera tells them."
         )
-    up = (found.image_px[:, WALKER15.index("head")] - found.image_px[:, ANKLES].mean(axis=1)).mean(axis=0)
-    if (lean := np.degrees(np.arctan2(abs(up[0]), -up[1]))) > LEAN_DEG:
+    if (lean := lean_deg(found)) > LEAN_DEG:
         sentences.append(
             f"The walker leans by {lean:.0f}° in the picture: turn the film upright if the camera was rolled; bars know"
             " neither of that nor of somebody who stoops so."

@@ -45,7 +45,7 @@ def load(path: Path) -> Any:
         raise damaged("this is not JSON", f"{path.name}, character {error.pos}", received=error.msg) from None
 
 
-def numbers(values: Any, where: str, columns: int) -> np.ndarray:
+def numbers(values: Any, where: str, columns: int = 3) -> np.ndarray:
     """Points (K, columns) of a flat list of numbers.
 
     Raises
@@ -150,9 +150,8 @@ def read(path: Path) -> Detections:
     content, where = load(path), path.name
     settled = content if _has(content) else {}
     if frames := _frames(content, where):
-        first = frames[0][1]
-        wrote = (program for key, program in _PROGRAMS.items() if _has(content, key) or _has(first, key))
-        return _detections(next(wrote, "json"), where, frames, settled)
+        keys = [*settled, *(frames[0][1] if _has(frames[0][1]) else ())]
+        return _detections(_first(_PROGRAMS, keys) or "json", where, frames, settled)
     if _people(content, where) or _has(content, "people"):
         raise damaged(
             "one frame is no walk", where, "all frames of a film; of OpenPose the folder of its files"
@@ -262,7 +261,7 @@ def _listed(content: Any, where: str) -> list[tuple[str, Any]]:
         ]
         if any(_is_frame(item["keypoints"]) for _, item in found):
             return found
-        numbered = all(re.search(r"\d", key) for key in content)
+        numbered = content and all(re.search(r"\d", key) for key in content)
         return list(content.items()) if numbered and not _is_points(content) else []
     if not isinstance(content, list) or _is_points(content):
         return []
@@ -342,11 +341,14 @@ def _points(value: Any, scores: Any, place: str) -> tuple[list[str], np.ndarray]
             [mark.get("x"), mark.get("y"), _first({"presence": DEPTH if "z" in mark else 1.0} | mark, _SURE)]
             for mark in value
         ]
-    width = 2 if len(value) == 2 * len(scores or ()) else 3
     if value and isinstance(value[0], list):
         width = len(value[0])
-        value = [number for mark in value for number in mark]
-    table = numbers(value, place, width)[:, [0, 1, *([] if width < 3 else [-1])]]
+        flat = [number for mark in value for number in mark]
+        table = numbers(flat, place, width)[:, [0, 1, *([] if width < 3 else [-1])]]
+    else:
+        table = numbers(
+            value, place, 2 if isinstance(value, list) and len(value) == 2 * len(scores or ()) else 3
+        )
     if scores or table.shape[1] == 2:
         sure = np.asarray(scores or np.ones(len(table)), float).ravel()
         if len(sure) != len(table):
