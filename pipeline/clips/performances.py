@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import Any
 
 import numpy as np
@@ -25,7 +26,8 @@ REPORT_COLUMNS = (
 )  # fmt: skip
 
 LEAST_FRAMES = 8
-"""Fewest frames of a performance."""
+LEAST_S = 0.25
+"""Fewest frames and seconds of a performance: key-frames are chosen among those of 30 Hz."""
 
 LEAST_PERFORMANCES = 3
 """Fewest performances from which an action model is learnt."""
@@ -62,10 +64,11 @@ def whole_clip(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
     def select(bridged: BridgedClip, row: dict[str, Any]) -> np.ndarray:
         frames = np.flatnonzero(bridged.whole)
         first, last = (int(frames[0]), int(frames[-1])) if frames.size else (0, -1)
-        if last - first + 1 < LEAST_FRAMES:
+        least = max(LEAST_FRAMES, math.ceil(LEAST_S * raw.frame_rate_hz))
+        if last - first + 1 < least:
             raise InvalidInput(
                 "too short for a performance",
-                expected=f"{LEAST_FRAMES} frames",
+                expected=f"{least} frames",
                 received=last - first + 1,
             )
         if not bridged.whole[first : last + 1].all():

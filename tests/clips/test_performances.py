@@ -59,6 +59,12 @@ def test_a_clip_is_a_performance_unless_joints_are_missing_in_its_middle(bends: 
     assert made.phase is None, "nobody knows the true course of a recording"
 
 
+def test_a_clip_without_time_for_key_frames_is_refused() -> None:
+    moving = synthetic_performances(SyntheticPerformances(performances=3), 1).motion(0)
+    row = whole_clip(RawClip({"clip": "a"}, moving[:20], 120.0)).row
+    assert row["reason"] == "too short for a performance (expected 30 frames, received 20)"
+
+
 def test_too_few_performances_are_refused_with_the_reasons(bends: Path) -> None:
     with pytest.raises(
         InvalidInput, match=r"^1 of the 2 clips can be used \(expected 3 or more.*missing for too long"
