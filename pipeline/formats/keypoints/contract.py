@@ -107,12 +107,8 @@ def detections(
     """
     counts = sorted({len(row) for _, _, row in rows})
     if not counts:
-        raise damaged(
-            "nobody was detected in any frame",
-            where,
-            "keypoints of a person, called so, landmarks, joints or pose_keypoints_2d",
-            f"{n_frames} frames",
-        )
+        called = "keypoints of a person, called so, landmarks, joints or pose_keypoints_2d"
+        raise damaged("nobody was detected in any frame", where, called, f"{n_frames} frames")
     if len(counts) > 1:
         raise damaged("detections differ in their number of points", where, received=counts)
     rows = sorted(rows, key=lambda row: row[0])
