@@ -7,6 +7,7 @@ import os
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,8 +18,9 @@ import pipeline
 from pipeline import formats
 from pipeline.cli.export import export
 from pipeline.core.keypoint_walk.calibration import ANYBODY, AS_OURS
-from pipeline.core.keypoint_walk.objective import FOCAL_SD, TURN
+from pipeline.core.keypoint_walk.objective import FOCAL_SD, PITCH, TURN
 from pipeline.core.keypoint_walk.tracks import find_tracks
+from pipeline.core.keypoint_walk.view import pitched, project
 from pipeline.formats import keypoints
 from pipeline.formats.keypoints import Detections, detections
 from pipeline.reconstruct import layouts, model_file
@@ -28,13 +30,14 @@ from pipeline.reconstruct.summary import (
     TURNED_DEG,
     advice,
     heading_words,
+    lean_deg,
     off_middle_rad,
     summarise,
     turned_deg,
     view_sd_rad,
 )
 from pipeline.reconstruct.writing import Output, Reconstruct, run
-from pipeline.skeleton import WALKER15
+from pipeline.skeleton import ANKLES, WALKER15
 from pipeline.validation import InvalidInput
 from tests.core.keypoint_walk.walkers import clip
 from tests.reconstruct.walks import ERROR, SIZE, alphapose, given, in_layout
@@ -519,6 +522,24 @@ def test_a_rolled_camera_is_remarked_on(roll_deg: float, tmp_path: Path) -> None
     walk = reconstruct_clip(given(alphapose(tmp_path / "a.json", values)))
     said = [sentence for sentence in advice(walk, walk.best) if sentence.startswith("The walker leans by")]
     assert len(said) == (roll_deg != 0.0)
+
+
+@pytest.mark.parametrize("pitch_deg", [-20.0, 0.0, 15.0, 40.0])
+@pytest.mark.parametrize("aside_mm", [-1500.0, 0.0, 1500.0])
+def test_who_stands_upright_leans_by_nothing_before_a_camera_that_looks_up_or_down(
+    pitch_deg: float, aside_mm: float
+) -> None:
+    pitch = np.radians(pitch_deg)
+    body = np.zeros((1, 15, 3))
+    body[:, WALKER15.index("head"), 1] = -60.0
+    body[:, ANKLES, 1] = 60.0
+    body += [aside_mm, 900.0, 4000.0]  # right, down, away
+    x = np.zeros(PITCH + 1)
+    x[PITCH] = pitch
+    found: Any = SimpleNamespace(
+        image_px=project(body @ pitched(pitch).T, 1200.0), focal_px=1200.0, fit=SimpleNamespace(x=x)
+    )
+    assert lean_deg(found) < 0.5
 
 
 def test_words_for_every_heading() -> None:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.formats.contract import damaged
-from pipeline.formats.keypoints.contract import DEPTH, MEDIAPIPE, Detections, detections, timed
+from pipeline.formats.keypoints.contract import CROWD, DEPTH, MEDIAPIPE, Detections, detections, timed
 from pipeline.formats.points.cells import Rows
 from pipeline.formats.points.csv.table import coordinates, role_of
 from pipeline.formats.text import number, read_text
@@ -255,8 +255,8 @@ def _listed(content: Any, where: str) -> list[tuple[str, Any]]:
             for who, of_one in content.items()
             if who not in _POINTS and not _is_points(of_one)
             for frames in [_listed(of_one, where)]
-            # Of people, who are fewer than their frames, not the people of frames.
-            if len(frames) > len(content) and "3d" not in who.lower()
+            # Of people, who are few, and fewer than their frames; not the people of frames.
+            if len(content) <= min(CROWD, len(frames) - 1) and "3d" not in who.lower()
             for name, item in frames
         ]
         if any(_is_frame(item["keypoints"]) for _, item in found):

@@ -849,3 +849,9 @@ def test_people_of_one_time_without_a_frames_number_are_in_one_frame(tmp_path: P
     found = keypoints.read(tmp_path / "walk.json")
     assert found.frame.tolist() == np.repeat(np.arange(20), 2).tolist()
     assert found.frame_rate_hz == pytest.approx(30.0, rel=1e-3)
+
+
+def test_a_crowd_in_every_frame_is_not_taken_for_people_with_their_frames(tmp_path: Path) -> None:
+    crowd = {str(frame): [{"keypoints": MARKS[:, [0, 1, 3]].ravel().tolist()}] * 43 for frame in range(40)}
+    with pytest.raises(InvalidInput, match="too many people"):
+        keypoints.read(write(tmp_path / "a.json", crowd))
