@@ -224,7 +224,7 @@ def _paper(
             require_choice(f"{file}, {item.name}, figure", item.figure, figures)
     conditions = {claim.name for claim in paper.claims if claim.kind is Kind.CONDITION}
     for figure, named in rests_on.items():
-        require_choice(f"{file}, rests_on, figure", figure, paper.figures)
+        require_choice(f"{file}, rests_on, figure", figure, figures)
         for condition in set(names(named, f"{file}, rests_on, {figure}")) - conditions:
             raise InvalidInput(f"no claim {condition!r} is a condition", f"{file}, rests_on")
     resting = [

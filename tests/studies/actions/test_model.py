@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pipeline import papers
 from pipeline.clips.options import SyntheticClips, SyntheticPerformances
 from pipeline.clips.performances import synthetic_performances
 from pipeline.clips.varied import synthetic_clips
 from pipeline.studies.actions.dataset import PostureDataset
-from pipeline.studies.actions.model import ActionSpaceModel
+from pipeline.studies.actions.model import UNRELATED, ActionSpaceModel
 
 
 @pytest.mark.parametrize(
@@ -37,3 +38,10 @@ def test_another_action_is_told(bends: int, others: int, told: list[str]) -> Non
     remarks = ActionSpaceModel().learn(PostureDataset().build(clips, workers=1), workers=1).remarks
     assert len(remarks) == len(told)
     assert all(words in remark for words, remark in zip(told, remarks, strict=True))
+
+
+def test_claims_rest_on_what_is_told() -> None:
+    condition = papers.claim("mozerov2006_same_action_class")
+    assert condition.agrees is not None
+    assert UNRELATED in condition.agrees and 1.01 * UNRELATED not in condition.agrees
+    assert condition.name in papers.claim("mozerov2006_natural_modes").rests_on

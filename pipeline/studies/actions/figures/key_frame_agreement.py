@@ -55,10 +55,12 @@ def alignments_compared(action: Action, options: ActionSpaceModel) -> pd.DataFra
     deviation = np.sqrt(mean_squared_deviation(action.linear) / action.linear.shape[2])
     rows = []
     for alignment in ALIGNMENTS:
-        left = mean_variance_left(action.sequences(alignment))
+        sequences = action.sequences(alignment)
+        left = mean_variance_left(sequences)
         row = {
             "stage": alignment,
             "variance_left": left,
+            "variance_left_to_all": left / mean_squared_deviation(np.concatenate(sequences)[None]),
             "variance_left_to_linear": left / linear,
             "acceptance": np.mean(action.accepted.get(alignment, np.nan)),
             "acceptance_person": np.mean(action.accepted_person.get(alignment, np.nan)),
