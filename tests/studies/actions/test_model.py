@@ -43,5 +43,6 @@ def test_another_action_is_told(bends: int, others: int, told: list[str]) -> Non
 def test_claims_rest_on_what_is_told() -> None:
     condition = papers.claim("mozerov2006_same_action_class")
     assert condition.agrees is not None
-    assert UNRELATED in condition.agrees and 1.01 * UNRELATED not in condition.agrees
+    assert UNRELATED in condition.agrees
+    assert 1.01 * UNRELATED not in condition.agrees
     assert condition.name in papers.claim("mozerov2006_natural_modes").rests_on
