@@ -177,8 +177,12 @@ def _beyond_the_seen(
     """Return a share of 0 or 100 % with the interval of Clopper and Pearson: what no row had, no replicate has either.
 
     It takes rows as independent, which nothing tells where all are alike; shares of views, which nobody drew, stay.
+    Of other shares the interval ends at 0 and 100 %, which that of few people passes.
     """
-    if drawn is None or share.low != share.high or any(part.name not in SHARES for part in measure.parts):
+    if drawn is None or any(part.name not in SHARES for part in measure.parts):
+        return share
+    share = replace(share, low=max(share.low, 0.0), high=min(share.high, 100.0))
+    if share.low != share.high:
         return share
     counts = []
     for arguments in (part.arguments for part in measure.parts if "table" in part.arguments):

@@ -298,6 +298,17 @@ def test_what_nobody_showed_has_the_exact_interval_of_that_many(people: int, tol
     assert verdict.agreement == told
 
 
+def test_the_interval_of_a_share_ends_at_all() -> None:
+    few = ["p1", "p1", "p1", "p1", "p2", "p2", "p3", "p3"]
+    table = {"person": few, "method": ["least_squares"] * 8, "failed": [0, 0, 0, 1, 1, 1, 1, 1]}
+    claim = papers.claim("zhang2004_view_angle_failures")
+    (verdict,) = judge([claim], {"zhang2004_fig5/table_people": table}, "synthetic")
+    assert verdict.evidence is not None
+    value = verdict.evidence.value
+    assert 0.0 <= value.low < value.value == 62.5
+    assert value.high == 100.0
+
+
 @pytest.mark.parametrize(("by", "low"), [("walker", 100.0 * 0.025 ** (1 / 20)), ("view_angle_deg", 100.0)])
 def test_a_share_of_walkers_has_it_and_one_of_views_does_not(by: str, low: float) -> None:
     """Walkers are drawn; views are those that the figure has."""
