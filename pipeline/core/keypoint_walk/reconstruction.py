@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import NamedTuple
@@ -11,7 +11,7 @@ import numpy as np
 
 from pipeline.core.anatomical import JOINTS
 from pipeline.core.keypoint_walk.cycle import GaitCycle, event_times, gait_cycle
-from pipeline.core.keypoint_walk.exchanged import exchange_all
+from pipeline.core.keypoint_walk.exchanged import LIMBS, exchange_all
 from pipeline.core.keypoint_walk.objective import HEADING, NU, PHASE, Keypoints, Setting
 from pipeline.core.keypoint_walk.path import median_of_seen
 from pipeline.core.keypoint_walk.posterior import (
@@ -21,7 +21,7 @@ from pipeline.core.keypoint_walk.posterior import (
     relative_positions,
 )
 from pipeline.core.keypoint_walk.prior import Prior
-from pipeline.core.keypoint_walk.refinement import Fit, Refinement
+from pipeline.core.keypoint_walk.refinement import Fit, Refinement, relabelled
 from pipeline.core.keypoint_walk.start import Place, Starts, alike, find_starts
 from pipeline.core.keypoint_walk.training import HEIGHT_MM, SIZE
 from pipeline.core.keypoint_walk.view import level_axes
@@ -259,18 +259,24 @@ def reconstruct(
     pixels = np.where(seen[..., None], pixels, 0.0)
     times = (np.arange(len(pixels)) - (len(pixels) - 1) / 2.0) / frame_rate_hz
 
-    def best_of(pixels: np.ndarray) -> tuple[_Begun, list[Candidate]]:
+    def begin(pixels: np.ndarray, exchanged: dict[str, np.ndarray]) -> Iterator[_Begun]:
         labelled = [Keypoints(pixels, weights)]
         if both_labellings:
             labelled.append(Keypoints(exchange_all(pixels), exchange_all(weights)))
-        begun: list[_Begun] = []
         for other, keypoints in enumerate(labelled):
-            starts = find_starts(keypoints.pixels, keypoints.weights, times, focal_px, prior, cosines)
+            used = relabelled(keypoints, exchanged)
+            starts = find_starts(used.pixels, used.weights, times, focal_px, prior, cosines)
             if overground is not None:
                 starts = replace(starts, overground=overground)
             setting = Setting(times, focal_px, starts.overground, cosines, nu, focal_sd)
-            refine = partial(Refinement, prior, setting, keypoints, path=starts.path, relabel=relabel)
-            begun += [_Begun(bool(other), starts, refine(start)) for start in starts.starts[:most_starts]]
+            refine = partial(
+                Refinement, prior, setting, keypoints, path=starts.path, relabel=relabel, exchanged=exchanged
+            )
+            yield from (_Begun(bool(other), starts, refine(start)) for start in starts.starts[:most_starts])
+
+    def best_of(pixels: np.ndarray) -> tuple[_Begun, list[Candidate]]:
+        none = np.zeros(len(times), bool)
+        begun = list(begin(pixels, {"legs": none, "arms": none}))
         if (together := begun[0].starts.ankles_together) > most_together:
             raise FeetTogether(
                 "the feet move together",
@@ -279,6 +285,10 @@ def reconstruct(
             )
         if min(one.starts.least_distance for one in begun) > most_distance:
             raise InvalidInput("a walker looks like this from no side")
+        _race(begun)
+        if relabel and _at_odds(begun[np.argmin(_costs(begun))].on_its_way.fit()):
+            begun += (legs_exchanged := list(begin(pixels, {"legs": ~none, "arms": none})))
+            _race(legs_exchanged)
         return _best_of(begun)
 
     best, candidates = best_of(pixels)
@@ -303,8 +313,8 @@ def _costs(begun: Sequence[_Begun]) -> np.ndarray:
     return np.array([one.cost(noise) for one in refined])
 
 
-def _best_of(begun: Sequence[_Begun]) -> tuple[_Begun, list[Candidate]]:
-    """The start that leads to the least cost, and all that differ, best first; what falls far behind is given up."""
+def _race(begun: Sequence[_Begun]) -> None:
+    """Refine starts; what falls far behind is given up."""
     racing = list(begun)
     for steps, behind in RACES:
         for one in racing:
@@ -313,6 +323,17 @@ def _best_of(begun: Sequence[_Begun]) -> tuple[_Begun, list[Candidate]]:
         racing = [one for one, cost in zip(racing, costs, strict=True) if cost <= costs.min() + behind]
     for one in racing:
         one.on_its_way.advance()
+
+
+def _at_odds(fit: Fit) -> bool:
+    """Whether legs and arms seem to be labelled for other sides: they swing in step, or one was mostly exchanged."""
+    ahead = fit.x[:SIZE].reshape(JOINTS, 3, -1)[:, 1, 1:3]
+    legs, arms = (ahead[left] - ahead[right] for left, right in (LIMBS["legs"][-1], LIMBS["arms"][-1]))
+    return legs.ravel() @ arms.ravel() > 0.0 or any(frames.mean() > 0.5 for frames in fit.exchanged.values())
+
+
+def _best_of(begun: Sequence[_Begun]) -> tuple[_Begun, list[Candidate]]:
+    """Return the start that led to the least cost, and all that differ, best first."""
     costs = _costs(begun)
     order = [int(number) for number in np.argsort(costs, kind="stable")]
     candidates: list[Candidate] = []

@@ -157,6 +157,8 @@ class Refinement:
         Found in the image.
     relabel : bool
         Whether to look for frames with left and right exchanged.
+    exchanged : dict of str to (T,) bool, optional
+        Frames that are taken for exchanged at first, for legs and arms; none by default.
     unknowns : (n,), optional
         Of another fit of the same setting, from which the search goes on; None: it begins at the start.
     """
@@ -170,6 +172,7 @@ class Refinement:
         path: Path,
         *,
         relabel: bool = True,
+        exchanged: dict[str, np.ndarray] | None = None,
         unknowns: np.ndarray | None = None,
     ) -> None:
         self.objective = Objective(prior, setting, start.frequency_hz)
@@ -178,15 +181,15 @@ class Refinement:
             unknowns[:UNKNOWNS] = initial_unknowns(prior, start, path, setting.focal_px, trunk_of(keypoints))
         self._at = self.objective.at(unknowns.copy())
         self._later = max(round(1.0 / (FASTEST_NEWS_HZ * (setting.times[1] - setting.times[0]))), 1)
-        none = np.zeros(len(setting.times), bool)
         self._start, self._given, self._relabel = start, keypoints, relabel
-        self._exchanged, self.used = dict.fromkeys(LIMBS, none), keypoints
+        self._exchanged = exchanged or dict.fromkeys(LIMBS, np.zeros(len(setting.times), bool))
+        self.used = relabelled(keypoints, self._exchanged)
         self._step, self._converged = 0, False
         self._look_again()
 
     @cached_property
     def _swapped(self) -> Keypoints:
-        return _exchanged(self._given, dict.fromkeys(LIMBS, np.ones(len(self._given.pixels), bool)))
+        return relabelled(self._given, dict.fromkeys(LIMBS, np.ones(len(self._given.pixels), bool)))
 
     def advance(self, steps: int | None = None) -> Refinement:
         """Go so many steps further, or until the cost hardly falls."""
@@ -231,7 +234,7 @@ class Refinement:
             limb: cheapest_labels(*(of_points[np.ravel(pairs)].sum(axis=0) for of_points in costs))
             for limb, pairs in LIMBS.items()
         }
-        self.used = _exchanged(self._given, self._exchanged)
+        self.used = relabelled(self._given, self._exchanged)
         self._look_again()
 
     def fit(self) -> Fit:
@@ -242,7 +245,8 @@ class Refinement:
         return Fit(x, self.noise, self._exchanged, self._start, self.objective)
 
 
-def _exchanged(keypoints: Keypoints, frames: dict[str, np.ndarray]) -> Keypoints:
+def relabelled(keypoints: Keypoints, frames: dict[str, np.ndarray]) -> Keypoints:
+    """Return keypoints with left and right exchanged in the frames (T,) of legs and arms."""
     if not any(limb.any() for limb in frames.values()):
         return keypoints
     return Keypoints(exchange(keypoints.pixels, frames), exchange(keypoints.weights, frames))

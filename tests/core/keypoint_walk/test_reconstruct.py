@@ -84,6 +84,22 @@ def test_frames_with_exchanged_legs_are_found() -> None:
     assert len(frames) >= 4  # where the legs pass each other, labels do not matter
 
 
+@pytest.mark.parametrize(("heading", "seed"), [(-150.0, 0), (45.0, 0), (120.0, 1), (30.0, 1), (90.0, 0)])
+def test_legs_alone_exchanged_throughout_are_found(heading: float, seed: int) -> None:
+    sim = clip(heading, DetectorError(), seed)
+    legs_exchanged = sim.pixels[:, [*range(9), 12, 13, 14, 9, 10, 11]]
+    found, right = (
+        reconstruct(pixels, np.ones(pixels.shape[:2]), sim.frame_rate_hz, sim.focal_px, prior())
+        for pixels in (legs_exchanged, sim.pixels)
+    )
+    assert not right.labels_exchanged
+    error, least = (_error_mm(sim, one.posterior.positions_mm) for one in (found, right))
+    assert error < least + 2.0
+    # Of both ways to say so, to exchange the legs or to exchange all and the arms again, either will do.
+    exchanged = found.fit.exchanged["arms" if found.labels_exchanged else "legs"]
+    assert exchanged.mean() > 0.6  # where limbs pass each other, labels do not matter
+
+
 def test_what_is_missing_has_no_say() -> None:
     sim = clip(45.0, DetectorError(missing=0.1))
     weights = np.isfinite(sim.pixels).all(axis=-1).astype(float)
