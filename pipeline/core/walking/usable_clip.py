@@ -13,8 +13,8 @@ from pipeline.validation import InvalidInput, told_apart
 _HEAD = WALKER15.index("head")
 _ACROSS = [[WALKER15.index(f"{side}_{joint}") for joint in ("hip", "shoulder")] for side in ("left", "right")]
 
-LEG_LENGTH_MM = (350.0, 1300.0)
-"""Hip to knee to ankle of a child of three and of a very tall adult: outside of it the unit is wrong."""
+LEG_LENGTH_MM = (250.0, 1300.0)
+"""Hip to knee to ankle of a child of one year who walks and of a very tall adult: outside of it the unit is wrong."""
 
 MOST_UNLIKE = 2.0
 """Ratio of the longer of thigh and shank to the shorter that no person has; thighs of 103 recordings: .74 to 1.29."""
@@ -101,7 +101,7 @@ def require_millimetres(positions: np.ndarray) -> None:
     human = guess and LEG_LENGTH_MM[0] <= length * _UNITS_MM[guess] <= LEG_LENGTH_MM[1]
     raise InvalidInput(
         "the unit of length is wrong" + (f": it looks like {guess}" if human else ""),
-        expected="legs of 350 to 1300 mm",
+        expected="legs of 250 to 1300 mm",
         received=f"{length:.3g} mm" if length < 100 else f"{told_apart(length, bound, 0)} mm",
     )
 

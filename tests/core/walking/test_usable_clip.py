@@ -96,7 +96,7 @@ def test_sizes_worked_out_in_the_head() -> None:
         (0.1, "looks like centimetres"),
         (1 / 25.4, "looks like inches"),
         (1 / 304.8, "looks like feet"),
-        (50.0, "unit of length is wrong \\(expected legs of 350 to 1300 mm"),
+        (50.0, "unit of length is wrong \\(expected legs of 250 to 1300 mm"),
         (1e-6, "unit of length is wrong \\(expected"),
     ],
 )
@@ -111,6 +111,11 @@ def test_legs_of_36_are_inches_rather_than_the_centimetres_of_a_small_child() ->
     positions = overground(0).positions
     with pytest.raises(InvalidInput, match=r"looks like inches .*received 36 mm"):
         walking.require_millimetres(positions * 36.0 / walking.leg_length(positions))
+
+
+def test_a_child_who_has_just_learnt_to_walk_has_legs_of_280_mm() -> None:
+    positions = overground(0).positions
+    walking.require_millimetres(positions * 280.0 / walking.leg_length(positions))
 
 
 @pytest.mark.parametrize("hidden", ["left_knee", "right_ankle"])
@@ -186,5 +191,5 @@ def test_a_limb_that_is_longer_than_its_twin_by_more_than_a_tenth_is_remarked() 
 def test_a_length_just_beyond_the_bound_does_not_print_alike() -> None:
     clip = overground(2).positions.copy()
     clip *= 1300.4 / walking.leg_length(clip)
-    with pytest.raises(InvalidInput, match=r"expected legs of 350 to 1300 mm, received 1300\.4 mm"):
+    with pytest.raises(InvalidInput, match=r"expected legs of 250 to 1300 mm, received 1300\.4 mm"):
         walking.require_millimetres(clip)
