@@ -1,11 +1,12 @@
 """3D motion from 2D motion: the methods and figures of four papers, on synthetic people and real motion capture.
 
-The modules, from the base upwards; each imports only from those above it in this list (tested)::
+The modules and packages, from the base upwards; each imports only from those above it in this list (tested; in `core`
+and `studies`, whose parts stand by subject, no circle)::
 
     validation             InvalidInput: what, where, expected, received; the shared checks
+    shortened              short representations of results
     skeleton               joints, world frame, units, how source points become joints
     resources              files that travel with the package
-    shortened              short representations of results
     palette, tidy          colours and looks of series; rows of a table by series
     charts, scenes         what is drawn, as plain values: charts of tables; views, postures and matrices
     processes, locks       work on several processes, which share the cores; what only one of them may do
@@ -18,7 +19,6 @@ The modules, from the base upwards; each imports only from those above it in thi
       camera                 orthographic projection                           zhang2007 3.5, 3.16, B.2, B.3
       reconstruction         coefficients from one known view                  zhang2007 3.6-3.15, A.1-A.5
       viewpoint              view angle and coefficients together              zhang2007 4.5, 4.6, B.1-B.3
-      observation            what one view shows; frequency and phase from it
       anatomical             mirror images, constant bones, error bars         beside zhang2007 3.2
       errors                 errors of a reconstruction                        zhang2007 4.1-4.4
       joint_angles           flexion of hips, knees, shoulders and elbows
@@ -48,14 +48,17 @@ The modules, from the base upwards; each imports only from those above it in thi
     fetch/                 downloading the public recordings
     storage/               store, sealed folders, provenance, archive, tables
     pictures/ recordings/  the only matplotlib; the only rerun
+    video/                 film in: keypoints by two networks; the only OpenCV
     papers/                the papers as data: equations, claims, the rule of verdicts
 
     synthetic/             synthetic people: walkers, bending, limbs
     pointlight/            walks as moving dots, disturbed as experiments ask for
     clips/                 types of clips, without a reader: walks, performances, varied motion; their usable parts
     ingestion/             data sets and their recordings: the only door to formats, mappings and fetch
+    api                    the library: read, joints, represent, fit, calibrate, from_view, to_dataframe, to_xarray
     studies/               options, dataset, model, sweeps, figures and measures of each study
       study, experiment      base classes of the options; the experiment that a preset composes
+      figure_inputs          inputs of a figure: experiment, clips, results of the stages
       eigenwalkers/          Fourier samples of walks and models of them, on which several studies stand
       occlusion              joints hidden from a camera, for several studies
       walks/                 zhang2004, zhang2007
@@ -81,8 +84,7 @@ the name.  Arrays are ordered (walker, harmonic or frame, joint, space).  World:
 +y, +x to the walker's right; view angle 0 is the frontal view, -90 degrees the left profile; image right is then the
 walker's right, so a video taken from the front has to be mirrored.
 
-The module `api` is the library: read, joints, represent, fit, calibrate, from_view, to_dataframe, to_xarray.  The
-package `reconstruct` may be called, with a file of keypoints.  What cannot be used raises `InvalidInput`.
+The package `reconstruct` may be called, with a file of keypoints.  What cannot be used raises `InvalidInput`.
 """
 
 from __future__ import annotations

@@ -15,9 +15,12 @@ import sys
 import tomllib
 from importlib import import_module
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Any
 
 import pytest
+
+import pipeline
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "pipeline"
@@ -565,10 +568,39 @@ def test_no_path_of_one_machine_in_tracked_files() -> None:
     assert found == []
 
 
-def test_the_map_names_every_package() -> None:
-    words = (PACKAGE / "__init__.py").read_text(encoding="utf-8")
-    names = {package(m) for m in MODULES} | {m.split(".")[1] for m in MODULES if m.startswith("core.")}
-    assert sorted(name for name in names if not re.search(rf"\b{name}\b", words)) == []
+def entries_of_the_map(indentation: int) -> list[str]:
+    """Names that begin the lines of that indentation in the map of the package, in its order."""
+    lines = re.findall(rf"^ {{{indentation}}}(\w+(?:(?:/|,) \w+)*)", pipeline.__doc__ or "", re.MULTILINE)
+    return [name for line in lines for name in re.findall(r"\w+", line)]
+
+
+def test_the_map_names_every_package_from_the_base_upwards() -> None:
+    order = entries_of_the_map(4)
+    assert sorted(order) == sorted({package(m) for m in MODULES})
+    places = {name: order.index(name) for name in order}
+    upwards = {
+        (package(m), package(other))
+        for m in MODULES
+        for other in imports_of(m)[0]
+        if places[package(other)] > places[package(m)]
+    }
+    assert upwards == set()
+
+
+def test_the_map_names_every_part_of_core_and_of_studies() -> None:
+    parts = {m.split(".")[1] for m in MODULES if m.startswith(("core.", "studies."))}
+    assert sorted(entries_of_the_map(6)) == sorted(parts)
+
+
+def test_docstrings_name_modules_that_exist() -> None:
+    missing = set()
+    for path in SOURCES.values():
+        for name in re.findall(r"`(pipeline(?:\.\w+)+)`", path.read_text(encoding="utf-8")):
+            try:
+                resolve_name(name)
+            except (ImportError, AttributeError):
+                missing.add(f"{path.relative_to(ROOT)}: {name}")
+    assert missing == set()
 
 
 def test_the_source_distribution_is_complete() -> None:

@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
+import pandas as pd
 import pytest
 import yaml
 
@@ -131,3 +132,13 @@ def test_the_documentation_is_built_without_a_warning_and_needs_no_network(tmp_p
         text = path.read_text(encoding="utf-8")
         assert 'src="http' not in text, path.name
         assert 'rel="stylesheet" href="http' not in text, path.name
+
+
+def test_the_first_page_says_what_its_curve_shows() -> None:
+    figure = ROOT / "results" / "archive" / "light" / "synthetic" / "zhang2007_fig5"
+    errors = pd.read_csv(figure / "table.csv.gz").groupby("method")["rms_error_mm"]
+    least, most = errors.min().round().astype(int), errors.max().round().astype(int)
+    assert (
+        f"{least['map']} to {most['map']} mm with a prior, up to {most['least_squares']} mm by least squares"
+        f" and {most['average_walker']} mm for the average walker"
+    ) in (ROOT / "README.md").read_text(encoding="utf-8")

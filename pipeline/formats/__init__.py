@@ -3,8 +3,8 @@
 Contract
 --------
 Every reader is called by `read_one` as `read(path, frame_rate_hz=…, units=…)` and returns a
-`pipeline.skeleton.MotionCapture`: millimetres in the file's own axes, NaN where a point was not measured.  The two
-options are for what a file does not state; a reader says in its docstring what it does with them.  A file that is
+`pipeline.skeleton.recorded.MotionCapture`: millimetres in the file's own axes, NaN where a point was not measured.  The
+two options are for what a file does not state; a reader says in its docstring what it does with them.  A file that is
 damaged, contradicts itself or asks for more than its budget raises `InvalidInput` that names the file and the place in
 it; what is odd but readable is listed in `notes`.
 """

@@ -364,6 +364,16 @@ def test_markers_of_public_treadmill_and_overground_walks(
     assert fit.points == len(motion.names) - 2  # all but the heels
 
 
+def test_a_wrist_of_ior_is_the_middle_of_both_styloids_by_whatever_name() -> None:
+    words = "IAS IPS FLE FME FAL TAM HLE HME RSP UHE"
+    points = [side + point for side in "LR" for point in words.split()]
+    motion = placed(points)
+    positions, _ = map_joints(motion, mappings.shipped()["ior"])
+    middle = motion.positions_mm[:, [points.index("LRSP"), points.index("LUHE")]].mean(axis=1)
+    wrist = positions[:, WALKER15.index("left_wrist")]
+    np.testing.assert_allclose(np.linalg.norm(wrist, axis=1), np.linalg.norm(middle, axis=1))
+
+
 @pytest.mark.parametrize(
     ("points", "family"), [(PIG, "plugin_gait"), ([*PIG, *CGM2], "cgm2"), (GAIT2392, "gait2392")]
 )

@@ -9,7 +9,7 @@ Symbols
 ``s``    +1 for the far candidate, -1 for the near one
 
 The roots of [park2011 9], counted along a unit direction from the camera, are those of ``m`` plus and minus the half
-chord.  With ``m`` from `pipeline.core.rays` nothing cancels, however far the camera stands.
+chord.  With ``m`` from `pipeline.core.articulation.rays` nothing cancels, however far the camera stands.
 """
 
 from __future__ import annotations

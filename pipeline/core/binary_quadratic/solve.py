@@ -4,7 +4,7 @@ Symbols are those of `candidates`: candidates ``c_i = m_i + s_i u_i``, and ``J(s
 signs s.  [park2011 10] has b in {0, 1} where this has ``s = 2 b - 1``, and [park2011 12] is J for orthonormal B.
 
 The order of work: good signs at once (`descent`), then two searches that prove them, or find better ones: branch and
-bound over boxes (`box_search`), which is the paper's, and depth first in time (`suffix_search`), which is often faster
+bound over boxes (`BoxSearch`), which is the paper's, and depth first in time (`SuffixSearch`), which is often faster
 where the box is slow.  They take turns by amounts of work and share the best signs.  A limit of time is a number of
 turns, so that what is found and what is proved depends on neither clock nor load.
 """
