@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from pipeline.cli.compose import compose
+from pipeline.clips.filmed import training_walks
 from pipeline.clips.kinds import WALKS, Walks
-from pipeline.core.keypoint_walk import Moments, TrainingWalk
+from pipeline.core.keypoint_walk import Moments, TrainingWalk, compact, moments
 from pipeline.core.keypoint_walk.calibration import ANYBODY, AS_OURS
-from pipeline.reconstruct import training
+from pipeline.reconstruct import model_file, training
 from pipeline.reconstruct.training import Training, train
 
 
@@ -34,7 +37,6 @@ def test_a_person_and_then_a_whole_laboratory_is_left_out(
         known.append(set(people.tolist()))
         return moments(rest, people)
 
-    moments = training.moments
     monkeypatch.setattr(training, "moments", noted)
     monkeypatch.setattr(training, "HEADINGS_DEG", (30,))
     trained = train(walks, Training(components=2))
@@ -47,3 +49,21 @@ def test_a_person_and_then_a_whole_laboratory_is_left_out(
     # Of one laboratory nothing is known of how laboratories differ, of two of 4 and 3 people about half.
     assert of_one.unfamiliar == 1.0
     assert trained.unfamiliar == pytest.approx((4**2 + 3**2) / 7**2)
+
+
+MIRRORS = [Path(folder) for folder in os.environ.get("MOCAP_MIRROR", "").split(":")]
+
+
+@pytest.mark.skipif(
+    not all(any((mirror / of).is_dir() for mirror in MIRRORS) for of in ("cmu", "biomechzoo", "people")),
+    reason="needs MOCAP_MIRROR with the recordings of data=many",
+)
+def test_the_model_that_comes_with_the_package_is_what_the_recordings_give() -> None:
+    """A mapping that puts a joint elsewhere makes it another's model: train it again, with a line in the changelog."""
+    of = compose(["experiment=zhang2007_fig2", "dataset.walks=all", "data=many"])
+    walks = of.data.request(WALKS, of.skeleton, of.seed, of.workers).make()
+    assert isinstance(walks, Walks)
+    found = compact(moments(training_walks(walks), walks.person), Training().components)
+    ships = model_file.load().compact
+    np.testing.assert_allclose(found.mean, ships.mean, atol=1e-3)
+    np.testing.assert_allclose(found.eigenvalues, ships.eigenvalues, rtol=1e-5)
