@@ -286,7 +286,7 @@ def reconstruct(
         if min(one.starts.least_distance for one in begun) > most_distance:
             raise InvalidInput("a walker looks like this from no side")
         _race(begun)
-        if relabel and _at_odds(begun[np.argmin(_costs(begun))].on_its_way.fit()):
+        if relabel and _at_odds(begun[np.argmin(_costs(begun))].fit()[0]):
             begun += (legs_exchanged := list(begin(pixels, {"legs": ~none, "arms": none})))
             _race(legs_exchanged)
         return _best_of(begun)
@@ -304,6 +304,17 @@ class _Begun(NamedTuple):
     exchanged: bool
     starts: Starts
     on_its_way: Refinement
+
+    def fit(self) -> tuple[Fit, bool]:
+        """Return the walker so far, and whether labels are exchanged throughout.
+
+        All limbs exchanged again in most frames are as they were given.
+        """
+        fit = self.on_its_way.fit()
+        again = sum(frames.mean() for frames in fit.exchanged.values()) > 1.0
+        if again:
+            fit = replace(fit, exchanged={limb: ~frames for limb, frames in fit.exchanged.items()})
+        return fit, self.exchanged != again
 
 
 def _costs(begun: Sequence[_Begun]) -> np.ndarray:
@@ -326,7 +337,7 @@ def _race(begun: Sequence[_Begun]) -> None:
 
 
 def _at_odds(fit: Fit) -> bool:
-    """Whether legs and arms seem to be labelled for other sides: they swing in step, or one was mostly exchanged."""
+    """Whether legs and arms seem to be labelled for other sides: they swing in step, or one is mostly exchanged."""
     ahead = fit.x[:SIZE].reshape(JOINTS, 3, -1)[:, 1, 1:3]
     legs, arms = (ahead[left] - ahead[right] for left, right in (LIMBS["legs"][-1], LIMBS["arms"][-1]))
     return legs.ravel() @ arms.ravel() > 0.0 or any(frames.mean() > 0.5 for frames in fit.exchanged.values())
@@ -338,12 +349,12 @@ def _best_of(begun: Sequence[_Begun]) -> tuple[_Begun, list[Candidate]]:
     order = [int(number) for number in np.argsort(costs, kind="stable")]
     candidates: list[Candidate] = []
     for number in order:
-        fit = begun[number].on_its_way.fit()
+        fit, exchanged = begun[number].fit()
         candidate = Candidate(
             fit.frequency_hz,
             fit.x[HEADING],
             fit.x[PHASE],
-            begun[number].exchanged,
+            exchanged,
             costs[number] - costs[order[0]],
         )
         if not any(alike(candidate, other, SAME) for other in candidates):
@@ -376,15 +387,15 @@ def find_shake(best: _Begun) -> np.ndarray:
 
 
 def _reconstruction(best: _Begun, candidates: list[Candidate], shake: np.ndarray) -> Reconstruction:
-    fit, used = best.on_its_way.fit(), best.on_its_way.used
+    (fit, exchanged), used = best.fit(), best.on_its_way.used
     depth = fit.objective.camera_points(fit.x)[..., 2].mean()
     return Reconstruction(
         fit=fit,
         starts=best.starts,
         candidates=tuple(candidates),
-        labels_exchanged=best.exchanged,
+        labels_exchanged=exchanged,
         labels_unsure=any(
-            c.labels_exchanged != best.exchanged and c.cost_above_best < LABELS_UNSURE for c in candidates
+            c.labels_exchanged != exchanged and c.cost_above_best < LABELS_UNSURE for c in candidates
         ),
         keypoints=used,
         rms_residual_px=_slow_residual(fit, used),
