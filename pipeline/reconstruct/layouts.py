@@ -155,16 +155,18 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
     if wanted:
         require_choice("input.layout", wanted, known)
     stems = [name.rstrip("0123456789") for name in found.names]
-    numbered = {
-        int(found.names[k][len(stem) :] or -1): k
-        for k, stem in enumerate(stems)
+    groups = [
+        {int(found.names[k][len(stem) :] or -1): k for k, own in enumerate(stems) if own == stem}
+        for stem in dict.fromkeys(stems)
         if stems.count(stem) >= FEWEST
-    }  # kp0, kp1, … beside others
+    ]  # kp0, kp1, … beside others; a body's, not hands'
+    sizes = {*map(len, (layout.points for layout in known.values())), *LONGER}
+    numbered = max(groups, key=lambda group: max(group) + 1 in sizes, default={})
     in_turn = np.array([k for _, k in sorted(numbered.items())] or range(found.points.shape[1]))
-    if numbered and (last := max(numbered)) + (0 in numbered) > len(numbered):  # some are left out
-        sizes = {*map(len, (layout.points for layout in known.values())), *LONGER}
-        if (count := SHORTER.get(last + 1, last + 1)) in sizes:
-            in_turn = np.array([numbered.get(number, -1) for number in range(count)])
+    count = max(numbered, default=0) + 1
+    left_out = count > len(numbered) + (0 not in numbered)
+    if numbered and left_out and (count := SHORTER.get(count, count)) in sizes:
+        in_turn = np.array([numbered.get(number, -1) for number in range(count)])
     points = np.where(in_turn[:, None] < 0, np.nan, found.points[:, in_turn])
     K = len(in_turn)
     if found.names and not numbered:

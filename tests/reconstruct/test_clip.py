@@ -108,6 +108,16 @@ def test_shares_of_the_image_need_its_size(model: Path, tmp_path: Path) -> None:
         reconstruct_clip(given(path, width=0), model)
 
 
+@pytest.mark.parametrize("above", [0.0, 0.3])
+def test_metres_of_a_body_are_no_shares_of_the_image(above: float, model: Path, tmp_path: Path) -> None:
+    values = in_layout(clip(45.0, ERROR), "coco17")
+    seen = values[..., 2] > 0
+    ankles = values[seen][:, 1].max()
+    values[..., :2] = (values[..., :2] - [SIZE[0] / 2, ankles]) / 350.0 + [0.0, above]  # heads at -1.6
+    with pytest.raises(InvalidInput, match="neither pixels nor shares of an image"):
+        reconstruct_clip(given(alphapose(tmp_path / "a.json", np.where(seen[..., None], values, 0.0))), model)
+
+
 def test_rows_counted_upwards_are_turned(model: Path, tmp_path: Path) -> None:
     sim = clip(45.0, ERROR)
     values = in_layout(sim, "coco17")
@@ -487,6 +497,18 @@ def test_numbers_of_points_that_are_left_out_count(layout: str, numbers: list[in
     )
     places = [numbers.index(k) if k in numbers else -1 for k in range(len(found.points))]
     assert (found.name, order.tolist()) == (layout, places)
+
+
+def test_a_body_is_numbered_beside_hands() -> None:
+    whole = _numbered("mediapipe33")
+    hand = np.full((len(whole.points), 21, 2), np.nan)
+    names = [
+        f"{part}_{k}" for part, count in (("left_hand", 21), ("pose", 33), ("hand", 21)) for k in range(count)
+    ]
+    found, order, _ = layouts.recognise(
+        replace(whole, points=np.concatenate([hand, whole.points, hand], axis=1), names=tuple(names))
+    )
+    assert (found.name, order.tolist()) == ("mediapipe33", list(range(21, 54)))
 
 
 def test_the_first_of_two_joints_is_the_right_one() -> None:
