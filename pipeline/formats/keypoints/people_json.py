@@ -172,9 +172,9 @@ _PEOPLE = (
     "pedestrians", "humans", "subjects", "skeletons", "instance_info",
 )  # fmt: skip
 _POINTS = (
-    "pose_keypoints_2d", "pose_keypoints", "keypoints", "pred_keypoints",
-    "pose_landmarks", "poseLandmarks", "landmarks", "landmark", "joints",
-    "keypoints_2d", "keypoints2d", "keypoints_xy", "keypoints_px", "joints_2d", "kpts",
+    "pose_keypoints_2d", "keypoints_2d", "keypoints2d", "joints_2d", "pose_landmarks_2d",
+    "pose_keypoints", "keypoints", "pred_keypoints", "keypoints_xy", "keypoints_px", "kpts", "kps",
+    "pose_landmarks", "poseLandmarks", "landmarks", "landmark", "joints", "points",
     "pose_world_landmarks", "poseWorldLandmarks", "worldLandmarks", "world_landmarks",
 )  # fmt: skip
 _WHICH_FRAME = (

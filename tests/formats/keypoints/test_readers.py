@@ -158,6 +158,8 @@ WRITTEN = {
     },
     "landmarks of the world": [{"worldLandmarks": objects("visibility")}] * 2,
     "people called otherwise": {"frames": [{"frame_idx": k, "pedestrians": [IN_TURN]} for k in (3, 4)]},
+    "named, as points": {"frames": [{"points": dict(zip(NAMED, objects("visibility"), strict=True))}] * 2},
+    "in 3D, too": [{"joints": [[0.1, 0.2, 0.3]] * 17, "joints_2d": MARKS[:, [0, 1, 3]].tolist()}] * 2,
     "in pixels": {"frames": [{"time_s": k, "keypoints_px": MARKS[:, [0, 1, 3]].tolist()} for k in (3, 4)]},
     "within a pose": {"metadata": {"fps": 30}, "frames": [{"frame_idx": k, "pose": IN_TURN} for k in (3, 4)]},
     "named, beside others": [
@@ -167,9 +169,9 @@ WRITTEN = {
 
 
 @pytest.mark.parametrize("written", WRITTEN)
-@pytest.mark.parametrize("lines", [False, True])
-def test_points_under_whatever_keys(written: str, lines: bool, tmp_path: Path) -> None:
-    content, path = WRITTEN[written], tmp_path / "a.json"
+@pytest.mark.parametrize("lines", ["", "json", "ndjson"])
+def test_points_under_whatever_keys(written: str, lines: str, tmp_path: Path) -> None:
+    content, path = WRITTEN[written], tmp_path / f"a.{lines or 'json'}"
     if lines and isinstance(content, list):
         path.write_text("".join(json.dumps(item) + "\n" for item in content), encoding="utf-8")
     found = keypoints.read(path if path.exists() else write(path, content))
