@@ -77,7 +77,9 @@ def recordings(source: Path) -> list[Path]:
     found = sorted(p for p in source.rglob("*") if formats.is_recording(p) and p.is_file())
     if not found:
         expected = "files ending in " + " ".join(formats.READERS)
-        raise InvalidInput("no motion capture in the folder", source, expected)
+        raise InvalidInput(
+            "no motion capture in the folder: keypoints of a film go to `reconstruct`", source, expected
+        )
     return found
 
 

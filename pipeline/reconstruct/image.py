@@ -50,7 +50,7 @@ def in_pixels(
             expected="landmarks in the image, as MediaPipe's pose_landmarks",
             received="hips at 0, 0 throughout, as in its pose_world_landmarks",
         )
-    if len(known) and (known[:, 1] < 0).mean() > 0.95:
+    if turned := len(known) and (known[:, 1] < 0).mean() > 0.95:
         pixels, known = pixels * [1, -1], known * [1, -1]
         notes.append("Rows are negative: they were counted upwards from the upper edge, and are turned.")
     if len(known) and np.percentile(np.abs(known), 95) <= 2.0:
@@ -61,9 +61,17 @@ def in_pixels(
                 "pixels",
             )
         notes.append("Coordinates are shares of the image and were multiplied by its size.")
-        if (known[:, 1] < 0).mean() > 0.25:  # OpenPose's keypoint_scale 4, not a head out of the picture
-            pixels = (pixels + 1) / 2
+        if (
+            middle := (known[:, 1] < 0).mean() > 0.25
+        ):  # OpenPose's keypoint_scale 4, not a head out of the picture
+            pixels, known = (pixels + 1) / 2, (known + 1) / 2
             notes.append("They were counted from its middle, from -1 to 1.")
+        if (turned or middle) and _outside(known, (1, 1)) > MOST_OUTSIDE:
+            raise InvalidInput(
+                "the coordinates are neither pixels nor shares of an image, but a body's own",
+                expected="landmarks in the image, as MediaPipe's pose_landmarks",
+                received="many beyond -1 and 1",
+            )
         pixels = pixels * np.array(size, float)
     elif not all(size):
         reach = known.max(axis=0) if len(known) else np.array([1.0, 1.0])

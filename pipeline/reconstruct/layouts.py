@@ -21,9 +21,11 @@ from pipeline.skeleton.source_points import in_english
 from pipeline.validation import InvalidInput, require_choice
 
 FOLDER = CONF / "keypoints"
-LONGER = {23: 17, 133: 17, 136: 26}
+LONGER = {23: 17, 75: 33, 133: 17, 136: 26, 308: 70, 501: 33, 543: 33}
 """Layouts with feet, or of whole bodies, that begin with a smaller one: number of points and of those that are used."""
-FEWEST = 14
+SHORTER = {29: 33, 31: 33}
+"""MediaPipe's without toes, or heels: one more than the last number of a point, and the points of the layout."""
+FEWEST = 12
 """Names that differ in their number alone, from which on points are told by it: kp0, kp1, …"""
 LEAST_SEEN = 0.2
 """Joints that fewer detections have say nothing of the order: a head may be out of the picture."""
@@ -90,9 +92,10 @@ def layouts() -> dict[str, Layout]:
 
 _OF_APPLE = {
     "head_joint": "nose", "shoulder_1_joint": "shoulder", "forearm_joint": "elbow", "hand_joint": "wrist",
-    "up_leg_joint": "hip", "leg_joint": "knee", "foot_joint": "ankle",
+    "up_leg_joint": "hip", "leg_joint": "knee", "foot_joint": "ankle", "sho": "shoulder", "elb": "elbow",
+    "wr": "wrist", "wri": "wrist", "ank": "ankle",
 }  # fmt: skip
-"""Names of Apple's Vision, which are those of the segments below the joints."""
+"""Names of Apple's Vision, which are those of the segments below the joints; OpenCV's short ones."""
 
 
 _PARTS = {"eye", "ear", "shoulder", "elbow", "wrist", "hip", "knee", "ankle", "heel"}
@@ -106,6 +109,8 @@ def canonical(name: str) -> str:
     --------
     >>> canonical("LKnee"), canonical("RBigToe"), canonical("knee_l"), canonical("left_leg_joint"), canonical("rhip")
     ('left_knee', 'right_big_toe', 'left_knee', 'left_knee', 'right_hip')
+    >>> canonical("R-Sho"), canonical("ankle1")
+    ('right_shoulder', 'right_ankle')
     """
     words = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+", in_english(name).replace("_", " "))
     joined = [word.lower() for word in words]
@@ -117,6 +122,8 @@ def canonical(name: str) -> str:
         and (words[0][:2].isupper() or joined[0][1:] in _PARTS)
     ):
         joined = [joined[0][0], joined[0][1:], *joined[1:]]
+    if len(joined) == 2 and joined[0] in _PARTS:  # DeepLabCut's people
+        joined[1] = {"1": "right", "2": "left"}.get(joined[1], joined[1])
     side = [sides[word] for word in joined if word in sides]
     rest = "_".join(word for word in joined if word not in sides)
     return "_".join([*side[:1], _OF_APPLE.get(rest, rest)])
@@ -148,11 +155,20 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
     if wanted:
         require_choice("input.layout", wanted, known)
     stems = [name.rstrip("0123456789") for name in found.names]
-    numbered = [k for k, stem in enumerate(stems) if stems.count(stem) >= FEWEST]  # kp0, kp1, … beside others
-    numbered.sort(key=lambda k: int(found.names[k][len(stems[k]) :] or -1))
-    points = found.points[:, numbered] if numbered else found.points
-    K = points.shape[1]
-    in_turn = np.array(numbered or range(K))
+    groups = [
+        {int(found.names[k][len(stem) :] or -1): k for k, own in enumerate(stems) if own == stem}
+        for stem in dict.fromkeys(stems)
+        if stems.count(stem) >= FEWEST
+    ]  # kp0, kp1, … beside others; a body's, not hands'
+    sizes = {*map(len, (layout.points for layout in known.values())), *LONGER}
+    numbered = max(groups, key=lambda group: max(group) + 1 in sizes, default={})
+    in_turn = np.array([k for _, k in sorted(numbered.items())] or range(found.points.shape[1]))
+    count = max(numbered, default=0) + 1
+    left_out = count > len(numbered) + (0 not in numbered)
+    if numbered and left_out and (count := SHORTER.get(count, count)) in sizes:
+        in_turn = np.array([numbered.get(number, -1) for number in range(count)])
+    points = np.where(in_turn[:, None] < 0, np.nan, found.points[:, in_turn])
+    K = len(in_turn)
     if found.names and not numbered:
         sided = [name for name in found.names if canonical(name).startswith(("left_", "right_"))]
         apart = (k for k, letters in enumerate(zip(*sided, strict=False)) if len(set(letters)) > 1)

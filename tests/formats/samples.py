@@ -230,6 +230,7 @@ def _keypoints() -> list[Sample]:
     contents = {
         "coco.json": json.dumps(coco).encode(),
         "lines.jsonl": "\n".join(lines).encode(),
+        "lines.ndjson": "\n".join(lines).encode(),
         "arrays.npz": packed(keypoints=np.stack([points[:17]] * 3), names=np.array(["a"] * 17), fps=30),
         "alphapose.json": json.dumps(alphapose).encode(),
         "mmpose.json": json.dumps(mmpose).encode(),

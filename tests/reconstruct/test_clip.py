@@ -108,6 +108,16 @@ def test_shares_of_the_image_need_its_size(model: Path, tmp_path: Path) -> None:
         reconstruct_clip(given(path, width=0), model)
 
 
+@pytest.mark.parametrize("above", [0.0, 0.3])
+def test_metres_of_a_body_are_no_shares_of_the_image(above: float, model: Path, tmp_path: Path) -> None:
+    values = in_layout(clip(45.0, ERROR), "coco17")
+    seen = values[..., 2] > 0
+    ankles = values[seen][:, 1].max()
+    values[..., :2] = (values[..., :2] - [SIZE[0] / 2, ankles]) / 350.0 + [0.0, above]  # heads at -1.6
+    with pytest.raises(InvalidInput, match="neither pixels nor shares of an image"):
+        reconstruct_clip(given(alphapose(tmp_path / "a.json", np.where(seen[..., None], values, 0.0))), model)
+
+
 def test_rows_counted_upwards_are_turned(model: Path, tmp_path: Path) -> None:
     sim = clip(45.0, ERROR)
     values = in_layout(sim, "coco17")
@@ -370,7 +380,7 @@ def _numbered(layout: str) -> Detections:
 
 
 @pytest.mark.parametrize("layout", sorted(layouts.layouts()))
-@pytest.mark.parametrize("longer", [0, 6, 116, 110])
+@pytest.mark.parametrize("longer", [0, 6, 42, 116, 110, 238, 468, 510])
 def test_layouts_are_recognised_by_number_and_place(layout: str, longer: int) -> None:
     points = (whole := _numbered(layout)).points
     K = points.shape[1]
@@ -394,7 +404,11 @@ def test_no_layout_is_read_as_another_of_its_number(other: str) -> None:
 
 @pytest.mark.parametrize(
     ("count", "names"),
-    [(14, "aic14 or crowdpose14 or lsp14"), (16, "mpii16"), (15, "mpi15 or posetrack15 or walker15")],
+    [
+        (14, "aic14 or crowdpose14 or lsp14 or openpose14"),
+        (16, "mpii16"),
+        (15, "mpi15 or posetrack15 or walker15"),
+    ],
 )
 def test_an_order_that_is_not_clear_names_its_layouts(count: int, names: str) -> None:
     points = np.random.default_rng(1).uniform(0.0, 900.0, (60, count, 3))
@@ -465,6 +479,43 @@ def test_names_of_a_small_layout_are_not_those_of_a_large_one_and_numbers_are_no
         replace(whole, points=points, names=("box", *(f"kp{k}" for k in by_letters)))
     )
     assert (found.name, order.tolist()) == ("coco17", [1 + by_letters.index(k) for k in range(17)])
+
+
+@pytest.mark.parametrize(
+    ("layout", "numbers"),
+    [
+        ("mediapipe33", [0, *range(11, 17), *range(23, 33)]),  # 17, as COCO has
+        ("mediapipe33", [*range(11, 29)]),
+        ("mediapipe33", [11, 12, *range(23, 33)]),
+        ("coco17", [*range(3), *range(4, 17)]),
+    ],
+)
+def test_numbers_of_points_that_are_left_out_count(layout: str, numbers: list[int]) -> None:
+    whole = _numbered(layout)
+    found, order, _ = layouts.recognise(
+        replace(whole, points=whole.points[:, numbers], names=tuple(f"landmark_{k}" for k in numbers))
+    )
+    places = [numbers.index(k) if k in numbers else -1 for k in range(len(found.points))]
+    assert (found.name, order.tolist()) == (layout, places)
+
+
+def test_a_body_is_numbered_beside_hands() -> None:
+    whole = _numbered("mediapipe33")
+    hand = np.full((len(whole.points), 21, 2), np.nan)
+    names = [
+        f"{part}_{k}" for part, count in (("left_hand", 21), ("pose", 33), ("hand", 21)) for k in range(count)
+    ]
+    found, order, _ = layouts.recognise(
+        replace(whole, points=np.concatenate([hand, whole.points, hand], axis=1), names=tuple(names))
+    )
+    assert (found.name, order.tolist()) == ("mediapipe33", list(range(21, 54)))
+
+
+def test_the_first_of_two_joints_is_the_right_one() -> None:
+    names = [f"{part}{k}" for part in ("ankle", "knee", "hip", "shoulder") for k in (1, 2)]
+    found = detections("csv", "a.csv", [(0, "", np.arange(24.0).reshape(8, 3))], 1, names=names)
+    layout, order, _ = layouts.recognise(found)
+    assert [order[layout.points.index(f"{side}_hip")] for side in ("right", "left")] == [4, 5]
 
 
 def test_right_offsets_are_mirror_images() -> None:

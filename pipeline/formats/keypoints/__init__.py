@@ -21,6 +21,7 @@ READERS = {
     ".npy": tables.read_array,
     ".npz": tables.read_array,
     ".jsonl": people_json.read,
+    ".ndjson": people_json.read,
 }
 """Reader of each suffix, lower case; folders are OpenPose's."""
 

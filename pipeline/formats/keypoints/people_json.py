@@ -114,7 +114,8 @@ def read_folder(path: Path) -> Detections:
     wrong = [
         name
         for name, content in frames
-        if content and (not _is_frame(content) or any(_first(one, _WHICH_FRAME) for one in content))
+        if content
+        and (not _is_frame(content) or any(_first(one, _WHICH_FRAME) for one in _crowd(content) or content))
     ]
     if wrong:
         raise damaged(
@@ -168,10 +169,12 @@ _PROGRAMS = {"images": "coco", "image_id": "alphapose", "bodies": "alphapose", "
 _FRAMES = ("instance_info", "frames", "annotations", "results", "data", "predictions")
 _PEOPLE = (
     "people", "instances", "bodies", "annots", "persons", "poses", "pose", "detections", "predictions", "tracks",
+    "pedestrians", "humans", "subjects", "skeletons", "instance_info",
 )  # fmt: skip
 _POINTS = (
-    "pose_keypoints_2d", "pose_keypoints", "keypoints", "pred_keypoints",
-    "pose_landmarks", "poseLandmarks", "landmarks", "landmark", "joints",
+    "pose_keypoints_2d", "keypoints_2d", "keypoints2d", "joints_2d", "pose_landmarks_2d",
+    "pose_keypoints", "keypoints", "pred_keypoints", "keypoints_xy", "keypoints_px", "kpts", "kps",
+    "pose_landmarks", "poseLandmarks", "landmarks", "landmark", "joints", "points",
     "pose_world_landmarks", "poseWorldLandmarks", "worldLandmarks", "world_landmarks",
 )  # fmt: skip
 _WHICH_FRAME = (
@@ -190,9 +193,11 @@ _WHICH_FRAME = (
 _WHO = ("idx", "track_id", "person_id", "personID", "instance_id")
 _SURE = ("visibility", "score", "confidence", "likelihood", "conf", "visible", "vis", "prob", "c", "presence")
 _SCORES = ("keypoint_scores", "scores", "confidence", "confidences", "score")
-_NAME = ("name", "part", "label", "keypoint")
+_WIDTHS = {34: 2, 50: 2, 52: 2, 4 * len(MEDIAPIPE): 4}
+_NAME = ("name", "part", "body_part", "label", "keypoint")
+_NUMBER = ("id", "index", "landmark_id")
 """Keys of all frames, of the people in one, of somebody's points; of a frame's name, of a person's, of how sure a
-point is, of all points, of a point's name."""
+point is, of all points; numbers of each point where these in turn are not 3; keys of a point's name, of its number."""
 
 
 def _first(item: Any, keys: Iterable[str]) -> Any:
@@ -337,6 +342,9 @@ def _points(value: Any, scores: Any, place: str) -> tuple[list[str], np.ndarray]
     if value and _has(value[0]):
         value = [mark | mark.get("position", {}) for mark in value]
         names = names or [name for mark in value if isinstance(name := _first(mark, _NAME), str)]
+        names = names or [
+            str(number) for mark in value if (number := _first(mark, _NUMBER)) in range(len(MEDIAPIPE))
+        ]
         value = [
             [mark.get("x"), mark.get("y"), _first({"presence": DEPTH if "z" in mark else 1.0} | mark, _SURE)]
             for mark in value
@@ -346,15 +354,15 @@ def _points(value: Any, scores: Any, place: str) -> tuple[list[str], np.ndarray]
         flat = [number for mark in value for number in mark]
         table = numbers(flat, place, width)[:, [0, 1, *([] if width < 3 else [-1])]]
     else:
-        table = numbers(
-            value, place, 2 if isinstance(value, list) and len(value) == 2 * len(scores or ()) else 3
-        )
+        count = len(value) if isinstance(value, list) else 0
+        width = 2 if count == 2 * len(scores or ()) else _WIDTHS.get(count, 3)
+        table = numbers(value, place, width)[:, [0, 1, *([] if width < 3 else [-1])]]
     if scores or table.shape[1] == 2:
         sure = np.asarray(scores or np.ones(len(table)), float).ravel()
         if len(sure) != len(table):
             raise damaged("scores and keypoints differ in number", place, len(table), len(sure))
         table = np.column_stack([table[:, :2], sure])
-    return names if len(names) == len(table) else [], table
+    return names if len({*names}) == len(table) else [], table
 
 
 def _detections(

@@ -45,6 +45,7 @@ def test_folders_of_other_programs_with_a_file_to_each_frame(tmp_path: Path) -> 
     people = {
         "pifpaf": ("predictions.json", [person], []),
         "easymocap": ("json", {"annots": [person | {"personID": 0}]}, {"annots": []}),
+        "sapiens": ("json", {"meta_info": {}, "instance_info": [person]}, {"instance_info": []}),
     }
     for program, (suffix, one, nobody) in people.items():
         (folder := tmp_path / program).mkdir()
@@ -156,6 +157,10 @@ WRITTEN = {
         "skeleton": dict(zip(map(str, range(17)), NAMED, strict=True)),
     },
     "landmarks of the world": [{"worldLandmarks": objects("visibility")}] * 2,
+    "people called otherwise": {"frames": [{"frame_idx": k, "pedestrians": [IN_TURN]} for k in (3, 4)]},
+    "named, as points": {"frames": [{"points": dict(zip(NAMED, objects("visibility"), strict=True))}] * 2},
+    "in 3D, too": [{"joints": [[0.1, 0.2, 0.3]] * 17, "joints_2d": MARKS[:, [0, 1, 3]].tolist()}] * 2,
+    "in pixels": {"frames": [{"time_s": k, "keypoints_px": MARKS[:, [0, 1, 3]].tolist()} for k in (3, 4)]},
     "within a pose": {"metadata": {"fps": 30}, "frames": [{"frame_idx": k, "pose": IN_TURN} for k in (3, 4)]},
     "named, beside others": [
         {"frame": k, "bbox": [1, 2, 3, 4], "note": "", **dict(zip(NAMED, objects("conf"), strict=True))} for k in (3, 4)
@@ -164,9 +169,9 @@ WRITTEN = {
 
 
 @pytest.mark.parametrize("written", WRITTEN)
-@pytest.mark.parametrize("lines", [False, True])
-def test_points_under_whatever_keys(written: str, lines: bool, tmp_path: Path) -> None:
-    content, path = WRITTEN[written], tmp_path / "a.json"
+@pytest.mark.parametrize("lines", ["", "json", "ndjson"])
+def test_points_under_whatever_keys(written: str, lines: str, tmp_path: Path) -> None:
+    content, path = WRITTEN[written], tmp_path / f"a.{lines or 'json'}"
     if lines and isinstance(content, list):
         path.write_text("".join(json.dumps(item) + "\n" for item in content), encoding="utf-8")
     found = keypoints.read(path if path.exists() else write(path, content))
@@ -223,6 +228,23 @@ def test_names_of_all_points_may_stand_once(within: bool, tmp_path: Path) -> Non
     frames = [{"keypoints": MARKS[::-1, [0, 1, 3]].tolist()}] * 2
     content = {"meta": stated, "frames": frames} if within else {**stated, "frames": frames}
     assert keypoints.read(write(tmp_path / "a.json", content)).names == tuple(NAMED[::-1])
+
+
+@pytest.mark.parametrize("left_out", [0, 1])
+def test_numbers_of_points_are_their_names(left_out: int, tmp_path: Path) -> None:
+    marks = [mark | {"id": k, "z": 0.1} for k, mark in enumerate(objects("visibility"))][:: 1 + left_out]
+    found = keypoints.read(write(tmp_path / "a.json", [{"landmarks": marks}] * 2))
+    assert found.names == tuple(str(mark["id"]) for mark in marks)
+    mine = [{"landmarks": [mark | {"id": 7} for mark in marks]}] * 2  # whose, not which
+    assert keypoints.read(write(tmp_path / "a.json", mine)).names == ()
+
+
+@pytest.mark.parametrize(("count", "width"), [(17, 2), (33, 4), (33, 3)])
+def test_numbers_in_turn_are_two_three_or_four_of_a_point(count: int, width: int, tmp_path: Path) -> None:
+    points = np.random.default_rng(0).uniform(0.1, 0.9, (count, width))
+    found = keypoints.read(write(tmp_path / "a.json", [{"frame": 0, "pose": points.ravel().tolist()}] * 2))
+    np.testing.assert_allclose(found.points[0], points[:, :2])
+    np.testing.assert_allclose(found.confidence[0], points[:, -1] if width > 2 else 1.0)
 
 
 @pytest.mark.parametrize("header", [{"fps": 25, "width": 640, "height": 480}, {"meta": {"fps": 25}}])

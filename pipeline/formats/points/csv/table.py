@@ -301,7 +301,7 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
         raise damaged(
             "the header names no points",
             place,
-            "columns such as head_x, head_y, head_z; or joint, x, y, z",
+            "columns such as head_x, head_y, head_z; or joint, x, y, z; keypoints of a film go to `reconstruct`",
             beginning,
         )
     if not {"time", "frame"} & set(columns.roles) and (is_long or not rate_is_given):
