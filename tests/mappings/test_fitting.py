@@ -313,6 +313,19 @@ def test_lateral_markers_that_are_called_knee_and_ankle_lie_outside_of_them(
     np.testing.assert_allclose(found, knee + 0.24 * (other - waist))
 
 
+def test_markers_and_joints_that_differ_in_case_alone() -> None:
+    joints = named("{S}{word}", dict(zip(PARTS, map(str.capitalize, PARTS), strict=True)))
+    markers = with_points(joints, *(f"{side}_{part}" for side in "lr" for part in ("knee", "ankle")))
+    fit = mappings.suggest(markers, mappings.shipped().values())
+    assert (fit.mapping.name, fit.missing) == ("named_joints", ())
+    without = markers.names.index("LHip")
+    lacking = dataclasses.replace(
+        markers, names=(*markers.names[:without], "x", *markers.names[without + 1 :])
+    )
+    with pytest.raises(InvalidInput, match="2 points are called"):
+        mappings.suggest(lacking, mappings.shipped().values())
+
+
 def test_joints_that_are_named_are_taken_before_markers_beside_them() -> None:
     legs = {
         f"{side}_{part}": f"{side.upper()}_{part.upper()}" for side in ("left", "right") for part in PARTS[:3]
