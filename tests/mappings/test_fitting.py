@@ -62,6 +62,8 @@ def behind(beginning: str, motion: MotionCapture) -> MotionCapture:
 
 PARTS = ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
 UNITY = dict(zip(PARTS, ("UpperLeg", "LowerLeg", "Foot", "UpperArm", "LowerArm", "Hand"), strict=True))
+QUEST = {**UNITY, "ankle": "FootAnkle", "shoulder": "ArmUpper", "elbow": "ArmLower", "wrist": "HandWrist"}
+XSENS_IN_SHORT = dict(zip(PARTS, ("U_Leg", "L_Leg", "Foot", "U_Arm", "F_Arm", "Hand"), strict=True))
 HUMANIK = dict(zip(PARTS, ("UpLeg", "Leg", "Foot", "Arm", "ForeArm", "Hand"), strict=True))
 BIPED = dict(zip(PARTS, ("Thigh", "Calf", "Foot", "UpperArm", "Forearm", "Hand"), strict=True))
 UNREAL = dict(zip(PARTS, ("thigh", "calf", "foot", "upperarm", "lowerarm", "hand"), strict=True))
@@ -91,6 +93,8 @@ ANATOMY = dict(zip(PARTS, ("troch", "condylus", "malleolus", "acromion", "epicon
     ("motion", "family"),
     [
         (named("{word}_{S}", UNITY), "bandai_namco"),
+        (behind("FullBody_", named("{side}{word}", QUEST)), "bandai_namco"),
+        (with_points(named("{S}_{word}", XSENS_IN_SHORT), "L5", "T8", "L_Shou", "R_Shou"), "xsens"),
         (named("{side}{word}", HUMANIK), "mixamo"),
         (named("mixamorig:{side}{word}", HUMANIK), "mixamo"),
         (behind("Bip01 ", named("{S} {word}", BIPED)), "bones"),
