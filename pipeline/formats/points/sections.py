@@ -45,9 +45,17 @@ def exported(path: Path, frame_rate_hz: float | None, units: str | None) -> Moti
     first = next(filter(None, lines), "")
     if first.lower().startswith("format version"):
         return _optitrack(_Lines(path.name, text, separator, notes), units)
-    if head.startswith("NO_OF_FRAMES") or any(line.startswith("MARKER_NAMES") for line in lines):
+    if any(line.startswith(("MARKER_NAMES", "DATA_INCLUDED")) for line in lines):
         return _qualisys(_Lines(path.name, text, separator, notes), frame_rate_hz, units)
-    if first.lower() in ("trajectories", "devices", "model outputs", "joints", "segments"):
+    if first.lower() in (
+        "trajectories",
+        "devices",
+        "model outputs",
+        "joints",
+        "segments",
+        "events",
+        "objects",
+    ):
         return _nexus(_Lines(path.name, text, separator, notes), units)
     return None
 

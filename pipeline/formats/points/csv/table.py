@@ -313,7 +313,7 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
         )
     _drop_rotations(columns, unread, table.header)
     if unread:
-        table.notes.append("Columns that are not read: " + ", ".join(unread) + ".")
+        table.notes.append(f"Columns that are not read: {listed(unread)}.")
     return columns
 
 
