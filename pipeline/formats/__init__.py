@@ -60,7 +60,7 @@ ADVICE = {
     ".xlsx": "save the sheet as CSV",
     ".xls": "save the sheet as CSV",
     ".ods": "save the sheet as CSV",
-    ".json": "keypoints of a video go to `reconstruct`",
+    ".json": "keypoints of a video go to `reconstruct`; save points in 3D as CSV: frame, time, joint, x, y, z",
     ".mp4": "a video goes through a detector of keypoints first, then to `reconstruct`",
     ".avi": "a video goes through a detector of keypoints first, then to `reconstruct`",
     ".mov": "a video goes through a detector of keypoints first, then to `reconstruct`",

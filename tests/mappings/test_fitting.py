@@ -259,6 +259,9 @@ def test_a_proposal_is_read_again_and_finds_the_joints(tmp_path: Path) -> None:
     assert propose(outputs, "my_lab").joints == mapping.joints
     with pytest.raises(InvalidInput, match="too few points"):
         propose(body({"head": "Head"}), "x")
+    hands = body({joint: f"tip{k}" for k, joint in enumerate(WALKER15.joints[:8])})
+    with pytest.raises(InvalidInput, match="no point is like a joint"):
+        propose(dataclasses.replace(hands, positions_mm=hands.positions_mm * 0.0), "x")
 
 
 PIG = [

@@ -217,6 +217,8 @@ def _optitrack(lines: _Lines, units: str | None) -> MotionCapture:
     at = next((k for k, row in enumerate(lines.cells) if row[:1] == ["Frame"]), 0)
     above = lines.cells[1:at]
     by_title = {row[1].lower(): row for row in above if len(row) > 2 and row[1]}
+    # Older exports have the lines alone, without their titles.
+    by_title = by_title or dict(zip(("type", "name"), filter(any, above), strict=False))
     kinds = above[-1] if above else []
     if not at or not {"type", "name"} <= set(by_title) or "Position" not in kinds:
         raise damaged(

@@ -82,6 +82,7 @@ def assert_is_the_example(motion: MotionCapture) -> None:
         (OPTITRACK.replace("Marker,", "Labeled Marker,"), ".csv"),
         (OPTITRACK.replace(",", ";").replace(".", ","), ".csv"),
         (OPTITRACK.replace("\n\n,Type", "\n,Type"), ".csv"),
+        (OPTITRACK.replace(",Type,", ",,").replace(",Name,", ",,").replace(",ID,", ",,"), ".csv"),
         ("\ufeff" + OPTITRACK, ".csv"),
     ],
 )  # fmt: skip
