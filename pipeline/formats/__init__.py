@@ -31,6 +31,7 @@ READERS: dict[str, Reader] = {
     ".csv": csv.read,
     ".tsv": csv.read,
     ".txt": csv.read,
+    ".emt": csv.read,
     ".mvnx": mvnx.read,
     ".npz": arrays.read,
     ".mat": arrays.read,

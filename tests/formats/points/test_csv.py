@@ -208,6 +208,17 @@ def test_a_long_table_with_rotations_beside_positions(tmp_path: Path) -> None:
     assert "Columns that are not read: rot_w, rot_x, rot_y, rot_z." in motion.notes
 
 
+def test_tracks_of_bts(tmp_path: Path) -> None:
+    header, *rows = WIDE.replace("time", " Frame, Time").replace("_", ".").splitlines()
+    lines = ["BTS ASCII format", "", "Type:\tPoint 3D tracks", "Frequency:\t100 Hz", ""]
+    lines += [
+        line.replace(",", "\t") + "\t" for line in (header, *(f"{k + 1},{row}" for k, row in enumerate(rows)))
+    ]
+    path = tmp_path / "tracks.emt"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    assert_is_the_example(formats.read(path))
+
+
 def test_signs_at_the_end_tell_points_apart(tmp_path: Path) -> None:
     names = [f"{axis}_{name}" for name in ("A", "A-") for axis in "xyz"]
     motion = read(tmp_path, f"time,{','.join(names)}\n0,1,2,3,4,5,6\n0.01,1,2,3,4,5,6\n")
