@@ -208,15 +208,8 @@ def test_a_long_table_with_rotations_beside_positions(tmp_path: Path) -> None:
     assert "Columns that are not read: rot_w, rot_x, rot_y, rot_z." in motion.notes
 
 
-def test_tracks_of_bts(tmp_path: Path) -> None:
-    header, *rows = WIDE.replace("time", " Frame, Time").replace("_", ".").splitlines()
-    lines = ["BTS ASCII format", "", "Type:\tPoint 3D tracks", "Frequency:\t100 Hz", ""]
-    lines += [
-        line.replace(",", "\t") + "\t" for line in (header, *(f"{k + 1},{row}" for k, row in enumerate(rows)))
-    ]
-    path = tmp_path / "tracks.emt"
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    assert_is_the_example(formats.read(path))
+def test_tracks_of_bts() -> None:
+    assert_is_the_example(formats.read(FIXTURES / "emt_two_markers.emt"))
 
 
 def test_signs_at_the_end_tell_points_apart(tmp_path: Path) -> None:
