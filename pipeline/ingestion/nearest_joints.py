@@ -20,7 +20,7 @@ from pipeline.skeleton import WALKER15
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping, UpAxis
 from pipeline.skeleton.source_points import plain_name
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, listed
 
 PHASES, FRAMES, ROUNDS, HEADINGS = 8, 24, 4, 12
 NEIGHBOURS_MM = 160.0
@@ -90,13 +90,15 @@ def propose(motion: MotionCapture, name: str) -> SourceMapping:
     Raises
     ------
     InvalidInput
-        If the recording has too few points to tell a body.
+        If the recording has too few points to tell a body, or none that is like a joint.
     """
     names, positions, up = _points(motion, name)
     body = _Body([plain_name(point) for point in names], positions)
     cycle = fourier.synthesise(population().mean.reshape(5, 15, 3), 1.0, np.arange(PHASES) / PHASES)
     starts = [*body.by_names(), *body.starts(cycle)]
     found = min((body.matched(start, cycle) for start in starts), key=lambda fit: fit[0])[1]
+    if not found:
+        raise InvalidInput("no point is like a joint of a walker", name, received=f"points {listed(names)}")
     joints = {
         joint: {names[k]: 1.0 / len(found[joint]) for k in found[joint]}
         for joint in WALKER15.joints

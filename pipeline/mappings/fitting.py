@@ -84,8 +84,23 @@ def fitted(motion: MotionCapture, mapping: SourceMapping) -> Fit:
 
 
 def suggest(motion: MotionCapture, mappings: Iterable[SourceMapping]) -> Fit:
-    """Return the best fit of several mappings, of equal ones the first."""
-    return max((fitted(motion, mapping) for mapping in mappings), key=lambda fit: fit.rank)
+    """Return the best fit of several mappings, of equal ones the first.
+
+    Raises
+    ------
+    InvalidInput
+        If none can be used, and to one of them two points go by one name.
+    """
+    fits, refusals = [], []
+    for mapping in mappings:
+        try:
+            fits.append(fitted(motion, mapping))
+        except InvalidInput as error:
+            refusals.append(error)
+    best = max(fits, key=lambda fit: fit.rank, default=None)
+    if best is None or (refusals and not best.usable):
+        raise refusals[0]
+    return best
 
 
 def rescaled(motion: MotionCapture, mapping: SourceMapping, leg_mm: float) -> tuple[float, str]:

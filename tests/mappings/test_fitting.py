@@ -62,6 +62,8 @@ def behind(beginning: str, motion: MotionCapture) -> MotionCapture:
 
 PARTS = ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
 UNITY = dict(zip(PARTS, ("UpperLeg", "LowerLeg", "Foot", "UpperArm", "LowerArm", "Hand"), strict=True))
+QUEST = {**UNITY, "ankle": "FootAnkle", "shoulder": "ArmUpper", "elbow": "ArmLower", "wrist": "HandWrist"}
+XSENS_IN_SHORT = dict(zip(PARTS, ("U_Leg", "L_Leg", "Foot", "U_Arm", "F_Arm", "Hand"), strict=True))
 HUMANIK = dict(zip(PARTS, ("UpLeg", "Leg", "Foot", "Arm", "ForeArm", "Hand"), strict=True))
 BIPED = dict(zip(PARTS, ("Thigh", "Calf", "Foot", "UpperArm", "Forearm", "Hand"), strict=True))
 UNREAL = dict(zip(PARTS, ("thigh", "calf", "foot", "upperarm", "lowerarm", "hand"), strict=True))
@@ -91,6 +93,8 @@ ANATOMY = dict(zip(PARTS, ("troch", "condylus", "malleolus", "acromion", "epicon
     ("motion", "family"),
     [
         (named("{word}_{S}", UNITY), "bandai_namco"),
+        (behind("FullBody_", named("{side}{word}", QUEST)), "bandai_namco"),
+        (with_points(named("{S}_{word}", XSENS_IN_SHORT), "L5", "T8", "L_Shou", "R_Shou"), "xsens"),
         (named("{side}{word}", HUMANIK), "mixamo"),
         (named("mixamorig:{side}{word}", HUMANIK), "mixamo"),
         (behind("Bip01 ", named("{S} {word}", BIPED)), "bones"),
@@ -255,6 +259,9 @@ def test_a_proposal_is_read_again_and_finds_the_joints(tmp_path: Path) -> None:
     assert propose(outputs, "my_lab").joints == mapping.joints
     with pytest.raises(InvalidInput, match="too few points"):
         propose(body({"head": "Head"}), "x")
+    hands = body({joint: f"tip{k}" for k, joint in enumerate(WALKER15.joints[:8])})
+    with pytest.raises(InvalidInput, match="no point is like a joint"):
+        propose(dataclasses.replace(hands, positions_mm=hands.positions_mm * 0.0), "x")
 
 
 PIG = [
@@ -311,6 +318,19 @@ def test_lateral_markers_that_are_called_knee_and_ankle_lie_outside_of_them(
     knee, other, waist = (motion.positions_mm[:, k] for k in (6, 11, 1))
     found = map_joints(motion, fit.mapping)[0][:, WALKER15.index("left_knee")]
     np.testing.assert_allclose(found, knee + 0.24 * (other - waist))
+
+
+def test_markers_and_joints_that_differ_in_case_alone() -> None:
+    joints = named("{S}{word}", dict(zip(PARTS, map(str.capitalize, PARTS), strict=True)))
+    markers = with_points(joints, *(f"{side}_{part}" for side in "lr" for part in ("knee", "ankle")))
+    fit = mappings.suggest(markers, mappings.shipped().values())
+    assert (fit.mapping.name, fit.missing) == ("named_joints", ())
+    without = markers.names.index("LHip")
+    lacking = dataclasses.replace(
+        markers, names=(*markers.names[:without], "x", *markers.names[without + 1 :])
+    )
+    with pytest.raises(InvalidInput, match="2 points are called"):
+        mappings.suggest(lacking, mappings.shipped().values())
 
 
 def test_joints_that_are_named_are_taken_before_markers_beside_them() -> None:

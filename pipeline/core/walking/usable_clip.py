@@ -16,6 +16,9 @@ _ACROSS = [[WALKER15.index(f"{side}_{joint}") for joint in ("hip", "shoulder")] 
 LEG_LENGTH_MM = (250.0, 1300.0)
 """Hip to knee to ankle of a child of one year who walks and of a very tall adult: outside of it the unit is wrong."""
 
+LEAST_DEPTH_MM = 1.0
+"""What joints take up at least along every axis: those of a film have no depth."""
+
 MOST_UNLIKE = 2.0
 """Ratio of the longer of thigh and shank to the shorter that no person has; thighs of 103 recordings: .74 to 1.29."""
 
@@ -78,12 +81,15 @@ def require_millimetres(positions: np.ndarray) -> None:
     ------
     InvalidInput
         If their mean length is outside of `LEG_LENGTH_MM`; the sentence names the unit that it looks like.  If thigh
-        and shank are as unlike as no person's, or left and right are exchanged along a limb.
+        and shank are as unlike as no person's, left and right are exchanged along a limb, or all joints lie in one
+        plane.
     """
     length = leg_length(positions)
     if not np.isfinite(length):
         raise InvalidInput("the legs were never seen whole")
     if LEG_LENGTH_MM[0] <= length <= LEG_LENGTH_MM[1]:
+        if np.min(np.nanmax(positions, axis=(0, 1)) - np.nanmin(positions, axis=(0, 1))) < LEAST_DEPTH_MM:
+            raise InvalidInput("all joints lie in one plane: keypoints of a film go to `reconstruct`")
         segments = np.diff(positions[:, [LEFT_LEG, RIGHT_LEG]], axis=2)
         thigh, shank = np.nanmedian(np.linalg.norm(segments, axis=-1), axis=(0, 1))
         if max(thigh, shank) >= MOST_UNLIKE * min(thigh, shank):

@@ -53,7 +53,7 @@ def read_csv(path: Path) -> Detections:
         table.notes.append(f"Frame rate and image size are those of {beside.name}.")
     _split_points(table)
     titled = list(enumerate(map(role_of, table.header)))[::-1]
-    titled.sort(key=lambda one: one[1][1] not in UNSURE)
+    titled.sort(key=lambda one: not UNSURE.fullmatch(one[1][1]))
     roles = {role or _ROLES.get(plain, ""): column for column, (role, plain) in titled}
     columns = _columns(table, "point" in roles)
     kinds = set[str]().union(*columns.values())

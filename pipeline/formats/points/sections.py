@@ -45,9 +45,17 @@ def exported(path: Path, frame_rate_hz: float | None, units: str | None) -> Moti
     first = next(filter(None, lines), "")
     if first.lower().startswith("format version"):
         return _optitrack(_Lines(path.name, text, separator, notes), units)
-    if head.startswith("NO_OF_FRAMES") or any(line.startswith("MARKER_NAMES") for line in lines):
+    if any(line.startswith(("MARKER_NAMES", "DATA_INCLUDED")) for line in lines):
         return _qualisys(_Lines(path.name, text, separator, notes), frame_rate_hz, units)
-    if first.lower() in ("trajectories", "devices", "model outputs", "joints", "segments"):
+    if first.lower() in (
+        "trajectories",
+        "devices",
+        "model outputs",
+        "joints",
+        "segments",
+        "events",
+        "objects",
+    ):
         return _nexus(_Lines(path.name, text, separator, notes), units)
     return None
 
@@ -209,6 +217,8 @@ def _optitrack(lines: _Lines, units: str | None) -> MotionCapture:
     at = next((k for k, row in enumerate(lines.cells) if row[:1] == ["Frame"]), 0)
     above = lines.cells[1:at]
     by_title = {row[1].lower(): row for row in above if len(row) > 2 and row[1]}
+    # Older exports have the lines alone, without their titles.
+    by_title = by_title or dict(zip(("type", "name"), filter(any, above), strict=False))
     kinds = above[-1] if above else []
     if not at or not {"type", "name"} <= set(by_title) or "Position" not in kinds:
         raise damaged(

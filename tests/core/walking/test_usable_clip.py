@@ -126,6 +126,14 @@ def test_legs_that_were_never_seen_whole_are_refused(hidden: str) -> None:
         walking.require_millimetres(positions)
 
 
+@pytest.mark.parametrize("axis", [0, 1])
+def test_joints_of_a_film_have_no_depth(axis: int) -> None:
+    positions = overground(0).positions.copy()
+    positions[..., axis] = 7.0
+    with pytest.raises(InvalidInput, match="all joints lie in one plane"):
+        walking.require_millimetres(positions)
+
+
 @pytest.mark.parametrize("where", [0.2, 0.75, 1.0])
 def test_a_marker_of_thigh_or_shank_is_no_knee(where: float) -> None:
     positions = overground(0).positions.copy()

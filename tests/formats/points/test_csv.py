@@ -166,7 +166,9 @@ def test_times_of_a_calendar(tmp_path: Path, time: str) -> None:
     assert_is_the_example(read(tmp_path, text))
 
 
-@pytest.mark.parametrize("title", ["joint_name", "Marker Name", "landmark_index", "bodypart", "Bone"])
+@pytest.mark.parametrize(
+    "title", ["joint_name", "Marker Name", "landmark_index", "bodypart", "Bone", "JointType"]
+)
 def test_a_long_table_that_says_what_of_a_point_it_names(tmp_path: Path, title: str) -> None:
     assert_is_the_example(read(tmp_path, LONG.replace("joint", title)))
 
@@ -178,7 +180,9 @@ def test_titles_may_begin_with_signs(title: str, is_time: bool) -> None:
     assert (role_of(title)[0] == "time") is is_time
 
 
-@pytest.mark.parametrize(("title", "beside"), [("item", "frame"), ("Tempo", "time"), ("bone", "joint")])
+@pytest.mark.parametrize(
+    ("title", "beside"), [("item", "frame"), ("Tempo", "time"), ("bone", "joint"), ("joint_id", "joint")]
+)
 @pytest.mark.parametrize("first", [False, True])
 def test_titles_that_mean_something_else_beside_others(
     title: str, beside: str, first: bool, tmp_path: Path
@@ -192,6 +196,20 @@ def test_titles_that_mean_something_else_beside_others(
         cells.insert(at if first else at + 1, "7")
         lines.append(",".join(cells))
     assert_is_the_example(read(tmp_path, "\n".join(lines) + "\n"))
+
+
+def test_a_long_table_with_rotations_beside_positions(tmp_path: Path) -> None:
+    header, *rows = LONG.splitlines()
+    header = header.replace("x,y,z", "pos_x,pos_y,pos_z,rot_x,rot_y,rot_z,rot_w").replace("time", "ts_s")
+    motion = read(
+        tmp_path, "\n".join([header.replace("frame", "FrameNo"), *(f"{row},0,0,0,1" for row in rows)])
+    )
+    np.testing.assert_array_equal(motion.positions_mm, EXPECTED)
+    assert "Columns that are not read: rot_w, rot_x, rot_y, rot_z." in motion.notes
+
+
+def test_tracks_of_bts() -> None:
+    assert_is_the_example(formats.read(FIXTURES / "emt_two_markers.emt"))
 
 
 def test_signs_at_the_end_tell_points_apart(tmp_path: Path) -> None:

@@ -25,6 +25,9 @@ Frame,Sub Frame,X,Y,Z,X,Y,Z
 NEXUS_WITH_DEVICES = (
     "Devices\n1000\n,,Force\nFrame,Sub Frame,Fx\n,,N\n1,0,5\n\n" + NEXUS + "\nModel Outputs\n120\n"
 )
+NEXUS_WITH_EVENTS = (
+    "Events\n100\nSubject,Context,Name,Time (s)\nAnna,Left,Foot Off,5.8\n\n" + NEXUS_WITH_DEVICES
+)
 QUALISYS = (FIXTURES / "tsv_qualisys.tsv").read_text(encoding="utf-8")
 OPTITRACK = """\
 Format Version,1.23,Take Name,Take 1,Capture Frame Rate,120.000000,Export Frame Rate,120.000000,\
@@ -63,6 +66,7 @@ def assert_is_the_example(motion: MotionCapture) -> None:
     [
         (NEXUS, ".csv"),
         (NEXUS_WITH_DEVICES, ".csv"),
+        (NEXUS_WITH_EVENTS, ".csv"),
         (NEXUS.replace("\n", "\r\n"), ".csv"),
         (NEXUS.replace(".", "#").replace(",", ";").replace("#", ","), ".csv"),
         (NEXUS.replace(",,,\n6", ",\n6").replace(",,\n6", "\n6"), ".csv"),
@@ -78,6 +82,7 @@ def assert_is_the_example(motion: MotionCapture) -> None:
         (OPTITRACK.replace("Marker,", "Labeled Marker,"), ".csv"),
         (OPTITRACK.replace(",", ";").replace(".", ","), ".csv"),
         (OPTITRACK.replace("\n\n,Type", "\n,Type"), ".csv"),
+        (OPTITRACK.replace(",Type,", ",,").replace(",Name,", ",,").replace(",ID,", ",,"), ".csv"),
         ("\ufeff" + OPTITRACK, ".csv"),
     ],
 )  # fmt: skip
@@ -109,6 +114,19 @@ def test_a_cut_table_is_refused_or_says_so(text: str, tmp_path: Path) -> None:
         assert motion.notes or text[size] == "\n" or text[size - 1] == "\n", size
 
 
+def test_a_skeleton_of_qualisys_is_a_plain_table_below_its_settings(tmp_path: Path) -> None:
+    turned = ("X", "Y", "Z", "QX", "QY", "QZ", "QW")
+    titles = "\t".join(
+        ["Frame", "Time", *(f"{name} {axis}" for name in ("Head Top", "Hip") for axis in turned)]
+    )
+    rows = [
+        "\t".join([str(k + 1), f"{k / 120:.5f}", *(str(value) for at in pair for value in (*at, 0, 0, 0, 1))])
+        for k, pair in enumerate(zip(TOP, HIP, strict=True))
+    ]
+    settings = ["NO_OF_FRAMES\t3", "FREQUENCY\t120", "REFERENCE\tGLOBAL", "SOLVER\tFull Body"]
+    assert_is_the_example(read(tmp_path, "\n".join([*settings, titles, *rows]) + "\n", ".tsv"))
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
@@ -118,6 +136,7 @@ def test_a_cut_table_is_refused_or_says_so(text: str, tmp_path: Path) -> None:
         (NEXUS.replace("4,5,6", "4,5,six"), "line 6, cell 8: a value is not a usable number"),
         (NEXUS.replace("4,5,6", "4,5,6,7"), "line 6: the line has another number of cells"),
         ("Devices\n1000\n,,Force\nFrame,Sub Frame,Fx\n,,N\n1,0,5\n", "there are no trajectories"),
+        ("Objects\n100\n,,Global Angle a:a,,\nFrame,Sub Frame,TX,TY,TZ\n1,0,1,2,3\n", "there are no trajectories"),
         (QUALISYS.replace("\t3D", "\t6D"), "holds no markers .*received 6D"),
         (QUALISYS.replace("FREQUENCY\t120", "FREQUENCY\t0", 1), "the frame rate is unknown"),
         (OPTITRACK.replace("Millimeters", "Parsec"), "line 1, Length Units: the unit of length is unknown"),

@@ -26,33 +26,28 @@ _DIGITS = {
 _ROLES = {
     "time": {
         *(
-            f"{word}{joint}{unit}"
-            for word in ("time", "t", "timestamp", "zeit", "temps", "tiempo", "tempo", "tijd")
-            for joint in ("", "_")
+            word + unit
+            for word in ("time", "t", "ts", "timestamp", "zeit", "temps", "tiempo", "tempo", "tijd")
             for unit in ("", "s", "sec", "seconds", *_DIGITS)
         ),
         "seconds",
-        "time_frame_numbers_original_x",  # of Visual3D, as "item"
-        "time_frame_numbers_x",
+        "timeframenumbersoriginalx",  # of Visual3D, as "item"
+        "timeframenumbersx",
     },
-    "frame": {
-        "frame",
-        "item",
-        *(f"frame_{kind}" for kind in ("number", "index", "idx", "id", "num", "no")),
-    },
+    "frame": {"frame", "item", *(f"frame{kind}" for kind in ("number", "index", "idx", "id", "num", "no"))},
     "point": {
-        *("joint", "point", "marker", "name", "label", "landmark", "keypoint"),
-        *("bodypart", "body_part", "bone"),
+        *("name", "label", "bodypart", "bone", "jointtype"),
         *(
-            f"{point}_{word}"
-            for point in ("joint", "landmark", "keypoint", "marker")
-            for word in ("id", "index", "name")
+            point + word
+            for point in ("joint", "point", "landmark", "keypoint", "marker")
+            for word in ("", "id", "index", "name")
         ),
     },
     "unit": {"unit", "units"},
-    "person": {"person", "person_id", "subject", "subject_id", "track", "track_id"},
+    "person": {"person", "personid", "subject", "subjectid", "track", "trackid"},
 }
-UNSURE = ("item", "tempo", "bone")
+"""Titles in small letters and without blanks and underscores."""
+UNSURE = re.compile(r"item|tempo|bone|(?:joint|.*point|landmark|marker)_?(?:id|index|type)")
 """Titles that mean something else where another column has their role."""
 _MOST_ABOVE = 50
 """Lines of words in front of the header."""
@@ -122,7 +117,8 @@ def coordinates(
 def role_of(title: str) -> tuple[str, str]:
     """Return what a column is besides a coordinate, nothing if it is not, and its title in small letters."""
     plain = _BRACKETED.sub(r"_\1", title).lower().replace(" ", "_").lstrip("_%#").rstrip("._#")
-    return next((role for role, titles in _ROLES.items() if plain in titles), ""), plain
+    together = plain.replace("_", "")
+    return next((role for role, titles in _ROLES.items() if together in titles), ""), plain
 
 
 def read_table(path: Path, titles: str = "") -> Rows:
@@ -265,15 +261,19 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
     """
     columns, place = Columns({}, {}, set()), f"{table.where}, line 1"
     twice, beginning = "two columns hold the same thing", ", ".join(table.header[:8])
-    for column, title in sorted(enumerate(table.header), key=lambda one: one[1].lower() in UNSURE):
-        if (role := role_of(title)[0]) and not (role in columns.roles and title.lower() in UNSURE):
+    titled = enumerate(map(role_of, table.header))
+    for column, (role, title) in sorted(titled, key=lambda one: bool(UNSURE.fullmatch(one[1][1]))):
+        if role and not (role in columns.roles and UNSURE.fullmatch(title)):
             if role in columns.roles:
-                raise damaged(twice, place, received=f"{table.header[columns.roles[role]]} and {title}")
+                received = f"{table.header[columns.roles[role]]} and {table.header[column]}"
+                raise damaged(twice, place, received=received)
             columns.roles[role] = column
     roles = set(columns.roles.values())
     found = coordinates(["" if k in roles else title for k, title in enumerate(table.header)])
-    if "point" in columns.roles and len({point for point, *_ in found}) == 1:  # pos_x, pos_y, pos_z of each
-        found = [("", axis, unit, column) for _, axis, unit, column in found]
+    groups = {point for point, *_ in found}
+    each = [point for point in groups if len(groups) == 1 or _POSITION.fullmatch(f" {point}")]
+    if "point" in columns.roles and len(each) == 1:  # pos_x, pos_y, pos_z of each, with rot_x or without
+        found = [("" if one[0] in each else one[0], *one[1:]) for one in found]
     is_long = any(not point for point, *_ in found)
     read = roles | {column for *_, column in found}
     unread = [title for k, title in enumerate(table.header) if title and k not in read]
@@ -313,7 +313,7 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
         )
     _drop_rotations(columns, unread, table.header)
     if unread:
-        table.notes.append("Columns that are not read: " + ", ".join(unread) + ".")
+        table.notes.append(f"Columns that are not read: {listed(unread)}.")
     return columns
 
 
