@@ -24,23 +24,30 @@ def test_every_reader_of_motion_has_a_sample() -> None:
     )
 
 
+def _read(sample: Sample, path: Path) -> tuple[object, list[str]]:
+    try:
+        return sample.read(path), []
+    except InvalidInput as refusal:
+        return None, [str(refusal)]
+
+
 @pytest.mark.parametrize("sample", SAMPLES, ids=[sample.name for sample in SAMPLES])
 def test_damaged_copies_are_read_or_refused(sample: Sample, tmp_path: Path) -> None:
     sample.read(sample.copy(tmp_path, -1)[0])  # whole, and what is loaded once is not counted
-    refusals = []
+    refusals: list[str] = []
     tracemalloc.start()
     try:
         for seed in range(COPIES):
             path, size = sample.copy(tmp_path, seed)
-            tracemalloc.reset_peak()
-            before, _ = tracemalloc.get_traced_memory()
-            try:
-                content = sample.read(path)
-            except InvalidInput as refusal:
-                refusals.append(str(refusal))
-                content = None
-            _, peak = tracemalloc.get_traced_memory()
-            assert peak - before < max(PER_BYTE * size, LEAST), seed
+            for _ in range(2):  # what is loaded once, by whichever branch, is not counted
+                tracemalloc.reset_peak()
+                before, _ = tracemalloc.get_traced_memory()
+                content, refusal = _read(sample, path)
+                _, peak = tracemalloc.get_traced_memory()
+                if within := peak - before < max(PER_BYTE * size, LEAST):
+                    break
+            assert within, seed
+            refusals += refusal
             if isinstance(content, MotionCapture):
                 check_contract(content)
     finally:

@@ -247,16 +247,9 @@ def reconstruct(
     InvalidInput
         If the arrays do not fit, too little is seen, nobody stands upright, or no walker looks like this.
     """
-    pixels = require_shape("pixels", np.asarray(pixels, float), ("T", JOINTS, 2))
-    weights = require_shape("weights", np.asarray(weights, float), (len(pixels), JOINTS))
+    pixels, weights = _seen(pixels, weights, prior)
     require_range("the frame rate", frame_rate_hz, above=0, unit="Hz")
     require_range("the focal length", focal_px, above=0, unit="px")
-    if len(pixels) < 8:
-        raise InvalidInput("the clip is too short", expected="8 frames or more", received=len(pixels))
-    seen = np.isfinite(pixels).all(axis=-1) & (weights > 0)
-    weights = require_finite("weights", np.where(seen, weights, 0.0))
-    weights = weights * prior.detector.seen
-    pixels = np.where(seen[..., None], pixels, 0.0)
     times = (np.arange(len(pixels)) - (len(pixels) - 1) / 2.0) / frame_rate_hz
 
     def begin(pixels: np.ndarray, exchanged: dict[str, np.ndarray]) -> Iterator[_Begun]:
@@ -298,6 +291,17 @@ def reconstruct(
     return _reconstruction(best, candidates, shake)
 
 
+def _seen(pixels: np.ndarray, weights: np.ndarray, prior: Prior) -> tuple[np.ndarray, np.ndarray]:
+    """Return keypoints and their weights, 0 where nothing is seen."""
+    pixels = require_shape("pixels", np.asarray(pixels, float), ("T", JOINTS, 2))
+    weights = require_shape("weights", np.asarray(weights, float), (len(pixels), JOINTS))
+    if len(pixels) < 8:
+        raise InvalidInput("the clip is too short", expected="8 frames or more", received=len(pixels))
+    seen = np.isfinite(pixels).all(axis=-1) & (weights > 0)
+    weights = require_finite("weights", np.where(seen, weights, 0.0))
+    return np.where(seen[..., None], pixels, 0.0), weights * prior.detector.seen
+
+
 class _Begun(NamedTuple):
     """A start: whether labels are exchanged throughout, where it comes from, and how far it is refined."""
 
@@ -311,7 +315,7 @@ class _Begun(NamedTuple):
         All limbs exchanged again in most frames are as they were given.
         """
         fit = self.on_its_way.fit()
-        again = sum(frames.mean() for frames in fit.exchanged.values()) > 1.0
+        again = bool(sum(frames.mean() for frames in fit.exchanged.values()) > 1.0)
         if again:
             fit = replace(fit, exchanged={limb: ~frames for limb, frames in fit.exchanged.items()})
         return fit, self.exchanged != again

@@ -11,9 +11,9 @@ from pipeline.core.keypoint_walk.path import median_of_seen
 from pipeline.core.keypoint_walk.reconstruction import FeetTogether
 from pipeline.core.keypoint_walk.verdict import Verdict, judge
 from pipeline.skeleton import WALKER15
-from pipeline.synthetic.keypoints import DetectorError, SimulatedKeypoints
+from pipeline.synthetic.keypoints import DetectorError, Filming, SimulatedKeypoints, simulate_keypoints
 from pipeline.validation import InvalidInput
-from tests.core.keypoint_walk.walkers import clip, prior, walks
+from tests.core.keypoint_walk.walkers import RATE, clip, motions, prior, walks
 
 
 def _error_mm(sim: SimulatedKeypoints, positions: np.ndarray) -> float:
@@ -98,6 +98,16 @@ def test_legs_alone_exchanged_throughout_are_found(heading: float, seed: int) ->
     # Of both ways to say so, to exchange the legs or to exchange all and the arms again, either will do.
     exchanged = found.fit.exchanged["arms" if found.labels_exchanged else "legs"]
     assert exchanged.mean() > 0.6  # where limbs pass each other, labels do not matter
+
+
+def test_all_exchanged_and_again_in_most_frames_is_as_given() -> None:
+    """From afar a walker and the mirror image look alike: the search comes to the given labels from the others."""
+    filming = Filming(heading_rad=np.radians(96.0), speed_mm_s=1200.0, distance_mm=(9000.0, 14000.0))
+    sim = simulate_keypoints(np.random.default_rng(26), motions()[0], RATE, filming, DetectorError())
+    found = reconstruct(sim.pixels, np.ones(sim.pixels.shape[:2]), sim.frame_rate_hz, 1800.0, prior())
+    assert _error_mm(sim, found.posterior.positions_mm) < 60.0
+    assert not found.labels_exchanged
+    assert found.fit.exchanged["legs"].mean() < 0.5
 
 
 def test_what_is_missing_has_no_say() -> None:
