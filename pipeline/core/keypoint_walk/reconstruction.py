@@ -253,19 +253,17 @@ def reconstruct(
     times = (np.arange(len(pixels)) - (len(pixels) - 1) / 2.0) / frame_rate_hz
 
     def begin(pixels: np.ndarray, exchanged: dict[str, np.ndarray]) -> Iterator[_Begun]:
-        labelled = [Keypoints(pixels, weights)]
-        if both_labellings:
-            labelled.append(Keypoints(exchange_all(pixels), exchange_all(weights)))
-        for other, keypoints in enumerate(labelled):
+        for other in (False, True) if both_labellings else (False,):
+            given = (exchange_all(pixels), exchange_all(weights)) if other else (pixels, weights)
+            keypoints = Keypoints(*given)
             used = relabelled(keypoints, exchanged)
             starts = find_starts(used.pixels, used.weights, times, focal_px, prior, cosines)
             if overground is not None:
                 starts = replace(starts, overground=overground)
             setting = Setting(times, focal_px, starts.overground, cosines, nu, focal_sd)
-            refine = partial(
-                Refinement, prior, setting, keypoints, path=starts.path, relabel=relabel, exchanged=exchanged
-            )
-            yield from (_Begun(bool(other), starts, refine(start)) for start in starts.starts[:most_starts])
+            refine = partial(Refinement, prior, setting, keypoints, path=starts.path, relabel=relabel)
+            for start in starts.starts[:most_starts]:
+                yield _Begun(other, starts, refine(start, exchanged=exchanged))
 
     def best_of(pixels: np.ndarray) -> tuple[_Begun, list[Candidate]]:
         none = np.zeros(len(times), bool)
