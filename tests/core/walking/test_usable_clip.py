@@ -118,6 +118,14 @@ def test_a_child_who_has_just_learnt_to_walk_has_legs_of_280_mm() -> None:
     walking.require_millimetres(positions * 280.0 / walking.leg_length(positions))
 
 
+def test_velocities_are_no_positions() -> None:
+    clip = overground(0)
+    velocity = np.gradient(clip.positions, 1.0 / 100.0, axis=0)
+    velocity *= 800.0 / walking.leg_length(velocity)
+    with pytest.raises(InvalidInput, match="change their length: velocities, or angles"):
+        walking.require_millimetres(velocity)
+
+
 @pytest.mark.parametrize("hidden", ["left_knee", "right_ankle"])
 def test_legs_that_were_never_seen_whole_are_refused(hidden: str) -> None:
     positions = overground(0).positions.copy()
