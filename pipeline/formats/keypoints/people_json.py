@@ -343,7 +343,7 @@ def _points(value: Any, scores: Any, place: str) -> tuple[list[str], np.ndarray]
         value = [mark | mark.get("position", {}) for mark in value]
         names = names or [name for mark in value if isinstance(name := _first(mark, _NAME), str)]
         names = names or [
-            str(number) for mark in value if (number := _first(mark, _NUMBER)) in range(len(MEDIAPIPE))
+            str(int(number)) for mark in value if (number := _first(mark, _NUMBER)) in range(len(MEDIAPIPE))
         ]
         value = [
             [mark.get("x"), mark.get("y"), _first({"presence": DEPTH if "z" in mark else 1.0} | mark, _SURE)]
@@ -389,7 +389,7 @@ def _detections(
         names = names or list(dict.fromkeys(name for _, _, of_one, _ in found for name in of_one))
     rows = []
     for frame, who, of_one, points in found:
-        if of_one and of_one != names:
+        if of_one and of_one != names and (of_one[0] in names or not of_one[0].isdigit()):
             points, own = np.full((len(names), 3), np.nan), points
             points[[names.index(name) for name in of_one]] = own
         if _has(content.get("skeleton")):  # easy_ViTPose has rows before columns
@@ -399,8 +399,8 @@ def _detections(
     parts = [content, *filter(_has, content.values())]  # where names of all points may stand
     lists = (one for part in parts for one in part.values() if isinstance(one, list))
     names = names or next((one for one in lists if [*map(type, one)] == [str] * count), [])
-    if not names and count == len(MEDIAPIPE):
-        program, names = "mediapipe", list(MEDIAPIPE)
+    if count == len(MEDIAPIPE) and {*names} <= {*map(str, range(count))}:
+        program, names = "mediapipe", [MEDIAPIPE[int(name)] for name in names] or list(MEDIAPIPE)
     return detections(program, where, rows, int(max(number.values())) + 1, names=list(map(str, names)),
                       frame_rate_hz=rate, image_size=size, notes=notes)  # fmt: skip
 

@@ -231,12 +231,30 @@ def test_names_of_all_points_may_stand_once(within: bool, tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("left_out", [0, 1])
-def test_numbers_of_points_are_their_names(left_out: int, tmp_path: Path) -> None:
-    marks = [mark | {"id": k, "z": 0.1} for k, mark in enumerate(objects("visibility"))][:: 1 + left_out]
+@pytest.mark.parametrize("kind", [int, float])
+def test_numbers_of_points_are_their_names(left_out: int, kind: type[float], tmp_path: Path) -> None:
+    marks = [mark | {"id": kind(k), "z": 0.1} for k, mark in enumerate(objects("visibility"))][
+        :: 1 + left_out
+    ]
     found = keypoints.read(write(tmp_path / "a.json", [{"landmarks": marks}] * 2))
-    assert found.names == tuple(str(mark["id"]) for mark in marks)
+    assert found.names == tuple(f"{mark['id']:.0f}" for mark in marks)
     mine = [{"landmarks": [mark | {"id": 7} for mark in marks]}] * 2  # whose, not which
     assert keypoints.read(write(tmp_path / "a.json", mine)).names == ()
+
+
+def test_names_count_before_numbers(tmp_path: Path) -> None:
+    marks = [mark | {"id": k} for k, mark in enumerate(objects("score"))]
+    names = {"keypoint_id2name": {str(k): name for k, name in enumerate(NAMED)}}
+    people = [{"frame_id": k, "instances": [{"keypoints": marks}]} for k in (1, 2)]
+    content = {"meta_info": names, "instance_info": people}
+    found = keypoints.read(write(tmp_path / "a.json", content))
+    assert found.names == tuple(NAMED)
+    np.testing.assert_allclose(found.points[0], POINTS)
+    frames = [
+        {"landmarks": [{"id": 32 - k, "x": k + 1, "y": time + 1} for k in range(33)]} for time in range(2)
+    ]
+    found = keypoints.read(write(tmp_path / "a.json", frames))
+    assert (found.format, found.names[0], found.names[-1]) == ("mediapipe", "right_foot_index", "nose")
 
 
 @pytest.mark.parametrize(("count", "width"), [(17, 2), (33, 4), (33, 3)])
