@@ -181,7 +181,14 @@ def test_titles_may_begin_with_signs(title: str, is_time: bool) -> None:
 
 
 @pytest.mark.parametrize(
-    ("title", "beside"), [("item", "frame"), ("Tempo", "time"), ("bone", "joint"), ("joint_id", "joint")]
+    ("title", "beside"),
+    [
+        ("item", "frame"),
+        ("FrameNumber", "frame"),
+        ("Tempo", "time"),
+        ("bone", "joint"),
+        ("joint_id", "joint"),
+    ],
 )
 @pytest.mark.parametrize("first", [False, True])
 def test_titles_that_mean_something_else_beside_others(
@@ -195,6 +202,23 @@ def test_titles_that_mean_something_else_beside_others(
         cells = row.split(",")
         cells.insert(at if first else at + 1, "7")
         lines.append(",".join(cells))
+    assert_is_the_example(read(tmp_path, "\n".join(lines) + "\n"))
+
+
+@pytest.mark.parametrize("title", ["FrameNumber", "frame"])
+def test_frames_of_slower_cameras_stand_again(title: str, tmp_path: Path) -> None:
+    header, *rows = WIDE.splitlines()
+    text = "\n".join([f"{title},{header}", *(f"{k // 2},{row}" for k, row in enumerate(rows))])
+    if title == "frame":
+        with pytest.raises(InvalidInput, match="stands twice in one frame"):
+            read(tmp_path, text)
+    else:
+        assert_is_the_example(read(tmp_path, text))
+
+
+def test_a_long_table_with_positions_twice(tmp_path: Path) -> None:
+    header, *rows = LONG.splitlines()
+    lines = [f"{header},pos_x,pos_y,pos_z", *(f"{row},0,0,0" for row in rows)]
     assert_is_the_example(read(tmp_path, "\n".join(lines) + "\n"))
 
 

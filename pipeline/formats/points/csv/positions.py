@@ -19,7 +19,15 @@ from pipeline.formats.budget import require_points
 from pipeline.formats.contract import damaged, leave_out_placeholders, motion_capture
 from pipeline.formats.points.cells import Rows, positions_to_write
 from pipeline.formats.points.csv import bids
-from pipeline.formats.points.csv.table import Columns, read_header, read_table, set_to_seconds, unit_of_length
+from pipeline.formats.points.csv.table import (
+    UNSURE,
+    Columns,
+    read_header,
+    read_table,
+    role_of,
+    set_to_seconds,
+    unit_of_length,
+)
 from pipeline.formats.points.even_times import at_equal_intervals
 from pipeline.formats.points.sections import exported
 from pipeline.formats.text import millimetres_in
@@ -91,7 +99,8 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
 def _frames(table: Rows, columns: Columns, given: float | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Times (T,) of the frames in seconds, the first row of each, and the frame of each row (R,).
 
-    A frame is known by its number if there is one, else by its time, else by its place.
+    A frame is known by its number if there is one, else by its time, else by its place; by its time, too, where in a
+    wide table `FrameNumber` and the like, which may count something else, stand twice.
 
     Raises
     ------
@@ -108,6 +117,14 @@ def _frames(table: Rows, columns: Columns, given: float | None) -> tuple[np.ndar
         k = int(fractional[0])
         raise damaged("the frame number is not whole", table.place(k), received=f"{frames[k]:g}")
     each, first, index = np.unique(frames, return_index=True, return_inverse=True)
+    if (
+        timed
+        and len(each) < len(frames)
+        and not {"point", "person"} & set(columns.roles)
+        and UNSURE.fullmatch(role_of(table.header[columns.roles.get("frame", 0)])[1])
+    ):
+        # Of cameras slower than the table, say: their last frame stands again until the next one comes.
+        each, first, index = np.unique(times, return_index=True, return_inverse=True)
     if timed and len(each) > 1:
         return times[first], first, index
     if given is None:

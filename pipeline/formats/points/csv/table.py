@@ -47,7 +47,9 @@ _ROLES = {
     "person": {"person", "personid", "subject", "subjectid", "track", "trackid"},
 }
 """Titles in small letters and without blanks and underscores."""
-UNSURE = re.compile(r"item|tempo|bone|(?:joint|.*point|landmark|marker)_?(?:id|index|type)")
+UNSURE = re.compile(
+    r"item|tempo|bone|(?:joint|.*point|landmark|marker|frame|person|subject|track)_?(?:id|idx|index|type|no|num.*)"
+)
 """Titles that mean something else where another column has their role."""
 _MOST_ABOVE = 50
 """Lines of words in front of the header."""
@@ -272,7 +274,9 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
     found = coordinates(["" if k in roles else title for k, title in enumerate(table.header)])
     groups = {point for point, *_ in found}
     each = [point for point in groups if len(groups) == 1 or _POSITION.fullmatch(f" {point}")]
-    if "point" in columns.roles and len(each) == 1:  # pos_x, pos_y, pos_z of each, with rot_x or without
+    if (
+        "point" in columns.roles and len(each) == 1 and "" not in groups
+    ):  # pos_x, pos_y, pos_z of each, with rot_x or without
         found = [("" if one[0] in each else one[0], *one[1:]) for one in found]
     is_long = any(not point for point, *_ in found)
     read = roles | {column for *_, column in found}
