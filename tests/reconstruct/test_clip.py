@@ -470,7 +470,7 @@ def test_names_decide_where_there_are_some(written: Callable[[str], str]) -> Non
 
 def test_names_of_a_small_layout_are_not_those_of_a_large_one_and_numbers_are_no_names() -> None:
     points = layouts.layouts()["coco17"].points
-    for names in (points, [f"kp{k}" for k in range(17)]):
+    for names in (points, *([f"kp{first + k}" for k in range(17)] for first in (0, 1))):
         found, order, _ = layouts.recognise(replace(_numbered("coco17"), names=tuple(names)))
         assert (found.name, order.tolist()) == ("coco17", list(range(17)))
     by_letters, whole = [0, 1, *range(10, 17), *range(2, 10)], _numbered("coco17")
@@ -486,6 +486,7 @@ def test_names_of_a_small_layout_are_not_those_of_a_large_one_and_numbers_are_no
     [
         ("mediapipe33", [0, *range(11, 17), *range(23, 33)]),  # 17, as COCO has
         ("mediapipe33", [*range(11, 29)]),
+        ("mediapipe33", [*range(11, 31)]),
         ("mediapipe33", [11, 12, *range(23, 33)]),
         ("coco17", [*range(3), *range(4, 17)]),
     ],
@@ -499,16 +500,17 @@ def test_numbers_of_points_that_are_left_out_count(layout: str, numbers: list[in
     assert (found.name, order.tolist()) == (layout, places)
 
 
-def test_a_body_is_numbered_beside_hands() -> None:
-    whole = _numbered("mediapipe33")
+@pytest.mark.parametrize("layout", ["mediapipe33", "body25"])
+def test_a_body_is_numbered_beside_hands(layout: str) -> None:
+    whole = _numbered(layout)
+    count = whole.points.shape[1]
     hand = np.full((len(whole.points), 21, 2), np.nan)
-    names = [
-        f"{part}_{k}" for part, count in (("left_hand", 21), ("pose", 33), ("hand", 21)) for k in range(count)
-    ]
+    parts = ("left_hand", 21), ("pose", count), ("hand", 21)
+    names = [f"{part}_{k}" for part, points in parts for k in range(points)]
     found, order, _ = layouts.recognise(
         replace(whole, points=np.concatenate([hand, whole.points, hand], axis=1), names=tuple(names))
     )
-    assert (found.name, order.tolist()) == ("mediapipe33", list(range(21, 54)))
+    assert (found.name, order.tolist()) == (layout, list(range(21, 21 + count)))
 
 
 def test_the_first_of_two_joints_is_the_right_one() -> None:
