@@ -500,6 +500,13 @@ def test_numbers_of_points_that_are_left_out_count(layout: str, numbers: list[in
     assert (found.name, order.tolist()) == (layout, places)
 
 
+def test_layouts_of_one_origin_have_one_order() -> None:
+    points = {name: layout.points for name, layout in layouts.layouts().items()}
+    assert points["openpose14"][1:] == points["coco18"][1:14]
+    assert points["mhr70"][:15] == (*points["coco17"][:9], *points["coco17"][11:])
+    assert [points["mhr70"].index(f"{side}_wrist") for side in ("right", "left")] == [41, 62]
+
+
 @pytest.mark.parametrize("layout", ["mediapipe33", "body25"])
 def test_a_body_is_numbered_beside_hands(layout: str) -> None:
     whole = _numbered(layout)
