@@ -277,7 +277,7 @@ def reconstruct(
         if min(one.starts.least_distance for one in begun) > most_distance:
             raise InvalidInput("a walker looks like this from no side")
         _race(begun)
-        if relabel and _at_odds(begun[np.argmin(_costs(begun))].fit()[0]):
+        if relabel and both_labellings and _at_odds(begun[np.argmin(_costs(begun))].fit()[0]):
             begun += (legs_exchanged := list(begin(pixels, {"legs": ~none, "arms": none})))
             _race(legs_exchanged)
         return _best_of(begun)
