@@ -66,7 +66,7 @@ def in_pixels(
         ):  # OpenPose's keypoint_scale 4, not a head out of the picture
             pixels, known = (pixels + 1) / 2, (known + 1) / 2
             notes.append("They were counted from its middle, from -1 to 1.")
-        if (turned or middle) and _outside(known, (1, 1)) > MOST_OUTSIDE:
+        if (turned or middle or upside_down(pixels)) and _outside(known, (1, 1)) > MOST_OUTSIDE:
             raise InvalidInput(
                 "the coordinates are neither pixels nor shares of an image, but a body's own",
                 expected="landmarks in the image, as MediaPipe's pose_landmarks",

@@ -108,12 +108,15 @@ def test_shares_of_the_image_need_its_size(model: Path, tmp_path: Path) -> None:
         reconstruct_clip(given(path, width=0), model)
 
 
-@pytest.mark.parametrize("above", [0.0, 0.3])
-def test_metres_of_a_body_are_no_shares_of_the_image(above: float, model: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("above", "down"), [(0.0, 1.0), (0.3, 1.0), (0.0, -1.0)])
+def test_metres_of_a_body_are_no_shares_of_the_image(
+    above: float, down: float, model: Path, tmp_path: Path
+) -> None:
     values = in_layout(clip(45.0, ERROR), "coco17")
     seen = values[..., 2] > 0
     ankles = values[seen][:, 1].max()
-    values[..., :2] = (values[..., :2] - [SIZE[0] / 2, ankles]) / 350.0 + [0.0, above]  # heads at -1.6
+    values[..., :2] = (values[..., :2] - [SIZE[0] / 2, ankles]) / 350.0 + [0.0, above]
+    values[..., 1] *= down  # heads at -1.6 above the feet, or rows upwards from the floor
     with pytest.raises(InvalidInput, match="neither pixels nor shares of an image"):
         reconstruct_clip(given(alphapose(tmp_path / "a.json", np.where(seen[..., None], values, 0.0))), model)
 
