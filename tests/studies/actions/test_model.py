@@ -12,6 +12,7 @@ from pipeline.clips.options import SyntheticClips, SyntheticPerformances
 from pipeline.clips.performances import synthetic_performances
 from pipeline.clips.varied import synthetic_clips
 from pipeline.studies.actions.dataset import PostureDataset
+from pipeline.studies.actions.figures.key_frame_agreement import alignments_compared
 from pipeline.studies.actions.model import UNRELATED, ActionSpaceModel
 
 
@@ -46,3 +47,14 @@ def test_claims_rest_on_what_is_told() -> None:
     assert UNRELATED in condition.agrees
     assert 1.01 * UNRELATED not in condition.agrees
     assert condition.name in papers.claim("mozerov2006_natural_modes").rests_on
+
+
+def test_variance_left_to_all_is_that_about_the_mean_sequence_to_that_about_the_mean_posture() -> None:
+    options = ActionSpaceModel()
+    performances = synthetic_performances(SyntheticPerformances(performances=5), 3)
+    action = options.learn(PostureDataset().build(performances, workers=1), workers=1)
+    rows = alignments_compared(action, options).set_index("stage")["variance_left_to_all"]
+    for stage in ("linear", "synchronized"):
+        postures = np.stack(action.sequences(stage))
+        left, whole = (np.square(postures - postures.mean(axis)).sum() for axis in (0, (0, 1)))
+        assert rows[stage] == pytest.approx(left / whole * len(postures) / (len(postures) - 1))
