@@ -85,8 +85,8 @@ def require_millimetres(positions: np.ndarray) -> None:
     ------
     InvalidInput
         If their mean length is outside of `LEG_LENGTH_MM`; the sentence names the unit that it looks like.  If thigh
-        and shank are as unlike as no person's, left and right are exchanged along a limb, or all joints lie in one
-        plane.
+        and shank are as unlike as no person's or change their length, left and right are exchanged along a limb, or
+        all joints lie in one plane.
     """
     length = leg_length(positions)
     if not np.isfinite(length):

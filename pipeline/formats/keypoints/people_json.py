@@ -351,12 +351,11 @@ def _points(value: Any, scores: Any, place: str) -> tuple[list[str], np.ndarray]
         ]
     if value and isinstance(value[0], list):
         width = len(value[0])
-        flat = [number for mark in value for number in mark]
-        table = numbers(flat, place, width)[:, [0, 1, *([] if width < 3 else [-1])]]
+        value = [number for mark in value for number in mark]
     else:
         count = len(value) if isinstance(value, list) else 0
         width = 2 if count == 2 * len(scores or ()) else _WIDTHS.get(count, 3)
-        table = numbers(value, place, width)[:, [0, 1, *([] if width < 3 else [-1])]]
+    table = numbers(value, place, width)[:, [0, 1, *([] if width < 3 else [-1])]]
     if scores or table.shape[1] == 2:
         sure = np.asarray(scores or np.ones(len(table)), float).ravel()
         if len(sure) != len(table):
