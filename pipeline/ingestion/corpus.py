@@ -288,7 +288,8 @@ def folder_clips(
     """
     folder = Path(path)
     if not path or not folder.is_dir():
-        raise InvalidInput("must be a folder that exists", "data.path", received=path or "nothing")
+        expected = "the folder of the recordings; data.pattern=NAME chooses among them"
+        raise InvalidInput("must be a folder that exists", "data.path", expected, path or "nothing")
     try:
         files = sorted(p for p in folder.glob(pattern) if p.is_file() and not p.name.startswith("."))
     except (ValueError, NotImplementedError, IndexError):  # how glob refuses differs between Pythons

@@ -18,6 +18,9 @@ MOST_OUTSIDE = 0.1
 """Share of keypoints that may lie outside of the image by more than 6 % of its size, unless with width and height
 exchanged half as many do: detectors guess feet below the picture, but not most of all."""
 
+PERCENT = 100.0
+"""All within so many pixels of the corner are of no picture more than four times as large."""
+
 _HIPS = [number for number, joint in enumerate(WALKER15.joints) if joint.endswith("_hip")]
 
 
@@ -38,8 +41,8 @@ def in_pixels(
     Raises
     ------
     InvalidInput
-        If the coordinates are shares of an image whose size is not known, pixels that are not in it, or not from its
-        corner.
+        If the coordinates are shares of an image whose size is not known, per cent, pixels that are not in it, or not
+        from its corner.
     """
     known = pixels[np.isfinite(pixels).all(axis=-1)]
     hips = pixels[:, _HIPS].mean(axis=1)
@@ -73,6 +76,13 @@ def in_pixels(
                 received="many beyond -1 and 1",
             )
         pixels = pixels * np.array(size, float)
+    elif len(known) and np.percentile(known, 99) <= PERCENT and not 0 < min(size) <= 4 * PERCENT:
+        raise InvalidInput(
+            "the keypoints lie within 100 x 100 pixels: are they per cent of the image, or of a smaller one?",
+            "input.width, input.height",
+            "the size of the image that they count pixels of",
+            f"{size[0]} x {size[1]}" if all(size) else "nothing",
+        )
     elif not all(size):
         reach = known.max(axis=0) if len(known) else np.array([1.0, 1.0])
         # Keypoints may lie a little outside of the image.

@@ -154,6 +154,15 @@ def test_points_about_the_hips_are_refused() -> None:
             in_pixels(scale * (pixels - pixels[:, [9, 12]].mean(axis=1, keepdims=True)), SIZE, [])
 
 
+def test_per_cent_of_the_image_are_no_pixels() -> None:
+    pixels = clip(45.0, ERROR).pixels + np.array(SIZE) / 2.0
+    for size in SIZE, (0, 0):
+        with pytest.raises(InvalidInput, match="are they per cent of the image"):
+            in_pixels(100 * pixels / SIZE, size, [])
+    small = pixels / max(SIZE) * 100
+    np.testing.assert_array_equal(in_pixels(small, (100, 56), [])[0], small)
+
+
 def test_an_image_that_does_not_hold_the_keypoints_is_refused() -> None:
     pixels = clip(45.0, ERROR).pixels + np.array(SIZE) / 2.0
     with pytest.raises(InvalidInput, match="are width and height exchanged"):
