@@ -14,6 +14,8 @@ def sentence(error: Exception) -> str:
     if isinstance(error, ModuleNotFoundError):
         package = missing_package(error)
         return f"this needs {package}, which is not installed: pip install {package}" if package else ""
+    if isinstance(error, MemoryError):
+        return f"there is too little memory for this: {error}"
     if type(error).__module__.partition(".")[0] in ("hydra", "omegaconf"):
         from pipeline.cli.composition import in_words  # loaded, or there would be no such error
 

@@ -169,7 +169,10 @@ def _hidden(view: Space3D | Image2D) -> dict[Any, Any] | None:
 
 
 def _ordered(view: View, limits: tuple[float, float]) -> tuple[float, float]:
+    """Return the limits of an axis, which reaches by one to either side of a single value."""
     low, high = limits
+    if low == high:
+        return low - 1.0, high + 1.0
     if not (np.isfinite([low, high]).all() and low < high):
         raise InvalidInput("a range that is empty", view.name, "low < high", f"{low}, {high}")
     return low, high

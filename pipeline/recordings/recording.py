@@ -380,7 +380,7 @@ class Recording:
         rows: int = 0,
     ) -> None:
         """Add an entity, which may be used only once: what stays of it would hide the rest."""
-        if not re.fullmatch(r"[A-Za-z0-9_]+(/[A-Za-z0-9_]+)*", entity):
+        if not re.fullmatch(r"[\w.-]+(/[\w.-]+)*", entity, re.ASCII):
             expected = "words with / between"
             raise InvalidInput("the path of an entity is not safe", repr(entity), expected)
         if entity in self._extents:

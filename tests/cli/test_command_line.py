@@ -192,6 +192,8 @@ def test_the_equations_are_printed_with_their_homes(say: Callable) -> None:
         ("zhang2007_fig5", "model.divisor=R-2", ["R-1, R"]),
         ("zhang2004_fig4", "model.omega_scale_mm=0", ["model.omega_scale_mm must be above 0"]),
         ("zhang2007_fig5", "dataset.harmonics=0", ["dataset.harmonics must be at least 1"]),
+        ("zhang2007_coverage", "dataset.harmonics=1", ["dataset.harmonics must be at least 2"]),
+        ("zhang2007_joint_angles", "sweep.instants=1000000", ["must be at least 5 and at most 1000"]),
         ("zhang2007_fig5", "dataset.walks=some", ["dataset.walks", "best, all"]),
         ("zhang2007_fig5", "dataset.size=big", ["dataset.size", "absolute, stature"]),
         ("zhang2007_fig5", "dataset.origin=moon", ["pelvis_mean, floor"]),
@@ -235,6 +237,19 @@ def test_a_broken_step_suits_a_table_and_not_a_recording(
     said = say(f"experiment={figure}", "scale=smoke", f"results={smoke_cache}", override)
     assert_one_sentence(said.err, "whole numbers", "figure.recording=false")
     assert say(f"experiment={figure}", *QUICK, f"results={smoke_cache}", override).status == 0
+
+
+@pytest.mark.parametrize(
+    ("figure", "override"),
+    [
+        ("zhang2007_fig5", "sweep.view_angle_deg={start:30,stop:31}"),
+        ("zhang2007_view_posterior", "sweep.seen_from_deg={start:0,stop:31}"),
+        ("zhang2007_fig4", "sweep.demonstration_views_deg=[-30.5]"),
+    ],
+)
+def test_one_view_makes_a_figure(say: Callable, smoke_cache: Path, figure: str, override: str) -> None:
+    said = say(f"experiment={figure}", "scale=smoke", f"results={smoke_cache}", override)
+    assert (said.status, said.err) == (0, "")
 
 
 ANATOMICAL = [

@@ -60,7 +60,9 @@ class JointAngles(Sweep):
     view_angle_deg: Swept = scaled(start=-90, stop=90, step="structure_step_deg")  # true views
     methods: Distinct[Method] = list(Method)  # that are compared
     noise_variance_mm2: Positive = 70.0  # sigma² of approach II
-    instants: Annotated[int, bounded(at_least=5)] = 40  # of a cycle: twenty times the highest harmonic
+    instants: Annotated[int, bounded(at_least=5, at_most=1000)] = (
+        40  # of a cycle: twenty times the highest harmonic
+    )
 
     def of_populations(self) -> JointAngles:
         """Return the sweep of the papers' approaches alone."""

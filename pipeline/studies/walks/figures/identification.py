@@ -13,6 +13,7 @@ from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.walks.known_view import KnownViewErrors
 from pipeline.studies.walks.methods import Baseline
+from pipeline.studies.walks.stacked import stacked
 
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, KnownViewErrors]
 
@@ -40,16 +41,15 @@ def identification_table(inputs: Inputs) -> pd.DataFrame:
         for one, other in permutations(range(len(views)), 2):
             apart = ((flat[:, one, None] - flat[None, :, other]) ** 2).sum(axis=-1)
             blocks.append(
-                pd.DataFrame(
-                    {
-                        "person": data.person,
-                        "walker": inputs.samples,
-                        "method": name,
-                        "view_angle_deg": views[one],
-                        "among_view_angle_deg": views[other],
-                        "identified": (person[apart.argmin(axis=1)] == person).astype(int),
-                    }
-                )
+                {
+                    "person": data.person,
+                    "walker": inputs.samples,
+                    "method": name,
+                    "view_angle_deg": views[one],
+                    "among_view_angle_deg": views[other],
+                    "identified": (person[apart.argmin(axis=1)] == person).astype(int),
+                }
             )
-    columns = ["walker", "method", "view_angle_deg", "among_view_angle_deg"]
-    return tidy(pd.concat(blocks), by=columns)
+    columns = ["person", "walker", "method", "view_angle_deg", "among_view_angle_deg", "identified"]
+    # Of a single view there are no pairs: a table without rows.
+    return tidy(stacked(blocks).reindex(columns=columns), by=columns[1:-1])

@@ -189,13 +189,13 @@ class Postures(Figure):
                 )
                 for v, view in enumerate(views):
                     rec.image_points(
-                        f"image/observed/view_{view:.0f}/{word}",
+                        f"image/observed/view_{view:g}/{word}",
                         fourier.synthesise(camera.project(truth, np.radians(view)), 1.0 / seconds, times),
                         estimated=estimated,
                     )
                     for m, method in enumerate(methods):
                         rec.skeleton(
-                            f"world/reconstructed/{method}/view_{view:.0f}/{word}",
+                            f"world/reconstructed/{method}/view_{view:g}/{word}",
                             fourier.synthesise(reconstructed(inputs, m, r, v), 1.0 / seconds, times) + ground,
                             colour=TRIED[method].colour,
                             estimated=estimated,
@@ -205,11 +205,11 @@ class Postures(Figure):
                     name=f"{view:g}°: original and reconstructions",
                     contents=(
                         "world/original",
-                        *(f"world/reconstructed/{m}/view_{view:.0f}" for m in methods),
+                        *(f"world/reconstructed/{m}/view_{view:g}" for m in methods),
                     ),
                     shown=(
                         f"world/original/{chosen}",
-                        *(f"world/reconstructed/{m}/view_{view:.0f}/{chosen}" for m in methods),
+                        *(f"world/reconstructed/{m}/view_{view:g}/{chosen}" for m in methods),
                     ),
                 )
                 for view in views
@@ -219,8 +219,8 @@ class Postures(Figure):
                     Tabs(spaces[middle], *spaces[:middle], *spaces[middle + 1 :]),
                     Image2D(
                         name=f"observed at {views[middle]:g}°",
-                        contents=(f"image/observed/view_{views[middle]:.0f}",),
-                        shown=(f"image/observed/view_{views[middle]:.0f}/{chosen}",),
+                        contents=(f"image/observed/view_{views[middle]:g}",),
+                        shown=(f"image/observed/view_{views[middle]:g}/{chosen}",),
                         beside=spaces[middle],
                     ),
                     Notes(),

@@ -111,8 +111,9 @@ class ViewPosterior(Figure):
             "\nThe matrix: true angle down, candidates across, in the same degrees.\n",
             timeline="view_angle_deg",
         ) as rec:
-            degrees = len(inputs.sweep.candidate_deg) // (2 * (len(inputs.sweep.view_angle_deg) - 1))
-            rec.matrix("matrices/posterior", np.repeat(inputs.sweep.density, max(degrees, 1), axis=0))
+            steps = max(len(inputs.sweep.view_angle_deg) - 1, 1)
+            degrees = max(len(inputs.sweep.candidate_deg) // (2 * steps), 1)
+            rec.matrix("matrices/posterior", np.repeat(inputs.sweep.density, degrees, axis=0))
             beside = Rows(Matrix(name="posterior over the circle"), Notes())
             rec.blueprint(Columns(Rows(*rec.plots), beside))
 

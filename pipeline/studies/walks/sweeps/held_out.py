@@ -21,7 +21,7 @@ from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Grid
 from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
 from pipeline.studies.walks.sweeps.setting import Setting, approach_two
-from pipeline.validation import InvalidInput, Several
+from pipeline.validation import InvalidInput, Several, require_range
 
 CANDIDATES = 72
 """Angles over the circle at which the likelihood of a view is evaluated."""
@@ -236,6 +236,7 @@ class People:
 
     def tuned_map(self, noise_variances: Sequence[float], partners: int, workers: int) -> list[Setting]:
         """MAP for each person, with the sigma² that is best for the others."""
+        require_range("dataset.harmonics", self.harmonics, at_least=approach_two(0.0).harmonics)
         return self.chosen([approach_two(value) for value in noise_variances], partners, workers)
 
 
