@@ -7,7 +7,7 @@ from enum import StrEnum
 from typing import Annotated, ClassVar
 
 from pipeline.clips.kinds import Corpus, Request
-from pipeline.validation import CountOrAll, Options, bounded, require_bounds
+from pipeline.validation import CountOrAll, NonNegative, Options, Share, bounded, require_bounds
 
 Number = Annotated[int, bounded(at_least=1, at_most=10_000)]
 """Of people or clips that are made."""
@@ -63,8 +63,8 @@ class SyntheticPerformances(Options):
     subjects: int = 20  # number of people
     frames_mean: Annotated[float, bounded(above=0, at_most=100_000)] = 100.0  # mean length, frames
     frame_rate_hz: float = 30.0  # of the recordings
-    rate_spread: float = 0.3  # standard deviation of the logarithm of the rate
-    marker_noise_mm: float = 0.5  # standard deviation of each coordinate
+    rate_spread: NonNegative = 0.3  # standard deviation of the logarithm of the rate
+    marker_noise_mm: NonNegative = 0.5  # standard deviation of each coordinate
     limit: int = 0  # at most so many performances; 0: all
 
 
@@ -134,10 +134,10 @@ class SyntheticPeople(Data):
 
     population: Number = 80  # number of people
     populations: Annotated[int, bounded(at_least=0, at_most=1000)] = 0  # further ones, for intervals; 0: none
-    male_share: float = 0.4  # the papers' 32 men of 80
+    male_share: Share = 0.4  # the papers' 32 men of 80
     duration_s: Seconds = 8.0  # of each walk
     frame_rate_hz: FrameRate = 120.0  # of the recordings
-    marker_noise_mm: float = 0.5  # standard deviation of each coordinate
+    marker_noise_mm: NonNegative = 0.5  # standard deviation of each coordinate
     heading: Heading = Heading.steps  # of walks
     offsets: Annotated[float, bounded(at_least=0, at_most=100)] = (
         1.0  # factor on how far offsets of joint angles differ

@@ -194,6 +194,7 @@ def test_the_equations_are_printed_with_their_homes(say: Callable) -> None:
         ("zhang2007_fig5", "dataset.harmonics=0", ["dataset.harmonics must be at least 1"]),
         ("zhang2007_coverage", "dataset.harmonics=1", ["dataset.harmonics must be at least 2"]),
         ("zhang2007_joint_angles", "sweep.instants=1000000", ["must be at least 5 and at most 1000"]),
+        ("park2011_face_off", "sweep.varied_view_deg=45", ["must be one of 0.0, 30.0, 60.0, 90.0"]),
         ("zhang2007_fig5", "dataset.walks=some", ["dataset.walks", "best, all"]),
         ("zhang2007_fig5", "dataset.size=big", ["dataset.size", "absolute, stature"]),
         ("zhang2007_fig5", "dataset.origin=moon", ["pelvis_mean, floor"]),

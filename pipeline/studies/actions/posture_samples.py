@@ -69,7 +69,7 @@ class PostureSampling(Sweep):
 
     frames: Distinct[Count] = [10, 40]  # of the mean performance, counted from 1
     samples: Count = 8  # of them shown
-    measured: int = 2000  # drawn at each frame
+    measured: Count = 2000  # drawn at each frame
     resamples: Count = 40  # models of people drawn again, for intervals
 
     def validate(self) -> None:

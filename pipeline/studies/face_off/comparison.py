@@ -50,6 +50,7 @@ from pipeline.validation import (
     Positive,
     ViewAngle,
     bounded,
+    require_choice,
 )
 
 EIGENWALKERS = ("least_squares", "map")
@@ -135,7 +136,7 @@ class FaceOffSweep(CameraSweep):
     heading_error_deg: Increasing[Annotated[float, bounded(at_least=0, at_most=180)]] = [  # of what was learnt
         0.0, 5.0, 10.0, 20.0,
     ]  # fmt: skip
-    varied_view_deg: ViewAngle = 30.0  # where noise, occlusion and heading are varied
+    varied_view_deg: ViewAngle = 30.0  # one of them, where noise, occlusion and heading are varied
     components: Count = 20  # of the trajectory basis
     softness: NonNegative = 30.0  # of the trajectory basis; 0: a hard one, which long gaps leave undetermined
     noise_variance_mm2: Positive = 70.0  # of approach II
@@ -149,6 +150,7 @@ class FaceOffSweep(CameraSweep):
         """Validate the options.  Raises InvalidInput if one is out of range."""
         super().validate()
         require_occlusion(self.occluded, self.occlusion_frames)
+        require_choice("sweep.varied_view_deg", self.varied_view_deg, self.view_angle_deg)
 
     def conditions(self) -> list[tuple[str, Condition]]:
         """Return what is varied, and the condition: every view undisturbed, then one thing varied at one view."""
