@@ -52,8 +52,8 @@ def as_svg(
     title : str
         What is shown, for those who cannot see it.
     """
-    require_range("dot_px", dot_px, above=0, at_most=height_px)
     places, (width, height) = pixels(lights, height_px)
+    require_range("dot_px", dot_px, above=0, at_most=height_px)
     seconds = f"{len(places) / lights.frame_rate_hz:.6g}s"
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}"'

@@ -22,6 +22,7 @@ from pipeline.validation import (
     Increasing,
     InvalidInput,
     NonNegative,
+    Positive,
     Share,
     bounded,
     require_range,
@@ -47,7 +48,7 @@ class ProofSweep(LimbSweep):
     noises_px: Increasing[NonNegative] = [0.0, 1.0]  # of the image
     adjust: Adjustment = Adjustment.per_frame
     long_share: Share = 0.2  # of the trials for over 100 frames, which may take the limit each
-    time_limit_s: NonNegative = 2.0  # nominal, of each search
+    time_limit_s: Positive = 2.0  # nominal, of each search
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
