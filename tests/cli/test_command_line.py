@@ -246,9 +246,12 @@ def test_a_broken_step_suits_a_table_and_not_a_recording(
         ("zhang2007_fig5", "sweep.view_angle_deg={start:30,stop:31}"),
         ("zhang2007_view_posterior", "sweep.seen_from_deg={start:0,stop:31}"),
         ("zhang2007_fig4", "sweep.demonstration_views_deg=[-30.5]"),
+        ("mozerov2006_fig2", "model.steps=[0]"),
     ],
 )
-def test_one_view_makes_a_figure(say: Callable, smoke_cache: Path, figure: str, override: str) -> None:
+def test_one_view_and_one_step_make_a_figure(
+    say: Callable, smoke_cache: Path, figure: str, override: str
+) -> None:
     said = say(f"experiment={figure}", "scale=smoke", f"results={smoke_cache}", override)
     assert (said.status, said.err) == (0, "")
 

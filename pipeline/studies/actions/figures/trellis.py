@@ -77,7 +77,7 @@ class OptimalPath(Figure):
             "performance": names[m],
             "distance": costs[0, -1],
             "distance_linear": distances_so_far(nodes, image, np.zeros_like(path))[0, -1],
-            "least_other_distance": distances_so_far(nodes, image, others)[:, -1].min(),
+            "least_other_distance": distances_so_far(nodes, image, others)[:, -1].min(initial=np.inf),
             "other_paths": len(others),
             "smoothness": nodes.smoothness,
         }
