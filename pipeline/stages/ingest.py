@@ -23,7 +23,8 @@ def run(experiment: Experiment, store: Store, population: int | None = None) -> 
     """Return the usable clips of the kind that the experiment's dataset asks for, and the report on each clip.
 
     Synthetic walks that only the dataset reads are represented and let go.  If there are no usable clips, the report is
-    written all the same: ``refused_clips.csv`` beside the figures of the data set.
+    written all the same: ``refused_walks.csv`` (performances, clips) beside the figures
+    of the data set.
 
     Parameters
     ----------
@@ -44,7 +45,7 @@ def run(experiment: Experiment, store: Store, population: int | None = None) -> 
     try:
         return stored(store, stage, options, [], make, result=result, sources=sources)
     except NoUsableClips as refusal:
-        path = experiment.published_in / "refused_clips.csv"
+        path = experiment.published_in / f"refused_{corpus.name}.csv"
         path.parent.mkdir(parents=True, exist_ok=True)
         tables.write(path, report_table(refusal.report, refusal.columns), sort_by=["clip"])
         raise InvalidInput(

@@ -256,6 +256,15 @@ def test_one_view_and_one_step_make_a_figure(
     assert (said.status, said.err) == (0, "")
 
 
+def test_clips_of_two_kinds_are_refused_beside_each_other(say: Callable, tmp_path: Path) -> None:
+    for figure, change, kind in (
+        ("zhang2007_fig2", "data.marker_noise_mm=1e9", "walks"),
+        ("mozerov2006_fig1", "data.performances.limit=1", "performances"),
+    ):
+        said = say(f"experiment={figure}", *QUICK, f"results={tmp_path}", change)
+        assert_one_sentence(said.err, f"every reason is in {tmp_path}/synthetic/smoke/refused_{kind}.csv")
+
+
 ANATOMICAL = [
     f"zhang2007_{name}"
     for name in ("coverage", "noise", "occlusion", "sources", "structure", "view_posterior")
