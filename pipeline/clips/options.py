@@ -7,7 +7,16 @@ from enum import StrEnum
 from typing import Annotated, ClassVar
 
 from pipeline.clips.kinds import Corpus, Request
-from pipeline.validation import CountOrAll, NonNegative, Options, Share, bounded, require_bounds
+from pipeline.validation import (
+    Count,
+    CountOrAll,
+    NonNegative,
+    Options,
+    Positive,
+    Share,
+    bounded,
+    require_bounds,
+)
 
 Number = Annotated[int, bounded(at_least=1, at_most=10_000)]
 """Of people or clips that are made."""
@@ -60,12 +69,12 @@ class SyntheticPerformances(Options):
     """Bending to the floor, each performance with its own, known rate [mozerov2006 section 4]."""
 
     performances: Number = 40  # number of performances
-    subjects: int = 20  # number of people
+    subjects: Number = 20  # number of people
     frames_mean: Annotated[float, bounded(above=0, at_most=100_000)] = 100.0  # mean length, frames
-    frame_rate_hz: float = 30.0  # of the recordings
+    frame_rate_hz: FrameRate = 30.0  # of the recordings
     rate_spread: NonNegative = 0.3  # standard deviation of the logarithm of the rate
     marker_noise_mm: NonNegative = 0.5  # standard deviation of each coordinate
-    limit: int = 0  # at most so many performances; 0: all
+    limit: CountOrAll = 0  # at most so many performances; 0: all
 
 
 class SyntheticClips(Options):
@@ -74,8 +83,8 @@ class SyntheticClips(Options):
     clips: Number = 24  # number of clips; half of them are in figure 3c
     seconds: Seconds = 6.8  # length of each, s
     frame_rate_hz: FrameRate = 30.0  # of the recordings
-    bandwidth: int = 10  # cosines of the angles of the smooth bodies, over the whole clip
-    limit: int = 0  # at most so many clips; 0: all
+    bandwidth: Count = 10  # cosines of the angles of the smooth bodies, over the whole clip
+    limit: CountOrAll = 0  # at most so many clips; 0: all
 
 
 class Steady(Options):
@@ -84,13 +93,15 @@ class Steady(Options):
     locomotion: Locomotion = Locomotion.auto
     path: HorizontalPath = HorizontalPath.cubic
     heading: Heading = Heading.steps
-    speed_band: float = 0.35  # relative to the median speed; narrower bands are tried first
-    turn_deg_s: float = 45.0  # a walk that turns faster is not steady
-    cycles: float = 1.0  # least length, gait cycles
-    gap_s: float = 0.1  # longer gaps end a stretch, shorter ones are bridged
-    fundamental_share: float = 0.6  # least share of the variance in the fundamental
-    residual_share: float = 0.15  # largest share of the variance beyond two harmonics
-    frequency_ratio: float = 1.6  # to the population's median, at equal Froude number
+    speed_band: Positive = 0.35  # relative to the median speed; narrower bands are tried first
+    turn_deg_s: Positive = 45.0  # a walk that turns faster is not steady
+    cycles: NonNegative = 1.0  # least length, gait cycles
+    gap_s: NonNegative = 0.1  # longer gaps end a stretch, shorter ones are bridged
+    fundamental_share: Share = 0.6  # least share of the variance in the fundamental
+    residual_share: Share = 0.15  # largest share of the variance beyond two harmonics
+    frequency_ratio: Annotated[float, bounded(at_least=1)] = (
+        1.6  # to the population's median, at equal Froude number
+    )
 
 
 class Data(Options, ABC):

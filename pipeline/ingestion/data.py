@@ -21,7 +21,7 @@ from pipeline.clips.options import Data, Missing, Skeleton, Steady, SyntheticPeo
 from pipeline.ingestion import recorded
 from pipeline.ingestion.corpus import Clip, Listing, first_people, folder_clips, in_turn, listed_clips
 from pipeline.resources import DATA
-from pipeline.validation import InvalidInput, Options
+from pipeline.validation import CountOrAll, InvalidInput, NonNegative, Options
 
 
 class SyntheticData(SyntheticPeople):
@@ -59,7 +59,7 @@ class NamedClips(Options):
 
     sources: list[str] = []  # of the table; * stands for all
     action: str = ""  # beginning of the table's action, or the whole of it
-    limit: int = 0  # at most so many clips, of walks so many people; 0: all
+    limit: CountOrAll = 0  # at most so many clips, of walks so many people; 0: all
 
 
 class RecordedPerformances(NamedClips):
@@ -176,7 +176,9 @@ class FolderData(Recordings):
     path: str = ""  # folder of files
     pattern: str = "**/*"  # of their names, below the folder
     person: str = "^([^_.]+)"  # regular expression on the file's name; its first group names the person
-    frame_rate_hz: float = 0.0  # for files that do not say (AMC: 120, CSV without time); 0: the file's own
+    frame_rate_hz: NonNegative = (
+        0.0  # for files that do not say (AMC: 120, CSV without time); 0: the file's own
+    )
     units: str = ""  # for files that do not say: mm, cm, m, in
     subject: str = (
         ""  # who, in files of several people: the beginning of the points' names, or a number from 1
