@@ -96,14 +96,14 @@ def require_millimetres(positions: np.ndarray) -> None:
             raise InvalidInput("all joints lie in one plane: keypoints of a film go to `reconstruct`")
         segments = np.diff(positions[:, [LEFT_LEG, RIGHT_LEG]], axis=2)
         lengths = np.linalg.norm(segments, axis=-1)
-        thigh, shank = np.nanmedian(lengths, axis=(0, 1))
+        low, middle, high = np.nanquantile(lengths, [0.25, 0.5, 0.75], axis=(0, 1))
+        thigh, shank = middle
         if max(thigh, shank) >= MOST_UNLIKE * min(thigh, shank):
             raise InvalidInput(
                 "hip, knee and ankle are no person's: a marker was taken for a joint",
                 expected=f"thigh and shank of which neither is {MOST_UNLIKE:g} times as long as the other",
                 received=f"{thigh:.0f} and {shank:.0f} mm",
             )
-        low, middle, high = np.nanquantile(lengths, [0.25, 0.5, 0.75], axis=(0, 1))
         if (changes := ((high - low) / middle).min()) > MOST_CHANGE:
             raise InvalidInput(
                 "thighs and shanks change their length: velocities, or angles, in place of positions?",
@@ -136,16 +136,18 @@ def _require_sides(positions: np.ndarray) -> None:
         raise InvalidInput("left and right are exchanged in the names of points, at the shoulders or hips")
     mirror = WALKER15.mirror
     for upper, lower in WALKER15.bones:
+        if upper == mirror[upper] or lower > mirror[lower]:  # of both sides at once
+            continue
         ends = positions[:, [[lower, mirror[lower]], [mirror[lower], lower]]]
         lengths = np.linalg.norm(ends - positions[:, None, [upper, mirror[upper]]], axis=-1)
         lengths = lengths[np.isfinite(lengths).all(axis=(1, 2))]
-        if len(lengths) and upper != mirror[upper]:
-            own, across = np.square(lengths).mean(axis=(0, 2))
+        own, across = np.square(lengths).sum(axis=(0, 2))
+        if own > across:
             varies, steady = lengths.std(axis=0).mean(axis=1)
             trunk = WALKER15.parents[upper]
-            width = positions[:, upper] - positions[:, mirror[upper]]
-            wide = trunk == mirror[trunk] and own - across > 0.5 * np.nanmean(np.square(width).sum(axis=1))
-            if own > across and varies > (0.8 if wide else 1.2) * steady + 0.1:
+            width = np.square(positions[:, upper] - positions[:, mirror[upper]]).sum(axis=1)
+            wide = trunk == mirror[trunk] and own - across > len(lengths) * np.nanmean(width)
+            if varies > (0.8 if wide else 1.2) * steady + 0.1:
                 raise InvalidInput(
                     f"left and right are exchanged in the names of points, at {WALKER15.joints[lower]} or above"
                 )

@@ -152,7 +152,7 @@ class KnownView(Sweep):
 
         def block(walkers: range) -> list[Any]:
             """Return what `_fold` does, but of all these walkers the sum of the errors of MAP and each one's mean."""
-            folds = [self._fold(inputs, r, third) for r in walkers]
+            folds = [self._fold(inputs, r, third, view_deg, sigma2) for r in walkers]
             *others, paths = zip(*folds, strict=True)
             return [*others, [path.mean(axis=0) for path in paths], sum(paths)]
 
@@ -187,12 +187,16 @@ class KnownView(Sweep):
         )
 
     def _fold(
-        self, inputs: Inputs, r: int, third: AnatomicalApproach | None
+        self,
+        inputs: Inputs,
+        r: int,
+        third: AnatomicalApproach | None,
+        view_deg: np.ndarray,
+        sigma2: np.ndarray,
     ) -> tuple[dict[str, list[dict[str, Any]]], np.ndarray, np.ndarray, np.ndarray]:
         """Return a walker's rows as columns, missing dimensions (M, V, 5, 15), average walker, MAP's errors (A, S)."""
         data, model, of_motion = inputs.dataset, inputs.model, self.truth is Truth.motion
         fold = model.fold(r)
-        view_deg = self.view_angle_deg.values("sweep.view_angle_deg")
         views = [np.radians(angles) for angles in (view_deg, self.demonstration_views_deg)]
         everywhere, demonstration = (SeenWalker(fold, model.samples[r], data, r, view) for view in views)
         power, shown_power = (s.residual_power * of_motion for s in (everywhere, demonstration))
@@ -250,9 +254,8 @@ class KnownView(Sweep):
                 }
             for name, columns in measured.items():
                 rows[name].append({**walker, "method": str(method), **columns})
-        sigma2 = self.sigma2_mm2.values("sweep.sigma2_mm2") if Method.map in self.methods else np.empty(0)
         path = np.empty((len(view_deg), 0))
-        if sigma2.size:
+        if Method.map in self.methods:
             path = everywhere.error_path(sigma2) + errors.walker_error(power)[:, None]
         average = missing[Baseline.average_walker]
         return dict(rows), np.stack([missing[method] for method in self.methods]), average, path
