@@ -150,7 +150,7 @@ class SyntheticPeople(Data):
     frame_rate_hz: FrameRate = 120.0  # of the recordings
     marker_noise_mm: NonNegative = 0.5  # standard deviation of each coordinate
     heading: Heading = Heading.steps  # of walks
-    offsets: Annotated[float, bounded(at_least=0, at_most=100)] = (
+    offsets: Annotated[float, bounded(at_least=0, at_most=5)] = (
         1.0  # factor on how far offsets of joint angles differ
     )
     performances: SyntheticPerformances = SyntheticPerformances()

@@ -1,0 +1,132 @@
+"""Options at the ends of their ranges, one at a time, at smoke scale: is a figure made, or is it said why not?
+
+python -m tests.extremes [FIGURE ...]
+    A run for each option and value: of all figures some two thousand, an hour on two cores.  Exit status 1 if one ends
+    in a traceback or a warning in place of a figure or a sentence.
+"""
+
+from __future__ import annotations
+
+import enum
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from pipeline.cli.compose import compose
+from pipeline.cli.index import _tree
+from pipeline.cli.presets import presets
+from pipeline.processes import usable_cores
+
+ROOT = Path(__file__).resolve().parent.parent
+GROUPS = ("data", "dataset", "model", "sweep", "figure")
+LARGEST = 100
+"""Ends of a range that are more than so many times a value are left out: they would run for hours."""
+
+
+def options(path: str, option: Any, known: dict[str, Any]) -> Iterator[tuple[str, Any, Any]]:
+    """Each option below a group: its path, its value and what its class knows of the values it may have."""
+    for name, of in known.items():
+        value = getattr(option, name)
+        if isinstance(of, dict) and "" not in of:
+            yield from options(f"{path}.{name}", value, of)
+        else:
+            yield f"{path}.{name}", value, of
+
+
+def within(number: float, bounds: dict[str, float]) -> bool:
+    """Whether a number is inside of a range."""
+    inside = bounds.get("at_least", number) <= number <= bounds.get("at_most", number)
+    return (
+        inside and number > bounds.get("above", -float("inf")) and number < bounds.get("below", float("inf"))
+    )
+
+
+def tried(value: Any, known: Any) -> list[Any]:
+    """What an option is set to, but for what it is."""
+    if isinstance(value, bool):
+        return [not value]
+    if isinstance(value, enum.Enum):
+        return [name for name in known if name != value.name]
+    if isinstance(value, list):
+        shorter = [[], value[:1], value[-1:], value[::-1]]
+        return [each for k, each in enumerate(shorter) if each != value and each not in shorter[:k]]
+    if not isinstance(value, int | float):
+        return []
+    bounds = (known or {}).get("bounds", {})
+    near = 1 if isinstance(value, int) else 1e-3
+    ends = [bounds.get("at_least"), bounds.get("at_most")]
+    ends += [bounds["above"] + near] if "above" in bounds else []
+    ends += [bounds["below"] - near] if "below" in bounds else []
+    ends += [0, 1, value * 2, value // 2 if isinstance(value, int) else value / 2]
+    reach = LARGEST * max(abs(value), 1)
+    return [
+        each
+        for each in dict.fromkeys(map(type(value), (end for end in ends if end is not None)))
+        if each != value and abs(each) <= reach and within(each, bounds)
+    ]
+
+
+def runs(figures: list[str]) -> list[list[str]]:
+    """Overrides of every run; an option of the data is tried with the first figure that reads it alone."""
+    found: dict[tuple[str, str], list[str]] = {}
+    for figure in figures:
+        experiment = compose([f"experiment={figure}", "scale=smoke"])
+        for group in GROUPS:
+            option = getattr(experiment, group)
+            for path, value, known in options(group, option, _tree(type(option))):
+                for each in tried(value, known):
+                    word = (
+                        json.dumps([getattr(v, "name", v) for v in each]) if isinstance(each, list) else each
+                    )
+                    override = f"{path}={str(word).replace(' ', '').replace(chr(34), '')}"
+                    alone = experiment.dataset.corpus.name if group == "data" else figure
+                    found.setdefault((alone, override), [f"experiment={figure}", override])
+    return [*found.values()]
+
+
+def main(figures: list[str]) -> int:
+    """Run all and tell of those that end otherwise than they should."""
+    faults = sentences = 0
+    wanted = runs(figures or presets())
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(usable_cores()) as pool:
+
+        def run(overrides: list[str]) -> subprocess.CompletedProcess[str]:
+            command = [
+                sys.executable,
+                "-m",
+                "pipeline",
+                "scale=smoke",
+                *overrides,
+                "workers=1",
+                f"results={folder}",
+            ]
+            return subprocess.run(
+                command,
+                cwd=ROOT,
+                capture_output=True,
+                text=True,
+                env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+            )
+
+        for count, (overrides, done) in enumerate(zip(wanted, pool.map(run, wanted), strict=True), start=1):
+            print(f"\r{count} of {len(wanted)}", end="", file=sys.stderr, flush=True)
+            said = done.stdout + done.stderr
+            sentences += done.returncode == 1
+            if done.returncode not in (0, 1) or "Traceback" in said or "Warning" in said:
+                faults += 1
+                print(
+                    f"{' '.join(overrides)}: {said.strip().splitlines()[-1] if said.strip() else ''}",
+                    flush=True,
+                )
+    print(f"{len(wanted)} runs: {faults} faults, {sentences - faults} refused in a sentence")
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
