@@ -1,7 +1,7 @@
 """Options at the ends of their ranges, one at a time, at smoke scale: is a figure made, or is it said why not?
 
 python -m tests.extremes [FIGURE ...]
-    A run for each option and value: of all figures some two thousand, an hour on two cores.  Exit status 1 if one ends
+    A run for each option and value: of all figures 1 700, an hour on two cores.  Exit status 1 if one ends
     in a traceback or a warning in place of a figure or a sentence.
 """
 

@@ -23,8 +23,8 @@ def run(experiment: Experiment, store: Store, population: int | None = None) -> 
     """Return the usable clips of the kind that the experiment's dataset asks for, and the report on each clip.
 
     Synthetic walks that only the dataset reads are represented and let go.  If there are no usable clips, the report is
-    written all the same: ``refused_walks.csv`` (performances, clips) beside the figures
-    of the data set.
+    written all the same, beside the figures of the data set: ``refused_walks.csv``, ``refused_performances.csv`` or
+    ``refused_clips.csv``.
 
     Parameters
     ----------
