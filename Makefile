@@ -128,7 +128,7 @@ article: $(DEV) ## the reproduction as an article, results/article/article.pdf, 
 check: $(DEV) docs ## ruff, format, types, documentation
 	@$(VENV)/bin/ruff check .
 	@$(VENV)/bin/ruff format --check .
-	@$(VENV)/bin/mypy pipeline gait_pipeline
+	@$(VENV)/bin/mypy pipeline walk3d gait_pipeline
 
 format: $(DEV) ## format the sources
 	@$(VENV)/bin/ruff check --fix .

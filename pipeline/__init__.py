@@ -7,6 +7,7 @@ and `studies`, whose parts stand by subject, no circle)::
     shortened              short representations of results
     skeleton               joints, world frame, units, how source points become joints
     resources              files that travel with the package
+    plugins                what installed packages and users' files add
     palette, tidy          colours and looks of series; rows of a table by series
     charts, scenes         what is drawn, as plain values: charts of tables; views, postures and matrices
     processes, locks       work on several processes, which share the cores; what only one of them may do

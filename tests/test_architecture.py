@@ -73,13 +73,15 @@ def imports_of(module: str) -> tuple[set[str], set[str]]:
 
 _GROUND = (
     "validation locks shortened skeleton palette tidy charts scenes processes compilation seeding resources"
+    " plugins"
 )
 LAYERS = {
     "validation locks shortened": "",
     "skeleton palette tidy processes compilation seeding resources": "validation locks shortened",
+    "plugins": "validation resources",
     "charts scenes": "validation palette tidy",
     "core": "validation skeleton compilation shortened",
-    "formats mappings fetch storage papers": "validation locks shortened skeleton palette tidy resources",
+    "formats mappings fetch storage papers": "validation locks shortened skeleton palette tidy resources plugins",
     "pictures recordings video": "validation locks skeleton palette tidy resources charts scenes",
     "synthetic": f"{_GROUND} core",
     "clips pointlight": f"{_GROUND} core synthetic",
@@ -512,7 +514,7 @@ def test_every_folder_of_the_package_is_installed() -> None:
     folders = {"pipeline." + name if name != "__init__" else "pipeline" for name, path in SOURCES.items()
                if path.name == "__init__.py"}  # fmt: skip
     found = PROJECT["tool"]["setuptools"]["packages"]["find"]
-    assert found == {"include": ["pipeline*", "gait_pipeline*"]}
+    assert found == {"include": ["pipeline*", "walk3d*", "gait_pipeline*"]}
     assert all(any(fnmatch.fnmatch(name, pattern) for pattern in found["include"]) for name in folders)
     without = {"pipeline." + _module_name(path.parent / "__init__.py") for path in SOURCES.values()} - folders
     assert without - {"pipeline.__init__"} == set(), "a folder without __init__.py is not installed"
@@ -610,7 +612,7 @@ def test_the_source_distribution_is_complete() -> None:
     """MANIFEST.in names every file of the project that building does not take by itself."""
     taken = {"pyproject.toml", "setup.py", "README.md", "LICENSE", "MANIFEST.in"}
     of_the_repository = {".gitignore", ".gitattributes"}
-    folders = ["pipeline/"]
+    folders = ["pipeline/", "walk3d/"]
     for line in (ROOT / "MANIFEST.in").read_text(encoding="utf-8").splitlines():
         rule, *names = line.split()
         if rule in ("graft", "recursive-include"):

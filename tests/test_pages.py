@@ -22,13 +22,15 @@ from pipeline.skeleton import WALKER15
 from pipeline.storage import tables
 from pipeline.storage.sealed_folders import write_manifest
 from pipeline.studies import published
-from pipeline.studies.registry import options
+from pipeline.studies.registry import all_measures, options
 from pipeline.synthetic import limbs, walkers
 from pipeline.synthetic.bending import bending_performances
 from pipeline.validation import InvalidInput
 from tests.core.keypoint_walk.walkers import clip
 from tests.pages import PAGES, blocks
 from tests.reconstruct.walks import ERROR, alphapose, in_layout
+
+MEASURES = all_measures()
 
 ROOT = Path(__file__).resolve().parent.parent
 README = PAGES["README.md"]
@@ -243,9 +245,13 @@ def test_counts_of_an_earlier_rule_leave_their_rows_out() -> None:
 
 def test_a_number_that_is_printed_twice_counts_once(monkeypatch: pytest.MonkeyPatch) -> None:
     yes = (papers.Agreement.AGREES, "", None, papers.Beyond.YES)
-    monkeypatch.setattr(published, "judge", lambda claims, *_: [papers.Verdict(c, *yes) for c in claims])
+    monkeypatch.setattr(
+        published, "judge", lambda claims, *_, **__: [papers.Verdict(c, *yes) for c in claims]
+    )
     layout = {"": {"rows": [{"verdicts": ["park2011"]}]}}
-    counts = {name: value for _, name, value, _ in published.verdict_counts({}, "synthetic", layout)}
+    counts = {
+        name: value for _, name, value, _ in published.verdict_counts({}, "synthetic", layout, MEASURES)
+    }
     for kind in papers.Kind:
         claims = [c for c in papers.paper("park2011").claims if c.kind is kind and not c.untestable]
         own = sum(not claim.same_as for claim in claims)
@@ -276,7 +282,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def test_published_figures_are_measured_and_replace_those_of_the_same_data(folder: Path) -> None:
-    rows = published.measured(folder, ["zhang2007_fig3"], LAYOUT)
+    rows = published.measured(folder, ["zhang2007_fig3"], LAYOUT, MEASURES)
     values = dict(zip(rows["name"], rows["value"], strict=True))
     assert values["zhang2007_optimal_variance"] == 625.0
     assert values["zhang2004 and zhang2007, results, undecided"] == 1.0, "no people, no interval"
@@ -303,16 +309,16 @@ def test_published_figures_are_measured_and_replace_those_of_the_same_data(folde
 def test_figures_that_do_not_belong_together_are_refused(folder: Path, changes: dict, complaint: str) -> None:
     write_manifest(folder / "zhang2007_fig3", FACTS | changes)
     with pytest.raises(InvalidInput, match=complaint):
-        published.measured(folder, ["zhang2007_fig3", "zhang2007_fig5"], LAYOUT)
+        published.measured(folder, ["zhang2007_fig3", "zhang2007_fig5"], LAYOUT, MEASURES)
     with pytest.raises(InvalidInput, match="nothing is published"):
-        published.measured(folder, ["zhang2007_fig6"], LAYOUT)
+        published.measured(folder, ["zhang2007_fig6"], LAYOUT, MEASURES)
 
 
 def test_small_figures_and_damaged_values_do_not_reach_the_documentation(folder: Path) -> None:
     for figure in ("zhang2007_fig3", "zhang2007_fig5"):
         write_manifest(folder / figure, FACTS | {"scale": "smoke"})
     with pytest.raises(InvalidInput, match=r"scale must be full \(got smoke\)"):
-        published.measured(folder, ["zhang2007_fig3", "zhang2007_fig5"], LAYOUT)
+        published.measured(folder, ["zhang2007_fig3", "zhang2007_fig5"], LAYOUT, MEASURES)
     damaged = {"data": ["cmu"], "name": ["one"], "value": np.array(["1O"])}
     with pytest.raises(InvalidInput, match=r"published.csv: a value is no number"):
         published.rendered(LAYOUT, damaged)

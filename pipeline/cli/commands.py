@@ -152,10 +152,11 @@ def readme(arguments: Sequence[str]) -> int:
     if arguments:
         from pipeline.report.first_screen import draw_first_screen
         from pipeline.report.published import read_published
+        from pipeline.studies.registry import all_measures
 
         one, figures = figures_for(arguments)
         folder = one.published_in
-        published.renew(path, published.measured(folder, figures, layout))
+        published.renew(path, published.measured(folder, figures, layout, all_measures()))
         if one.data == "synthetic":
             draw_first_screen(
                 read_published(folder, figures), provenance.PROJECT / "results" / "archive" / "light"

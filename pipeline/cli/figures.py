@@ -30,6 +30,7 @@ from pipeline.storage.sealed_folders import require_replaceable
 from pipeline.storage.store import Store
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.ledger import judge_folder, write_claims
+from pipeline.studies.registry import all_measures
 
 
 def judged(
@@ -40,7 +41,9 @@ def judged(
         ("verdicts", data_name, overridden, *figures, *tables.digests(folder, presets())),
         lambda: [
             [one.claim.name, one.agreement, one.why, one.evidence and asdict(one.evidence), one.beyond]
-            for one in judge_folder(folder, data_name, figures, overridden=overridden)
+            for one in judge_folder(
+                folder, data_name, figures, measures=all_measures(), overridden=overridden
+            )
         ],
     )
     return [
@@ -84,7 +87,7 @@ def make_figure(
 
     stages = chain.run(experiment, store, at=stage)
     with stage("figure"):
-        verdicts = figure.run(experiment, stages, folder, store, early=early)
+        verdicts = figure.run(experiment, stages, folder, store, measures=all_measures(), early=early)
     reused = tuple(kept.artefact.stage for kept in stages if not kept.artefact.computed)
     remarks = [remark for kept in stages for remark in getattr(kept.value, "remarks", [])]
     remarks += _remarks_on(stages[0].value)

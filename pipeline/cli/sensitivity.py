@@ -25,6 +25,7 @@ from pipeline.storage.store import Store
 from pipeline.studies import interventions
 from pipeline.studies.interventions import Switch
 from pipeline.studies.ledger import SMOKE, judge, numbers_of, read_folder
+from pipeline.studies.registry import all_measures
 from pipeline.validation import InvalidInput, require_choice
 
 PLAIN = "as it is"
@@ -157,12 +158,13 @@ def _measured(
             if claim.kind is not Kind.CONDITION
             and {t.split("/")[0] for t in claim.tables} & set(switch.figures)
         ]
-        verdicts = judge(claims, made, data_name, smoke=smoke, overridden=True)
+        measures = all_measures()
+        verdicts = judge(claims, made, data_name, measures=measures, smoke=smoke, overridden=True)
         if switch.name == PLAIN:
             plain_tables, plain = made, verdicts
         rows += compare(plain, verdicts, switch.name)
         scale, _ = interventions.made_by(folder)
-        without, with_it = (numbers_of(names, known) for known in (plain_tables, made))
+        without, with_it = (numbers_of(names, known, measures) for known in (plain_tables, made))
         numbers.append(interventions.Numbers(**vars(switch), scale=scale, without=without, with_it=with_it))
     if not rows:
         raise InvalidInput("no claim rests on the figures of this group", name)

@@ -15,6 +15,7 @@ from pipeline.papers.register import (
     claim,
     locate,
     paper,
+    published,
     quantity,
 )
 from pipeline.papers.verdicts import Evidence, Verdict, gain, judge
@@ -46,6 +47,7 @@ __all__ = [
     "locate",
     "paper",
     "placeholders",
+    "published",
     "quantity",
     "read_mapping",
     "read_runs",

@@ -49,6 +49,20 @@ def claim(name: str) -> Claim:
     return found
 
 
+def published(name: str) -> float:
+    """Return the number that a paper prints in a claim.
+
+    Raises
+    ------
+    InvalidInput
+        If no paper has the claim, or it has no number.
+    """
+    number = claim(name).published
+    if number is None:
+        raise InvalidInput("the claim has no number", name)
+    return number
+
+
 def quantity(name: str) -> Claim | Quantity:
     """Return the claim or quantity of that name.
 

@@ -47,9 +47,10 @@ def run(
 def _after(before: Sequence[Stored[Any]], stage: str, experiment: Experiment, store: Store) -> Stored[Any]:
     """Return what a stage makes, by its options, of the results of the stages before it."""
     options = getattr(experiment, stage)
-    made_from, inputs = options, before[-1:]
+    made_from, inputs, modules = options, before[-1:], [type(options).__module__]
     if stage == "sweep":
         inputs = before if options.reads_clips else before[1:]
+        modules += options.modules()
         if options.draws_random_numbers:
             made_from = {"sweep": options, "seed": experiment.seed}
         clips, dataset, model = (kept.value for kept in before)
@@ -65,5 +66,5 @@ def _after(before: Sequence[Stored[Any]], stage: str, experiment: Experiment, st
         inputs,
         compute,
         result=result_type(method),
-        sources=[type(options).__module__],
+        sources=modules,
     )

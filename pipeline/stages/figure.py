@@ -19,13 +19,20 @@ from pipeline.storage.publishing import publish
 from pipeline.storage.sealed_folders import canonical
 from pipeline.storage.source_code import sources_digest
 from pipeline.storage.store import Store, packed
+from pipeline.studies.evaluation import Registry
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs
 from pipeline.studies.ledger import INGEST, SMOKE, judge_figure, write_claims
 
 
 def run(
-    experiment: Experiment, stages: Sequence[Stored[Any]], folder: Path, store: Store, *, early: bool = False
+    experiment: Experiment,
+    stages: Sequence[Stored[Any]],
+    folder: Path,
+    store: Store,
+    *,
+    measures: Registry,
+    early: bool = False,
 ) -> list[Verdict]:
     """Publish the figure in `folder` and return the verdicts on the claims that rest on it alone.
 
@@ -39,14 +46,15 @@ def run(
         Clips, dataset, model and sweep.
     folder : Path
     store : Store
+    measures : Registry
     early : bool
         Whether what needs no further populations is published before they are made, if nothing is there yet.
     """
     inputs = FigureInputs(experiment, *(kept.value for kept in stages))
     if early and populations.count(experiment) and not folder.exists():
-        _publish(inputs, stages, folder, experiment.figure.tables(inputs), whole=False)
+        _publish(inputs, stages, folder, experiment.figure.tables(inputs), measures, whole=False)
     inputs, made = shown(inputs, store)
-    return _publish(inputs, stages, folder, made)
+    return _publish(inputs, stages, folder, made, measures)
 
 
 def _publish(
@@ -54,6 +62,7 @@ def _publish(
     stages: Sequence[Stored[Any]],
     folder: Path,
     made: Mapping[str, Any],
+    measures: Registry,
     *,
     whole: bool = True,
 ) -> list[Verdict]:
@@ -65,12 +74,12 @@ def _publish(
         report = report_table(inputs.clips.report, inputs.clips.report_columns)
         tables.write(publication.folder / f"{INGEST}.csv", report, sort_by=["source", "person", "clip"])
         verdicts = judge_figure(
-            experiment.name, {**made, INGEST: report}, experiment.data.name,
+            experiment.name, {**made, INGEST: report}, experiment.data.name, measures=measures,
             smoke=experiment.scale.name == SMOKE, overridden=folder.parent != experiment.published_in,
         )  # fmt: skip
         write_claims(publication.folder / "claims.csv", verdicts)
         (publication.folder / "arrays.npz").write_bytes(packed({**inputs.arrays, **figure.arrays(inputs)}))
-        sheet = figure.charts(inputs, made).with_published(_published)
+        sheet = figure.charts(inputs, made).with_published(papers.published)
         caption = f"{inputs.caption} {sheet.caption}".strip()
         if figure.picture:
             from pipeline.pictures.picture import Picture
@@ -108,11 +117,4 @@ def _publish(
 def figure_code(experiment: Experiment) -> str:
     """Return the digest of the sources of tables, picture and recording."""
     drawn = ("pipeline.pictures.picture", "pipeline.recordings.recording")
-    return sources_digest([type(experiment.figure).__module__, *drawn])
-
-
-def _published(claim: str) -> float:
-    """Return the number that a paper prints."""
-    number = papers.claim(claim).published
-    assert number is not None, claim
-    return number
+    return sources_digest([type(experiment.figure).__module__, *experiment.sweep.modules(), *drawn])

@@ -80,7 +80,7 @@ def swept(experiment: Experiment, number: int, store: Store) -> Stored[Any]:
         [kept],
         measure,
         result=result_type(sweep.measure),
-        sources=[type(model).__module__, type(sweep).__module__],
+        sources=[type(model).__module__, type(sweep).__module__, *sweep.modules()],
     )
 
 

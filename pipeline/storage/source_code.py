@@ -1,4 +1,4 @@
-"""Digests of source code: of a module together with every module of the package that it imports.
+"""Digests of source code: of a module together with every module of the package and of plug-ins that it imports.
 
 The key of an artefact contains the digest of the sources that its study imports, so that a change elsewhere
 recomputes nothing.  Comments and docstrings are not part of it.
@@ -12,9 +12,8 @@ import json
 import sys
 from collections.abc import Iterable
 from contextlib import suppress
-from pathlib import Path
 
-from pipeline.resources import PACKAGE
+from pipeline.plugins import source_of
 from pipeline.storage import user_cache
 from pipeline.storage.sealed_folders import digest
 
@@ -31,10 +30,10 @@ def sources_digest(modules: Iterable[str]) -> str:
     Parameters
     ----------
     modules : iterable of str
-        Dotted names below the package, e.g. ``"pipeline.core.fourier"``.
+        Dotted names of modules of the package or of plug-ins, e.g. ``"pipeline.core.fourier"``.
     """
     reached: set[str] = set()
-    waiting = [name for name in modules if _path(name)]
+    waiting = [name for name in modules if source_of(name)]
     before = len(_known())
     while waiting:
         name = waiting.pop()
@@ -50,31 +49,21 @@ def sources_digest(modules: Iterable[str]) -> str:
     return digest("".join(lines).encode())
 
 
-def _path(name: str) -> Path | None:
-    """Return the file of a module of this package, None if there is none."""
-    first, _, rest = name.partition(".")
-    if first != PACKAGE.name:
-        return None
-    base = PACKAGE.joinpath(*rest.split(".")) if rest else PACKAGE
-    candidates = (base / "__init__.py", base.with_suffix(".py"))
-    return next((path for path in candidates if path.is_file()), None)
-
-
 @functools.cache
 def _module(name: str) -> tuple[str, frozenset[str]]:
     """Return the digest of a module's code, and the modules of the package that it imports names from.
 
     Their parent packages are left out, for no name is imported from them.
     """
-    path = _path(name)
+    path = source_of(name)
     assert path is not None
     content, known = path.read_bytes(), _known()
     if (of := digest(content)) not in known:
         known[of] = _parsed(content)
     seal, imports = known[of]
     # From a package, a name is a module of it, or one that its __init__ has.
-    imported = {full if _path(full) else module for full, module in imports}
-    return seal, frozenset(found for found in imported if found != name and _path(found))
+    imported = {full if source_of(full) else module for full, module in imports}
+    return seal, frozenset(found for found in imported if found != name and source_of(found))
 
 
 @functools.cache

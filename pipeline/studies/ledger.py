@@ -17,7 +17,6 @@ from pipeline.storage import tables
 from pipeline.storage.agreement import TIMING as TIMING  # no claim uses it
 from pipeline.storage.sealed_folders import read_manifest
 from pipeline.studies import evaluation
-from pipeline.studies.registry import MEASURES
 from pipeline.studies.replicated import DRAW, INGEST, POPULATION, Replicates, replicate
 from pipeline.studies.rows import Number, rows_of
 from pipeline.validation import InvalidInput
@@ -46,6 +45,7 @@ def judge(
     made: Tables,
     data_name: str,
     *,
+    measures: evaluation.Registry,
     smoke: bool = False,
     overridden: bool = False,
 ) -> list[papers.Verdict]:
@@ -58,6 +58,8 @@ def judge(
         Tables of the figures that are made.
     data_name : str
         Option of the data group, ``"synthetic"``, ``"optical"``…
+    measures : Registry
+        Measures of the claims, by name.
     smoke : bool
         Whether the figures are made at small scale, which decides nothing.
     overridden : bool
@@ -72,18 +74,18 @@ def judge(
     verdicts = []
     for claim in claims:
         if claim.measure:
-            evaluation.check(claim.measure, MEASURES, claim.name)
+            evaluation.check(claim.measure, measures, claim.name)
         if missing := [name for name in claim.tables if name not in frames]:
             why = f"figure {missing[0]} is not made yet"
             verdicts.append(papers.Verdict(claim, papers.Agreement.UNTESTABLE, why))
         else:
-            found = _evidence(claim, frames, interval=not smoke)
+            found = _evidence(claim, frames, measures, interval=not smoke)
             verdicts.append(
                 papers.judge(
                     claim,
                     found,
                     data_name,
-                    lambda name: _number(papers.quantity(name), frames),
+                    lambda name: _number(papers.quantity(name), frames, measures),
                     smoke=smoke,
                     overridden=overridden,
                 )
@@ -91,14 +93,22 @@ def judge(
     return verdicts
 
 
-def _evidence(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], *, interval: bool) -> papers.Evidence:
+def _evidence(
+    claim: papers.Claim,
+    frames: Mapping[str, pd.DataFrame],
+    measures: evaluation.Registry,
+    *,
+    interval: bool,
+) -> papers.Evidence:
     """Return the value of a claim, that of its baseline and the paired gain of the one over the other."""
     people, doubt = _people(claim.tables, frames)
-    doubt = doubt or _not_met(claim, frames)
+    doubt = doubt or _not_met(claim, frames, measures)
     if claim.measure is None or claim.kind is papers.Kind.CONDITION or not interval:
-        return papers.Evidence(value=papers.Estimate(_number(claim, frames)), people=people, doubt=doubt)
+        return papers.Evidence(
+            value=papers.Estimate(_number(claim, frames, measures)), people=people, doubt=doubt
+        )
     drawn = replicate(claim.tables, frames)
-    value, values = _measured(claim.measure, frames, drawn)
+    value, values = _measured(claim.measure, frames, drawn, measures)
     found = papers.Evidence(
         value=_beyond_the_seen(
             _estimate(value, values, drawn, people, extreme=claim.measure.name in EXTREMES),
@@ -114,7 +124,9 @@ def _evidence(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], *, interv
     if simpler is None:
         return found
     nothing, nothings = (
-        _measured(simpler, frames, drawn) if isinstance(simpler, papers.Measure) else (simpler, simpler)
+        _measured(simpler, frames, drawn, measures)
+        if isinstance(simpler, papers.Measure)
+        else (simpler, simpler)
     )
     better = papers.gain(claim, nothing)
     return replace(
@@ -125,15 +137,18 @@ def _evidence(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], *, interv
 
 
 def _measured(
-    measure: papers.Measure, frames: Mapping[str, pd.DataFrame], drawn: Replicates | None
+    measure: papers.Measure,
+    frames: Mapping[str, pd.DataFrame],
+    drawn: Replicates | None,
+    measures: evaluation.Registry,
 ) -> tuple[float, Number]:
     """Return the value of a measure, the mean of several populations if there are, and its replicates (B,) or NaN."""
     if drawn is None:
-        return float(evaluation.evaluate(measure, MEASURES, frames)), np.nan
-    values = evaluation.evaluate(measure, MEASURES, drawn.tables, drawn.size)
+        return float(evaluation.evaluate(measure, measures, frames)), np.nan
+    values = evaluation.evaluate(measure, measures, drawn.tables, drawn.size)
     if drawn.kind == POPULATION:
         return float(np.mean(values)), values
-    return float(evaluation.evaluate(measure, MEASURES, frames)), values
+    return float(evaluation.evaluate(measure, measures, frames)), values
 
 
 def _estimate(
@@ -241,17 +256,19 @@ def _people(names: Iterable[str], frames: Mapping[str, pd.DataFrame]) -> tuple[i
     return (int(np.min(counts)) if counts else None), next(iter(doubts), "")
 
 
-def _not_met(claim: papers.Claim, frames: Mapping[str, pd.DataFrame]) -> str:
+def _not_met(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], measures: evaluation.Registry) -> str:
     """Return which condition that a claim rests on is not met, empty if none; those whose tables are not there are."""
     for name in claim.rests_on:
         condition = papers.claim(name)
-        value = _number(condition, frames)
+        value = _number(condition, frames, measures)
         if condition.agrees and set(condition.tables) <= set(frames) and value not in condition.agrees:
             return f"{name} is not met (expected {condition.agrees}, received {value:.4g})"
     return ""
 
 
-def numbers_of(names: Iterable[str], made: Tables) -> dict[str, papers.Estimate]:
+def numbers_of(
+    names: Iterable[str], made: Tables, measures: evaluation.Registry
+) -> dict[str, papers.Estimate]:
     """Return our values of claims and quantities by name, with intervals; NaN where the tables have none."""
     frames = {name: _frame(name, table) for name, table in made.items()}
     found = {}
@@ -262,19 +279,21 @@ def numbers_of(names: Iterable[str], made: Tables) -> dict[str, papers.Estimate]
             continue
         drawn = replicate(measure.tables, frames)
         people, _ = _people(measure.tables, frames)
-        values = _measured(measure, frames, drawn)
+        values = _measured(measure, frames, drawn, measures)
         estimate = _estimate(*values, drawn, people, extreme=measure.name in EXTREMES)
         found[name] = _beyond_the_seen(estimate, measure, drawn)
     return found
 
 
-def _number(item: papers.Claim | papers.Quantity, frames: Mapping[str, pd.DataFrame]) -> float:
+def _number(
+    item: papers.Claim | papers.Quantity, frames: Mapping[str, pd.DataFrame], measures: evaluation.Registry
+) -> float:
     """Return our value, of several populations their mean; NaN if a table is missing."""
     if item.measure is None or any(name not in frames for name in item.measure.tables):
         return np.nan
     drawn = replicate(item.measure.tables, frames)
     several = drawn if drawn and drawn.kind == POPULATION else None
-    return _measured(item.measure, frames, several)[0]
+    return _measured(item.measure, frames, several, measures)[0]
 
 
 def judge_figure(
@@ -282,17 +301,23 @@ def judge_figure(
     made: Mapping[str, Any],
     data_name: str,
     *,
+    measures: evaluation.Registry,
     smoke: bool = False,
     overridden: bool = False,
 ) -> list[papers.Verdict]:
     """Return the verdicts on the claims that use one figure alone, from its tables by file name without suffix."""
     by_name = {_name(figure, name): table for name, table in made.items()}
     alone = [c for c in _claims([figure]) if all(name.split("/")[0] == figure for name in c.tables)]
-    return judge(alone, by_name, data_name, smoke=smoke, overridden=overridden)
+    return judge(alone, by_name, data_name, measures=measures, smoke=smoke, overridden=overridden)
 
 
 def judge_folder(
-    folder: Path, data_name: str, figures: Sequence[str], *, overridden: bool = False
+    folder: Path,
+    data_name: str,
+    figures: Sequence[str],
+    *,
+    measures: evaluation.Registry,
+    overridden: bool = False,
 ) -> list[papers.Verdict]:
     """Return the verdicts on all claims of these figures, from the tables below ``results/<data>/<scale>``.
 
@@ -313,7 +338,7 @@ def judge_folder(
             if holds != (own := f"{figure} of {data_name}"):
                 raise InvalidInput("the folder holds another result", folder / figure, own, holds)
     made = read_folder(folder, sorted(read))
-    return judge(claims, made, data_name, smoke=SMOKE in scales, overridden=overridden)
+    return judge(claims, made, data_name, measures=measures, smoke=SMOKE in scales, overridden=overridden)
 
 
 def read_folder(folder: Path, figures: Sequence[str]) -> dict[str, pd.DataFrame]:

@@ -20,6 +20,7 @@ from pipeline import papers
 from pipeline.papers import Agreement, Beyond, Kind, placeholders
 from pipeline.storage import tables
 from pipeline.storage.sealed_folders import read_manifest
+from pipeline.studies.evaluation import Registry
 from pipeline.studies.ledger import judge, numbers_of, read_folder
 from pipeline.validation import InvalidInput, require_choice
 
@@ -36,7 +37,9 @@ def names_quoted(layout: Mapping[str, Any]) -> list[str]:
     return sorted({name for template in templates for name in placeholders(template)})
 
 
-def measured(folder: Path, figures: Sequence[str], layout: Mapping[str, Any]) -> pd.DataFrame:
+def measured(
+    folder: Path, figures: Sequence[str], layout: Mapping[str, Any], measures: Registry
+) -> pd.DataFrame:
     """Return the rows of the file for the figures published below ``results/<data>/<scale>``.
 
     Raises
@@ -61,25 +64,25 @@ def measured(folder: Path, figures: Sequence[str], layout: Mapping[str, Any]) ->
             "a clean one (experiment=NAME,NAME,… makes figures again that are current)",
         )
     by_name = read_folder(folder, figures)
-    values = numbers_of(names_quoted(layout), by_name)
+    values = numbers_of(names_quoted(layout), by_name, measures)
     items = [papers.quantity(name) for name in values]
     rows = [
         (item.figure, item.name, values[item.name].value, item.unit)
         for item in items
         if math.isfinite(values[item.name].value)
     ]
-    rows += verdict_counts(by_name, data_name, layout)
+    rows += verdict_counts(by_name, data_name, layout, measures)
     return pd.DataFrame([(data_name, scale, str(commit)[:12], *row) for row in rows], columns=list(COLUMNS))
 
 
 def verdict_counts(
-    by_name: Mapping[str, Any], data_name: str, layout: Mapping[str, Any]
+    by_name: Mapping[str, Any], data_name: str, layout: Mapping[str, Any], measures: Registry
 ) -> list[tuple[str, str, float, str]]:
     """Return figure, name, value and unit of the rows that count verdicts by kind, for papers with figures here."""
     counted = []
     for keys in _judged_together(layout):
         claims = [c for key in keys for c in papers.paper(key).claims if not c.untestable]
-        verdicts = judge(claims, by_name, data_name)
+        verdicts = judge(claims, by_name, data_name, measures=measures)
         if {verdict.agreement for verdict in verdicts} != {Agreement.UNTESTABLE}:
             # A number that is printed twice counts once.
             found = Counter((v.claim.kind, v.agreement, v.beyond) for v in verdicts if not v.claim.same_as)

@@ -1,26 +1,50 @@
-"""The list of studies: the only file that names them all."""
+"""The list of studies: the only file that names them all, with those that plug-ins add."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
+from pipeline import plugins
 from pipeline.studies import actions, evaluation, face_off, keypoints, limbs, measures, walks
 from pipeline.studies.study import NoSweep, Study
+from pipeline.validation import InvalidInput
 
 STUDIES: tuple[Study, ...] = (walks.STUDY, actions.STUDY, limbs.STUDY, face_off.STUDY, keypoints.STUDY)
+"""The package's own."""
 
 GROUPS = ("dataset", "model", "sweep", "figure")
 """Groups of options that the studies fill."""
 
 
-MEASURES = evaluation.registry(measures, *(study.measures for study in STUDIES if study.measures))
-"""The measures of all studies, by name."""
+def studies() -> tuple[Study, ...]:
+    """Return the package's own studies, then those of plug-ins."""
+    added = plugins.contributions("studies")
+    for origin, study in added:
+        if not isinstance(study, Study):
+            raise InvalidInput(
+                "studies must be values of the class Study", origin, received=type(study).__name__
+            )
+    return (*STUDIES, *(study for _, study in added))
+
+
+def all_measures() -> evaluation.Registry:
+    """Return the measures of all studies, by name."""
+    return evaluation.registry(measures, *(study.measures for study in studies() if study.measures))
 
 
 def options(group: str) -> Mapping[str, type[Any]]:
-    """Return the option classes of a group by the word that chooses them, over all studies."""
-    found: dict[str, type[Any]] = {"none": NoSweep} if group == "sweep" else {}
-    for study in STUDIES:
-        found |= getattr(study, f"{group}s")
-    return found
+    """Return the option classes of a group by the word that chooses them, over all studies.
+
+    Raises
+    ------
+    InvalidInput
+        If two studies use one word.
+    """
+    classes: dict[str, type[Any]] = {"none": NoSweep} if group == "sweep" else {}
+    for study in studies():
+        for word, kind in getattr(study, f"{group}s").items():
+            if word in classes:
+                raise InvalidInput(f"two studies have a {group} {word!r}", study.name)
+            classes[word] = kind
+    return classes

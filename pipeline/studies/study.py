@@ -182,6 +182,10 @@ class Sweep(Options, ABC):
         """Validate the options.  Raises InvalidInput if one is out of range."""
         require_bounds("sweep", self)
 
+    def modules(self) -> list[str]:
+        """Return further modules that compute the result: those of methods that options name."""
+        return []
+
     def of_populations(self) -> Sweep:
         """Return the sweep that further populations go through: the same, or with less beside it."""
         return self

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from pipeline import papers
 from pipeline.studies.ledger import Tables, judge
+from pipeline.studies.registry import all_measures
+
+MEASURES = all_measures()
 
 
 def assert_holds(tables: Tables, *names: str, paper: str) -> None:
@@ -11,7 +14,9 @@ def assert_holds(tables: Tables, *names: str, paper: str) -> None:
 
     Whether they agree with their interval, and are beyond a baseline, is a finding of the ledger, not a test.
     """
-    for verdict in judge([papers.claim(f"{paper}_{name}") for name in names], tables, "synthetic"):
+    for verdict in judge(
+        [papers.claim(f"{paper}_{name}") for name in names], tables, "synthetic", measures=MEASURES
+    ):
         claim, value = verdict.claim, verdict.value
         bounds = [b for b in (claim.agrees, claim.close) if b is not None]
         assert value is not None, f"{claim.name}: {verdict.why}"

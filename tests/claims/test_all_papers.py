@@ -9,6 +9,9 @@ import pytest
 
 from pipeline import papers
 from pipeline.studies.ledger import Tables, judge
+from pipeline.studies.registry import all_measures
+
+MEASURES = all_measures()
 
 pytestmark = pytest.mark.thorough
 
@@ -31,11 +34,11 @@ def claims_of(paper: str) -> list[papers.Claim]:
 @pytest.mark.parametrize("paper", PAPERS)
 def test_no_claim_about_the_papers_figures_lacks_its_table(paper: str, synthetic_tables: Tables) -> None:
     claims = [c for c in claims_of(paper) if not c.untestable and c.name not in FEW_ENOUGH]
-    verdicts = judge(claims, synthetic_tables, "synthetic")
+    verdicts = judge(claims, synthetic_tables, "synthetic", measures=MEASURES)
     assert [f"{v.claim.name}: {v.why}" for v in verdicts if v.value is None] == []
 
 
 @pytest.mark.parametrize("paper", PAPERS)
 def test_whatever_does_not_agree_is_explained(paper: str, synthetic_tables: Tables) -> None:
-    verdicts = judge(claims_of(paper), synthetic_tables, "synthetic")
+    verdicts = judge(claims_of(paper), synthetic_tables, "synthetic", measures=MEASURES)
     assert [v.claim.name for v in verdicts if "not explained" in v.why] == []

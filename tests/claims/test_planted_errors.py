@@ -27,8 +27,11 @@ from pipeline.studies import ledger
 from pipeline.studies.actions.model import ActionSpaceModel
 from pipeline.studies.eigenwalkers.model import Eigenwalkers
 from pipeline.studies.figure_inputs import FigureInputs
-from pipeline.studies.walks.methods import Method
-from pipeline.studies.walks.seen_walker import SeenWalker
+from pipeline.studies.registry import all_measures
+from pipeline.studies.walks import methods
+from pipeline.studies.walks.methods import Fold, Walk
+
+MEASURES = all_measures()
 
 pytestmark = pytest.mark.thorough
 
@@ -52,7 +55,7 @@ LIMBS, ACTIONS = ("park2011_fig4",), ("mozerov2006_fig3",)
 
 Views = Callable[..., Any]
 from_known_views, estimate = reconstruction.from_known_views, viewpoint.estimate
-select_signs, teach, seen_walker = limb_choice.select_signs, ActionSpaceModel.teach, SeenWalker.__init__
+select_signs, teach, held_out = limb_choice.select_signs, ActionSpaceModel.teach, methods.held_out
 
 
 def made_of(figures: tuple[str, ...], folder: Path) -> dict[str, Any]:
@@ -85,7 +88,7 @@ def answers(figures: tuple[str, ...], folder: Path) -> Answers:
     """Both answers to the claims that rest on these figures alone."""
     made = made_of(figures, folder)
     claims = [claim for claim in ledger._claims(figures) if set(claim.tables) <= set(made)]
-    judged = ledger.judge(claims, made, "synthetic", overridden=True)
+    judged = ledger.judge(claims, made, "synthetic", overridden=True, measures=MEASURES)
     return {v.claim.name: (v.agreement, v.beyond, v.value) for v in judged}
 
 
@@ -160,12 +163,14 @@ def knows_everybody(self: Eigenwalkers, walker: int) -> Any:
     )
 
 
-def five_per_cent_larger(self: Any, fold: Any, sample: np.ndarray, *others: Any, **options: Any) -> None:
-    seen_walker(self, fold, 1.05 * sample, *others, **options)
+def five_per_cent_larger(*arguments: Any) -> tuple[Fold, Walk]:
+    fold, walk = held_out(*arguments)
+    return fold, replace(walk, sample=1.05 * walk.sample)
 
 
-def believes_the_image(self: Method, sigma2_mm2: float) -> float | None:
-    return 1.0 if self is Method.map else None
+def believes_the_image(*arguments: Any) -> tuple[Fold, Walk]:
+    fold, walk = held_out(*arguments)
+    return replace(fold, noise_variance_mm2=1.0), walk
 
 
 def signs_at_random(hits: Any, solution: Any, used: Any, basis: Any, *, mirrored: bool) -> Any:
@@ -185,10 +190,10 @@ PLANTS: dict[str, tuple[tuple[str, ...], tuple[Any, str, Any]]] = {
     "wrong sign of the missing axis": (KNOWN, (reconstruction, "from_known_views", wrong_sign)),
     "camera mirrored": (KNOWN, (reconstruction, "from_known_views", mirrored_camera)),
     "test walker in the model": (KNOWN, (Eigenwalkers, "fold", knows_everybody)),
-    "sigma² = 1": (KNOWN, (Method, "noise_variance", believes_the_image)),
+    "sigma² = 1": (KNOWN, (methods, "held_out", believes_the_image)),
     "views shuffled, experiment 1": (KNOWN, (reconstruction, "from_known_views", shuffled_views)),
     "views shuffled, experiment 2": (UNKNOWN, (viewpoint, "estimate", shuffled_images)),
-    "test walker 5 % too large": (KNOWN, (SeenWalker, "__init__", five_per_cent_larger)),
+    "test walker 5 % too large": (KNOWN, (methods, "held_out", five_per_cent_larger)),
     "linear for dense matching": (ACTIONS, (ActionSpaceModel, "teach", stretched_in_time)),
     "random signs": (LIMBS, (limb_choice, "select_signs", signs_at_random)),
 }

@@ -21,8 +21,11 @@ from pipeline.cli.presets import CONF, presets
 from pipeline.storage import tables, user_cache
 from pipeline.storage.sealed_folders import write_manifest
 from pipeline.studies.ledger import judge_folder
+from pipeline.studies.registry import all_measures
 from pipeline.validation import InvalidInput
 from tests.studies.test_ledger import SPECTRUM
+
+MEASURES = all_measures()
 
 
 @pytest.fixture(autouse=True)
@@ -239,7 +242,7 @@ def test_verdicts_are_remembered_by_the_content_of_tables(
     publish(0.92)
     asked = (folder.parent, "synthetic", ["zhang2007_fig2"])
     first = judged(*asked)
-    assert repr(first) == repr(judge_folder(*asked))
+    assert repr(first) == repr(judge_folder(*asked, measures=MEASURES))
     assert any(one.evidence and one.evidence.value.known for one in first)
     with monkeypatch.context() as patched:
         patched.setattr("pipeline.cli.figures.judge_folder", None)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from pipeline import plugins
 from pipeline.cli import commands
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import attempt, make_figure
@@ -92,11 +93,11 @@ def test_it_says_that_the_figures_own_code_changed(results: Path, monkeypatch: p
 def edited_readers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A copy of the sources, of which keys are made, with a constant more in every reader, mapping and fetcher."""
     copy = tmp_path / "pipeline"
-    shutil.copytree(source_code.PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(plugins.PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
     for folder in ("formats", "mappings", "fetch"):
         for path in (copy / folder).rglob("*.py"):
             path.write_text(path.read_text(encoding="utf-8") + "\nUNUSED = 1\n", encoding="utf-8")
-    monkeypatch.setattr(source_code, "PACKAGE", copy)
+    monkeypatch.setattr(plugins, "PACKAGE", copy)
     source_code._module.cache_clear()
     yield copy
     source_code._module.cache_clear()

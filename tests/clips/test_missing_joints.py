@@ -21,7 +21,6 @@ from pipeline.studies.eigenwalkers.model import EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierDataset
 from pipeline.studies.study import Grid, SweepInputs
 from pipeline.studies.walks.known_view import KnownView
-from pipeline.studies.walks.methods import Method
 from pipeline.synthetic import walkers
 
 HEAD, ARM = (0,), (2, 3, 4)
@@ -97,7 +96,7 @@ def test_estimated_and_dropped_joints_have_no_errors(folder: Path, missing: Miss
     sweep = KnownView(
         view_angle_deg=Grid(start=0, stop=90, step=90),
         sigma2_mm2=Grid(start=1, stop=2, step=1),
-        methods=[Method.map],
+        methods=["map"],
     )
     inputs = SweepInputs(clips, samples, model, EigenwalkersModel(), 1, 1)
     found = sweep.measure(inputs)

@@ -20,8 +20,11 @@ from pipeline.ingestion.data import FolderData
 from pipeline.skeleton import WALKER15
 from pipeline.stages.ingest import report_table
 from pipeline.studies.ledger import judge
+from pipeline.studies.registry import all_measures
 from pipeline.synthetic.walkers import walking_population
 from tests.studies.test_ledger import errors_of
+
+MEASURES = all_measures()
 
 HZ = 60.0
 ROOT = Path(__file__).parents[2]
@@ -70,7 +73,7 @@ def test_disguised_copies_bear_a_remark_that_names_the_other_and_people_bear_non
         many = {name: np.tile(column, 10) for name, column in ingest.items()}
         many["person"] = np.array([f"{person} {n}" for n, person in enumerate(many["person"])])
         made = {"zhang2007_fig5": tables["table"], "zhang2007_fig5/table_people": tables["table_people"]}
-        (verdict,) = judge([claim], made | {"zhang2007_fig5/table_ingest": many}, "folder")
+        (verdict,) = judge([claim], made | {"zhang2007_fig5/table_ingest": many}, "folder", measures=MEASURES)
         outcomes[named] = (str(verdict.agreement), verdict.why)
     assert outcomes["as they are"][0] == "agrees"
     told, why = outcomes["with copies"]

@@ -34,9 +34,11 @@ from pipeline.papers import loading as papers_loading
 from pipeline.papers.explanations import of_run
 from pipeline.studies import evaluation, rows
 from pipeline.studies.ledger import TIMING, judge, numbers_of
-from pipeline.studies.registry import MEASURES
+from pipeline.studies.registry import all_measures
 from pipeline.validation import InvalidInput
 from tests.call_graph import CallGraph
+
+MEASURES = all_measures()
 
 ROOT = Path(__file__).resolve().parents[2]
 PAPER_FILES = {
@@ -1285,7 +1287,7 @@ def test_every_judged_claim_is_worked_out_below() -> None:
 
 @pytest.mark.parametrize("name", WORKED)
 def test_our_value_is_the_one_worked_out_in_the_head(name: str) -> None:
-    (verdict,) = judge([papers.claim(name)], worked_frames(), "synthetic")
+    (verdict,) = judge([papers.claim(name)], worked_frames(), "synthetic", measures=MEASURES)
     assert verdict.value == pytest.approx(WORKED[name], rel=1e-12, abs=1e-12)
 
 
@@ -1325,7 +1327,7 @@ def test_our_value_is_the_one_worked_out_in_the_head(name: str) -> None:
     ],
 )
 def test_a_quantity_is_the_one_worked_out_in_the_head(name: str, worked: float) -> None:
-    assert numbers_of([name], worked_frames())[name].value == pytest.approx(worked, rel=1e-12)
+    assert numbers_of([name], worked_frames(), MEASURES)[name].value == pytest.approx(worked, rel=1e-12)
 
 
 # --- verdicts ---------------------------------------------------------------------------------------------
@@ -1573,26 +1575,26 @@ def test_agreement_rests_on_our_interval_alone(
 
 
 def little_verdict(claim: Claim, x_mm: list, data_name: str = "synthetic") -> Verdict:
-    (verdict,) = judge([claim], {"zhang2007_fig5": {"x_mm": np.array(x_mm)}}, data_name)
+    (verdict,) = judge([claim], {"zhang2007_fig5": {"x_mm": np.array(x_mm)}}, data_name, measures=MEASURES)
     return verdict
 
 
 def test_explanations_quote_our_numbers_and_say_when_there_is_none() -> None:
     claim = little_claim(why={"any": shown("{zhang2007_walkers:.0f} walkers")})
     tables = {"zhang2007_fig5": {"x_mm": [20.0]}, "zhang2007_fig5/table_walkers": {"walker": ["a", "b"]}}
-    assert judge([claim], tables, "cmu")[0].why.endswith("; 2 walkers")
+    assert judge([claim], tables, "cmu", measures=MEASURES)[0].why.endswith("; 2 walkers")
     del tables["zhang2007_fig5/table_walkers"]
-    assert judge([claim], tables, "cmu")[0].why.endswith("; (no number) walkers")
+    assert judge([claim], tables, "cmu", measures=MEASURES)[0].why.endswith("; (no number) walkers")
 
 
 def test_a_figure_that_is_not_made_cannot_be_tested() -> None:
-    (verdict,) = judge([little_claim()], {}, "synthetic")
+    (verdict,) = judge([little_claim()], {}, "synthetic", measures=MEASURES)
     assert (verdict.value, verdict.agreement) == (None, "untestable")
     assert verdict.why == "figure zhang2007_fig5 is not made yet"
 
 
 def test_a_fact_about_the_recorded_people_cannot_be_tested() -> None:
-    (verdict,) = judge([papers.claim("zhang2007_frame_rate")], worked_frames(), "optical")
+    (verdict,) = judge([papers.claim("zhang2007_frame_rate")], worked_frames(), "optical", measures=MEASURES)
     assert (verdict.value, verdict.agreement) == (None, "untestable")
     assert "the eighty recordings are not among ours" in verdict.why
 
@@ -1606,7 +1608,7 @@ def test_a_value_that_is_not_finite_cannot_be_tested(x_mm: list) -> None:
 
 def test_a_missing_column_is_refused_by_name() -> None:
     with pytest.raises(InvalidInput, match=r"table zhang2007_fig5: no column 'x_mm' \(received y_mm\)"):
-        judge([little_claim()], {"zhang2007_fig5": {"y_mm": np.zeros(3)}}, "synthetic")
+        judge([little_claim()], {"zhang2007_fig5": {"y_mm": np.zeros(3)}}, "synthetic", measures=MEASURES)
 
 
 def columns_read(claim: Claim) -> set[tuple[str, str]]:
@@ -1630,11 +1632,13 @@ def test_each_column_that_a_claim_reads_is_refused_when_missing(claim: Claim) ->
     for name, column in sorted(columns_read(claim)):
         tables = {**worked_frames(), name: worked_frames()[name].drop(columns=column)}
         with pytest.raises(InvalidInput, match=re.escape(f"table {name}: no column {column!r}")):
-            judge([claim], tables, "synthetic")
+            judge([claim], tables, "synthetic", measures=MEASURES)
 
 
 def test_verdicts_come_in_the_order_of_the_claims() -> None:
-    assert [verdict.claim for verdict in judge(CLAIMS, worked_frames(), "synthetic")] == CLAIMS
+    assert [
+        verdict.claim for verdict in judge(CLAIMS, worked_frames(), "synthetic", measures=MEASURES)
+    ] == CLAIMS
 
 
 NUMBERS_ODD = st.one_of(st.floats(), st.sampled_from([0.0, 1.0, 2.0, 28.0, 30.0, 45.0, -45.0, 90.0, 1e308]))
@@ -1655,7 +1659,7 @@ def test_odd_tables_are_judged_or_refused_for_texts_among_numbers(
         if name not in claim.tables:
             continue
         try:
-            (verdict,) = judge([claim], tables, "synthetic")
+            (verdict,) = judge([claim], tables, "synthetic", measures=MEASURES)
         except InvalidInput as refused:
             if "compares texts with numbers" not in str(refused):
                 raise

@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from pipeline import plugins
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import make_figure
 from pipeline.cli.presets import presets
@@ -147,8 +148,8 @@ def test_without_a_cache_the_figure_stands_and_is_made_again(
 def sources(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A copy of the package's sources, which keys are made of in place of the package itself."""
     copy = tmp_path / "pipeline"
-    shutil.copytree(source_code.PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    monkeypatch.setattr(source_code, "PACKAGE", copy)
+    shutil.copytree(plugins.PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(plugins, "PACKAGE", copy)
     source_code._module.cache_clear()
     yield copy
     source_code._module.cache_clear()

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from pipeline import plugins
 from pipeline.storage import source_code
 from pipeline.storage.source_code import sources_digest
 
@@ -34,7 +35,7 @@ def measure():
 @pytest.fixture
 def edited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str, str, str], str]:
     """``edited(file, old, new)``: the digest of studies.walks after a change in a file."""
-    monkeypatch.setattr(source_code, "PACKAGE", tmp_path / "pipeline")
+    monkeypatch.setattr(plugins, "PACKAGE", tmp_path / "pipeline")
     source_code._module.cache_clear()
     for name, text in FILES.items():
         path = tmp_path / "pipeline" / name

@@ -16,9 +16,11 @@ from pipeline.storage import tables
 from pipeline.storage.sealed_folders import write_manifest
 from pipeline.studies import evaluation
 from pipeline.studies.ledger import judge, judge_figure, judge_folder, write_claims
-from pipeline.studies.registry import MEASURES
+from pipeline.studies.registry import all_measures
 from pipeline.studies.replicated import Replicated, replicate
 from pipeline.validation import InvalidInput
+
+MEASURES = all_measures()
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 SPECTRUM = {
@@ -43,7 +45,7 @@ def by_name(verdicts: list[papers.Verdict]) -> dict[str, papers.Verdict]:
 
 
 def test_a_figure_is_judged_on_its_own_tables() -> None:
-    found = by_name(judge_figure("zhang2007_fig2", SPECTRUM, "synthetic"))
+    found = by_name(judge_figure("zhang2007_fig2", SPECTRUM, "synthetic", measures=MEASURES))
     thirty = found["zhang2007_thirty_components"]
     assert thirty.value == pytest.approx(95.5)
     assert thirty.agreement == "undecided", "no interval is known of two walkers' spectrum"
@@ -52,7 +54,7 @@ def test_a_figure_is_judged_on_its_own_tables() -> None:
 
 def test_verdicts_on_some_figures_leave_those_on_others(tmp_path: Path) -> None:
     path = tmp_path / "claims.csv"
-    spectrum = judge_figure("zhang2007_fig2", SPECTRUM, "synthetic")
+    spectrum = judge_figure("zhang2007_fig2", SPECTRUM, "synthetic", measures=MEASURES)
     others = [papers.Verdict(papers.claim("zhang2007_walkers"), papers.Agreement.UNTESTABLE, "no people")]
     write_claims(path, others)
     write_claims(path, spectrum, judged=["zhang2007_fig2"])
@@ -72,8 +74,10 @@ def test_a_folder_is_judged_like_its_figures(tmp_path: Path) -> None:
     for name, columns in SPECTRUM.items():
         tables.write(folder / f"{name}.csv", columns)
     write_manifest(folder, {})
-    alone = by_name(judge_figure("zhang2007_fig2", SPECTRUM, "synthetic"))
-    found = by_name(judge_folder(tmp_path, "synthetic", ["zhang2007_fig2", "zhang2007_fig5"]))
+    alone = by_name(judge_figure("zhang2007_fig2", SPECTRUM, "synthetic", measures=MEASURES))
+    found = by_name(
+        judge_folder(tmp_path, "synthetic", ["zhang2007_fig2", "zhang2007_fig5"], measures=MEASURES)
+    )
     for name, verdict in alone.items():
         assert found[name].agreement == verdict.agreement
     assert found["zhang2007_map_thirty_percent"].agreement == "untestable"
@@ -97,7 +101,7 @@ def test_a_claim_on_one_figure_reads_the_table_of_another(tmp_path: Path) -> Non
         (tmp_path / name).mkdir()
         shutil.copyfile(GOLDEN / f"{name}.csv", tmp_path / name / "table.csv")
         write_manifest(tmp_path / name, {"scale": "smoke"})
-    found = by_name(judge_folder(tmp_path, "synthetic", ["zhang2007_fig5"]))
+    found = by_name(judge_folder(tmp_path, "synthetic", ["zhang2007_fig5"], measures=MEASURES))
     assert found["zhang2007_error_at_seventy"].agreement == "met"
 
 
@@ -108,7 +112,7 @@ def test_small_figures_are_not_judged_wherever_they_stand(tmp_path: Path) -> Non
         for name, columns in SPECTRUM.items():
             tables.write(folder / f"{name}.csv", columns)
         write_manifest(folder, {"scale": scale})
-        verdicts = by_name(judge_folder(folder.parent, "synthetic", ["zhang2007_fig2"]))
+        verdicts = by_name(judge_folder(folder.parent, "synthetic", ["zhang2007_fig2"], measures=MEASURES))
         assert verdicts["zhang2007_thirty_components"].agreement == told
 
 
@@ -120,7 +124,7 @@ def test_a_slip_in_a_claim_is_named(measure: papers.Measure) -> None:
     with pytest.raises(
         InvalidInput, match=r"zhang2007_walkers: (no measure 'distinkt'|wrong arguments of distinct)"
     ):
-        judge([claim], {}, "synthetic")
+        judge([claim], {}, "synthetic", measures=MEASURES)
 
 
 @pytest.mark.parametrize("made_as", [{"figure": "zhang2004_fig2"}, {"data": "optical"}])
@@ -131,7 +135,7 @@ def test_a_folder_that_holds_another_result_is_not_judged(made_as: dict[str, str
         tables.write(folder / f"{name}.csv", columns)
     write_manifest(folder, {"figure": "zhang2007_fig2", "data": "synthetic"} | made_as)
     with pytest.raises(InvalidInput, match=r"zhang2007_fig2: the folder holds another result"):
-        judge_folder(tmp_path, "synthetic", ["zhang2007_fig2"])
+        judge_folder(tmp_path, "synthetic", ["zhang2007_fig2"], measures=MEASURES)
 
 
 def test_a_table_that_was_edited_after_publication_is_not_judged(tmp_path: Path) -> None:
@@ -140,10 +144,10 @@ def test_a_table_that_was_edited_after_publication_is_not_judged(tmp_path: Path)
     for name, columns in SPECTRUM.items():
         tables.write(folder / f"{name}.csv", columns)
     with pytest.raises(InvalidInput, match=r"zhang2007_fig2: manifest.json is missing"):
-        judge_folder(tmp_path, "synthetic", ["zhang2007_fig2"])
+        judge_folder(tmp_path, "synthetic", ["zhang2007_fig2"], measures=MEASURES)
     write_manifest(folder, {})
     (folder / "table_mine.csv").write_text("not,a table\n1\n")
-    assert by_name(judge_folder(tmp_path, "synthetic", ["zhang2007_fig2"])), (
+    assert by_name(judge_folder(tmp_path, "synthetic", ["zhang2007_fig2"], measures=MEASURES)), (
         "a file of the reader's is not ours"
     )
     table = folder / "table_harmonics.csv"
@@ -151,10 +155,10 @@ def test_a_table_that_was_edited_after_publication_is_not_judged(tmp_path: Path)
     with pytest.raises(
         InvalidInput, match=r"table_harmonics.csv: the table was changed after it was published"
     ):
-        judge_folder(tmp_path, "synthetic", ["zhang2007_fig2"])
+        judge_folder(tmp_path, "synthetic", ["zhang2007_fig2"], measures=MEASURES)
     table.unlink()
     with pytest.raises(InvalidInput, match=r"table_harmonics.csv: cannot read the table"):
-        judge_folder(tmp_path, "synthetic", ["zhang2007_fig2"])
+        judge_folder(tmp_path, "synthetic", ["zhang2007_fig2"], measures=MEASURES)
 
 
 def test_timings_are_judged_by_nothing(tmp_path: Path) -> None:
@@ -167,8 +171,8 @@ def test_timings_are_judged_by_nothing(tmp_path: Path) -> None:
         folder.mkdir(parents=True)
         tables.write(folder / "table_timing.csv", columns)
         write_manifest(folder, {})
-        verdicts.append(judge_figure("mozerov2006_fig3", made, "synthetic"))
-        verdicts.append(judge_folder(folder.parent, "synthetic", ["mozerov2006_fig3"]))
+        verdicts.append(judge_figure("mozerov2006_fig3", made, "synthetic", measures=MEASURES))
+        verdicts.append(judge_folder(folder.parent, "synthetic", ["mozerov2006_fig3"], measures=MEASURES))
     told = [{name: v.agreement for name, v in by_name(found).items()} for found in verdicts]
     assert told[0] == told[2]
     assert told[1] == told[3]
@@ -205,7 +209,7 @@ def thirty_percent(tables: dict[str, dict[str, np.ndarray]], *, smoke: bool = Fa
     made = {
         f"zhang2007_fig5/{table}" if table != "table" else "zhang2007_fig5": t for table, t in tables.items()
     }
-    (verdict,) = judge([papers.claim(name)], made, "synthetic", smoke=smoke)
+    (verdict,) = judge([papers.claim(name)], made, "synthetic", smoke=smoke, measures=MEASURES)
     return verdict
 
 
@@ -268,7 +272,7 @@ def test_an_extreme_near_a_bound_does_not_agree_though_no_person_drawn_again_exc
             "rms_map_from_average_walker_mm": apart + 40.0,
         }
         made = {"zhang2007_fig4/table_demonstrations": table}
-        return judge([papers.claim(name)], made, "synthetic")[0]
+        return judge([papers.claim(name)], made, "synthetic", measures=MEASURES)[0]
 
     far, near = verdict(12.0), verdict(19.0)
     assert far.agreement == "agrees"
@@ -290,7 +294,7 @@ def test_what_nobody_showed_has_the_exact_interval_of_that_many(people: int, tol
         "failed": np.zeros(rows),
     }
     claim = papers.claim("zhang2004_view_angle_failures")
-    (verdict,) = judge([claim], {"zhang2004_fig5/table_people": table}, "synthetic")
+    (verdict,) = judge([claim], {"zhang2004_fig5/table_people": table}, "synthetic", measures=MEASURES)
     assert verdict.evidence is not None
     value = verdict.evidence.value
     assert (value.value, value.low) == (0.0, 0.0)
@@ -302,7 +306,7 @@ def test_the_interval_of_a_share_ends_at_all() -> None:
     few = ["p1", "p1", "p1", "p1", "p2", "p2", "p3", "p3"]
     table = {"person": few, "method": ["least_squares"] * 8, "failed": [0, 0, 0, 1, 1, 1, 1, 1]}
     claim = papers.claim("zhang2004_view_angle_failures")
-    (verdict,) = judge([claim], {"zhang2004_fig5/table_people": table}, "synthetic")
+    (verdict,) = judge([claim], {"zhang2004_fig5/table_people": table}, "synthetic", measures=MEASURES)
     assert verdict.evidence is not None
     value = verdict.evidence.value
     assert 0.0 <= value.low < value.value == 62.5
@@ -324,7 +328,7 @@ def test_a_share_of_walkers_has_it_and_one_of_views_does_not(by: str, low: float
         "table": "errors", "column": "absolute_error_mm2", "by": by, "of": "map", "than": "least_squares"
     })  # fmt: skip
     claim = replace(papers.claim("zhang2007_map_better_for_most_walkers"), measure=measure)
-    (verdict,) = judge([claim], {"errors": table}, "synthetic")
+    (verdict,) = judge([claim], {"errors": table}, "synthetic", measures=MEASURES)
     assert verdict.evidence is not None
     assert verdict.evidence.value.value == 100.0
     assert verdict.evidence.value.low == pytest.approx(low)

@@ -12,9 +12,11 @@ from pipeline.papers import Measure
 from pipeline.studies import evaluation, measures, rows
 from pipeline.studies.actions import measures as of_actions
 from pipeline.studies.limbs import measures as of_limbs
-from pipeline.studies.registry import MEASURES
+from pipeline.studies.registry import all_measures
 from pipeline.studies.replicated import Replicated, replicate
 from pipeline.validation import InvalidInput
+
+MEASURES = all_measures()
 
 LS, MAP = "least_squares", "map"
 

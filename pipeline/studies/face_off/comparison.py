@@ -39,7 +39,6 @@ from pipeline.studies.face_off.methods import (
 from pipeline.studies.limbs.cameras import Camera, CameraSweep
 from pipeline.studies.occlusion import occlusion, require_occlusion
 from pipeline.studies.study import SweepInputs, scaled
-from pipeline.studies.walks.anatomical_method import AnatomicalApproach
 from pipeline.validation import (
     Count,
     CountOrAll,
@@ -52,6 +51,7 @@ from pipeline.validation import (
     bounded,
     require_choice,
 )
+from walk3d.anatomy.method import AnatomicalApproach
 
 EIGENWALKERS = ("least_squares", "map")
 ARTICULATED = {

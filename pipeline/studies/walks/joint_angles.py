@@ -19,10 +19,9 @@ from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.model import Eigenwalkers
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
-from pipeline.studies.walks.anatomical_method import AnatomicalApproach
-from pipeline.studies.walks.methods import PUBLISHED, Baseline, Method
-from pipeline.studies.walks.seen_walker import SeenWalker
-from pipeline.validation import Distinct, Positive, bounded
+from pipeline.studies.walks import methods
+from pipeline.studies.walks.methods import AVERAGE_WALKER, PUBLISHED, Methods
+from pipeline.validation import Positive, bounded
 
 
 @dataclass(frozen=True)
@@ -58,7 +57,7 @@ class JointAngles(Sweep):
     """Joint angles of reconstructions at a known view angle."""
 
     view_angle_deg: Swept = scaled(start=-90, stop=90, step="structure_step_deg")  # true views
-    methods: Distinct[Method] = list(Method)  # that are compared
+    methods: Methods = [*PUBLISHED, "anatomical"]  # that are compared
     noise_variance_mm2: Positive = 70.0  # sigma² of approach II
     instants: Annotated[int, bounded(at_least=5, at_most=1000)] = (
         40  # of a cycle: twenty times the highest harmonic
@@ -66,8 +65,12 @@ class JointAngles(Sweep):
 
     def of_populations(self) -> JointAngles:
         """Return the sweep of the papers' approaches alone."""
-        methods = [method for method in self.methods if method in PUBLISHED]
-        return replace(self, methods=methods or self.methods)
+        published = [name for name in self.methods if name in PUBLISHED]
+        return replace(self, methods=published or self.methods)
+
+    def modules(self) -> list[str]:
+        """Return the modules of the chosen methods."""
+        return methods.modules(self.methods)
 
     def measure(self, inputs: SweepInputs[Walks, FourierSamples, Eigenwalkers]) -> JointAngleErrors:
         """Return how far joint angles are off from every view."""
@@ -75,19 +78,19 @@ class JointAngles(Sweep):
         view_deg = self.view_angle_deg.values("sweep.view_angle_deg")
         times = np.arange(self.instants) / self.instants
         design = fourier.design(1.0, times, (data.coefficients.shape[1] - 1) // 2)
-        third = AnatomicalApproach(data) if Method.anatomical in self.methods else None
+        compared = [*methods.chosen(self.methods), AVERAGE_WALKER]
+        prepared = {method.name: method.prepared(data) for method in compared}
 
         def motions(r: int, angles_deg: np.ndarray) -> np.ndarray:
             """Reconstructed joints (M, A, T, 15, 3) of a walker."""
             view = np.radians(angles_deg)
-            source = SeenWalker(model.fold(r), model.samples[r], data, r, view)
-            found = [
-                third.missing(third.fold(r), r, view)
-                if method is Method.anatomical and third
-                else source.reconstruct(method.noise_variance(self.noise_variance_mm2)).missing
-                for method in self.methods
-            ]
-            missing = np.stack([*found, source.average_walker().missing])
+            fold, walk = methods.held_out(data, model, r, self.noise_variance_mm2)
+            missing = np.stack(
+                [
+                    each.apply(replace(fold, prepared=prepared[each.name]), walk, view).missing
+                    for each in compared
+                ]
+            )
             turned = view[:, None, None]
             series = camera.combine(camera.project(data.coefficients[r], turned), missing, turned)
             return np.einsum("tk,mvkjs->mvtjs", design, series, optimize=True)
@@ -95,7 +98,7 @@ class JointAngles(Sweep):
         def true(r: int) -> np.ndarray:
             return fourier.synthesise(data.coefficients[r], 1.0, times)
 
-        names = [*map(str, self.methods), str(Baseline.average_walker)]
+        names = [*self.methods, AVERAGE_WALKER.name]
         measured = np.stack(
             [~data.unmeasured[:, list(joints_of(a))].any(axis=1) for a in JOINT_ANGLES], axis=1
         )

@@ -6,7 +6,8 @@ Section 4.2 of both papers.  Folds, view angles and sigma² are axes of arrays h
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
 
@@ -19,10 +20,10 @@ from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.model import Eigenwalkers
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
-from pipeline.studies.walks.anatomical_method import AnatomicalApproach
-from pipeline.studies.walks.methods import PUBLISHED, Baseline, Method
+from pipeline.studies.walks import methods
+from pipeline.studies.walks.methods import AVERAGE_WALKER, MAP, PUBLISHED, Method, Methods
 from pipeline.studies.walks.nested import nested_choice
-from pipeline.studies.walks.seen_walker import Reconstruction, SeenWalker
+from pipeline.studies.walks.seen_walker import SeenWalker
 from pipeline.studies.walks.stacked import stacked
 from pipeline.validation import Distinct, Finite, Positive
 
@@ -112,7 +113,7 @@ class KnownViewErrors:
             {
                 "person": np.repeat(self.person, values),
                 "walker": np.repeat(self.walker, values),
-                "method": str(Method.map),
+                "method": MAP.name,
                 "sigma2_mm2": np.tile(self.sigma2_mm2, walkers)[: walkers * values],
                 "absolute_error_mm2": self.sigma2_walker_mm2.ravel(),
             }
@@ -131,18 +132,23 @@ class KnownView(Sweep):
     sigma2_mm2: Swept = scaled(
         start=1, stop=625, step="sigma2_step_mm2"
     )  # noise variances that approach II is tried with
-    methods: Distinct[Method] = list(PUBLISHED)  # that are compared
+    methods: Methods = list(PUBLISHED)  # that are compared
     noise_variance_mm2: Positive = 70.0  # sigma² of approach II
     truth: Truth = Truth.motion
     missing_variance: MissingVariance = MissingVariance.temporal
     demonstration_views_deg: Distinct[Finite] = [0.0, 30.0, 90.0]  # views whose reconstructions are kept
+
+    def modules(self) -> list[str]:
+        """Return the modules of the chosen methods."""
+        return methods.modules(self.methods)
 
     def measure(self, inputs: Inputs) -> KnownViewErrors:
         """Return what both approaches reconstruct from every view, and how far it is off."""
         view_deg = self.view_angle_deg.values("sweep.view_angle_deg")
         sigma2 = self.sigma2_mm2.values("sweep.sigma2_mm2")
         data, options = inputs.dataset, inputs.model_options
-        third = AnatomicalApproach(data) if Method.anatomical in self.methods else None
+        compared = methods.chosen(self.methods)
+        prepared = {method.name: method.prepared(data) for method in compared}
         count = len(inputs.model.samples)
         size = max(4, -(-count // BLOCKS))
         blocks = [range(start, min(start + size, count)) for start in range(0, count, size)]
@@ -152,7 +158,7 @@ class KnownView(Sweep):
 
         def block(walkers: range) -> list[Any]:
             """Return what `_fold` does, but of all these walkers the sum of the errors of MAP and each one's mean."""
-            folds = [self._fold(inputs, r, third, view_deg, sigma2) for r in walkers]
+            folds = [self._fold(inputs, r, compared, prepared, (view_deg, sigma2)) for r in walkers]
             *others, paths = zip(*folds, strict=True)
             return [*others, [path.mean(axis=0) for path in paths], sum(paths)]
 
@@ -190,42 +196,30 @@ class KnownView(Sweep):
         self,
         inputs: Inputs,
         r: int,
-        third: AnatomicalApproach | None,
-        view_deg: np.ndarray,
-        sigma2: np.ndarray,
+        compared: Sequence[Method],
+        prepared: Mapping[str, Any],
+        grids: tuple[np.ndarray, np.ndarray],
     ) -> tuple[dict[str, list[dict[str, Any]]], np.ndarray, np.ndarray, np.ndarray]:
         """Return a walker's rows as columns, missing dimensions (M, V, 5, 15), average walker, MAP's errors (A, S)."""
         data, model, of_motion = inputs.dataset, inputs.model, self.truth is Truth.motion
-        fold = model.fold(r)
+        view_deg, sigma2 = grids
+        fold, walk = methods.held_out(data, model, r, self.noise_variance_mm2)
         views = [np.radians(angles) for angles in (view_deg, self.demonstration_views_deg)]
-        everywhere, demonstration = (SeenWalker(fold, model.samples[r], data, r, view) for view in views)
+        everywhere, demonstration = (SeenWalker(data, walk, view) for view in views)
         power, shown_power = (s.residual_power * of_motion for s in (everywhere, demonstration))
         variance = everywhere.missing_variance(
             data.temporal_covariance[r], data.coefficients[r, 0], self.missing_variance.value, of_motion
         )
-        limit = linear_model.largest_coefficients(fold, model.samples[data.person != data.person[r]])
-        own = linear_model.coefficients(fold, model.samples[r : r + 1], measured=~data.unmeasured[r])
+        limit = linear_model.largest_coefficients(fold.model, model.samples[data.person != data.person[r]])
+        own = linear_model.coefficients(fold.model, model.samples[r : r + 1], measured=walk.measured)
         own = np.abs(own[0]) / limit
-        single = linear_model.truncated(fold, 1)
-
-        def reconstruct(method: Method | Baseline) -> list[Reconstruction]:
-            if method is Method.anatomical and third:
-                return [third.reconstruct(r, angles, fold) for angles in views]
-            if method is Baseline.average_walker:
-                return [seen.average_walker() for seen in (everywhere, demonstration)]
-            noise, given = (
-                method.noise_variance(self.noise_variance_mm2),
-                fold if isinstance(method, Method) else single,
-            )
-            return [seen.given(given).reconstruct(noise) for seen in (everywhere, demonstration)]
-
         walker = {"person": data.person[r], "walker": data.clip[r]}
         rows: dict[str, list[dict[str, Any]]] = defaultdict(list)
-        missing: dict[Method | Baseline, np.ndarray] = {}
-        tried: list[Method | Baseline] = [*self.methods, *Baseline.beside(self.methods)]
-        for method in sorted(tried, key=str):  # as tables are sorted
-            here, there = reconstruct(method)
-            missing[method] = there.missing
+        missing: dict[str, np.ndarray] = {}
+        for method in sorted(methods.with_baselines(compared), key=lambda each: each.name):  # as tables are
+            own_fold = replace(fold, prepared=prepared.get(method.name))
+            here, there = (method.apply(own_fold, walk, angles) for angles in views)
+            missing[method.name] = there.missing
             of_joints = errors.absolute_error(here.delta, power)
             absolute = errors.walker_error(of_joints)
             relative = errors.relative_error(of_joints, variance[:, None])
@@ -244,7 +238,7 @@ class KnownView(Sweep):
                     "rms_error_mm": np.sqrt(shown),
                 },
             }
-            if isinstance(method, Method):
+            if method in compared:
                 over = np.abs(here.coefficients) / limit
                 measured["coefficients"] = {
                     "coefficients_beyond": [(over > 1).mean()],
@@ -253,9 +247,9 @@ class KnownView(Sweep):
                     "own_far_beyond": float((own > 2).any()),
                 }
             for name, columns in measured.items():
-                rows[name].append({**walker, "method": str(method), **columns})
+                rows[name].append({**walker, "method": method.name, **columns})
         path = np.empty((len(view_deg), 0))
-        if Method.map in self.methods:
-            path = everywhere.error_path(sigma2) + errors.walker_error(power)[:, None]
-        average = missing[Baseline.average_walker]
-        return dict(rows), np.stack([missing[method] for method in self.methods]), average, path
+        if MAP in compared:
+            path = everywhere.error_path(fold, sigma2) + errors.walker_error(power)[:, None]
+        average = missing[AVERAGE_WALKER.name]
+        return dict(rows), np.stack([missing[name] for name in self.methods]), average, path

@@ -14,7 +14,7 @@ from pipeline.studies.eigenwalkers.model import EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.walks.known_view import KnownView, Truth
-from pipeline.studies.walks.methods import PUBLISHED, Method
+from pipeline.studies.walks.methods import MAP, PUBLISHED
 
 VIEWS, MOST_WALKERS = 5, 200
 """Views and, if there are more, walkers, evenly from the first to the last."""
@@ -44,9 +44,9 @@ def recomputed(
     learnt = {r: _learnt(data, model, r, kept) for r in (walkers if methods else ())}
     compared = []
     for method in methods:
-        noise = options.noise_variance_mm2 if method is Method.map else None
+        noise = options.noise_variance_mm2 if method == MAP.name else None
         for view in views:
-            of_sweep = rows[(rows["method"] == str(method)) & (rows["view_angle_deg"] == view)]
+            of_sweep = rows[(rows["method"] == method) & (rows["view_angle_deg"] == view)]
             theirs = of_sweep.set_index("walker")["absolute_error_mm2"].loc[data.clip[walkers]].to_numpy()
             residual, angle = options.truth is Truth.motion, np.radians(view)
             anew = np.array(
@@ -54,7 +54,7 @@ def recomputed(
             )
             compared.append(
                 {
-                    "method": str(method),
+                    "method": method,
                     "view_angle_deg": view,
                     "absolute_error_mm2": theirs.mean(),
                     "recomputed_mm2": anew.mean(),

@@ -12,16 +12,24 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pipeline.core import camera, linear_model, statistics, viewpoint
-from pipeline.core.linear_model import unflatten
+from pipeline.core import linear_model, statistics, viewpoint
 from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.model import Eigenwalkers
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
-from pipeline.studies.walks.anatomical_method import AnatomicalApproach
-from pipeline.studies.walks.methods import PUBLISHED, Baseline, Method, middles_of_strips
+from pipeline.studies.walks import methods
+from pipeline.studies.walks.methods import (
+    AVERAGE_WALKER,
+    MAP,
+    PUBLISHED,
+    Fold,
+    Method,
+    Methods,
+    Walk,
+    middles_of_strips,
+)
 from pipeline.studies.walks.stacked import stacked
-from pipeline.validation import Distinct, InvalidInput, Positive
+from pipeline.validation import InvalidInput, Positive
 
 Solver = StrEnum("Solver", {"global": "global", "published": "published"})
 Solver.__doc__ = """How the view angle is found: over the whole range, or as appendix B has it."""
@@ -29,6 +37,11 @@ Solver.__doc__ = """How the view angle is found: over the whole range, or as app
 
 RANDOM_VIEW = "random_view"
 """A view drawn on the whole circle, one for every walker and view: no estimator, which knows nothing."""
+
+
+WHOLE_CIRCLE_DEG = [-180.0, 180.0]
+IMAGE_IGNORED_MM2 = 1e15
+"""Noise variance at which MAP ignores the image and gives the average walker, to rounding."""
 
 
 @dataclass(frozen=True)
@@ -62,10 +75,10 @@ class UnknownView(Sweep):
     draws_random_numbers = True
 
     view_angle_deg: Swept = scaled(start=-90, stop=90, step="view_step_deg")  # true views
-    methods: Distinct[Method] = list(PUBLISHED)  # that are compared
+    methods: Methods = list(PUBLISHED)  # that are compared
     noise_variance_mm2: Positive = 70.0  # sigma² of approach II
     solver: Solver = Solver["global"]
-    angle_range_deg: list[float] = [-180.0, 180.0]  # in which the angle is sought
+    angle_range_deg: list[float] = WHOLE_CIRCLE_DEG  # in which the angle is sought
     published_views_deg: list[float] = [  # on which it is tried beside the global one
         -90.0, -60.0, -30.0, 0.0, 30.0, 60.0, 90.0,
     ]  # fmt: skip
@@ -76,13 +89,24 @@ class UnknownView(Sweep):
         super().validate()
         if len(self.angle_range_deg) != 2:
             raise InvalidInput("must be [low, high]", "sweep.angle_range_deg", received=self.angle_range_deg)
-        if Method.anatomical in self.methods and self.angle_range_deg != [-180.0, 180.0]:
-            raise InvalidInput(
-                "the anatomical method looks at the whole circle",
-                "sweep.angle_range_deg",
-                "[-180, 180]",
-                self.angle_range_deg,
-            )
+        for method in methods.chosen(self.methods):
+            if method.name in PUBLISHED:
+                continue
+            if method.estimate is None:
+                raise InvalidInput(
+                    f"{method.name} needs a known view", "sweep.methods", "a method with `estimate`"
+                )
+            if self.angle_range_deg != WHOLE_CIRCLE_DEG:
+                raise InvalidInput(
+                    f"{method.name} searches the whole circle",
+                    "sweep.angle_range_deg",
+                    WHOLE_CIRCLE_DEG,
+                    self.angle_range_deg,
+                )
+
+    def modules(self) -> list[str]:
+        """Return the modules of the chosen methods."""
+        return methods.modules(self.methods)
 
     def of_populations(self) -> UnknownView:
         """Return the sweep at the middles of strips of views, and without the published solver beside it.
@@ -94,49 +118,31 @@ class UnknownView(Sweep):
     def measure(self, inputs: SweepInputs[object, FourierSamples, Eigenwalkers]) -> ViewAngles:
         """Return the view angles that both approaches find, and the costs behind them."""
         data, model = inputs.dataset, inputs.model
-        third = AnatomicalApproach(data) if Method.anatomical in self.methods else None
+        compared = methods.with_baselines(methods.chosen(self.methods))
+        prepared = {method.name: method.prepared(data) for method in compared}
         views = (
             self.view_angle_deg.values("sweep.view_angle_deg"),
             np.array(self.published_views_deg, float),
         )
         walkers, generator = range(len(model.samples)), inputs.generator("random view")
         drawn = [generator.uniform(-180.0, 180.0, (len(walkers), len(view_deg))) for view_deg in views]
-        low, high = np.radians(self.angle_range_deg)
-        tried: list[Method | Baseline] = [*self.methods, *Baseline.beside(self.methods)]
 
         def one(r: int) -> list[list[dict[str, Any]]]:
-            measured = ~data.unmeasured[r]
-            fold = linear_model.of_measured(model.fold(r), measured)
-            single = linear_model.truncated(fold, 1)
-            sample = linear_model.without_joints(model.samples[r], measured)
-
-            def estimate(
-                method: Method | Baseline, view: np.ndarray, solver: Solver
-            ) -> viewpoint.ViewEstimate:
-                if third and method is Method.anatomical:
-                    return third.estimate(r, view)
-                noise = method.noise_variance(self.noise_variance_mm2)
-                return viewpoint.estimate(
-                    fold if isinstance(method, Method) else single,
-                    _observed(sample, view),
-                    method="least_squares" if noise is None else "map",
-                    noise_variance=noise,
-                    solver=solver.value,
-                    angle_range_rad=(float(low), float(high)),
-                )
+            fold, walk = methods.held_out(data, model, r, self.noise_variance_mm2)
+            folds = {name: replace(fold, prepared=shared) for name, shared in prepared.items()}
 
             found = []
             for view_deg, at_random, solver in zip(
                 views, drawn, (self.solver, Solver["published"]), strict=True
             ):
                 estimates = [
-                    (method, estimate(method, np.radians(view_deg), solver))
-                    for method in tried
-                    if len(view_deg) and not (view_deg is views[1] and method is Method.anatomical)
+                    (method, self._estimate(method, folds[method.name], walk, np.radians(view_deg), solver))
+                    for method in compared
+                    if len(view_deg) and not (view_deg is views[1] and method.estimate)
                 ]
                 rows = [
                     {
-                        "method": str(method),
+                        "method": method.name,
                         "angle_deg": np.degrees(each.angle_rad),
                         "cost": each.cost,
                         "runner_up_cost": each.runner_up_cost,
@@ -165,11 +171,31 @@ class UnknownView(Sweep):
             remarks=[f"{unconverged} view angles did not converge"] if unconverged else [],
         )
 
-
-def _observed(sample: np.ndarray, view: np.ndarray) -> np.ndarray:
-    """Return what A views (A,) show of a walker (D,), (A, 150), or (A, 151) with the frequency of zhang2004."""
-    walker = unflatten(sample)
-    observed = camera.project(walker, view[:, None, None]).reshape(len(view), -1)
-    if len(sample) > walker.size:
-        observed = np.column_stack([observed, np.full(len(view), sample[-1])])
-    return observed
+    def _estimate(
+        self, method: Method, fold: Fold, walk: Walk, views: np.ndarray, solver: Solver
+    ) -> viewpoint.ViewEstimate:
+        """Return the view angles that fit best [zhang2007 4.5] [zhang2004 14]; plug-ins have a search of their own."""
+        if method.estimate:
+            estimate: viewpoint.ViewEstimate = method.estimate(fold, walk, views)
+            return estimate
+        if method.name not in PUBLISHED:
+            fold = fold.with_one_eigenwalker
+        noise = {
+            AVERAGE_WALKER.name: IMAGE_IGNORED_MM2,
+            MAP.name: fold.noise_variance_mm2,
+            MAP.baseline: fold.noise_variance_mm2,
+        }.get(method.name)
+        observed = walk.observed(views).reshape(len(views), -1)
+        if (
+            walk.sample.size > 3 * observed.shape[1] // 2
+        ):  # the frequency of zhang2004, which every view shows
+            observed = np.column_stack([observed, np.full(len(views), walk.sample[-1])])
+        low, high = np.radians(self.angle_range_deg)
+        return viewpoint.estimate(
+            linear_model.of_measured(fold.model, walk.measured),
+            observed,
+            method="least_squares" if noise is None else "map",
+            noise_variance=noise,
+            solver=solver.value,
+            angle_range_rad=(float(low), float(high)),
+        )

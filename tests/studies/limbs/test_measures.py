@@ -15,9 +15,11 @@ from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.root_error import RootErrorSweep
 from pipeline.studies.limbs.trials import ROOT
-from pipeline.studies.registry import MEASURES
+from pipeline.studies.registry import all_measures
 from pipeline.studies.replicated import Replicated, replicate
 from tests.studies.limbs.inputs import stretches_of
+
+MEASURES = all_measures()
 
 CLIPS = 12
 

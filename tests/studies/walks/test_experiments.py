@@ -74,7 +74,7 @@ def test_every_view_that_is_found_has_the_least_printed_cost() -> None:
             image = np.stack([across, walker[..., 2]], axis=-1)
             for m, noise in enumerate(NOISE):
                 costs = [printed_cost(without(walk), image, 0.0, view, 0.0, noise) for view in circle]
-                rows = found.rows[found.rows["method"] == PUBLISHED[m]].set_index(
+                rows = found.rows[found.rows["method"] == [*PUBLISHED][m]].set_index(
                     ["walker", "view_angle_deg"]
                 )
                 estimate = rows.loc[(DATA.clip[walk], view_deg)]

@@ -17,7 +17,7 @@ from pipeline.studies.eigenwalkers.samples import FourierDataset, FourierSamples
 from pipeline.studies.study import Grid, SweepInputs
 from pipeline.studies.walks.anatomical_model import AnatomicalModel
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors, MissingVariance, Truth
-from pipeline.studies.walks.methods import PUBLISHED, Method
+from pipeline.studies.walks.methods import PUBLISHED
 from pipeline.studies.walks.nested import nested_choice
 from pipeline.studies.walks.unknown_view import UnknownView
 from pipeline.validation import InvalidInput
@@ -65,7 +65,7 @@ def test_no_number_of_a_walker_moves_with_an_estimated_joint(
     sweep = KnownView(
         view_angle_deg=Grid(start=-90, stop=90, step=90),
         sigma2_mm2=Grid(start=1, stop=301, step=100),
-        methods=list(Method),
+        methods=[*PUBLISHED, "anatomical"],
         truth=truth,
         missing_variance=MissingVariance.overall if truth is Truth.motion else MissingVariance.temporal,
     )

@@ -12,7 +12,7 @@ from pipeline.studies.eigenwalkers.model import Eigenwalkers
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.walks.known_view import KnownViewErrors
-from pipeline.studies.walks.methods import Baseline
+from pipeline.studies.walks.methods import AVERAGE_WALKER
 from pipeline.studies.walks.stacked import stacked
 
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, KnownViewErrors]
@@ -21,7 +21,7 @@ Inputs = FigureInputs[FourierSamples, Eigenwalkers, KnownViewErrors]
 def missing_dimensions(sweep: KnownViewErrors) -> dict[str, np.ndarray]:
     """What each method and the average walker have at the demonstration views, (R, V, 5, 15) each."""
     reconstructed = dict(zip(sweep.methods.tolist(), sweep.missing, strict=True))
-    return {**reconstructed, str(Baseline.average_walker): sweep.average_walker}
+    return {**reconstructed, AVERAGE_WALKER.name: sweep.average_walker}
 
 
 def identification_table(inputs: Inputs) -> pd.DataFrame:

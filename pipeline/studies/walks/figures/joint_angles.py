@@ -17,7 +17,8 @@ from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
 from pipeline.studies.replicated import SD, aggregate
 from pipeline.studies.study import Figure, Recorder, Tables
-from pipeline.studies.walks.figures.presentation import CURVES, VIEW
+from pipeline.studies.walks import methods
+from pipeline.studies.walks.figures.presentation import VIEW
 from pipeline.studies.walks.joint_angles import JointAngleErrors, JointAngles
 
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, JointAngleErrors]
@@ -58,9 +59,10 @@ class JointAngleFigure(Figure):
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """A column for each angle: its error, and below it the error without the constant offset."""
         shown = [angle for angle in JOINT_ANGLES if (tables["table"]["angle"] == angle).any()]
+        styles = methods.styles(inputs.sweep.methods.tolist())
         charts = [
             Chart(
-                **{**VIEW, "ticks": 45}, y=column, by="method", styles=CURVES, where={"angle": angle}, title=angle,
+                **{**VIEW, "ticks": 45}, y=column, by="method", styles=styles, where={"angle": angle}, title=angle,
                 label=label, zero=True, name=f"{angle}_{column}", page=column == "rmse_deg",
             )
             for column, label in (("rmse_deg", "error"), ("offset_free_rmse_deg", "error without offset"))
@@ -79,13 +81,14 @@ class JointAngleFigure(Figure):
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Log one walker over a cycle, own and reconstructed, with its joint angles."""
-        sweep, methods = inputs.sweep, inputs.sweep.methods.tolist()
+        sweep, names = inputs.sweep, inputs.sweep.methods.tolist()
+        styles = methods.styles(names)
         count = len(sweep.shown_angle_rad[0])
         seconds = np.arange(count) / (count * sweep.stride_hz)
         ground = lift(sweep.shown_joints_mm[0])
         shown = {
             "original": Style("original", "original"),
-            **{f"reconstructed/{m}": CURVES[m] for m in methods},
+            **{f"reconstructed/{name}": styles[name] for name in names},
         }
         with begin(
             f"\nThe walker of median error, {inputs.samples[sweep.shown[0]]}, over one cycle: original and "

@@ -16,7 +16,7 @@ from pipeline.studies.figure_inputs import sd, tidy
 from pipeline.studies.study import Figure, Recorder, Tables
 from pipeline.studies.walks.figures.view_errors import Inputs, over_walkers
 from pipeline.studies.walks.known_view import KnownView
-from pipeline.studies.walks.methods import Baseline, Method
+from pipeline.studies.walks.methods import AVERAGE_WALKER, MAP
 from pipeline.validation import InvalidInput
 
 PUBLISHED = Reference(x="zhang2007_optimal_variance", label="published 70")
@@ -33,7 +33,7 @@ class NoiseVariance(Figure):
     def validate(self, experiment: Experiment) -> None:
         """Validate the options against the sweep's.  Raises InvalidInput if approach II is not among its methods."""
         sweep = experiment.sweep
-        if isinstance(sweep, KnownView) and Method.map not in sweep.methods:
+        if isinstance(sweep, KnownView) and MAP.name not in sweep.methods:
             raise InvalidInput("σ² is swept for approach II alone", "sweep.methods", "map among the methods")
 
     def tables(self, inputs: Inputs) -> Tables:
@@ -49,7 +49,7 @@ class NoiseVariance(Figure):
         }
         walkers = sweep.rows.groupby(by, as_index=False)["absolute_error_mm2"].mean()
         average = walkers[
-            (walkers["method"] == Baseline.average_walker) & walkers["walker"].isin(sweep.chosen["walker"])
+            (walkers["method"] == AVERAGE_WALKER.name) & walkers["walker"].isin(sweep.chosen["walker"])
         ]
         errors = sweep.sigma2.pivot(
             index=["person", "walker"], columns="sigma2_mm2", values="absolute_error_mm2"

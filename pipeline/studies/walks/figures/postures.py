@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from string import ascii_lowercase
 from typing import Any
 
 import numpy as np
@@ -17,16 +18,14 @@ from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, columns_of, tidy
 from pipeline.studies.presentation import entity_name, lift
 from pipeline.studies.study import Figure, Picture, Recorder, Tables
+from pipeline.studies.walks import methods
 from pipeline.studies.walks.figures.identification import identification_table, missing_dimensions
-from pipeline.studies.walks.figures.presentation import METHODS, TRIED
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
-from pipeline.studies.walks.methods import Baseline
+from pipeline.studies.walks.methods import AVERAGE_WALKER, LEAST_SQUARES, PUBLISHED
 from pipeline.validation import Count, CountOrAll, require_range
 
 _PLAYED_HZ = 30.0
 
-
-_TITLES = {"least_squares": "Approach I", "map": "Approach II", "anatomical": "Anatomical"}
 
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, KnownViewErrors]
 
@@ -56,7 +55,7 @@ class Postures(Figure):
         ``table_identification``: whether a walker seen from one view is told among all seen from another.
         """
         sweep, data = inputs.sweep, inputs.dataset
-        methods = inputs.sweep.methods.tolist()
+        names = inputs.sweep.methods.tolist()
         require_range("figure.walker", self.walker, at_most=len(inputs.samples) - 1)
         views = sweep.demonstration_view_deg
         times = np.arange(self.instants) / self.instants  # fractions of a cycle, at one hertz
@@ -67,12 +66,13 @@ class Postures(Figure):
                     fourier.synthesise(reconstructed(inputs, m, self.walker, v), 1.0, times)
                     for v in range(len(views))
                 ]
-                for m in range(len(methods))
+                for m in range(len(names))
             ]
         )  # (M, V, T, 15, 3)
         # What the paper tries has its columns, empty where this run leaves it out: the ledger then knows why.
-        published = list(METHODS) if inputs.experiment.paper == "zhang2007" else ["least_squares"]
-        shown = [method for method in TRIED if method in methods or method in published]
+        published = list(PUBLISHED) if inputs.experiment.paper == "zhang2007" else [LEAST_SQUARES.name]
+        tried = dict.fromkeys([*PUBLISHED, *names])
+        shown = [name for name in tried if name in names or name in published]
         missing, rows = missing_dimensions(sweep), dict(iter(sweep.demonstrations.groupby("method")))
 
         def apart(one: str, other: str) -> np.ndarray | float:
@@ -80,22 +80,22 @@ class Postures(Figure):
                 return np.nan
             return np.sqrt(errors.walker_error(errors.absolute_error(missing[one] - missing[other]))).ravel()
 
-        average = rows[Baseline.average_walker]
+        average = rows[AVERAGE_WALKER.name]
         demonstrations = {name: average[name] for name in ("person", "walker", "view_angle_deg")}
         for method in shown:
             error = rows[method]["rms_error_mm"].to_numpy() if method in rows else np.nan
             demonstrations[f"rms_error_{method}_mm"] = error
-        if set(METHODS) <= set(shown):
-            demonstrations["rms_between_methods_mm"] = apart(*METHODS)
+        if set(PUBLISHED) <= set(shown):
+            demonstrations["rms_between_methods_mm"] = apart(*PUBLISHED)
         demonstrations["rms_error_average_walker_mm"] = average["rms_error_mm"]
         for method in shown:
-            demonstrations[f"rms_{method}_from_average_walker_mm"] = apart(method, Baseline.average_walker)
+            demonstrations[f"rms_{method}_from_average_walker_mm"] = apart(method, AVERAGE_WALKER.name)
         return {
             "table": tidy(
                 {
                     "walker": inputs.samples[self.walker],
                     "view_angle_deg": views[:, None, None],
-                    "method": np.array(methods)[:, None, None, None],
+                    "method": np.array(names)[:, None, None, None],
                     "instant": np.arange(self.instants)[:, None],
                     "joint": WALKER15.joints,
                     **{
@@ -112,11 +112,11 @@ class Postures(Figure):
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """RMS error of every walker from the middle view, on the page."""
-        tried = [m for m in TRIED if m in inputs.sweep.methods]
+        tried = methods.chosen(inputs.sweep.methods.tolist())
         views = inputs.sweep.demonstration_view_deg
         middle = views[len(views) // 2]
         found: list[dict[str, Any]] = [
-            {"table": "table_demonstrations", "y": f"rms_error_{m}_mm", "styles": {m: TRIED[m]},
+            {"table": "table_demonstrations", "y": f"rms_error_{m.name}_mm", "styles": {m.name: m.style},
              "where": {"view_angle_deg": middle}}
             for m in tried
         ]  # fmt: skip
@@ -133,13 +133,13 @@ class Postures(Figure):
     def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
         """Rows of postures, each seen along the observed horizontal, so that across the page runs what was missing."""
         columns = columns_of(tables["table"])
-        methods = inputs.sweep.methods.tolist()
+        tried = methods.chosen(inputs.sweep.methods.tolist())
         shape = (self.instants, len(WALKER15.joints))
         groups = []
-        for m, method in enumerate(methods):
+        for m, method in enumerate(tried):
             rows = []
             for view in inputs.sweep.demonstration_view_deg:
-                here = (columns["method"] == method) & (columns["view_angle_deg"] == view)
+                here = (columns["method"] == method.name) & (columns["view_angle_deg"] == view)
                 seen = []
                 for which in ("original", "reconstructed"):
                     space = np.stack(
@@ -155,14 +155,14 @@ class Postures(Figure):
                         estimated=inputs.dataset.unmeasured[self.walker],
                     )
                 )
-            title = f"({'abc'[m]}) {_TITLES[method]}" if len(methods) > 1 else ""
+            title = f"({ascii_lowercase[m]}) {method.title or method.style.label}" if len(tried) > 1 else ""
             groups.append((title, rows))
         picture.postures(groups, WALKER15.bones)
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Walkers, original and reconstructed from every demonstration view, walking in place."""
         data, views = inputs.dataset, inputs.sweep.demonstration_view_deg
-        methods = inputs.sweep.methods.tolist()
+        tried = methods.chosen(inputs.sweep.methods.tolist())
         chosen = entity_name(inputs.samples[self.walker])
         middle = 1 if len(views) > 1 else 0
         seconds = 1.0 / np.median(data.frequency_hz)
@@ -173,7 +173,7 @@ class Postures(Figure):
             " in the streams tree: "
             "`world/original/<walker>`, `world/reconstructed/<method>/view_<angle>/<walker>`. "
             "Grey: original; spheres of wire, and rings in the image: joints that no marker gave. "
-            + ", ".join(f"{colour_name(TRIED[m].colour)}: {TRIED[m].label}" for m in methods)
+            + ", ".join(f"{colour_name(m.style.colour)}: {m.style.label}" for m in tried)
             + ".\n",
             at=times,
         ) as rec:
@@ -193,11 +193,11 @@ class Postures(Figure):
                         fourier.synthesise(camera.project(truth, np.radians(view)), 1.0 / seconds, times),
                         estimated=estimated,
                     )
-                    for m, method in enumerate(methods):
+                    for m, method in enumerate(tried):
                         rec.skeleton(
-                            f"world/reconstructed/{method}/view_{view:g}/{word}",
+                            f"world/reconstructed/{method.name}/view_{view:g}/{word}",
                             fourier.synthesise(reconstructed(inputs, m, r, v), 1.0 / seconds, times) + ground,
-                            colour=TRIED[method].colour,
+                            colour=method.style.colour,
                             estimated=estimated,
                         )
             spaces = [
@@ -205,11 +205,11 @@ class Postures(Figure):
                     name=f"{view:g}°: original and reconstructions",
                     contents=(
                         "world/original",
-                        *(f"world/reconstructed/{m}/view_{view:g}" for m in methods),
+                        *(f"world/reconstructed/{m.name}/view_{view:g}" for m in tried),
                     ),
                     shown=(
                         f"world/original/{chosen}",
-                        *(f"world/reconstructed/{m}/view_{view:g}/{chosen}" for m in methods),
+                        *(f"world/reconstructed/{m.name}/view_{view:g}/{chosen}" for m in tried),
                     ),
                 )
                 for view in views

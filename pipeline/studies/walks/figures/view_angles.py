@@ -15,7 +15,8 @@ from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.replicated import aggregate
 from pipeline.studies.study import Figure, Tables
-from pipeline.studies.walks.figures.presentation import CURVES, VIEW
+from pipeline.studies.walks import methods
+from pipeline.studies.walks.figures.presentation import VIEW
 from pipeline.studies.walks.unknown_view import UnknownView, ViewAngles
 
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, ViewAngles]
@@ -62,18 +63,18 @@ class ViewAngleEstimates(Figure):
         table.insert(place, "estimated_sd_deg", statistics.circular_sd_deg(errors))
         for name in ("estimated_mean_deg", "estimated_mean_deg_low", "estimated_mean_deg_high"):
             table[name] += table["view_angle_deg"]
-        methods = rows[rows["method"].isin(inputs.sweep.methods)]
-        methods = methods.assign(
-            ratio=methods["runner_up_cost"] / methods["cost"], lost=~methods["converged"]
+        of_methods = rows[rows["method"].isin(inputs.sweep.methods)]
+        of_methods = of_methods.assign(
+            ratio=of_methods["runner_up_cost"] / of_methods["cost"], lost=~of_methods["converged"]
         )
-        walkers = methods.groupby(of_walker, as_index=False).agg(
+        walkers = of_methods.groupby(of_walker, as_index=False).agg(
             absolute_angle_error_median_deg=("absolute_error_deg", "median"),
             absolute_angle_error_max_deg=("absolute_error_deg", "max"),
             failures=("failed", "sum"),
             runner_up_cost_ratio_min=("ratio", "min"),
             not_converged=("lost", "sum"),
         )
-        errors = methods.sort_values(of_walker)["error_deg"].to_numpy().reshape(len(walkers), -1)
+        errors = of_methods.sort_values(of_walker)["error_deg"].to_numpy().reshape(len(walkers), -1)
         walkers.insert(3, "mean_error_deg", statistics.circular_mean_deg(errors))
         made = {"table": table, "table_walkers": tidy(walkers, by=["walker", "method"])}
         each = ["person", "walker", *by, "error_deg", "failed"]
@@ -84,9 +85,10 @@ class ViewAngleEstimates(Figure):
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Estimated against true angle, what is left of it, and the median of its size."""
-        view = partial(Chart, **{**VIEW, "x_label": "true view angle"}, by="method", styles=CURVES)
+        styles = methods.styles(inputs.sweep.methods.tolist())
+        view = partial(Chart, **{**VIEW, "x_label": "true view angle"}, by="method", styles=styles)
         estimate = partial(view, y="estimated_mean_deg", band="estimated_sd_deg")
-        drawn = tables["table"][tables["table"]["method"].isin(CURVES)]
+        drawn = tables["table"][tables["table"]["method"].isin(styles)]
         left = drawn["estimated_mean_deg"] - drawn["view_angle_deg"]
         most = max(LEAST_RANGE_DEG, 1.1 * left.abs().max())
         charts = [
@@ -101,7 +103,8 @@ class ViewAngleEstimates(Figure):
             view(y="absolute_angle_error_median_deg", label="median error", zero=True),
         ]
         notes = [
-            _note(tables["table"], str(method), inputs.sweep.failure_deg) for method in inputs.sweep.methods
+            _note(tables["table"], method, inputs.sweep.failure_deg)
+            for method in methods.chosen(inputs.sweep.methods.tolist())
         ]
         return Sheet(
             charts=charts,
@@ -110,11 +113,11 @@ class ViewAngleEstimates(Figure):
         )
 
 
-def _note(table: pd.DataFrame, method: str, failure_deg: float) -> str:
+def _note(table: pd.DataFrame, method: methods.Method, failure_deg: float) -> str:
     """Return what the caption says of a method."""
-    rows = table[table["method"] == method]
+    rows = table[table["method"] == method.name]
     off = (rows["estimated_mean_deg"] - rows["view_angle_deg"]).abs().mean()
     return (
-        f"{CURVES[method].label}: means off by {off:.2f}°, sd {rows['estimated_sd_deg'].mean():.2f}°, off by more than "
+        f"{method.style.label}: means off by {off:.2f}°, sd {rows['estimated_sd_deg'].mean():.2f}°, off by more than "
         f"{failure_deg:g}° {rows['failures'].sum()} of {rows['walkers'].sum()} times."
     )

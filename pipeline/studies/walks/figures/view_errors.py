@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 from typing import Any, cast
 
@@ -11,7 +12,6 @@ import pandas as pd
 
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.core import camera, fourier
-from pipeline.core.reconstruction import from_known_views
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Image2D, Notes, Rows, Space3D
 from pipeline.seeding import derive_generator
@@ -21,9 +21,10 @@ from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
 from pipeline.studies.replicated import SD, aggregate
 from pipeline.studies.study import Figure, Recorder, Tables
-from pipeline.studies.walks.anatomical_method import AnatomicalApproach
-from pipeline.studies.walks.figures.presentation import CURVES, METHODS, VIEW
+from pipeline.studies.walks import methods
+from pipeline.studies.walks.figures.presentation import VIEW
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
+from pipeline.studies.walks.methods import AVERAGE_WALKER, PUBLISHED
 from pipeline.studies.walks.recomputed import recomputed
 
 THIRTY_PERCENT = Reference(
@@ -120,9 +121,10 @@ class ViewErrors(Figure):
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Absolute error, relative error, variance of the missing dimension."""
-        first = str(inputs.sweep.methods[0])
+        names = inputs.sweep.methods.tolist()
         view = partial(Chart, **VIEW, zero=True)
-        shown = {name: CURVES[name] for name in (*map(str, inputs.sweep.methods), "average_walker")}
+        styles = methods.styles(names)
+        shown = {name: styles[name] for name in (*names, AVERAGE_WALKER.name)}
         error = partial(view, by="method", styles=shown)
         # The average walker is the same in both papers, and so are axes that are measured by it.
         average = tables["table"].query("method == 'average_walker'")["absolute_error_mm2"].max()
@@ -131,13 +133,13 @@ class ViewErrors(Figure):
             y="absolute_error_mm2",
             band="absolute_error_sd_mm2",
             label="mean square error",
-            references=[THIRTY_PERCENT] if {*METHODS} <= {*inputs.sweep.methods.tolist()} else [],
+            references=[THIRTY_PERCENT] if {*PUBLISHED} <= {*names} else [],
         )
         relative = error(y="relative_error", log_y=True, limits=RELATIVE, least=RELATIVE[0])
         variance = view(
             y="missing_variance_mm2",
             band="missing_variance_sd_mm2",
-            where={"method": first},  # the same for every method
+            where={"method": names[0]},  # the same for every method
             styles={"truth": Style("", "green")},
         )
         return Sheet(
@@ -154,7 +156,7 @@ class ViewErrors(Figure):
         of_first = sweep.rows[sweep.rows["method"] == sweep.methods[0]]
         error = of_first.groupby("walker", sort=False)["absolute_error_mm2"].mean()
         walker = error.argsort().iloc[len(error) // 2]  # the median one
-        fold = model.fold(walker)
+        fold, walk = methods.held_out(data, model, int(walker), sweep.noise_variance_mm2)
         truth = data.coefficients[walker]
         instant = np.array([_INSTANT])
         posture = fourier.synthesise(truth, 1.0, instant)[0]
@@ -165,22 +167,16 @@ class ViewErrors(Figure):
             timeline="view_angle_deg",
             at=views,
         ) as rec:
-            for method in sweep.methods.tolist():
-                if method == "anatomical":
-                    found = AnatomicalApproach(data).reconstruct(walker, angles, fold).missing
-                else:
-                    noise = sweep.noise_variance_mm2 if method == "map" else None
-                    found = from_known_views(
-                        fold, model.samples[walker], angles, noise_variance=noise
-                    ).missing
-                again = [
+            for method in methods.chosen(sweep.methods.tolist()):
+                own_fold = replace(fold, prepared=method.prepared(data))
+                postures = [
                     fourier.synthesise(camera.combine(camera.project(truth, a), missing, a), 1.0, instant)[0]
-                    for a, missing in zip(angles, found, strict=True)
+                    for a, missing in zip(angles, method.apply(own_fold, walk, angles).missing, strict=True)
                 ]
                 rec.skeleton(
-                    f"world/reconstructed/{method}",
-                    np.stack(again) + ground,
-                    colour=CURVES[method].colour,
+                    f"world/reconstructed/{method.name}",
+                    np.stack(postures) + ground,
+                    colour=method.style.colour,
                 )
             rec.skeleton(
                 "world/original",

@@ -1,4 +1,4 @@
-"""The anatomical reconstruction beside the papers' approaches, on their data set: ``sweep.methods=[…,anatomical]``.
+"""The anatomical reconstruction next to the papers' approaches, on their data set: ``sweep.methods=[…,anatomical]``.
 
 Harmonics and walks are the data set's, and the settings are the model's defaults, the same for everybody: the ladder
 (`sweeps.structure`) chooses them for each person on the others instead.
@@ -10,11 +10,12 @@ import numpy as np
 
 from pipeline.core import anatomical, camera, fourier, linear_model
 from pipeline.core.anatomical import Prior
-from pipeline.core.linear_model import LinearModel
 from pipeline.core.viewpoint.view_estimate import ViewEstimate
+from pipeline.palette import Style
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.walks.anatomical_model import AnatomicalModel
-from pipeline.studies.walks.seen_walker import Reconstruction
+from pipeline.studies.walks.methods import Fold as HeldOut
+from pipeline.studies.walks.methods import Method, Reconstruction, Walk
 from pipeline.studies.walks.sweeps.held_out import CANDIDATES, Fold, People, mirrored_grid
 from pipeline.studies.walks.sweeps.setting import anatomical_setting
 from pipeline.validation import InvalidInput
@@ -69,15 +70,16 @@ class AnatomicalApproach:
             parts.append(whole.reshape(*whole.shape[:2], anatomical.JOINTS, 3, -1)[..., 2, :])
         return np.swapaxes(np.concatenate(parts), -1, -2)
 
-    def reconstruct(self, walk: int, view_rad: np.ndarray, model: LinearModel) -> Reconstruction:
-        """A walk from A views; the coefficients are those that the eigenwalkers of a model give to what is found."""
-        walker = self._data.coefficients[walk]
-        missing = self.missing(self.fold(walk), walk, view_rad)
+    def reconstruct(self, fold: HeldOut, walk: Walk, view_rad: np.ndarray) -> Reconstruction:
+        """Return a walk from A views, and the coefficients of the eigenwalkers that its reconstruction has."""
+        walker = self._data.coefficients[walk.number]
+        missing = self.missing(self.fold(walk.number), walk.number, view_rad)
         turned = view_rad[:, None, None]
-        again = camera.combine(camera.project(walker, turned), missing, turned)
-        measured = ~self._data.unmeasured[walk]
-        coefficients = linear_model.coefficients(model, linear_model.flatten(again), measured=measured)
-        return Reconstruction(camera.missing_dimension(walker, turned) - missing, missing, coefficients)
+        full = camera.combine(camera.project(walker, turned), missing, turned)
+        coefficients = linear_model.coefficients(
+            fold.model, linear_model.flatten(full), measured=walk.measured
+        )
+        return Reconstruction(missing, camera.missing_dimension(walker, turned) - missing, coefficients)
 
     def estimate(self, walk: int, view_rad: np.ndarray) -> ViewEstimate:
         """The view angle of a walk from A views: the highest mode of its posterior.
@@ -104,3 +106,16 @@ class AnatomicalApproach:
             converged=one > 0,
             n_iterations=np.zeros(len(one), int),
         )
+
+
+METHODS = (
+    Method(
+        "anatomical",
+        Style("anatomical", "green"),
+        lambda fold, walk, views: fold.prepared.reconstruct(fold, walk, views),
+        lambda fold, walk, views: fold.prepared.estimate(walk.number, views),
+        title="Anatomical",
+        prepare=AnatomicalApproach,
+        source=__name__,
+    ),
+)

@@ -1,0 +1,296 @@
+"""Additions to the package: plug-ins of installed packages, and users' files.
+
+A plug-in is a `Plugin`.  An installed package names it under the entry point ``gait_pipeline.plugins``.  A user's file
+contains it as ``PLUGIN``; the option ``plugins=my_method.py`` loads the file.  In a clone or a copy the entry points of
+the ``pyproject.toml`` next to the package replace those of its installed metadata: the code next to it is loaded.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from importlib import import_module, metadata
+from pathlib import Path
+from pkgutil import resolve_name
+from types import ModuleType
+from typing import Any
+
+from pipeline.resources import CONF, NAME, PACKAGE, project
+from pipeline.validation import InvalidInput, require_choice
+
+GROUP = "gait_pipeline.plugins"
+"""Entry point under which packages name their plug-ins."""
+
+OBJECT = "PLUGIN"
+"""Name of the plug-in in a user's file."""
+
+LARGEST_FILE = 1_000_000
+"""Bytes of a user's file; larger files are rejected."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plugin:
+    """Additions to the package.
+
+    Each list is a sequence of values, or its place, ``"package.module:NAME"``, which is imported when it is needed.
+
+    Attributes
+    ----------
+    methods : sequence of Method, or str
+        Methods of reconstruction.
+    studies : sequence of Study, or str
+        Studies: datasets, models, sweeps, figures and measures.
+    claims : sequence of Path or mapping, or str
+        Files of claims; or claims by name, as such a file has them.
+    commands : mapping of str to str
+        Commands of the command line, each with the place of its function.
+    conf : Path, optional
+        Folder of presets, data sets, mappings and layouts, as ``conf`` has them.
+    """
+
+    methods: Sequence[Any] | str = ()
+    studies: Sequence[Any] | str = ()
+    claims: Sequence[Any] | str = ()
+    commands: Mapping[str, str] = field(default_factory=dict)
+    conf: Path | None = None
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """A plug-in that is loaded.
+
+    Attributes
+    ----------
+    name : str
+        Name of the entry point, or of the user's file.
+    plugin : Plugin
+    module : str
+        Module that contains it.
+    distribution, version : str
+        Of the installed package; empty for a user's file.
+    file : Path or None
+        The user's file.
+    """
+
+    name: str
+    plugin: Plugin
+    module: str
+    distribution: str = ""
+    version: str = ""
+    file: Path | None = None
+
+    @property
+    def root(self) -> str:
+        """Top-level module of its sources."""
+        return self.module.partition(".")[0]
+
+
+_files: dict[str, Loaded] = {}
+"""Plug-ins of users' files by name."""
+
+
+def _entry_points() -> list[metadata.EntryPoint]:
+    """Return the entry points of other distributions, and those of the project next to this package."""
+    points = list(metadata.entry_points(group=GROUP))
+    if (content := project()) is None:
+        return points
+    others = [point for point in points if point.dist is None or point.dist.name != NAME]
+    named = content.get("entry-points", {}).get(GROUP, {})
+    return [*(metadata.EntryPoint(name, place, GROUP) for name, place in named.items()), *others]
+
+
+@cache
+def _installed() -> tuple[tuple[Loaded, ...], Mapping[str, str]]:
+    """Return the plug-ins of installed packages, and why others cannot be loaded."""
+    loaded, failures = [], {}
+    for point in _entry_points():
+        try:
+            plugin = point.load()
+            if not isinstance(plugin, Plugin):
+                raise InvalidInput("must be a value of the class Plugin", point.value)
+        except Exception as error:
+            failures[point.name] = _why(error)
+        else:
+            origin = point.dist.name if point.dist else NAME
+            version = point.dist.version if point.dist else str((project() or {}).get("version", ""))
+            loaded.append(Loaded(point.name, plugin, point.module, origin, version))
+    return tuple(loaded), failures
+
+
+def _why(error: Exception) -> str:
+    """Return an error in one line."""
+    return " ".join(f"{type(error).__name__}: {error}".split())[:300]
+
+
+def failures() -> Mapping[str, str]:
+    """Return why plug-ins of installed packages cannot be loaded, by name."""
+    return _installed()[1]
+
+
+def loaded() -> tuple[Loaded, ...]:
+    """Return the plug-ins that are loaded: those of installed packages, then those of users' files."""
+    return (*_installed()[0], *_files.values())
+
+
+def load_files(paths: Iterable[str | Path]) -> None:
+    """Load users' files; a file that is loaded already with the same content stays.
+
+    Raises
+    ------
+    InvalidInput
+        If a file cannot be read or run, or has no plug-in.
+    """
+    for path in map(Path, paths):
+        name = path.stem
+        try:
+            if not path.is_file() or path.suffix != ".py":
+                raise InvalidInput("must be an existing Python file", "plugins", received=str(path))
+            content = path.read_bytes()
+        except OSError as error:
+            raise InvalidInput(f"the plug-in cannot be read: {error.strerror}", path) from None
+        if len(content) > LARGEST_FILE:
+            raise InvalidInput(
+                "the plug-in is too large", path, f"at most {LARGEST_FILE} bytes", len(content)
+            )
+        known = _files.get(name)
+        if known and known.file == path.resolve() and digest_of(known) == hashlib.sha256(content).hexdigest():
+            continue
+        module = _module_of(name, path, content)
+        plugin = getattr(module, OBJECT, None)
+        if not isinstance(plugin, Plugin):
+            raise InvalidInput(f"the file has no plug-in: end it with {OBJECT} = Plugin(methods=[…])", path)
+        _files[name] = Loaded(name, plugin, module.__name__, file=path.resolve())
+        _digests[module.__name__] = hashlib.sha256(content).hexdigest()
+
+
+_digests: dict[str, str] = {}
+"""sha256 of users' files as they were loaded, by module."""
+
+
+def _module_of(name: str, path: Path, content: bytes) -> ModuleType:
+    """Run a user's file as a module."""
+    module_name = f"plugin_{name}"
+    spec = importlib.util.spec_from_file_location(module_name, path.resolve())
+    assert spec
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[module_name] = module  # dataclasses look their module up
+    try:
+        exec(compile(content, str(path), "exec"), module.__dict__)
+    except Exception as error:
+        del sys.modules[module_name]
+        line = next((f"line {frame.lineno}" for frame in _frames(error) if frame.filename == str(path)), "")
+        raise InvalidInput(
+            f"the plug-in cannot be loaded ({_why(error)})", f"{path} {line}".strip()
+        ) from None
+    return module
+
+
+def _frames(error: BaseException) -> list[Any]:
+    """Return the frames of an error, the innermost first; of a syntax error its own line."""
+    import traceback
+
+    if isinstance(error, SyntaxError) and error.lineno:
+        return [traceback.FrameSummary(error.filename or "", error.lineno, "")]
+    return traceback.extract_tb(error.__traceback__)[::-1]
+
+
+def digest_of(plugin: Loaded) -> str:
+    """Return the sha256 of a user's file as it was loaded; empty for an installed plug-in."""
+    return _digests.get(plugin.module, "")
+
+
+# --- what they add ----------------------------------------------------------------------------------------
+
+
+def contributions(kind: str) -> list[tuple[str, Any]]:
+    """Return what plug-ins add of a kind (``methods``, ``studies``, ``claims``): name of the plug-in and value.
+
+    Raises
+    ------
+    InvalidInput
+        If a plug-in, or the place that it names, cannot be imported.
+    """
+    for name, why in failures().items():
+        raise InvalidInput(f"the plug-in {name!r} cannot be loaded ({why}); repair or uninstall it")
+    values = []
+    for each in loaded():
+        added = getattr(each.plugin, kind)
+        if isinstance(added, str):
+            try:
+                added = resolve_name(added)
+            except Exception as error:
+                raise InvalidInput(
+                    f"the {kind} of the plug-in {each.name!r} cannot be loaded ({_why(error)})", added
+                ) from error
+        values += [(each.name, value) for value in added]
+    return values
+
+
+def command(name: str, own: Mapping[str, str]) -> Any:
+    """Return the function of a command: one of `own`, ``name: place``, or one that a plug-in adds.
+
+    Raises
+    ------
+    InvalidInput
+        If there is no such command, or it cannot be imported.
+    """
+    places = commands(own)
+    return resolve_name(places[require_choice("the command", name, places)])
+
+
+def commands(own: Mapping[str, str]) -> dict[str, str]:
+    """Return the places of all commands by name: those of `own`, then those that plug-ins add."""
+    return {**own, **{name: place for each in loaded() for name, place in each.plugin.commands.items()}}
+
+
+def conf_folders() -> tuple[Path, ...]:
+    """Return the folders of options: ``conf``, then those of plug-ins."""
+    return (CONF, *(each.plugin.conf for each in loaded() if each.plugin.conf))
+
+
+def conf_files(group: str) -> dict[str, Path]:
+    """Return the YAML files of a group of options by name, over all folders, sorted by name.
+
+    Raises
+    ------
+    InvalidInput
+        If two folders have a file of the same name.
+    """
+    files: dict[str, Path] = {}
+    for folder in conf_folders():
+        for path in (folder / group).glob("*.yaml"):
+            if path.stem in files:
+                raise InvalidInput("two files have this name", path, received=files[path.stem])
+            files[path.stem] = path
+    return dict(sorted(files.items()))
+
+
+# --- their sources ----------------------------------------------------------------------------------------
+
+
+def source_of(module: str) -> Path | None:
+    """Return the file of a module of this package or of a plug-in, None for any other."""
+    first, _, rest = module.partition(".")
+    for each in _files.values():
+        if first == each.module:
+            return each.file
+    folder = PACKAGE if first == PACKAGE.name else _folders().get(first)
+    if folder is None:
+        return None
+    base = folder.joinpath(*rest.split(".")) if rest else folder
+    candidates = (base / "__init__.py", base.with_suffix(".py"))
+    return next((path for path in candidates if path.is_file()), None)
+
+
+@cache
+def _folders() -> dict[str, Path]:
+    """Return the folders of the installed plug-ins' packages by name."""
+    folders = {}
+    for each in _installed()[0]:
+        if each.root != PACKAGE.name and (file := import_module(each.root).__file__):
+            folders[each.root] = Path(file).parent
+    return folders

@@ -1,0 +1,1 @@
+"""The anatomical prior: mirror images, shrinkage and bones of constant length, with error bars."""
