@@ -165,7 +165,6 @@ SHARING = {
     "tests/stages/test_every_preset.py": "smoke_results",
     "tests/stages/test_reuse.py": "smoke_results",
     "tests/studies/actions": "smoke_results",
-    "tests/studies/face_off": "smoke_results",
     "tests/studies/limbs": "smoke_results",
     "tests/claims/test_planted_errors.py": "planted_errors",
     "tests/claims": "synthetic_tables",

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from pipeline.studies import actions, evaluation, face_off, keypoints, limbs, measures, walks
+from pipeline.studies import actions, evaluation, keypoints, limbs, measures, walks
 from pipeline.studies.study import NoSweep, Study
 
-STUDIES: tuple[Study, ...] = (walks.STUDY, actions.STUDY, limbs.STUDY, face_off.STUDY, keypoints.STUDY)
+STUDIES: tuple[Study, ...] = (walks.STUDY, actions.STUDY, limbs.STUDY, keypoints.STUDY)
 
 GROUPS = ("dataset", "model", "sweep", "figure")
 """Groups of options that the studies fill."""
