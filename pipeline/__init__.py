@@ -65,7 +65,6 @@ and `studies`, whose parts stand by subject, no circle)::
       walks/                 zhang2004, zhang2007
       actions/               mozerov2006
       limbs/                 park2011
-      face_off/              comparison of walks and limbs, the only study that imports others
       keypoints/             walks from simulated keypoints of one camera
       registry               the list of studies
       rows, measures         rows of published tables; functions of them

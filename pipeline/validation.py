@@ -253,8 +253,6 @@ Finite = Annotated[float, bounded()]
 NonNegative = Annotated[float, bounded(at_least=0)]
 Positive = Annotated[float, bounded(above=0)]
 Share = Annotated[float, bounded(at_least=0, at_most=1)]
-ViewAngle = Annotated[float, bounded(at_least=-180, at_most=180)]
-"""Degrees."""
 Count = Annotated[int, bounded(at_least=1)]
 Several = Annotated[int, bounded(at_least=2)]
 CountOrAll = Annotated[int, bounded(at_least=0)]

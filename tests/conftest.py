@@ -9,13 +9,6 @@ import os
 for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
-import tempfile
-
-# What was composed is kept for these tests alone: nothing that they see depends on what was there before.
-if "PYTEST_XDIST_WORKER" not in os.environ:
-    _cache = tempfile.TemporaryDirectory(prefix="gait-pipeline-tests-", ignore_cleanup_errors=True)
-    os.environ["GAIT_PIPELINE_CACHE"] = _cache.name
-
 import gc
 
 gc.disable()  # until tests are collected: little of what is loaded and collected is ever let go
@@ -23,6 +16,7 @@ gc.disable()  # until tests are collected: little of what is loaded and collecte
 import getpass
 import signal
 import sys
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from io import StringIO
@@ -81,6 +75,12 @@ class Said:
     status: int
     out: str
     err: str
+
+    @property
+    def result(self) -> str:
+        """Standard output after the line that says what is set up."""
+        first, _, others = self.out.partition("\n")
+        return others if first.startswith("setting up ") else self.out
 
 
 @pytest.fixture
@@ -165,7 +165,6 @@ SHARING = {
     "tests/stages/test_every_preset.py": "smoke_results",
     "tests/stages/test_reuse.py": "smoke_results",
     "tests/studies/actions": "smoke_results",
-    "tests/studies/face_off": "smoke_results",
     "tests/studies/limbs": "smoke_results",
     "tests/claims/test_planted_errors.py": "planted_errors",
     "tests/claims": "synthetic_tables",

@@ -15,18 +15,40 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import fields, is_dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 from pipeline.cli.compose import compose
-from pipeline.cli.index import _tree
 from pipeline.cli.presets import presets
 from pipeline.processes import usable_cores
+from pipeline.validation import require_range, required
 
 ROOT = Path(__file__).resolve().parent.parent
 GROUPS = ("data", "dataset", "model", "sweep", "figure")
 LARGEST = 100
 """Ends of a range that are more than so many times a value are left out: they would run for hours."""
+
+
+def tree(kind: type[Any]) -> dict[str, Any]:
+    """Return what is known of each option of a class: its options in turn, or words or bounds of its values."""
+    hints = get_type_hints(kind, include_extras=True)
+    return {field.name: _values(hints[field.name]) for field in fields(kind)}
+
+
+def _values(hint: Any) -> Any:
+    hint = required(hint)
+    bounds: dict[str, Any] = {}
+    if get_origin(hint) is Annotated:
+        hint, *checks = get_args(hint)
+        bounds = {name: value for check in checks if isinstance(check, partial) and check.func is require_range
+                  for name, value in check.keywords.items()}  # fmt: skip
+    if is_dataclass(hint) and isinstance(hint, type):
+        return tree(hint)
+    if isinstance(hint, type) and issubclass(hint, enum.Enum):
+        return list(hint.__members__)
+    return {"": hint.__name__, "bounds": bounds} if hint in (int, float) else None
 
 
 def options(path: str, option: Any, known: dict[str, Any]) -> Iterator[tuple[str, Any, Any]]:
@@ -79,7 +101,7 @@ def runs(figures: list[str]) -> list[list[str]]:
         experiment = compose([f"experiment={figure}", "scale=smoke"])
         for group in GROUPS:
             option = getattr(experiment, group)
-            for path, value, known in options(group, option, _tree(type(option))):
+            for path, value, known in options(group, option, tree(type(option))):
                 for each in tried(value, known):
                     word = (
                         json.dumps([getattr(v, "name", v) for v in each]) if isinstance(each, list) else each

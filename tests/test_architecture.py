@@ -127,8 +127,6 @@ STUDIES = {
 }
 """The other folders are what several studies stand on."""
 
-COMPARES_STUDIES = {"face_off"}
-
 
 def package(module: str) -> str:
     """``core`` for core.fourier.series."""
@@ -150,9 +148,9 @@ def broken_rules(module: str, inside: set[str], outside: set[str]) -> list[str]:
         if theirs != own and theirs not in MAY_IMPORT[own]:
             told.append(f"{module} imports {other}")
         elif study(other) and study(other) != study(module) and module != "studies.registry":
-            if study(module) not in COMPARES_STUDIES and theirs == own:
+            if theirs == own:
                 told.append(f"{module} imports {other}, of another study")
-            elif theirs != own:
+            else:
                 told.append(f"{module} names the study of {other}")
     for name in sorted(outside):
         allowed = FROM_OUTSIDE.get(name, set())
@@ -212,9 +210,9 @@ def test_a_wrong_import_is_noticed(module: str, code: str) -> None:
     assert len(broken_rules(module, *imports(ast.parse(code)))) == 1
 
 
-def test_the_comparison_may_look_into_other_studies_and_only_the_registry_names_them_all() -> None:
+def test_only_the_registry_names_all_studies() -> None:
     wanted = imports(ast.parse("from pipeline.studies.walks import model"))
-    assert broken_rules("studies.face_off.methods", *wanted) == []
+    assert broken_rules("studies.limbs.model", *wanted) != []
     assert broken_rules("studies.registry", *wanted) == []
 
 
@@ -239,7 +237,7 @@ def test_no_circle_of_imports() -> None:
 BUDGET = 66
 """Most files of the package that a figure's module reaches."""
 
-BUDGETS = {"studies.face_off.figure": 90, "studies.walks.figures.spectrum": 26, "cli.reconstruct": 120}
+BUDGETS = {"studies.walks.figures.spectrum": 26, "cli.reconstruct": 120}
 
 
 class _WhenRun(ast.NodeTransformer):

@@ -28,7 +28,6 @@ from pipeline.cli.figures import attempt, make_figures, report
 from pipeline.cli.options import filled
 from pipeline.cli.pool import Jobs
 from pipeline.cli.progress import line
-from pipeline.cli.recipes import recipe
 from pipeline.cli.status import CURRENT, JOBS, latest, states, status
 from pipeline.cli.summary import Failure, Made, Outcome
 from pipeline.cli.tasks import FIGURE, Task, plan
@@ -175,7 +174,7 @@ def make_on_cluster(jobs: Jobs, options: Launch, *, console: Console) -> list[st
     options : Launch
     console : Console
     """
-    stale = [(one, folder) for one, folder in jobs if status(recipe(one), folder).state != CURRENT]
+    stale = [(one, folder) for one, folder in jobs if status(one, folder).state != CURRENT]
     if not stale:
         console.print(f"{len(jobs)} figures are current")
         return []

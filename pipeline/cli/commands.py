@@ -8,21 +8,23 @@ import sys
 from collections.abc import Sequence
 from datetime import date
 from pathlib import Path
-from typing import Any
 
 from rich.text import Text
 
+from pipeline.cli.compose import compose, compose_figures, lacking
 from pipeline.cli.presets import apart, listed, presets, split_named
-from pipeline.cli.recipes import Recipe, recipes
 from pipeline.cli.status import CURRENT, status
 from pipeline.cli.summary import claim_rows, claims_table, counts_by_kind, open_console
-from pipeline.storage import archive, provenance, tables, user_cache
-from pipeline.storage.sealed_folders import MANIFEST, file_digest, read_manifest
+from pipeline.storage import archive, provenance, tables
+from pipeline.storage.sealed_folders import MANIFEST, read_manifest
+from pipeline.studies.experiment import Experiment
+from pipeline.studies.ledger import judge_folder, write_claims
+from pipeline.studies.registry import all_measures
 from pipeline.validation import InvalidInput, require_choice
 
 
-def figures_for(arguments: Sequence[str], among: Sequence[str] = ()) -> tuple[Recipe, list[str]]:
-    """Return a recipe of a data set and the figures for which it has clips: of all, or among some.
+def figures_for(arguments: Sequence[str], among: Sequence[str] = ()) -> tuple[Experiment, list[str]]:
+    """Return an experiment on a data set and the figures for which it has clips: of all, or among some.
 
     Raises
     ------
@@ -31,15 +33,14 @@ def figures_for(arguments: Sequence[str], among: Sequence[str] = ()) -> tuple[Re
     """
     if split_named(arguments)[0]:
         raise InvalidInput("this is done for all figures", "experiment", "no experiment=")
-    found = recipes(among, arguments)
-    return found[0], [one.name for one in found if not one.lacking]
+    found = compose_figures(among, arguments)
+    return found[0], [one.name for one in found if not lacking(one)]
 
 
 def fetch(arguments: Sequence[str]) -> int:
     """Download the public recordings; return 1 if some failed."""
     from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TransferSpeedColumn
 
-    from pipeline.cli.compose import compose
     from pipeline.fetch import Progress as Progress_
     from pipeline.fetch import fetch as fetch_files
     from pipeline.ingestion.data import RecordedData
@@ -83,18 +84,16 @@ def fetch(arguments: Sequence[str]) -> int:
 def report(arguments: Sequence[str]) -> int:
     """Judge the claims again and write the page over all figures of a data set."""
     one, figures = figures_for(arguments)
-    open_console().print(make_page(one.published_in, one.data, figures), soft_wrap=True)
+    open_console().print(make_page(one.published_in, one.data.name, figures), soft_wrap=True)
     return 0
 
 
 def make_page(folder: Path, data_name: str, figures: Sequence[str]) -> str:
     """Write ``claims.csv`` and ``index.html`` in ``results/<data>/<scale>`` and return a sentence about the page."""
-    from pipeline.cli.figures import judged
     from pipeline.report.document import write_page
-    from pipeline.studies.ledger import write_claims
 
     if folder.is_dir():
-        write_claims(folder / "claims.csv", judged(folder, data_name, figures))
+        write_claims(folder / "claims.csv", judge_folder(folder, data_name, figures, measures=all_measures()))
     page = write_page(folder, figures)
     return f"page: {page} ({page.stat().st_size / 1e6:.2f} MB)"
 
@@ -111,30 +110,19 @@ def claims(arguments: Sequence[str]) -> int:
     if not folder.is_dir():
         from pipeline.report.entries import options_of
 
-        words = f"nothing is made yet in {folder}: make sweeps{options_of(one.data, one.scale)}"
+        words = f"nothing is made yet in {folder}: make sweeps{options_of(one.data.name, one.scale.name)}"
         out.print(words, soft_wrap=True)
         return 1
-    file = folder / "claims.csv"
-
-    def judge() -> dict[str, Any]:
-        from pipeline.cli.figures import judged
-        from pipeline.studies.ledger import write_claims
-
-        verdicts = judged(folder, one.data, figures)
-        if not named:
-            write_claims(file, verdicts)
-        return {"rows": claim_rows(verdicts), "file": "" if named else file_digest(file)}
-
-    content = tables.digests(folder, presets())
-    answer = user_cache.remembered(("claims", one.data, bool(named), *figures, *content), judge)
-    if not named and not (file.is_file() and file_digest(file) == answer["file"]):
-        answer = judge()
-    out.print(claims_table(answer["rows"], out.width))
-    for row in answer["rows"]:
+    verdicts = judge_folder(folder, one.data.name, figures, measures=all_measures())
+    if not named:
+        write_claims(folder / "claims.csv", verdicts)
+    rows = claim_rows(verdicts)
+    out.print(claims_table(rows, out.width))
+    for row in rows:
         if row["why"]:
             out.print(Text(f"{row['claim']}: {row['agreement']}: {row['why']}"), soft_wrap=True)
-    out.print(f"{one.data}, {one.scale}")
-    out.print("\n".join(counts_by_kind(answer["rows"])))
+    out.print(f"{one.data.name}, {one.scale.name}")
+    out.print("\n".join(counts_by_kind(rows)))
     return 0
 
 
@@ -152,12 +140,11 @@ def readme(arguments: Sequence[str]) -> int:
     if arguments:
         from pipeline.report.first_screen import draw_first_screen
         from pipeline.report.published import read_published
-        from pipeline.studies.registry import all_measures
 
         one, figures = figures_for(arguments)
         folder = one.published_in
         published.renew(path, published.measured(folder, figures, layout, all_measures()))
-        if one.data == "synthetic":
+        if one.data.name == "synthetic":
             draw_first_screen(
                 read_published(folder, figures), provenance.PROJECT / "results" / "archive" / "light"
             )
@@ -175,9 +162,9 @@ def view(arguments: Sequence[str]) -> int:
     path, first = Path(arguments[0]), ""
     if path.suffix != ".rrd":
         name = require_choice("the figure", arguments[0], presets())
-        one, _ = figures_for(arguments[1:])
+        one, _ = figures_for(arguments[1:], [name])
         path = one.published_in / name / "recording.rrd"
-        first = f"`make {name} DATA={one.data} SCALE={one.scale}` first"
+        first = f"`make {name} DATA={one.data.name} SCALE={one.scale.name}` first"
     if not path.is_file():
         raise InvalidInput("no such recording yet", path, first)
     if sys.platform.startswith("linux") and not (
@@ -219,22 +206,21 @@ def keep(arguments: Sequence[str]) -> int:
     if only := own.get("only"):
         require_choice("only", only, figures)
     elif folder.is_dir():
-        from pipeline.cli.figures import judged
-        from pipeline.studies.ledger import write_claims
-
-        write_claims(folder / "claims.csv", judged(folder, one.data, figures))
+        write_claims(
+            folder / "claims.csv", judge_folder(folder, one.data.name, figures, measures=all_measures())
+        )
     chosen = [only] if only else figures
     current = _current(chosen, folder, arguments, commit=facts["commit"])
     if own.get("light") not in (None, "", "0"):
         from pipeline.report.light import keep_light
 
-        target = root / "light" / one.data
+        target = root / "light" / one.data.name
         kinds = keep_light(folder, target, chosen, current=current, **facts)
         sizes = ", ".join(f"{kind} {size / 1e6:.2f}" for kind, size in sorted(kinds.items()))
         out.print(f"kept in {target} ({sum(kinds.values()) / 1e6:.2f} MB: {sizes})", soft_wrap=True)
         return 0
     moment = f"{facts['date']}-{facts['commit'][:12]}" + (f"-{only}" if only else "")
-    kept = archive.keep(folder, root, chosen, name=moment, data=one.data, current=current, **facts)
+    kept = archive.keep(folder, root, chosen, name=moment, data=one.data.name, current=current, **facts)
     out.print(f"kept in {kept}")
     return 0
 
@@ -246,7 +232,7 @@ def _current(figures: Sequence[str], folder: Path, arguments: Sequence[str], *, 
     """
     there = [name for name in figures if (folder / name / MANIFEST).is_file()]
     others = [name for name in there if read_manifest(folder / name)["provenance"].get("commit") != commit]
-    known = recipes(others, arguments, steps=True) if others else []
+    known = compose_figures(others, arguments) if others else []
     return [one.name for one in known if status(one, folder / one.name).state == CURRENT]
 
 

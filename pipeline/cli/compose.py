@@ -1,31 +1,27 @@
-"""An experiment from presets and overrides, kept in the user's cache, since composing takes long."""
+"""Experiments from presets and overrides."""
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
-from dataclasses import MISSING, fields, is_dataclass, replace
+from dataclasses import is_dataclass, replace
 from enum import Enum
 from functools import cache
 from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
 from pipeline import mappings
-from pipeline.cli.index import write_index
+from pipeline.cli.composition import composed
+from pipeline.cli.presets import presets
 from pipeline.ingestion.data import DATA_SETS, FolderData
-from pipeline.processes import processes_for, usable_cores
-from pipeline.resources import CONF, PACKAGE
-from pipeline.storage import user_cache
-from pipeline.storage.provenance import FOLDERS, versions
-from pipeline.storage.sealed_folders import TYPE, canonical, digest
+from pipeline.papers import PAPERS
+from pipeline.processes import processes_for
+from pipeline.resources import CONF
+from pipeline.storage.provenance import FOLDERS
+from pipeline.storage.sealed_folders import TYPE, canonical
 from pipeline.studies import registry
 from pipeline.studies.experiment import Experiment
 from pipeline.validation import InvalidInput, require_choice, require_name
-
-_RESULTS = re.compile(r"results=(?!null$)[\w./-]+")
-"""A folder on which nothing else in an experiment depends."""
 
 
 def compose(overrides: Sequence[str]) -> Experiment:
@@ -36,32 +32,41 @@ def compose(overrides: Sequence[str]) -> Experiment:
     InvalidInput
         If an override names no option.  Hydra's own errors are put into words by `composition.in_words`.
     """
-
-    _indexed()
-    results = [item for item in overrides if item.startswith("results=")]
-    if results := [item for item in results[-1:] if _RESULTS.fullmatch(item)]:
-        overrides = [item for item in overrides if not item.startswith("results=")]
-    made: list[Experiment] = []
-
-    def plain() -> Any:
-        from pipeline.cli import composition
-
-        made.append(composition.composed(overrides))
-        with suppress(InvalidInput):  # of what cannot be kept, such as a number that is not finite
-            kept = canonical(made[0])
-            return kept if _whole(kept) == made[0] else None
-        return None
-
-    key = ("experiment", *overrides, os.environ.get("MOCAP_MIRROR"), usable_cores())
-    kept = user_cache.remembered(key, plain, of=_rests_on)
-    experiment = made[0] if made else _whole(kept)
-    if results:
-        experiment.results = results[-1].partition("=")[2]
-    return on_this_machine(experiment)
+    return on_this_machine(composed(overrides))
 
 
-_indexed = cache(write_index)
-"""Keep the index of options, once: their classes are loaded now."""
+def compose_figures(names: Sequence[str], common: Sequence[str]) -> list[Experiment]:
+    """Return the experiments of figures, by default of all in the papers' order, with the same overrides."""
+    return [compose([*common, f"experiment={name}"]) for name in names or built_figures()]
+
+
+def built_figures() -> list[str]:
+    """Return the presets that exist, in the papers' order."""
+    existing = presets()
+    every = (name for paper in PAPERS.values() for name in (*paper.figures, *paper.beyond))
+    return [name for name in every if name in existing]
+
+
+def lacking(experiment: Experiment) -> str:
+    """Return why the data set has no clips for this experiment; empty if it has."""
+    try:
+        experiment.validate()
+    except InvalidInput as error:
+        if error.where == "data":
+            return str(error)
+    return ""
+
+
+def order(experiment: Experiment) -> list[Any]:
+    """Return the place of a figure among others.
+
+    Figures go by subject, on each those of the papers before our own, by paper, the short before the long.
+    """
+    if experiment.paper not in PAPERS:
+        return [max(one.order for one in PAPERS.values()) + 1, True, 0, experiment.cost_s, experiment.name]
+    paper = PAPERS[experiment.paper]
+    subject = min(one.order for one in PAPERS.values() if one.subject == paper.subject)
+    return [subject, experiment.name in paper.beyond, paper.order, experiment.cost_s, experiment.name]
 
 
 def _whole(value: Any, hint: Any = Experiment) -> Any:
@@ -103,18 +108,6 @@ def _named(hint: Any) -> tuple[type[Any], ...]:
     return tuple(part for part in (hint, *get_args(hint)) if isinstance(part, type))
 
 
-def _rests_on() -> str:
-    """Return a digest of what a composition follows from: the option classes as loaded, and the files of options.
-
-    What the options are for may be edited without composing anew.
-    """
-    composers = [PACKAGE / "cli" / f"{name}.py" for name in ("composition", "overrides")]
-    files = [path for path in sorted(CONF.rglob("*.yaml")) if path.parent.name != "paper"]
-    names = [path.relative_to(CONF).as_posix() for path in files]
-    contents = [digest(path.read_bytes()) for path in (*composers, *files)]
-    return digest(repr((_schema(), names, contents)).encode())[:32]
-
-
 @cache
 def _classes() -> dict[type[Any], dict[str, Any]]:
     """Return the classes of all options, with the types of their fields."""
@@ -126,20 +119,6 @@ def _classes() -> dict[type[Any], dict[str, Any]]:
             found[kind] = get_type_hints(kind) if is_dataclass(kind) else {}
             waiting += [inner for hint in found[kind].values() for inner in _named(hint)]
     return found
-
-
-@cache
-def _schema() -> str:
-    """Return the option classes, with the type, default and sizes of each field, as text."""
-    groups = {group: registry.options(group) for group in registry.GROUPS}
-    lines = [repr((versions(("hydra-core", "omegaconf")), groups))]
-    for kind, hints in _classes().items():
-        lines.append(f"{kind} {list(kind) if issubclass(kind, Enum) else ''}")
-        for field in fields(kind) if is_dataclass(kind) else ():
-            default = field.default if field.default_factory is MISSING else field.default_factory()
-            words = "" if default is MISSING else repr(default)
-            lines.append(f"{field.name} {hints[field.name]} {words} {dict(field.metadata)}")
-    return "\n".join(lines)
 
 
 def on_this_machine(experiment: Experiment) -> Experiment:

@@ -7,9 +7,7 @@ import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 from rich.text import Text
@@ -18,47 +16,17 @@ from pipeline import papers
 from pipeline.cli.errors import sentence
 from pipeline.cli.own_result import own_result
 from pipeline.cli.pool import Jobs, make_side_by_side
-from pipeline.cli.presets import presets
 from pipeline.cli.progress import Display
 from pipeline.cli.summary import Failure, Made, Outcome, summarise
 from pipeline.clips.kinds import Clips
 from pipeline.ingestion.data import FolderData
 from pipeline.processes import core_lent
 from pipeline.stages import chain, figure
-from pipeline.storage import tables, user_cache
 from pipeline.storage.sealed_folders import require_replaceable
 from pipeline.storage.store import Store
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.ledger import judge_folder, write_claims
 from pipeline.studies.registry import all_measures
-
-
-def judged(
-    folder: Path, data_name: str, figures: Sequence[str], *, overridden: bool = False
-) -> list[papers.Verdict]:
-    """Return the verdicts on figures, remembered by the content of their tables."""
-    found = user_cache.remembered(
-        ("verdicts", data_name, overridden, *figures, *tables.digests(folder, presets())),
-        lambda: [
-            [one.claim.name, one.agreement, one.why, one.evidence and asdict(one.evidence), one.beyond]
-            for one in judge_folder(
-                folder, data_name, figures, measures=all_measures(), overridden=overridden
-            )
-        ],
-    )
-    return [
-        papers.Verdict(
-            papers.claim(name), papers.Agreement(agreement), why, _evidence(evidence), papers.Beyond(beyond)
-        )
-        for name, agreement, why, evidence, beyond in found
-    ]
-
-
-def _evidence(plain: dict[str, Any] | None) -> papers.Evidence | None:
-    if plain is None:
-        return None
-    estimates = {name: papers.Estimate(**one) for name, one in plain.items() if isinstance(one, dict)}
-    return papers.Evidence(**{**plain, **estimates})
 
 
 def make_figure(
@@ -200,6 +168,8 @@ def _ledger(outcomes: Sequence[Outcome], experiments: dict[str, Experiment]) -> 
     parent = parents.pop()
     figures = [outcome.figure for outcome in outcomes]
     one = experiments[figures[0]]
-    verdicts = judged(parent, one.data.name, figures, overridden=parent != one.published_in)
+    verdicts = judge_folder(
+        parent, one.data.name, figures, measures=all_measures(), overridden=parent != one.published_in
+    )
     write_claims(parent / "claims.csv", verdicts, judged=figures)
     return verdicts

@@ -68,9 +68,6 @@ from pipeline.cli.presets import first_comment, presets, split_named
 from pipeline.resources import version
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
-    from pipeline.cli.recipes import Recipe
     from pipeline.studies.experiment import Experiment
 
 IDENTITY = {"experiment", "data", "scale", "workers", "results", "data.mirror", "data.raw"}
@@ -103,6 +100,9 @@ COMMANDS = {
     "pointlight": "pointlight.point_lights",
 }
 """Module of `pipeline.cli` and function of each command, imported when it is called; its docstring is the help."""
+
+LIGHT = ("reconstruct", "inspect", "export", "pointlight", "equations")
+"""Commands that start at once; the others load the libraries of every study to compose experiments."""
 
 
 def command(name: str) -> Callable[[Sequence[str]], int]:
@@ -163,7 +163,7 @@ def help_text() -> str:
     return (__doc__ or "").replace("{figures}", "\n".join(lines))
 
 
-def destination(experiment: Experiment | Recipe, overrides: Sequence[str], moment: str) -> Path:
+def destination(experiment: Experiment, overrides: Sequence[str], moment: str) -> Path:
     """Return the folder of a figure: its own for a preset without further overrides, else one in scratch."""
     allowed = IDENTITY | (OWN_FILES if "data=folder" in overrides else set())
     names = {item.split("=", 1)[0].lstrip("+~") for item in overrides}
@@ -183,22 +183,18 @@ def make_all(arguments: Sequence[str]) -> int:
     continues a run that was interrupted.  --dry-run says what would be made.  launch=slurm makes them as jobs of a
     cluster (launch.partition, .minutes, .cores; docs/cluster.md).
     """
-    from pipeline.cli.index import refuse_slips
-
-    launched, arguments = _apart(arguments, lambda item: item.startswith(("launch=", "launch.")))
-    refuse_slips(arguments)
-    from pipeline.cli.recipes import recipes
+    from pipeline.cli.compose import compose_figures, lacking, order
     from pipeline.cli.summary import open_console
 
+    launched, arguments = _apart(arguments, lambda item: item.startswith(("launch=", "launch.")))
     dry, arguments = _apart(arguments, lambda item: item == "--dry-run")
     chosen, common = split_named(arguments)
-    found = recipes(chosen, common, steps=bool(dry))
+    experiments = compose_figures(chosen, common)
     left_out: dict[str, list[str]] = {}
-    for one in () if chosen else found:
-        if one.lacking:
-            left_out.setdefault(one.lacking, []).append(one.name)
-    there = [one for one in found if chosen or not one.lacking]
-    ordered = there if chosen else sorted(there, key=lambda one: one.place)
+    for one in () if chosen else experiments:
+        left_out.setdefault(lacking(one), []).append(one.name)
+    names = left_out.pop("", chosen)
+    ordered = experiments if chosen else sorted((e for e in experiments if e.name in names), key=order)
     moment, console = _moment(), open_console()
     from pipeline.cli.status import CURRENT, print_status, status
     from pipeline.storage.sealed_folders import MANIFEST
@@ -209,21 +205,26 @@ def make_all(arguments: Sequence[str]) -> int:
         return 0
     whole = bool(folders) and not chosen and all(map(_is_presets_own, ordered, folders))
     current, refused = whole and all((folder / MANIFEST).is_file() for folder in folders), []
-    if current:
-        known = recipes([one.name for one in ordered], common, steps=True)
-        current = all(one.state == CURRENT for one in map(status, known, folders))
-    if current:
+    if current and all(one.state == CURRENT for one in map(status, ordered, folders)):
         words = "figures are current; experiment=NAME makes one again"
         console.print(f"{folders[0].parent}: {len(folders)} {words}", soft_wrap=True)
     else:
-        refused = _make_jobs(ordered, folders, common, launched, console)
+        jobs = [*zip(ordered, folders, strict=True)]
+        if launched:
+            from pipeline.cli.cluster import launch_figures
+
+            refused = launch_figures(jobs, launched, console=console)
+        else:
+            from pipeline.cli.figures import make_figures
+
+            refused = make_figures(jobs, console=console)
     if whole and any((folder / MANIFEST).is_file() for folder in folders):
         from pipeline.cli.commands import make_page
 
-        page = make_page(folders[0].parent, ordered[0].data, [one.name for one in there])
+        page = make_page(folders[0].parent, ordered[0].data.name, names)
         console.print(page, soft_wrap=True)
-    for reason, names in left_out.items():
-        console.print(f"Left out: {', '.join(names)}: {reason}", style="yellow", soft_wrap=True)
+    for reason, without in left_out.items():
+        console.print(f"Left out: {', '.join(without)}: {reason}", style="yellow", soft_wrap=True)
     return 1 if refused else 0
 
 
@@ -240,29 +241,9 @@ def _apart(arguments: Sequence[str], chosen: Callable[[str], bool]) -> tuple[lis
     return [item for item in arguments if chosen(item)], [item for item in arguments if not chosen(item)]
 
 
-def _is_presets_own(one: Experiment | Recipe, folder: Path) -> bool:
+def _is_presets_own(one: Experiment, folder: Path) -> bool:
     """Return whether a figure goes to its preset's own folder, without changed options."""
     return folder == one.published_in / one.name
-
-
-def _make_jobs(
-    ordered: Sequence[Recipe],
-    folders: Sequence[Path],
-    common: Sequence[str],
-    launched: Sequence[str],
-    console: Console,
-) -> list[str]:
-    """Make figures, on a cluster if options of one are given, and return why some were not made."""
-    from pipeline.cli.compose import compose
-    from pipeline.cli.figures import make_figures
-
-    experiments = [compose([*common, f"experiment={one.name}"]) for one in ordered]
-    jobs = [*zip(experiments, folders, strict=True)]
-    if launched:
-        from pipeline.cli.cluster import launch_figures
-
-        return launch_figures(jobs, launched, console=console)
-    return make_figures(jobs, console=console)
 
 
 def _make_one(experiment: Experiment, overrides: Sequence[str], folder: Path | None) -> str:
@@ -336,20 +317,22 @@ def _run(arguments: Sequence[str]) -> int:
         if {"--help", "-h"} & set(others):
             print(_help_of(first))
             return 0
+        if first not in LIGHT:
+            _announce(first, others)
         return command(first)(others)
-    from pipeline.storage.publishing import require_new
-    from pipeline.validation import InvalidInput
-
     if first.find("=") < 1 and not first.startswith("-"):
+        from pipeline.validation import InvalidInput
+
         raise InvalidInput(
             "the command is unknown",
             expected="an override (option=value) or one of " + ", ".join(COMMANDS),
             received=first,
         )
-    from pipeline.cli.index import refuse_slips
-
-    refuse_slips(arguments)
+    if not any(item.startswith("-") and item not in ("-m", "--multirun") for item in arguments):
+        _announce("the figure", arguments)
     from pipeline.cli.compose import compose, on_this_machine
+    from pipeline.storage.publishing import require_new
+    from pipeline.validation import InvalidInput
 
     if not any(item.startswith(("-", "hydra")) for item in arguments):
         return 1 if _make_one(compose(arguments), arguments, None) else 0
@@ -372,6 +355,12 @@ def _run(arguments: Sequence[str]) -> int:
     finally:
         _compare(Path(results) / "scratch" / moment)
         _tell_presets(arguments)
+
+
+def _announce(work: str, arguments: Sequence[str]) -> None:
+    """Print what is being set up, before the libraries that compose it are loaded."""
+    named, _ = split_named(arguments)
+    print("setting up " + (", ".join(named) or work), flush=True)
 
 
 def _compare(run: Path) -> None:

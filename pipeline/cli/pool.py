@@ -25,6 +25,7 @@ from typing import Any
 from pipeline.cli.progress import Display
 from pipeline.cli.summary import Failure, Made
 from pipeline.processes import CAN_FORK, cores_not_returned, die_with_parent, share_cores
+from pipeline.stages.figure import figure_code
 from pipeline.storage.sealed_folders import remove_stale
 from pipeline.storage.store import Store
 from pipeline.studies.experiment import Experiment
@@ -95,6 +96,8 @@ def make_side_by_side(jobs: Jobs, make: Make, display: Display, *, processes: in
                 begin(slot)
             for module in _OF_MOST_FIGURES if queue else ():
                 import_module(module)
+            for figure in queue:
+                figure_code(jobs[figure][0])  # the sources are parsed once for all of them
             while workers:
                 ready = wait([told_to_end, *(worker.pipe for worker in workers.values())])
                 if told_to_end in ready:

@@ -14,7 +14,6 @@ from pipeline import papers
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import make_figure
 from pipeline.cli.presets import CONF
-from pipeline.cli.recipes import recipe
 from pipeline.cli.status import CURRENT, status
 from pipeline.cli.summary import open_console
 from pipeline.papers import Kind, Verdict
@@ -143,7 +142,7 @@ def _measured(
         for figure_name in switch.figures:
             overrides = [f"experiment={figure_name}", *options, *switch.common, *switch.overrides, *QUIET]
             experiment, figure = compose(overrides), folder / figure_name
-            if status(recipe(experiment), figure).state == CURRENT:
+            if status(experiment, figure).state == CURRENT:
                 continue
             try:
                 make_figure(experiment, figure, store=Store(Path(experiment.results)))

@@ -11,9 +11,11 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from pipeline.cli.recipes import Recipe
-from pipeline.storage.sealed_folders import complaints_about, read_manifest
+from pipeline.stages import chain
+from pipeline.stages.figure import figure_code
+from pipeline.storage.sealed_folders import canonical, complaints_about, read_manifest
 from pipeline.storage.store import Plan
+from pipeline.studies.experiment import Experiment
 
 CURRENT, STALE, MISSING = "current", "stale", "missing"
 _STYLES = {CURRENT: "green", STALE: "yellow", MISSING: "red"}
@@ -43,31 +45,35 @@ class Status:
     to_compute: tuple[str, ...]
 
 
-def status(recipe: Recipe, folder: Path) -> Status:
-    """Compare a published figure with its recipe: stages by content, the figure by options and sources."""
+def status(experiment: Experiment, folder: Path) -> Status:
+    """Compare a published figure with its experiment: stages by content, the figure by options and sources.
+
+    Raises
+    ------
+    InvalidInput
+        If the data set has no clips for it, or an option cannot be kept.
+    """
     complaints = complaints_about(folder, hashes=False) if folder.is_dir() else ["not made yet"]
     manifest = {} if complaints else read_manifest(folder)
     before = {
         name: (stage["key"], stage.get("content", "")) for name, stage in manifest.get("stages", {}).items()
     }
-    assert recipe.steps is not None
-    *stages, figure = recipe.steps
-    artefacts = Plan(Path(recipe.results), before).follow(stages)
+    artefacts = [kept.artefact for kept in chain.run(experiment, Plan(Path(experiment.results), before))]
     changed = [a for a in artefacts if not a.content or a.content != before.get(a.stage, ("", ""))[1]]
     state, why = STALE, ""
     if complaints:
         state, why = MISSING, complaints[0]
     elif changed:  # the first explains those that follow from it
         why = f"{changed[0].stage}: {changed[0].why}"
-    elif manifest["configuration"].get("figure") != figure["options"]:
+    elif manifest["configuration"].get("figure") != canonical(experiment.figure):
         why = "figure: options changed"
     elif not manifest.get("code"):
         why = "figure: without further populations yet"
-    elif manifest["code"] != figure["code"]:
+    elif manifest["code"] != figure_code(experiment):
         why = "figure: code changed"
     else:
         state = CURRENT
-    return Status(recipe.name, state, why, tuple(a.stage for a in artefacts if a.computed))
+    return Status(experiment.name, state, why, tuple(a.stage for a in artefacts if a.computed))
 
 
 def print_status(found: Sequence[Status], console: Console, results: Path | None) -> None:

@@ -25,8 +25,7 @@ TIMING = "table_timing"
 
 ITERATE = (
     "park2011", "mozerov2006_tracking", "mozerov2006_warp_error", "zhang2004_fig5", "zhang2007_fig6",
-    "zhang2007_structure", "zhang2007_coverage", "zhang2007_occlusion", "zhang2007_noise", "zhang2007_view_posterior",
-    "zhang2007_sources",
+    "zhang2007_structure", "zhang2007_coverage", "zhang2007_occlusion", "zhang2007_sources",
     "keypoints",
 )  # fmt: skip
 """Beginnings of the figures whose numbers come out of searches and refinements."""

@@ -8,17 +8,10 @@ from __future__ import annotations
 
 import ast
 import functools
-import json
-import sys
 from collections.abc import Iterable
-from contextlib import suppress
 
 from pipeline.plugins import source_of
-from pipeline.storage import user_cache
 from pipeline.storage.sealed_folders import digest
-
-_CODE, _MOST = f"code-{sys.version_info[0]}.{sys.version_info[1]}.json", 4000
-"""File of the user's cache, whose syntax trees are those of one Python, and the most modules in it."""
 
 Code = tuple[str, frozenset[tuple[str, str]]]
 """The digest of a module's syntax tree, and each name that it imports with the module it comes from."""
@@ -34,17 +27,12 @@ def sources_digest(modules: Iterable[str]) -> str:
     """
     reached: set[str] = set()
     waiting = [name for name in modules if source_of(name)]
-    before = len(_known())
     while waiting:
         name = waiting.pop()
         if name in reached:
             continue
         reached.add(name)
         waiting += _module(name)[1] - reached
-    if len(_known()) > before:
-        latest = list(_known().items())[-_MOST:]
-        content = {of: (seal, sorted(names)) for of, (seal, names) in latest}
-        user_cache.write(_CODE, json.dumps(content).encode())
     lines = (f"{name}\0{_module(name)[0]}\n" for name in sorted(reached))
     return digest("".join(lines).encode())
 
@@ -57,27 +45,13 @@ def _module(name: str) -> tuple[str, frozenset[str]]:
     """
     path = source_of(name)
     assert path is not None
-    content, known = path.read_bytes(), _known()
-    if (of := digest(content)) not in known:
-        known[of] = _parsed(content)
-    seal, imports = known[of]
+    seal, imports = _parsed(path.read_bytes())
     # From a package, a name is a module of it, or one that its __init__ has.
     imported = {full if source_of(full) else module for full, module in imports}
     return seal, frozenset(found for found in imported if found != name and source_of(found))
 
 
 @functools.cache
-def _known() -> dict[str, Code]:
-    """Return what is known of modules by the digest of their content; new ones are added."""
-    with suppress(ValueError, TypeError, AttributeError):
-        found = json.loads(user_cache.read(_CODE) or b"{}")
-        return {
-            of: (seal, frozenset((full, module) for full, module in names))
-            for of, (seal, names) in found.items()
-        }
-    return {}
-
-
 def _parsed(content: bytes) -> Code:
     """Return a module's code; its docstrings, and those in it and of attributes, do not count."""
     tree = ast.parse(content)

@@ -254,7 +254,7 @@ class Plan(Store):
     Attributes
     ----------
     steps : list of dict
-        What each stage that was asked for is made of, in plain values, for another plan to `follow`.
+        Stage, options, names of the inputs and code of each artefact that was asked for, in plain values.
     """
 
     def __init__(self, results: Path, before: Mapping[str, tuple[str, str]]) -> None:
@@ -291,15 +291,3 @@ class Plan(Store):
         except _UNREADABLE:
             computed = True
         return Artefact(stage, key, content, {}, {}, computed, 0.0, why)
-
-    def follow(self, steps: Sequence[Mapping[str, Any]]) -> list[Artefact]:
-        """Return the artefacts of the stages that another plan was asked for."""
-        made: dict[str, Artefact] = {}
-        for step in steps:
-            stage, inputs = step["stage"], [made[name] for name in step["reads"]]
-            made[stage] = self.artefact(stage, step["options"], inputs, _nothing, code=step["code"])
-        return list(made.values())
-
-
-def _nothing() -> Any:
-    raise AssertionError("a plan computes nothing")

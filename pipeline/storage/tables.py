@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.storage.publishing import Replace, new_file
-from pipeline.storage.sealed_folders import MANIFEST, digest, file_digest, read_manifest, writing
+from pipeline.storage.sealed_folders import digest, read_manifest, writing
 from pipeline.validation import InvalidInput
 
 _INTEGER, _NUMBER = r"(?:0|-?[1-9]\d{0,17})", r"(?:-?(?:0|[1-9]\d*)(?:\.\d+)?(?:e[+-]?\d+)?|-?inf|)"
@@ -147,16 +147,6 @@ def read_published(folder: Path) -> dict[str, dict[str, np.ndarray]]:
         for name, fact in sorted(files.items())
         if re.fullmatch(r"table\w*\.csv", name)
     }
-
-
-def digests(folder: Path, figures: Sequence[str]) -> list[tuple[str, str, str]]:
-    """Return figure, file and sha256 of the tables and manifests of figures that are published in a folder."""
-    return [
-        (figure, file.name, file_digest(file))
-        for figure in figures
-        for file in [*sorted((folder / figure).glob("table*.csv")), folder / figure / MANIFEST]
-        if file.is_file()
-    ]
 
 
 def read_rows(path: Path) -> list[dict[str, str]]:

@@ -19,11 +19,10 @@ class Scale(Options):
     view_step_deg: float  # between views of walkers
     sigma2_step_mm2: float  # between noise variances
     structure_step_deg: float  # views of the anatomical reconstruction
-    few_views_step_deg: float  # the same, for hidden joints and noise
+    few_views_step_deg: float  # the same, for hidden joints
     partners: int  # people who choose the settings of each person
     performances: int  # most performances of an action; 0: all
     tracked: int  # performances that are held out and tracked; 0: all
-    faced: int  # walkers of the face-off; 0: all
     particles: list[int]  # of each filter, one track to each number
     clips: int  # most clips of varied motion; 0: all
     populations: int  # further synthetic populations for intervals; 0: none

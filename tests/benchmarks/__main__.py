@@ -10,6 +10,7 @@ noise_path      the same for 625 values of sigma², against the plain loop
 unknown_view    view angle and coefficients together, against SciPy's trust region
 synchronization all ordered pairs of performances with their paths, against dtaidistance, tslearn and a plain loop
 binary_quadratic   signs of a limb with a proof, against SCIP; growth with F and K
+proofs          limbs proved to be solved, and the time, by frames, K and noise; data=optical trials=100
 refinement      a skeleton of 14 limbs over 300 frames, against SciPy's trust region
 articulated     a skeleton of 14 limbs from images to refined positions: stages, growth with F and K
 coverage_of_intervals   95 % intervals over people: how often they hold the true mean; no times
@@ -54,6 +55,7 @@ BENCHMARKS = (
     "unknown_view",
     "synchronization",
     "binary_quadratic",
+    "proofs",
     "refinement",
     "articulated",
     "coverage_of_intervals",

@@ -1,100 +1,118 @@
-"""What comes from the user's cache is what composing and judging give, and never of other sources or tables."""
+"""Composing refuses what no option allows and names it; the command line prints a line before it loads Hydra."""
 
 from __future__ import annotations
 
-import dataclasses
-import itertools
-import os
 import re
 import shutil
+import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
 from hydra.errors import ConfigCompositionException
 
 from pipeline.cli import composition
-from pipeline.cli.compose import _classes, _rests_on, _schema, compose, on_this_machine
+from pipeline.cli.compose import built_figures, compose, compose_figures, lacking, on_this_machine
 from pipeline.cli.errors import sentence
-from pipeline.cli.figures import judged
+from pipeline.cli.main import COMMANDS, _help_of, command
 from pipeline.cli.presets import CONF, presets
-from pipeline.storage import tables, user_cache
-from pipeline.storage.sealed_folders import write_manifest
-from pipeline.studies.ledger import judge_folder
-from pipeline.studies.registry import all_measures
 from pipeline.validation import InvalidInput
-from tests.studies.test_ledger import SPECTRUM
+from tests.processes import finished
 
-MEASURES = all_measures()
+HEAVY = ("hydra", "numpy", "pandas", "scipy", "numba", "matplotlib", "rerun", "rich")
 
-
-@pytest.fixture(autouse=True)
-def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setenv("GAIT_PIPELINE_CACHE", str(tmp_path / "cache"))
-    return tmp_path / "cache"
-
-
-@pytest.fixture
-def composed(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
-    """The overrides that were composed, in turn."""
-    asked: list[list[str]] = []
-    real = composition.composed
-
-    def counted(overrides: list[str]) -> object:
-        asked.append(list(overrides))
-        return real(overrides)
-
-    monkeypatch.setattr(composition, "composed", counted)
-    return asked
+FIRST_LINE = f"""
+import sys
+class Watch:
+    def find_spec(self, name, *_):
+        if name in {HEAVY}:
+            print("imports", name)
+sys.meta_path.insert(0, Watch())
+from pipeline.cli.main import main
+sys.exit(main(sys.argv[1:]))
+"""
 
 
-@pytest.mark.parametrize("data", ["synthetic", "optical", "many", "folder"])
-def test_the_second_time_it_is_the_same(data: str, tmp_path: Path, composed: list[list[str]]) -> None:
-    for name in presets() if data == "synthetic" else ["zhang2007_sources", "park2011_fig4"]:
-        overrides = [f"experiment={name}", f"data={data}", f"data.path={tmp_path}"][: 2 + (data == "folder")]
-        first, second = compose(overrides), compose(overrides)
-        assert composed == [overrides], "the second comes from the cache"
-        assert second == first
-        assert repr(second) == repr(first), "in the order of its parts, too"
-        del composed[:]
+@pytest.mark.parametrize(
+    ("arguments", "line", "status"),
+    [
+        (["experiment=zhang2007_fig5", "sweep.truht=motion"], "setting up zhang2007_fig5", 1),
+        (
+            ["figures", "experiment=zhang2007_fig2,zhang2007_fig5", "seed=x"],
+            "setting up zhang2007_fig2, zhang2007_fig5",
+            1,
+        ),
+        (["status", "data=nowhere"], "setting up status", 1),
+        (["claims", "scale=huge"], "setting up claims", 1),
+        (["-m", "experiment=zhang2007_fig5", "model.components=x,y"], "setting up zhang2007_fig5", 1),
+    ],
+)
+def test_the_first_line_comes_before_any_library(arguments: list[str], line: str, status: int) -> None:
+    done = finished([sys.executable, "-c", FIRST_LINE, *arguments])
+    first, *others = done.stdout.splitlines()
+    assert (first, done.returncode) == (line, status)
+    assert "imports hydra" in others
+    assert len(done.stderr.splitlines()) == 1
 
 
-def test_the_first_time_it_is_what_is_composed() -> None:
-    overrides = ["experiment=zhang2007_fig5", "scale=smoke"]
-    assert compose(overrides) == on_this_machine(composition.composed(overrides))
+def test_what_hydra_prints_of_the_options_is_all_that_is_printed() -> None:
+    done = finished([sys.executable, "-m", "pipeline", "experiment=zhang2007_fig2", "--cfg", "job"])
+    assert done.stdout.startswith("name: zhang2007_fig2\n")
 
 
-def test_what_it_rests_on_is_asked_again(monkeypatch: pytest.MonkeyPatch, composed: list[list[str]]) -> None:
-    overrides = ["experiment=zhang2007_fig5", "data=cmu"]
-    for mirror, cores, of in (("a", 1, "x"), ("b", 1, "x"), ("b", 2, "x"), ("b", 2, "y"), ("b", 2, "y")):
-        monkeypatch.setenv("MOCAP_MIRROR", mirror)
-        monkeypatch.setattr("pipeline.cli.compose.usable_cores", lambda cores=cores: cores)
-        monkeypatch.setattr("pipeline.cli.compose._rests_on", lambda of=of: of)
-        assert compose(overrides).data.mirror == mirror  # type: ignore[attr-defined]
-    assert len(composed) == 4
+def test_help_loads_no_library() -> None:
+    for arguments in (["--help"], ["claims", "--help"]):
+        done = finished([sys.executable, "-c", FIRST_LINE, *arguments])
+        assert done.returncode == 0
+        assert "imports" not in [line.split(" ")[0] for line in done.stdout.splitlines()]
 
 
-def test_what_was_composed_while_somebody_edited_is_not_kept(
-    monkeypatch: pytest.MonkeyPatch, composed: list[list[str]]
-) -> None:
-    editions = map(str, itertools.count())
-    monkeypatch.setattr("pipeline.cli.compose._rests_on", lambda: next(editions))
-    for _ in range(2):
-        compose(["experiment=zhang2007_fig5"])
-    assert len(composed) == 2
+def test_help_of_a_command_is_its_docstring() -> None:
+    for name in COMMANDS:
+        assert _help_of(name).split() == (command(name).__doc__ or "").split()
 
 
-def test_a_damaged_file_is_composed_again(own_cache: Path, composed: list[list[str]]) -> None:
-    overrides = ["experiment=zhang2007_fig5"]
-    first = compose(overrides)
-    (kept,) = [path for path in own_cache.rglob("*.json") if b'"zhang2007_fig5"' in path.read_bytes()]
-    whole = kept.read_bytes()
-    for damaged in (whole[:100], b"[]", b"", whole.replace(b"2007", b"2008", 1), b"\xff" * 100):
-        assert damaged != whole
-        kept.write_bytes(damaged)
-        del composed[:]
-        assert compose(overrides) == first
-        assert len(composed) == 1
+@pytest.mark.parametrize(
+    ("slip", "named"),
+    [
+        ("experiment=zhang2007_fig55", "experiment: "),
+        ("data=opticall", "data: "),
+        ("scale=large", "scale: "),
+        ("sweep=known_views", "sweep: "),
+        ("swep.truth=motion", "swep: "),
+        ("sweep.truht=motion", "sweep.truht: "),
+        ("sweep.truth=fourrier", "sweep.truth: "),
+        ("sweep.view_angle_deg.stepp=1", "sweep.view_angle_deg.stepp: "),
+        ("sweep.view_angle_deg.step=abc", "sweep.view_angle_deg.step: "),
+        ("model.components=0", "model.components must be at least 1"),
+        ("model.components=many", "model.components: "),
+        ("data.population=0", "data.population must be at least 1"),
+        ("seed.x=1", "seed"),
+        ("skeleton.maping=auto", "skeleton.maping: "),
+    ],
+)
+def test_a_slip_is_refused_and_its_option_named(slip: str, named: str) -> None:
+    with pytest.raises(Exception) as caught:
+        compose(["experiment=zhang2007_fig5", slip]).validate()
+    assert sentence(caught.value).startswith(named)
+
+
+def test_figures_are_composed_in_the_papers_order_with_the_same_overrides() -> None:
+    assert sorted(built_figures()) == presets()
+    first, second = compose_figures(["zhang2007_fig5", "mozerov2006_fig1"], ["data=hdm05", "seed=3"])
+    assert [one.name for one in (first, second)] == ["zhang2007_fig5", "mozerov2006_fig1"]
+    assert (first.seed, second.seed) == (3, 3)
+    assert "holds no walks" in lacking(first)
+    assert lacking(second) == ""
+
+
+def test_a_folder_is_named_as_it_is_called_now(tmp_path: Path) -> None:
+    link, names = tmp_path / "walks", []
+    for name in ("mine", "yours"):
+        (tmp_path / name).mkdir()
+        link.unlink(missing_ok=True)
+        link.symlink_to(tmp_path / name)
+        names.append(compose(["experiment=zhang2007_fig5", "data=folder", f"data.path={link}"]).data.name)
+    assert names == ["folder_mine", "folder_yours"]
 
 
 def test_the_last_folder_of_results_counts() -> None:
@@ -106,39 +124,6 @@ def test_the_last_folder_of_results_counts() -> None:
     for nowhere in ("results=", "results=null", "results=~/three"):
         with pytest.raises((InvalidInput, ConfigCompositionException), match="results"):
             compose(["experiment=zhang2007_fig5", "results=one", nowhere])
-
-
-def test_a_refusal_is_not_kept(composed: list[list[str]]) -> None:
-    for _ in range(2):
-        with pytest.raises(InvalidInput, match="results must name a folder"):
-            compose(["experiment=zhang2007_fig5", "results=' '"])
-    assert len(composed) == 1, "the options are kept, and refused on this machine each time"
-
-
-def test_what_cannot_be_kept_is_composed_each_time(composed: list[list[str]]) -> None:
-    for _ in range(2):
-        experiment = compose(["experiment=zhang2007_fig5", "sweep.view_angle_deg.step=nan"])
-        with pytest.raises(InvalidInput, match="must be above 0"):
-            experiment.validate()
-    assert len(composed) == 2
-
-
-def test_it_rests_on_the_files_of_options_and_not_on_those_of_papers(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    copy = tmp_path / "conf"
-    shutil.copytree(CONF, copy)
-    monkeypatch.setattr("pipeline.cli.compose.CONF", copy)
-    before = _rests_on()
-    for name in ("paper/zhang2007.yaml", "experiment/zhang2007_fig5.yaml", "config.yaml", "scale/smoke.yaml"):
-        path = copy / name
-        whole = path.read_bytes()
-        path.write_bytes(whole + b"# edited\n")
-        assert (_rests_on() == before) == name.startswith("paper")
-        path.write_bytes(whole)
-    assert _rests_on() == before
-    (copy / "model" / "of_mine.yaml").write_text("a: 1\n")
-    assert _rests_on() != before
 
 
 @pytest.mark.parametrize(
@@ -176,83 +161,3 @@ def test_a_paper_that_does_not_exist_is_refused() -> None:
     experiment.paper = "nobody1999"
     with pytest.raises(InvalidInput, match=r"paper must be one of .*zhang2007 \(got nobody1999\)"):
         on_this_machine(experiment)
-
-
-@pytest.mark.parametrize(
-    "changed",
-    [
-        {"components": dataclasses.field(default=7)},
-        {"components": dataclasses.field(default_factory=lambda: 30)},
-        {"components": dataclasses.field(default=30, metadata={"scale": {"value": "walkers"}})},
-        {"further": dataclasses.field(default=1)},
-    ],
-)
-def test_it_rests_on_the_classes_of_options(changed: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    def schema(fields: dict[str, Any]) -> str:
-        of = {"components": dataclasses.field(default=30)} | fields
-        made = dataclasses.make_dataclass("Model", [(name, int, field) for name, field in of.items()])
-        with monkeypatch.context() as patch:
-            patch.setattr("pipeline.studies.registry.options", lambda group: {"one": made})
-            patch.setattr("pipeline.cli.compose._classes", _classes.__wrapped__)
-            return _schema.__wrapped__()
-
-    assert schema({}) == schema({})
-    made = "components" in changed and changed["components"].default is dataclasses.MISSING
-    assert (schema(changed) == schema({})) == made, "a factory's value counts, not that it is made"
-
-
-def test_without_a_cache_it_is_composed_each_time(
-    monkeypatch: pytest.MonkeyPatch, composed: list[list[str]]
-) -> None:
-    monkeypatch.setenv("GAIT_PIPELINE_CACHE", "/dev/null")
-    assert compose(["experiment=zhang2007_fig5"]) == compose(["experiment=zhang2007_fig5"])
-    assert len(composed) == 2
-
-
-def test_old_editions_go_and_files_of_others_stay(own_cache: Path) -> None:
-    mine = own_cache / ("a" * 32)
-    mine.mkdir(parents=True)
-    (mine / "thesis.json").write_text("mine")
-    (own_cache / "photographs-of-thirty-two-letters").mkdir()
-    for path in own_cache.iterdir():
-        os.utime(path, (0, 0))
-    for number in range(user_cache.KEPT + 3):
-        user_cache.write("0" * 32 + ".json", b"1", of=f"{number:032d}")
-        os.utime(own_cache / f"{number:032d}", (number + 1, number + 1))
-    assert user_cache.read("0" * 32 + ".json", of=f"{user_cache.KEPT + 2:032d}") == b"1"
-    assert user_cache.read("0" * 32 + ".json", of=f"{0:032d}") is None
-    assert (mine / "thesis.json").read_text() == "mine"
-    assert len(list(own_cache.iterdir())) <= user_cache.KEPT + 3
-
-
-def test_verdicts_are_remembered_by_the_content_of_tables(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    folder = tmp_path / "full" / "zhang2007_fig2"
-    folder.mkdir(parents=True)
-
-    def publish(first_share: float) -> None:
-        (folder / "manifest.json").unlink(missing_ok=True)
-        person = {"person": ["a", "a", "b", "b"], "variance_fraction": [first_share, 0.06, 0.918, 0.06]}
-        for name, columns in SPECTRUM.items():
-            more = person if name == "table_harmonics" else {}
-            tables.write(folder / f"{name}.csv", {**columns, **more}, replace=lambda old: True)
-        write_manifest(folder, {"scale": "full"})
-
-    publish(0.92)
-    asked = (folder.parent, "synthetic", ["zhang2007_fig2"])
-    first = judged(*asked)
-    assert repr(first) == repr(judge_folder(*asked, measures=MEASURES))
-    assert any(one.evidence and one.evidence.value.known for one in first)
-    with monkeypatch.context() as patched:
-        patched.setattr("pipeline.cli.figures.judge_folder", None)
-        assert repr(judged(*asked)) == repr(first)
-    table = folder / "table.csv"
-    kept = table.read_bytes()
-    table.write_bytes(kept.replace(b"1", b"2", 1))
-    with pytest.raises(InvalidInput, match="the table was changed after it was published"):
-        judged(*asked)
-    table.write_bytes(kept)
-    assert repr(judged(*asked)) == repr(first)
-    publish(0.5)
-    assert repr(judged(*asked)) != repr(first)

@@ -47,7 +47,7 @@ class Case:
 
 def one_figure(patch: pytest.MonkeyPatch) -> None:
     """Of all presets let there be the one whose folder there is: composing the others takes longest."""
-    patch.setattr("pipeline.cli.recipes.built_figures", lambda: ["zhang2007_fig5"])
+    patch.setattr("pipeline.cli.compose.built_figures", lambda: ["zhang2007_fig5"])
 
 
 def published(folder: Path, given: Path, patch: pytest.MonkeyPatch) -> None:

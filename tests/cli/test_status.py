@@ -15,7 +15,6 @@ from pipeline.cli.compose import compose
 from pipeline.cli.figures import attempt, make_figure
 from pipeline.cli.main import main
 from pipeline.cli.presets import presets
-from pipeline.cli.recipes import recipe
 from pipeline.cli.status import Status, status
 from pipeline.stages import chain, ingest
 from pipeline.storage import source_code
@@ -43,7 +42,7 @@ def experiment(results: Path, *overrides: str):  # type: ignore[no-untyped-def]
 
 def state_of(one: Experiment, folder: Path) -> Status:
     """The status of an experiment's figure in a folder."""
-    return status(recipe(one), folder)
+    return status(one, folder)
 
 
 def place(results: Path) -> Path:
@@ -184,7 +183,6 @@ def test_results_of_another_commit_may_be_archived_while_the_sources_are_the_sam
     assert current("model.components=20") == []
     assert current(commit=made_by) == []  # of this commit: nothing is asked
     monkeypatch.setattr("pipeline.stages.artefacts.sources_digest", lambda modules: "0" * 64)
-    monkeypatch.setenv("GAIT_PIPELINE_CACHE", "/dev/null")
     assert current() == []
 
 

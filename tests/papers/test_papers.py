@@ -809,24 +809,6 @@ def worked_walks() -> dict[str, dict[str, np.ndarray]]:
             knee_error_deg=[6.0, 8.0, 12.0, 11.0],
         ),
         "keypoints_laboratories/table_clips": columns(person=["a", "b"], covered_95_percent=[90.0, 94.0]),
-        "zhang2007_noise": columns(condition=["bias_10_slow_3"]),
-        "zhang2007_noise/table_walkers": columns(
-            person=["a", "b"] * 4,
-            condition=["bias_10_slow_3"] * 6 + ["none"] * 2,
-            method=["map_tuned"] * 2
-            + ["anatomical_told"] * 2
-            + ["anatomical_untold"] * 2
-            + ["anatomical_told"] * 2,
-            absolute_error_mm2=[400.0, 600.0, 400.0, 500.0, 800.0, 700.0, 1.0, 1.0],
-            covered_percent=[80.0, 80.0, 94.0, 96.0, 40.0, 50.0, 99.0, 99.0],
-        ),
-        "zhang2007_view_posterior": columns(method=["anatomical"]),
-        "zhang2007_view_posterior/table_walkers": columns(
-            person=["a", "b"] * 2,
-            method=["two_harmonics"] * 2 + ["anatomical"] * 2,
-            absolute_angle_error_median_deg=[3.0, 3.0, 1.0, 2.0],
-            covered_percent=[99.0, 99.0, 94.0, 95.0],
-        ),
         "zhang2007_joint_angles/table_walkers": columns(
             person=["a", "b"] * 6,
             method=([LS] * 2 + [MAP] * 2 + [AVERAGE] * 2) * 2,
@@ -1252,10 +1234,6 @@ WORKED = {
     "zhang2007_coverage_of_every_joint": 91,
     "zhang2007_occlusion_below_map": 25,  # 52 and 39 mm
     "zhang2007_occlusion_covered": 95,
-    "zhang2007_noise_below_map": 10,  # 500 and 450 mm²
-    "zhang2007_noise_covered": 95,
-    "zhang2007_view_posterior_error": 1.5,
-    "zhang2007_view_posterior_covered": 94.5,
     "zhang2004_walkers": 2,
     "zhang2004_joints": 15,
     "zhang2004_dimensions_3d": 226,

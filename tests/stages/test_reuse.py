@@ -186,7 +186,7 @@ def test_a_word_changed_anywhere_recomputes_nothing(
 @pytest.mark.parametrize(
     ("changed", "remade"),
     [
-        (("studies/limbs", "studies/actions", "studies/face_off"), ()),
+        (("studies/limbs", "studies/actions"), ()),
         (("cli", "stages", "papers", "pictures", "recordings"), ()),
         (("core/articulated_trajectory", "core/synchronization", "core/binary_quadratic"), ()),
         (("studies/walks/figures",), ()),
@@ -223,10 +223,9 @@ def experiments() -> list[Experiment]:
 @pytest.mark.parametrize(
     ("study", "figures"),
     [
-        ("walks", ("zhang2004_", "zhang2007_", "park2011_face_off")),
+        ("walks", ("zhang2004_", "zhang2007_")),
         ("actions", ("mozerov2006_",)),
         ("limbs", ("park2011_",)),
-        ("face_off", ("park2011_face_off",)),
     ],
 )
 def test_code_of_a_study_is_in_the_keys_of_its_own_figures(

@@ -11,7 +11,7 @@ dimension of a walk [zhang2007 3.2], with standard deviations.
 `proportions`        everybody built like the average walker
 `laboratories`       walkers of a laboratory that the prior was not learnt from
 `bars`               standard deviations at instants; multipliers learnt from other people
-`view_posterior`     probability of every view angle, the coefficients integrated out
+`view_posterior`     modes of the view angle, the coefficients integrated out
 ===================  ======================================================================================
 """
 

@@ -60,33 +60,22 @@ def view_costs(prior: Prior, observed: np.ndarray, candidates: int, *, noise: No
 
 @dataclass(frozen=True)
 class ViewPosterior:
-    """Posterior of the view angle for n observations.
+    """Highest modes of the posterior of the view angle for n observations.
 
     Attributes
     ----------
     angle_rad : (n,)
         Of the highest mode, in [-pi, pi).
-    sd_rad : (n,)
-        Standard deviation about it of the part of the posterior that is within a right angle.
     other_cost : (n,)
         By how much J is higher at the next mode; infinite if there is none.
-    other_share : (n,)
-        Probability of all angles more than a right angle away from the highest mode.
-    density : (n, F)
-        Per radian, at `angles_rad` (F,).
-    angles_rad : (F,)
     """
 
     angle_rad: np.ndarray
-    sd_rad: np.ndarray
     other_cost: np.ndarray
-    other_share: np.ndarray
-    density: np.ndarray
-    angles_rad: np.ndarray
 
 
 def posterior_of(costs: np.ndarray) -> ViewPosterior:
-    """Posterior of the view angle from costs (n, G) at the angles of `circle`, under a uniform prior."""
+    """Highest modes of the posterior, under a uniform prior, from costs (n, G) at the angles of `circle`."""
     count = costs.shape[1]
     at = np.append(circle(count), np.pi)
     spline = CubicSpline(at, np.hstack([costs, costs[:, :1]]), axis=1, bc_type="periodic")
@@ -101,19 +90,9 @@ def posterior_of(costs: np.ndarray) -> ViewPosterior:
     angle = fine[here] + step * np.where(
         bend > 0, 0.5 * (before - after) / np.where(bend > 0, bend, 1.0), 0.0
     )
-    weight = np.exp(-(J - middle[:, None]) / 2.0)
-    density = weight / (weight.sum(axis=1, keepdims=True) * step)
-    off = np.mod(fine - angle[:, None] + np.pi, 2.0 * np.pi) - np.pi
-    near = np.abs(off) <= np.pi / 2
-    inside = density * near
-    sd = np.sqrt((inside * off**2).sum(axis=1) / inside.sum(axis=1))
     minima = (np.roll(J, 1, axis=1) > J) & (np.roll(J, -1, axis=1) >= J)
     minima[rows, here] = False
     return ViewPosterior(
         angle_rad=np.mod(angle + np.pi, 2.0 * np.pi) - np.pi,
-        sd_rad=sd,
         other_cost=np.where(minima, J, np.inf).min(axis=1) - middle,
-        other_share=1.0 - inside.sum(axis=1) * step,
-        density=density,
-        angles_rad=fine,
     )

@@ -1,5 +1,5 @@
 """Which of two candidates is right in each frame: the binary quadratic programme of park2011 section 3.2."""
 
-from pipeline.core.binary_quadratic.solve import BinarySolution, compile_kernels, minimise
+from pipeline.core.binary_quadratic.solve import BinarySolution, minimise
 
-__all__ = ["BinarySolution", "compile_kernels", "minimise"]
+__all__ = ["BinarySolution", "minimise"]

@@ -185,14 +185,3 @@ def _margin(other: float, here: float, rounding: float) -> float:
     if other <= rounding:
         return 1.0
     return other / here if here > 0 else np.inf
-
-
-def compile_kernels() -> None:
-    """Compile every kernel, or load it from the cache, for callers that measure times."""
-    turns = np.linspace(0.0, 3.0, 5)
-    chords = np.column_stack([np.cos(turns), np.sin(turns), turns])
-    programme = programme_of(np.full((5, 1), 0.3), chords[::-1], chords, relax_below=1.1)
-    values = programme.with_relaxed(first_signs(programme))
-    searches: tuple[Search, ...] = (BoxSearch(programme), SuffixSearch(programme, 1.0))
-    for search in searches:
-        search.run(np.array([programme.objective(values)]), values.copy(), 1e-6, 1e-9, 1000)

@@ -104,9 +104,7 @@ def _of_ones(frequencies_hz: np.ndarray, step_s: float, frames: int) -> np.ndarr
     return np.exp(1j * (frames - 1) * half) * np.sin(frames * half) / np.sin(half)
 
 
-def fundamental_frequency(
-    positions: np.ndarray, frame_rate_hz: float, *, harmonics: int = 2, apart: np.ndarray | None = None
-) -> float:
+def fundamental_frequency(positions: np.ndarray, frame_rate_hz: float, *, harmonics: int = 2) -> float:
     """Fundamental frequency in Hz: the one whose harmonic regression leaves the least residual.
 
     Parameters
@@ -115,9 +113,6 @@ def fundamental_frequency(
         In WALKER15 order, mm.
     frame_rate_hz : float
     harmonics : int
-    apart : (T, D), optional
-        Signals of the first guess, such as a view's differences between left and right; without them left ankle y -
-        right ankle y.
 
     Raises
     ------
@@ -126,16 +121,15 @@ def fundamental_frequency(
 
     Notes
     -----
-    The first guess is the strongest frequency of the differences between 0.4 and 1.6 Hz that completes a cycle in the
-    clip: left and right do the same half a cycle apart, so that these have hardly a second harmonic.  The regression
-    over all joints then moves it by at most 15 %, so that neither the half nor the double of the true frequency can be
-    reached by a small gain in fit.  In a clip of many cycles the fit has side lobes every 1/(H T) Hz, so the best of a
-    grid of six points to a lobe is taken before it is refined.
+    The first guess is the strongest frequency of left ankle y - right ankle y between 0.4 and 1.6 Hz that completes a
+    cycle in the clip: left and right do the same half a cycle apart, so that this has hardly a second harmonic.  The
+    regression over all joints then moves it by at most 15 %, so that neither the half nor the double of the true
+    frequency can be reached by a small gain in fit.  In a clip of many cycles the fit has side lobes every 1/(H T) Hz,
+    so the best of a grid of six points to a lobe is taken before it is refined.
     """
     frames = len(positions)
     times = np.arange(frames) / frame_rate_hz
-    if apart is None:
-        apart = (positions[:, LEFT_LEG[2], 1] - positions[:, RIGHT_LEG[2], 1])[:, None]
+    apart = positions[:, LEFT_LEG[2], 1] - positions[:, RIGHT_LEG[2], 1]
     duration = frames / frame_rate_hz
     lowest = max(SEARCH_HZ[0], 1.0 / duration)
     if lowest >= SEARCH_HZ[1]:
@@ -147,8 +141,7 @@ def fundamental_frequency(
     # Six candidates to the clip's resolution cannot step over the peak.
     count = int(np.ceil((SEARCH_HZ[1] - lowest) * duration * 6)) + 8
     candidates = np.linspace(lowest, SEARCH_HZ[1], count)
-    power = sum(single_frequency_power(candidates, times, signal) for signal in apart.T)
-    guess = candidates[first_lowest(-np.asarray(power))]
+    guess = candidates[first_lowest(-single_frequency_power(candidates, times, apart))]
     require_rate(frame_rate_hz, guess, harmonics)
     values = positions.reshape(frames, -1)
     values = values - values.mean(axis=0)

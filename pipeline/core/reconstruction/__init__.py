@@ -2,9 +2,8 @@
 
 Two approaches, chosen by ``noise_variance``: None is least squares (approach I), a number in mm² is the maximum of
 the posterior probability (approach II, MAP).  `least_squares` and `maximum_a_posteriori` are the printed estimators;
-`from_known_views` solves the same for many views at once, `NoisePath` for many noise variances, and
-`from_known_view_unknown_phase` finds the phase of the walker with the coefficients.  All but the printed ones go
-through one linear system, `Gram`.
+`from_known_views` solves the same for many views at once, and `NoisePath` for many noise variances.  All but the
+printed ones go through one linear system, `Gram`.
 
 Symbols
 -------
@@ -22,14 +21,11 @@ from pipeline.core.reconstruction.known_view import (
     maximum_a_posteriori,
 )
 from pipeline.core.reconstruction.noise_path import NoisePath
-from pipeline.core.reconstruction.unknown_phase import PhasedView, from_known_view_unknown_phase
 
 __all__ = [
     "Gram",
     "KnownViews",
     "NoisePath",
-    "PhasedView",
-    "from_known_view_unknown_phase",
     "from_known_views",
     "gram_of",
     "least_squares",

@@ -6,11 +6,9 @@ from pipeline.studies.limbs.figures.limb_errors import RadiusScaleFigure, RootEr
 from pipeline.studies.limbs.figures.limb_scatter import LimbScatter
 from pipeline.studies.limbs.figures.missing_data import MissingDataFigure
 from pipeline.studies.limbs.figures.motions import MotionsFigure
-from pipeline.studies.limbs.figures.proofs import ProofsFigure
 from pipeline.studies.limbs.missing_data import MissingDataSweep
 from pipeline.studies.limbs.model import TrajectoryBasisModel
 from pipeline.studies.limbs.motions import MotionsSweep
-from pipeline.studies.limbs.proofs import ProofSweep
 from pipeline.studies.limbs.radius_scale import RadiusScaleSweep
 from pipeline.studies.limbs.reconstructibility import ReconstructibilitySweep
 from pipeline.studies.limbs.root_error import RootErrorSweep
@@ -25,7 +23,6 @@ STUDY = Study(
         "root_error": RootErrorSweep,
         "radius_scale": RadiusScaleSweep,
         "missing_data": MissingDataSweep,
-        "proof": ProofSweep,
         "motions": MotionsSweep,
     },
     figures={
@@ -33,7 +30,6 @@ STUDY = Study(
         "root_error": RootErrorFigure,
         "radius_scale": RadiusScaleFigure,
         "missing_data": MissingDataFigure,
-        "proofs": ProofsFigure,
         "motions": MotionsFigure,
     },
     measures=measures,

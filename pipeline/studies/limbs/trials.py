@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
@@ -72,14 +72,6 @@ class LimbTrial:
     def relative(self) -> np.ndarray:
         """True relative trajectory (F, 3), mm."""
         return self.child - self.parent
-
-    def part(self, start: int, frames: int) -> LimbTrial:
-        """Return the same limb in some of its frames."""
-        here = slice(start, start + frames)
-        turned = self.view.rotation[here] if self.view.rotation.ndim > 2 else self.view.rotation
-        centre = self.view.centre[here] if self.view.centre.ndim > 1 else self.view.centre
-        cut = {name: getattr(self, name)[here] for name in ("images", "noise", "parent", "child")}
-        return replace(self, view=Pinhole(self.view.intrinsics, turned, centre), **cut)
 
 
 class LimbSweep(CameraSweep):

@@ -9,22 +9,18 @@ from pipeline.studies.walks.figures.coverage import BarCoverage
 from pipeline.studies.walks.figures.joint_angles import JointAngleFigure
 from pipeline.studies.walks.figures.laboratories import LearningCurves
 from pipeline.studies.walks.figures.noise_variance import NoiseVariance
-from pipeline.studies.walks.figures.observed_noise import NoiseTolerance
 from pipeline.studies.walks.figures.occlusion import HiddenJointErrors
 from pipeline.studies.walks.figures.postures import Postures
 from pipeline.studies.walks.figures.spectrum import Spectrum
 from pipeline.studies.walks.figures.structure import StructureLadder
 from pipeline.studies.walks.figures.view_angles import ViewAngleEstimates
 from pipeline.studies.walks.figures.view_errors import ViewErrors
-from pipeline.studies.walks.figures.view_posterior import ViewPosterior
 from pipeline.studies.walks.joint_angles import JointAngles
 from pipeline.studies.walks.known_view import KnownView
 from pipeline.studies.walks.sweeps.coverage import Coverage
 from pipeline.studies.walks.sweeps.laboratories import Laboratories
-from pipeline.studies.walks.sweeps.noise import ObservedNoise
 from pipeline.studies.walks.sweeps.occlusion import Occlusion
 from pipeline.studies.walks.sweeps.structure import Structure
-from pipeline.studies.walks.sweeps.view_posterior import ViewAngleBars
 from pipeline.studies.walks.unknown_view import UnknownView
 
 STUDY = Study(
@@ -38,9 +34,7 @@ STUDY = Study(
         "structure": Structure,
         "coverage": Coverage,
         "occlusion": Occlusion,
-        "noise": ObservedNoise,
         "laboratories": Laboratories,
-        "view_posterior": ViewAngleBars,
     },
     figures={
         "spectrum": Spectrum,
@@ -51,9 +45,7 @@ STUDY = Study(
         "structure": StructureLadder,
         "coverage": BarCoverage,
         "occlusion": HiddenJointErrors,
-        "noise": NoiseTolerance,
         "laboratories": LearningCurves,
-        "view_posterior": ViewPosterior,
         "joint_angles": JointAngleFigure,
     },
     measures=measures,

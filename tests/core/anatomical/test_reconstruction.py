@@ -323,20 +323,18 @@ def test_the_costs_are_minus_twice_the_log_density_on_both_sides() -> None:
 
 
 @pytest.mark.parametrize("angle_deg", [-170.0, -45.0, 3.3, 90.0])
-def test_the_view_is_found_with_a_density_that_sums_to_one(angle_deg: float) -> None:
+def test_the_highest_mode_is_the_true_view(angle_deg: float) -> None:
     prior, walker = learnt(11, count=20)
     shown = seen_from(walker, np.radians([angle_deg]))[0].reshape(1, 15, 3, 5)[:, :, :2]
     found = anatomical.posterior_of(anatomical.view_costs(prior, shown, 72, noise=Noise()))
     off = np.degrees(found.angle_rad[0]) - angle_deg
-    assert abs((off + 180.0) % 360.0 - 180.0) < 4 * np.degrees(found.sd_rad[0]) + 1.0
-    step = found.angles_rad[1] - found.angles_rad[0]
-    assert (found.density * step).sum() == pytest.approx(1.0)
-    assert 0.0 <= found.other_share[0] + 1e-12 < 0.5
+    assert abs((off + 180.0) % 360.0 - 180.0) < 5.0
+    assert found.other_cost[0] > 0.0
 
 
-def test_a_known_parabola_gives_its_own_mode_and_width() -> None:
+def test_a_smooth_cost_gives_its_own_mode_and_no_other() -> None:
     circle = anatomical.circle(360)
     off = np.mod(circle - 0.31 + np.pi, 2 * np.pi) - np.pi
     found = anatomical.posterior_of((2 * (1 - np.cos(off)) / 0.05**2)[None])
     assert found.angle_rad[0] == pytest.approx(0.31, abs=1e-4)
-    assert found.sd_rad[0] == pytest.approx(0.05, rel=2e-3)
+    assert found.other_cost[0] == np.inf

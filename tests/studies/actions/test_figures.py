@@ -12,9 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.cli.compose import compose
+from pipeline.cli.compose import compose, lacking
 from pipeline.cli.figures import make_figure
-from pipeline.cli.recipes import lacking
 from pipeline.cli.summary import Outcome
 from pipeline.clips.options import SyntheticPerformances
 from pipeline.clips.performances import synthetic_performances

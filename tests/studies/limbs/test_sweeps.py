@@ -1,13 +1,13 @@
-"""Sweeps over limbs: trials, park2011 figures 3a to 3d and the share of programmes proved."""
+"""Sweeps over limbs: trials, park2011 figures 3a to 3d and the benchmark of proofs."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from pipeline.cli.compose import compose
 from pipeline.core.articulation import Adjustment
 from pipeline.core.statistics import rank_correlation
+from pipeline.core.trajectory_basis import TrajectoryBasis
 from pipeline.storage import tables
 from pipeline.storage.typed import pack
 from pipeline.studies.limbs.cameras import Camera
@@ -22,7 +23,6 @@ from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.figures.presentation import increasing
 from pipeline.studies.limbs.missing_data import MissingDataSweep, Pattern
 from pipeline.studies.limbs.model import Basis, TrajectoryBasisModel
-from pipeline.studies.limbs.proofs import ProofSweep
 from pipeline.studies.limbs.radius_scale import REFINED, RadiusScaleSweep
 from pipeline.studies.limbs.reconstructibility import LimbReconstructibilities, ReconstructibilitySweep
 from pipeline.studies.limbs.root_error import RootErrorSweep
@@ -30,6 +30,7 @@ from pipeline.studies.limbs.scores import limb_errors, true_signs
 from pipeline.studies.limbs.trials import ROOT, wrong_trajectory
 from pipeline.studies.study import Sweep
 from pipeline.validation import InvalidInput
+from tests.benchmarks import proofs
 from tests.recordings import reading
 from tests.strategies import seeds
 from tests.studies.limbs.inputs import measure, stretches_of
@@ -70,7 +71,7 @@ def test_a_trial_is_the_same_limb_before_every_camera(limbs: LimbStretches) -> N
     assert not np.array_equal(still.images, moving.images)
     assert not np.ptp(still.view.centre, axis=0).any()
     assert np.ptp(moving.view.centre, axis=0).max() > 1000.0
-    part = shaky.part(10, 20)
+    part = proofs.part(shaky, 10, 20)
     np.testing.assert_array_equal(part.view.project(part.child), shaky.images[10:30])
 
 
@@ -95,7 +96,7 @@ def test_whole_numbers_increase_and_come_from_where_they_say(seed: int, count: i
 
 
 def every(limbs: LimbStretches, workers: int, seed: int) -> list[dict[str, np.ndarray]]:
-    """The arrays of every sweep but the proofs, as small as it can be."""
+    """The arrays of every sweep, as small as it can be."""
     sweeps: list[tuple[Sweep, TrajectoryBasisModel]] = [
         (ReconstructibilitySweep(trials=2, refined=1, cameras=SHAKY), HARD),
         (ANY, HARD),
@@ -209,16 +210,17 @@ def test_lengths_hold_between_frames_on_the_sphere_and_not_in_coordinates(limbs:
     assert (rows["relative_error_up_to_mirror"] <= rows["relative_error"] * 1.1).all()
 
 
-def test_proofs_are_of_the_frames_that_were_asked_for(limbs: LimbStretches) -> None:
-    options = ProofSweep(trials=3, frames=[8, 20], components=[5, 10], noises_px=[0.0, 1.0])
-    found = measure(options, limbs, HARD, workers=2, seed=1).rows
-    # Ten cosines of eight frames are none.
-    assert len(found) == 3 * 2 * (1 + 2)
-    assert found["proved"].all()
-    assert (found["gap"] == 0.0).all()
-    assert (found["first_objective"] >= found["objective"] * (1 - 1e-9)).all()
-    fewer = measure(replace(options, frames=[20], long_share=0.0), limbs, HARD, seed=1).rows
-    np.testing.assert_array_equal(fewer["objective"], found["objective"][found["frames"] == 20])
+def test_a_programme_of_the_benchmark_is_the_trial_cut_to_its_frames(limbs: LimbStretches) -> None:
+    longest = limbs.positions.shape[1]
+    solved = [proofs.solve(limbs, 1, longest, 10, 1.0, number) for number in range(3)]
+    for one, camera in zip(solved, Camera, strict=True):
+        trial = ANY.trial(limbs, int(one["trial"]), camera, 1)
+        choice = ANY.choose(trial, TrajectoryBasis(10), noise_px=1.0, time_limit_s=proofs.LIMIT_S)
+        assert one["objective"] == choice.solution.objective
+        assert (one["proved"], one["gap"]) == (True, 0.0)
+    (row,) = proofs.summary(pd.DataFrame(solved).assign(proved=[True, True, False], seconds=[1.0, 3.0, 9.0]))
+    assert (row["trials"], row["proved_share"], row["seconds_median"]) == (3, pytest.approx(2 / 3), 3.0)
+    assert row["seconds_to_proof_median"] == 2.0
 
 
 # --- figures ----------------------------------------------------------------------------------------------
@@ -272,8 +274,6 @@ def test_a_limb_that_hangs_by_the_adjusted_radius_does_not_depend_on_a_radius_to
         (MissingDataSweep(trials=1, patterns=[]), "sweep.patterns"),
         (MissingDataSweep(trials=1, share=0.0), "sweep.share must be above 0"),
         (MissingDataSweep(trials=1, noise_px=-1.0), "sweep.noise_px must be at least 0"),
-        (ProofSweep(trials=1, frames=[20], components=[30]), "sweep.components: no programme is left"),
-        (ProofSweep(trials=1, long_share=2.0), "sweep.long_share must be"),
     ],
 )  # fmt: skip
 def test_options_out_of_range_are_refused(options: Sweep, sentence: str) -> None:
@@ -290,17 +290,11 @@ def test_options_out_of_range_are_refused(options: Sweep, sentence: str) -> None
         ("fig3d", "sweep.patterns=[stripes]", "sweep.patterns"),
         ("fig3b", "model.basis=firm", "model.basis"),
         ("fig3b", "model.components=0", "model.components must be at least 1"),
-        ("proofs", "dataset.frames=100", r"dataset.frames must be at least 200 \(got 100\)"),
         ("fig3c", "dataset.stretches=0", "dataset.stretches must be at least 1"),
         ("fig4", "figure.instants=0", "figure.instants must be at least 1"),
         ("fig4", "sweep.lengths=guessed", "sweep.lengths"),
         ("fig4", "sweep.root=none", "sweep.root"),
         ("fig4", "sweep.noise_px=-1", "sweep.noise_px must be at least 0"),
-        ("face_off", "sweep.view_angle_deg=[]", "sweep.view_angle_deg"),
-        ("face_off", "sweep.occluded=[0,0.95]", "sweep.occluded"),
-        ("face_off", "sweep.noise_px=[1,0]", "sweep.noise_px"),
-        ("face_off", "sweep.frames=3", "sweep.frames must be at least 10"),
-        ("face_off", "sweep.noise_variance_mm2=0", "sweep.noise_variance_mm2 must be above 0"),
     ],
 )
 def test_experiments_that_cannot_be_are_refused_before_anything_runs(

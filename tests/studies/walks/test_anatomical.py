@@ -13,7 +13,6 @@ from pipeline.studies.study import Grid, SweepInputs
 from pipeline.studies.walks.anatomical_model import AnatomicalModel
 from pipeline.studies.walks.people_intervals import PeopleResampled
 from pipeline.studies.walks.sweeps.held_out import CHOOSING_VIEWS_DEG, People
-from pipeline.studies.walks.sweeps.noise import ObservedNoise
 from pipeline.studies.walks.sweeps.occlusion import Occlusion, covered_by_bars
 from pipeline.studies.walks.sweeps.setting import PLAIN, Setting, anatomical_setting, approach_two
 from pipeline.studies.walks.sweeps.structure import Structure, errors_of
@@ -220,7 +219,6 @@ def test_bars_that_are_right_cover_and_bars_that_are_not_are_put_right() -> None
     [
         (Structure, {"partners": 1}, "sweep.partners"),
         (Occlusion, {"partners": 1}, "sweep.partners"),
-        (ObservedNoise, {"partners": 0}, "sweep.partners"),
     ],
 )
 def test_options_out_of_range_are_refused(sweep: type, changes: dict, where: str) -> None:

@@ -31,7 +31,7 @@ PHASES = 8
 BARS = ("as computed", "calibrated")
 """Error bars by the textbook, and with multipliers learnt from other people."""
 NOISE_VARIANCES_MM2 = (70.0, 150.0, 300.0, 500.0, 700.0, 1000.0, 1500.0)
-"""sigma² of MAP that others choose among; joints that are hidden or noisy leave out both ends."""
+"""sigma² of MAP that others choose among; joints that are hidden leave out both ends."""
 
 NORMAL_95 = 1.959963984540054
 """Half width of the 95 % interval of a normal distribution, standard deviations."""
@@ -273,13 +273,11 @@ class Fold:
         view_rad: np.ndarray,
         *,
         hidden: np.ndarray = anatomical.NOTHING_HIDDEN,
-        observation_error: np.ndarray | float = 0.0,
         with_covariance: bool = False,
     ) -> list[Estimate]:
         """Reconstruct walkers (M, 1 + 2H, 15, 3) from views (A,) with each of some settings.
 
-        Settings alike but for lengths are fitted together.  `observation_error` is (A, M, 15, 3, 1 + 2H), in image
-        axes, and added to what is observed.
+        Settings alike but for lengths are fitted together.
         """
         found: dict[int, Estimate] = {}
         alike: dict[tuple[Setting, bool, bool], list[int]] = {}
@@ -293,8 +291,8 @@ class Fold:
             turned = np.einsum(
                 "aij,mkjb->amkib", anatomical.image_axes(view_rad), anatomical.by_joint(walkers[:, :blocks])
             )
-            rows = (turned + observation_error).reshape(*turned.shape[:2], -1)
-            true = turned.reshape(rows.shape)[..., unknown]
+            rows = turned.reshape(*turned.shape[:2], -1)
+            true = rows[..., unknown]
             observed = rows[..., ~unknown]
             covariance = np.empty((*true.shape[:2], 0, 0))
             if sampled:
