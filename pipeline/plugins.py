@@ -15,12 +15,10 @@ from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module, metadata
 from pathlib import Path
-from pkgutil import resolve_name
 from types import ModuleType
 from typing import Any
 
 from pipeline.resources import CONF, NAME, PACKAGE, project
-from pipeline.validation import InvalidInput, require_choice
 
 GROUP = "gait_pipeline.plugins"
 """Entry point under which packages name their plug-ins."""
@@ -89,6 +87,13 @@ class Loaded:
         return self.module.partition(".")[0]
 
 
+def _invalid(*arguments: Any, **options: Any) -> Exception:
+    """Return an InvalidInput, whose module loads numpy: only where there is an error to report."""
+    from pipeline.validation import InvalidInput
+
+    return InvalidInput(*arguments, **options)
+
+
 _files: dict[str, Loaded] = {}
 """Plug-ins of users' files by name."""
 
@@ -111,7 +116,7 @@ def _installed() -> tuple[tuple[Loaded, ...], Mapping[str, str]]:
         try:
             plugin = point.load()
             if not isinstance(plugin, Plugin):
-                raise InvalidInput("must be a value of the class Plugin", point.value)
+                raise _invalid("must be a value of the class Plugin", point.value)
         except Exception as error:
             failures[point.name] = _why(error)
         else:
@@ -148,21 +153,19 @@ def load_files(paths: Iterable[str | Path]) -> None:
         name = path.stem
         try:
             if not path.is_file() or path.suffix != ".py":
-                raise InvalidInput("must be an existing Python file", "plugins", received=str(path))
+                raise _invalid("must be an existing Python file", "plugins", received=str(path))
             content = path.read_bytes()
         except OSError as error:
-            raise InvalidInput(f"the plug-in cannot be read: {error.strerror}", path) from None
+            raise _invalid(f"the plug-in cannot be read: {error.strerror}", path) from None
         if len(content) > LARGEST_FILE:
-            raise InvalidInput(
-                "the plug-in is too large", path, f"at most {LARGEST_FILE} bytes", len(content)
-            )
+            raise _invalid("the plug-in is too large", path, f"at most {LARGEST_FILE} bytes", len(content))
         known = _files.get(name)
         if known and known.file == path.resolve() and digest_of(known) == hashlib.sha256(content).hexdigest():
             continue
         module = _module_of(name, path, content)
         plugin = getattr(module, OBJECT, None)
         if not isinstance(plugin, Plugin):
-            raise InvalidInput(f"the file has no plug-in: end it with {OBJECT} = Plugin(methods=[…])", path)
+            raise _invalid(f"the file has no plug-in: end it with {OBJECT} = Plugin(methods=[…])", path)
         _files[name] = Loaded(name, plugin, module.__name__, file=path.resolve())
         _digests[module.__name__] = hashlib.sha256(content).hexdigest()
 
@@ -183,9 +186,7 @@ def _module_of(name: str, path: Path, content: bytes) -> ModuleType:
     except Exception as error:
         del sys.modules[module_name]
         line = next((f"line {frame.lineno}" for frame in _frames(error) if frame.filename == str(path)), "")
-        raise InvalidInput(
-            f"the plug-in cannot be loaded ({_why(error)})", f"{path} {line}".strip()
-        ) from None
+        raise _invalid(f"the plug-in cannot be loaded ({_why(error)})", f"{path} {line}".strip()) from None
     return module
 
 
@@ -198,9 +199,49 @@ def _frames(error: BaseException) -> list[Any]:
     return traceback.extract_tb(error.__traceback__)[::-1]
 
 
+def edition() -> tuple[tuple[str, str], ...]:
+    """Return names and digests of the loaded plug-ins, by which what follows from them is cached."""
+    return tuple((each.name, digest_of(each)) for each in loaded())
+
+
 def digest_of(plugin: Loaded) -> str:
     """Return the sha256 of a user's file as it was loaded; empty for an installed plug-in."""
     return _digests.get(plugin.module, "")
+
+
+def named_files(overrides: Iterable[str]) -> list[str]:
+    """Return the users' files that overrides name: ``plugins=a.py`` or ``plugins=[a.py,b.py]``.
+
+    Examples
+    --------
+    >>> named_files(["experiment=zhang2007_fig5", "plugins=[ridge.py, 'my files/knn.py']"])
+    ['ridge.py', 'my files/knn.py']
+    """
+    values = [item.partition("=")[2] for item in overrides if item.startswith("plugins=")]
+    names = [name.strip(" \"'") for value in values for name in value.strip("[]").split(",")]
+    return [name for name in names if name]
+
+
+def resolve(place: str) -> Any:
+    """Return the object at a place: ``"package.module:NAME"``, or a dotted name.
+
+    Raises
+    ------
+    ImportError, AttributeError, ValueError
+        If there is none.
+    """
+    name, colon, inner = place.partition(":")
+    if colon:
+        thing = import_module(name)
+        for part in inner.split("."):
+            thing = getattr(thing, part)
+        return thing
+    name, thing = "", None
+    for part in place.split("."):
+        name = f"{name}.{part}".lstrip(".")
+        # What a package exports comes before a module of the same name.
+        thing = getattr(thing, part) if hasattr(thing, part) else import_module(name)
+    return thing
 
 
 # --- what they add ----------------------------------------------------------------------------------------
@@ -215,36 +256,25 @@ def contributions(kind: str) -> list[tuple[str, Any]]:
         If a plug-in, or the place that it names, cannot be imported.
     """
     for name, why in failures().items():
-        raise InvalidInput(f"the plug-in {name!r} cannot be loaded ({why}); repair or uninstall it")
+        raise _invalid(f"the plug-in {name!r} cannot be loaded ({why}); repair or uninstall it")
     values = []
     for each in loaded():
         added = getattr(each.plugin, kind)
         if isinstance(added, str):
             try:
-                added = resolve_name(added)
+                added = resolve(added)
             except Exception as error:
-                raise InvalidInput(
+                raise _invalid(
                     f"the {kind} of the plug-in {each.name!r} cannot be loaded ({_why(error)})", added
                 ) from error
         values += [(each.name, value) for value in added]
     return values
 
 
-def command(name: str, own: Mapping[str, str]) -> Any:
-    """Return the function of a command: one of `own`, ``name: place``, or one that a plug-in adds.
-
-    Raises
-    ------
-    InvalidInput
-        If there is no such command, or it cannot be imported.
-    """
-    places = commands(own)
-    return resolve_name(places[require_choice("the command", name, places)])
-
-
-def commands(own: Mapping[str, str]) -> dict[str, str]:
-    """Return the places of all commands by name: those of `own`, then those that plug-ins add."""
-    return {**own, **{name: place for each in loaded() for name, place in each.plugin.commands.items()}}
+def methods_of_files(paths: Iterable[str]) -> list[Any]:
+    """Return the methods of users' files, which are compared without being named."""
+    names = [Path(path).stem for path in paths]
+    return [method for origin, method in contributions("methods") if origin in names]
 
 
 def conf_folders() -> tuple[Path, ...]:
@@ -264,7 +294,7 @@ def conf_files(group: str) -> dict[str, Path]:
     for folder in conf_folders():
         for path in (folder / group).glob("*.yaml"):
             if path.stem in files:
-                raise InvalidInput("two files have this name", path, received=files[path.stem])
+                raise _invalid("two files have this name", path, received=files[path.stem])
             files[path.stem] = path
     return dict(sorted(files.items()))
 

@@ -134,7 +134,7 @@ def synthetic_tables(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict
     ]  # fmt: skip
     judged = {
         claim.figure
-        for paper in papers.PAPERS.values()
+        for paper in papers.all_papers().values()
         for claim in paper.claims
         if claim.measure and claim.kind is not papers.Kind.TARGET
     }

@@ -26,7 +26,7 @@ from numpy._core import _multiarray_umath as simd
 
 from pipeline.cli.presets import presets
 from pipeline.storage import tables
-from pipeline.storage.agreement import ITERATE, TIMING
+from pipeline.storage.agreement import DIRECT, TIMING
 from tests.processes import finished
 
 GOLDEN = Path(__file__).resolve().parent / "golden"
@@ -170,7 +170,7 @@ def main(arguments: Sequence[str]) -> int:
         print(f"left out: {name}, which this processor cannot run")
     if not chosen:
         return 0
-    figures = given.figures or [f for f in everything if not given.check or f.startswith(ITERATE)]
+    figures = given.figures or [f for f in everything if not given.check or not f.startswith(DIRECT)]
     with tempfile.TemporaryDirectory(prefix="golden-digits-") as results:
         folders = make_all(figures, chosen, Path(results), max(1, given.jobs))
         if given.check:

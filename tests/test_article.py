@@ -40,9 +40,9 @@ def test_every_number_of_ours_is_a_placeholder() -> None:
         text,
     )
     published = {
-        f"{c.published:g}" for p in papers.PAPERS.values() for c in p.claims if c.published is not None
+        f"{c.published:g}" for p in papers.all_papers().values() for c in p.claims if c.published is not None
     }
-    years = {str(paper.year) for paper in papers.PAPERS.values()}
+    years = {str(paper.year) for paper in papers.all_papers().values()}
     typed = set(re.findall(r"(?<![\w.])\d+(?:\.\d+)?D?(?![\w])", text))
     of_ours = {
         n for n in typed if n not in NO_RESULTS | years and f"{float(n.rstrip('D')):g}" not in published
@@ -73,7 +73,9 @@ def test_the_article_has_all_its_numbers_and_becomes_a_pdf(tmp_path: Path) -> No
 def test_the_manifest_names_every_figure_of_the_papers_once() -> None:
     manifest = yaml.safe_load((ROOT / "codecheck.yml").read_text(encoding="utf-8"))["manifest"]
     files = [entry["file"] for entry in manifest]
-    figures = [f"results/synthetic/full/{f}/figure.svg" for p in papers.PAPERS.values() for f in p.figures]
+    figures = [
+        f"results/synthetic/full/{f}/figure.svg" for p in papers.all_papers().values() for f in p.figures
+    ]
     assert len(set(files)) == len(files)
     assert sorted(name for name in files if name.endswith(".svg")) == sorted(figures)
     assert all(entry["comment"] for entry in manifest)

@@ -10,13 +10,12 @@ from functools import cache
 from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
-from pipeline import mappings
+from pipeline import mappings, plugins
 from pipeline.cli.composition import composed
 from pipeline.cli.presets import presets
 from pipeline.ingestion.data import DATA_SETS, FolderData
-from pipeline.papers import PAPERS
+from pipeline.papers import all_papers
 from pipeline.processes import processes_for
-from pipeline.resources import CONF
 from pipeline.storage.provenance import FOLDERS
 from pipeline.storage.sealed_folders import TYPE, canonical
 from pipeline.studies import registry
@@ -43,8 +42,8 @@ def compose_figures(names: Sequence[str], common: Sequence[str]) -> list[Experim
 def built_figures() -> list[str]:
     """Return the presets that exist, in the papers' order."""
     existing = presets()
-    every = (name for paper in PAPERS.values() for name in (*paper.figures, *paper.beyond))
-    return [name for name in every if name in existing]
+    every = (name for paper in all_papers().values() for name in (*paper.figures, *paper.beyond))
+    return [name for name in dict.fromkeys([*every, *existing]) if name in existing]
 
 
 def lacking(experiment: Experiment) -> str:
@@ -62,10 +61,9 @@ def order(experiment: Experiment) -> list[Any]:
 
     Figures go by subject, on each those of the papers before our own, by paper, the short before the long.
     """
-    if experiment.paper not in PAPERS:
-        return [max(one.order for one in PAPERS.values()) + 1, True, 0, experiment.cost_s, experiment.name]
-    paper = PAPERS[experiment.paper]
-    subject = min(one.order for one in PAPERS.values() if one.subject == paper.subject)
+    known = all_papers()
+    paper = known[experiment.paper]
+    subject = min(one.order for one in known.values() if one.subject == paper.subject)
     return [subject, experiment.name in paper.beyond, paper.order, experiment.cost_s, experiment.name]
 
 
@@ -108,8 +106,12 @@ def _named(hint: Any) -> tuple[type[Any], ...]:
     return tuple(part for part in (hint, *get_args(hint)) if isinstance(part, type))
 
 
-@cache
 def _classes() -> dict[type[Any], dict[str, Any]]:
+    return _classes_with(plugins.edition())
+
+
+@cache
+def _classes_with(_: object) -> dict[type[Any], dict[str, Any]]:
     """Return the classes of all options, with the types of their fields."""
     waiting: list[type[Any]] = [Experiment, *DATA_SETS.values()]
     waiting += [kind for group in registry.GROUPS for kind in registry.options(group).values()]
@@ -124,14 +126,13 @@ def _classes() -> dict[type[Any], dict[str, Any]]:
 def on_this_machine(experiment: Experiment) -> Experiment:
     """Return a composed experiment with the number of its processes and the names of its folders, validated."""
     mappings.chosen(experiment.skeleton.mapping)  # refuses one that does not exist
-    known = sorted(path.stem for path in (CONF / "paper").glob("*.yaml") if path.stem != "baselines")
-    require_choice("paper", experiment.paper, known)
+    require_choice("paper", experiment.paper, list(all_papers()))
     data = experiment.data
     if isinstance(data, FolderData):
         if data.name == "folder" and data.path:
             # Named after the user's folder, so that two do not share results.
             data.name = "folder_" + re.sub(r"[^\w.-]+", "_", Path(data.path).resolve().name)
-        elif data.name != "folder" and (CONF / "data" / f"{data.name}.yaml").is_file():
+        elif data.name != "folder" and data.name in plugins.conf_files("data"):
             raise InvalidInput("must not be that of another data set", "data.name", received=data.name)
     experiment.workers = processes_for(experiment.workers)
     if not experiment.results.strip() or experiment.results.startswith(

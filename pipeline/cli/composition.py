@@ -15,28 +15,46 @@ from pathlib import Path
 from typing import Any
 
 import hydra
+from hydra.core.config_search_path import ConfigSearchPath
 from hydra.core.config_store import ConfigStore
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.hydra_config import HydraConfig
+from hydra.core.plugins import Plugins
 from hydra.errors import MissingConfigException, OverrideParseException
+from hydra.plugins.search_path_plugin import SearchPathPlugin
 from hydra.types import RunMode
 from omegaconf import OmegaConf
 from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException
 
+from pipeline import plugins
 from pipeline.cli.overrides import quoted
-from pipeline.cli.presets import CONF, presets, split_named
+from pipeline.cli.presets import presets, split_named
 from pipeline.ingestion.data import DATA_SETS
 from pipeline.studies import registry
 from pipeline.studies.experiment import Experiment, Scale
 from pipeline.validation import InvalidInput
 
 
-@cache
+class _PluginFolders(SearchPathPlugin):  # type: ignore[misc]
+    """Adds the folders of options that plug-ins bring."""
+
+    def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
+        """Append the folders to Hydra's."""
+        for folder in plugins.conf_folders()[1:]:
+            search_path.append("plug-in", f"file://{folder}")
+
+
 def register() -> None:
-    """Register the option classes with Hydra, once: it takes longer than to compose.
+    """Register the option classes with Hydra, once for each set of plug-ins: it takes longer than to compose.
 
     A YAML file of an option extends the schema ``base_<name>``; an option without a YAML file is chosen by its name.
     """
+    _register(plugins.edition())
+
+
+@cache
+def _register(_: object) -> None:
+    Plugins.instance().register(_PluginFolders)
     # Hydra copies the whole store before every composition, and again each node that it takes out: once is enough.
     ConfigStore.__deepcopy__ = lambda stored, _: stored  # type: ignore[attr-defined]
     store = ConfigStore.instance()
@@ -46,7 +64,7 @@ def register() -> None:
         store.store(group="data", name=f"base_{name}", node=kind)
     for group in registry.GROUPS:
         for name, option in registry.options(group).items():
-            alone = not (CONF / group / f"{name}.yaml").is_file()
+            alone = name not in plugins.conf_files(group)
             store.store(group=group, name=name if alone else f"base_{name}", node=_schema(option))
 
 
@@ -63,11 +81,23 @@ def _schema(option: type[Any]) -> Any:
     return schema
 
 
+def with_plugins(overrides: Sequence[str]) -> list[str]:
+    """Load the users' files that overrides name, and return the overrides with the files as a list."""
+    files = plugins.named_files(overrides)
+    plugins.load_files(files)
+    others = [item for item in overrides if not item.startswith("plugins=")]
+    quotes = ["'" + file.replace("\\", "\\\\").replace("'", "\\'") + "'" for file in files]
+    return [*others, f"plugins=[{','.join(quotes)}]"] if files else others
+
+
 def composed(overrides: Sequence[str]) -> Experiment:
     """Return the experiment that these overrides name, as on every machine."""
+    overrides = with_plugins(overrides)
     register()
     GlobalHydra.instance().clear()
-    with hydra.initialize_config_dir(version_base="1.3", config_dir=str(CONF), job_name="pipeline"):
+    with hydra.initialize_config_dir(
+        version_base="1.3", config_dir=str(plugins.conf_folders()[0]), job_name="pipeline"
+    ):
         try:
             chosen = hydra.compose("config", overrides=quoted(overrides))
         except ValueError as error:
@@ -80,7 +110,7 @@ def composed(overrides: Sequence[str]) -> Experiment:
 
 def _not_utf8() -> str:
     """The first file of options whose bytes are no UTF-8."""
-    for path in sorted(CONF.rglob("*.yaml")):
+    for path in (path for folder in plugins.conf_folders() for path in sorted(folder.rglob("*.yaml"))):
         try:
             path.read_text("utf-8")
         except UnicodeDecodeError:
@@ -97,6 +127,9 @@ def _typed(composed: Any, overrides: Sequence[str]) -> Experiment:
     OmegaConf.resolve(composed)
     experiment: Experiment = OmegaConf.to_object(composed)  # type: ignore[assignment]
     _refuse_additions(experiment, "")
+    if not any(item.startswith("sweep.methods") for item in overrides):
+        names = [method.name for method in plugins.methods_of_files(experiment.plugins)]
+        experiment.sweep = experiment.sweep.with_methods(names)
     # Results of a copy that keeps the name of its original would take the original's place.
     files = [name.strip("[]' ") for name in split_named(overrides)[0]]
     if files and experiment.name not in files and not any(item.startswith("name=") for item in overrides):
@@ -160,15 +193,17 @@ def run_hydra(
     prepared : callable
         Makes a composed experiment one of this machine.
     """
+    arguments = with_plugins(arguments)
     register()
     status = 0
 
-    @hydra.main(version_base="1.3", config_path=str(CONF), config_name="config")
+    @hydra.main(version_base="1.3", config_path=str(plugins.conf_folders()[0]), config_name="config")
     def one(composed: Any) -> None:
         nonlocal status
         settings = HydraConfig.get()
         variant = settings.mode == RunMode.MULTIRUN
         try:
+            plugins.load_files(composed.plugins)  # a launcher's process has not loaded them
             experiment = prepared(_typed(composed, settings.overrides.task))
         except InvalidInput as error:
             if variant:

@@ -11,7 +11,7 @@ from pipeline.resources import PACKAGE
 
 def equations(arguments: Sequence[str]) -> int:
     """Print every equation, numbered or not: in words, the function as printed, the one in use, and the test."""
-    chosen = [papers.paper(key) for key in arguments] or list(papers.PAPERS.values())
+    chosen = [papers.paper(key) for key in arguments] or list(papers.all_papers().values())
     for paper in chosen:
         tell(f"{paper.key}: {paper.authors} ({paper.year}). {paper.title}.", "bold")
         for equation in (*paper.equations, *paper.unnumbered):

@@ -59,11 +59,11 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from datetime import datetime
-from importlib import import_module
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pipeline import plugins
 from pipeline.cli.presets import first_comment, presets, split_named
 from pipeline.resources import version
 
@@ -82,42 +82,48 @@ _INTERRUPTED = 130
 _NO_OUTPUT = {errno.EPIPE, errno.ENOSPC, errno.EIO, errno.EBADF}
 
 COMMANDS = {
-    "figures": "main.make_all",
-    "status": "main.show_status",
-    "fetch": "commands.fetch",
-    "reconstruct": "reconstruct.reconstruct",
-    "model": "training.train_model",
-    "report": "commands.report",
-    "claims": "commands.claims",
-    "sensitivity": "sensitivity.sensitivity",
-    "equations": "equations.equations",
-    "readme": "commands.readme",
-    "view": "commands.view",
-    "archive": "commands.keep",
-    "verify": "verify.verify",
-    "inspect": "inspect.look",
-    "export": "export.export_motion",
-    "pointlight": "pointlight.point_lights",
+    "figures": "pipeline.cli.main:make_all",
+    "status": "pipeline.cli.main:show_status",
+    "fetch": "pipeline.cli.commands:fetch",
+    "reconstruct": "pipeline.cli.reconstruct:reconstruct",
+    "model": "pipeline.cli.training:train_model",
+    "report": "pipeline.cli.commands:report",
+    "claims": "pipeline.cli.commands:claims",
+    "sensitivity": "pipeline.cli.sensitivity:sensitivity",
+    "equations": "pipeline.cli.equations:equations",
+    "readme": "pipeline.cli.commands:readme",
+    "view": "pipeline.cli.commands:view",
+    "archive": "pipeline.cli.commands:keep",
+    "verify": "pipeline.cli.verify:verify",
+    "inspect": "pipeline.cli.inspect:look",
+    "export": "pipeline.cli.export:export_motion",
+    "pointlight": "pipeline.cli.pointlight:point_lights",
 }
-"""Module of `pipeline.cli` and function of each command, imported when it is called; its docstring is the help."""
+"""Place of the function of each command, imported when it is called; its docstring is the help."""
 
 LIGHT = ("reconstruct", "inspect", "export", "pointlight", "equations")
 """Commands that start at once; the others load the libraries of every study to compose experiments."""
 
 
+def commands() -> dict[str, str]:
+    """Return the places of all commands by name: the package's, then those of plug-ins."""
+    added = {name: place for each in plugins.loaded() for name, place in each.plugin.commands.items()}
+    return {**COMMANDS, **added}
+
+
 def command(name: str) -> Callable[[Sequence[str]], int]:
     """Return the function of a command, with the modules that it alone needs."""
-    module, _, function = COMMANDS[name].partition(".")
-    found: Callable[[Sequence[str]], int] = getattr(import_module(f"pipeline.cli.{module}"), function)
-    return found
+    function: Callable[[Sequence[str]], int] = plugins.resolve(commands()[name])
+    return function
 
 
 def _help_of(name: str) -> str:
     """Return the docstring of a command, without the modules that it needs."""
-    module, _, function = COMMANDS[name].partition(".")
-    tree = ast.parse((Path(__file__).parent / f"{module}.py").read_text("utf-8"))
+    module, _, function = commands()[name].partition(":")
+    source = plugins.source_of(module)
+    tree = ast.parse(source.read_text("utf-8") if source else "")
     found = (node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == function)
-    return ast.get_docstring(next(found)) or ""
+    return next((ast.get_docstring(node) or "" for node in found), "")
 
 
 def script() -> int:
@@ -313,7 +319,10 @@ def _run(arguments: Sequence[str]) -> int:
     if first == "--version":
         print(f"gait-pipeline {version()}")
         return 0
-    if first in COMMANDS:
+    plugins.load_files(plugins.named_files(arguments))
+    for name, why in plugins.failures().items():
+        print(f"the plug-in {name} is left out: it cannot be loaded ({why})", file=sys.stderr)
+    if first in commands():
         if {"--help", "-h"} & set(others):
             print(_help_of(first))
             return 0
@@ -325,7 +334,7 @@ def _run(arguments: Sequence[str]) -> int:
 
         raise InvalidInput(
             "the command is unknown",
-            expected="an override (option=value) or one of " + ", ".join(COMMANDS),
+            expected="an override (option=value) or one of " + ", ".join(commands()),
             received=first,
         )
     if not any(item.startswith("-") and item not in ("-m", "--multirun") for item in arguments):

@@ -1,15 +1,15 @@
-"""The presets: one YAML file in ``conf/experiment`` for each figure."""
+"""The presets: one YAML file in a folder ``experiment`` for each figure."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pipeline.resources import CONF
+from pipeline import plugins
 
 
 def presets() -> list[str]:
     """Return the names of the presets, sorted."""
-    return sorted(path.stem for path in (CONF / "experiment").glob("*.yaml"))
+    return list(plugins.conf_files("experiment"))
 
 
 def split_named(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
@@ -27,7 +27,7 @@ def apart(arguments: Sequence[str], names: Sequence[str]) -> tuple[dict[str, str
 
 def first_comment(name: str) -> str:
     """Return the first comment of a preset: paper, figure and what it shows."""
-    text = (CONF / "experiment" / f"{name}.yaml").read_text("utf-8", errors="replace")
+    text = plugins.conf_files("experiment")[name].read_text("utf-8", errors="replace")
     return next(
         (line[2:].strip() for line in text.splitlines() if line.startswith("# ") and "@package" not in line),
         "",

@@ -10,10 +10,9 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
-from pipeline import papers
+from pipeline import papers, plugins
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import make_figure
-from pipeline.cli.presets import CONF
 from pipeline.cli.status import CURRENT, status
 from pipeline.cli.summary import open_console
 from pipeline.papers import Kind, Verdict
@@ -36,9 +35,15 @@ KEEP, QUOTED = "keep", "quoted"
 QUIET = ("figure.picture=false", "figure.recording=false")
 
 
-def groups() -> Mapping[str, Any]:
-    """Return the groups of switches."""
-    return papers.read_mapping(CONF / "sensitivity.yaml")
+def groups() -> dict[str, tuple[Path, Mapping[str, Any]]]:
+    """Return the groups of switches by name, each with the folder of options that has it."""
+    files = {folder: folder / "sensitivity.yaml" for folder in plugins.conf_folders()}
+    return {
+        name: (folder, group)
+        for folder, path in files.items()
+        if path.is_file()
+        for name, group in papers.read_mapping(path).items()
+    }
 
 
 def switches(group: Mapping[str, Any], data_name: str) -> Iterator[Switch]:
@@ -92,7 +97,8 @@ def sensitivity(arguments: Sequence[str]) -> int:
     options = [item for item in arguments if "=" in item]
     words = [item for item in arguments if "=" not in item and item not in (KEEP, QUOTED)]
     having = {
-        name: set(words) & {_word(switch) for switch in group["switches"]} for name, group in known.items()
+        name: set(words) & {_word(switch) for switch in group["switches"]}
+        for name, (_, group) in known.items()
     }
     named = set().union(*having.values())
     chosen = [word for word in words if word not in named] or [
@@ -100,7 +106,7 @@ def sensitivity(arguments: Sequence[str]) -> int:
     ]
     out = open_console()
     for name in chosen:
-        group = known[require_choice("the group of switches", name, known)]
+        conf, group = known[require_choice("the group of switches", name, known)]
         first = compose([f"experiment={group['figures'][0]}", *options])
         folder = Path(first.results) / "sensitivity" / first.data.name / name
         every = list(switches(group, first.data.name))
@@ -118,7 +124,7 @@ def sensitivity(arguments: Sequence[str]) -> int:
             if named:  # the figures as they are were made in part: those of the whole group stay
                 rows = [row for row in rows if row["switch"] != PLAIN]
                 numbers = [run for run in numbers if run.name != PLAIN]
-            quoted = CONF / "paper" / papers.INTERVENTIONS
+            quoted = conf / "paper" / papers.INTERVENTIONS
             interventions.keep_numbers(quoted, numbers, first.data.name, name)
             if QUOTED not in arguments:
                 kept, runs = (PROJECT / "results" / f"sensitivity{end}.csv" for end in ("", "_runs"))
@@ -152,7 +158,7 @@ def _measured(
         made = {**plain_tables, **read_folder(folder, switch.figures)}
         claims = [
             claim
-            for paper in papers.PAPERS.values()
+            for paper in papers.all_papers().values()
             for claim in paper.claims
             if claim.kind is not Kind.CONDITION
             and {t.split("/")[0] for t in claim.tables} & set(switch.figures)

@@ -12,7 +12,7 @@ from typing import Any
 
 import yaml
 
-from pipeline.resources import CONF
+from pipeline import plugins
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.recorded import MILLIMETRES, MotionCapture
 from pipeline.skeleton.source_mapping import Lowering, Rule, SourceMapping, UpAxis
@@ -21,7 +21,6 @@ from pipeline.validation import InvalidInput
 AUTO = "auto"
 """The choice by which each recording gets the mapping that fits it best."""
 
-FOLDER = CONF / "skeleton"
 LARGEST_FILE = 1_000_000
 """Bytes of a mapping; larger files are not mappings."""
 
@@ -31,14 +30,13 @@ _DEEPEST = 10
 _KEYS = ("name", "up", "units", "recognised_by", "points", "joints", "otherwise", "lowered", "guessed")
 
 
-@functools.cache
 def _names() -> list[str]:
-    return sorted(path.stem for path in FOLDER.glob("*.yaml"))
+    return list(plugins.conf_files("skeleton"))
 
 
 @functools.cache
 def _shipped(name: str) -> SourceMapping:
-    return load(FOLDER / f"{name}.yaml")
+    return load(plugins.conf_files("skeleton")[name])
 
 
 def shipped() -> dict[str, SourceMapping]:

@@ -11,7 +11,7 @@ from pipeline.papers.explanations import (
 from pipeline.papers.intervals import Estimate, Interval
 from pipeline.papers.loading import BASELINES, INTERVENTIONS, Equation, Paper, load
 from pipeline.papers.register import (
-    PAPERS,
+    all_papers,
     claim,
     locate,
     paper,
@@ -24,7 +24,6 @@ __all__ = [
     "BASELINES",
     "INTERVENTIONS",
     "LEAST_PEOPLE",
-    "PAPERS",
     "Agreement",
     "Baseline",
     "Beyond",
@@ -40,6 +39,7 @@ __all__ = [
     "Quantity",
     "Support",
     "Verdict",
+    "all_papers",
     "claim",
     "gain",
     "judge",

@@ -7,7 +7,7 @@ wrong type, contradictory bounds, a placeholder without a number.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -127,21 +127,36 @@ INTERVENTIONS = "interventions.csv"
 
 BETTER = {"": 0, "more": 1, "less": -1}
 
+OWN_YEAR = 9999
+"""Year of a user's own claims, by which they come last."""
+
 BASELINES = "baselines.yaml"
 """The baseline of each class of measures; no claim chooses its own."""
 
 
-def load(folder: Path) -> dict[str, Paper]:
-    """Return the papers of a folder by key, oldest first.
+def load(folders: Sequence[Path], added: Mapping[str, Mapping[str, Any]] | None = None) -> dict[str, Paper]:
+    """Return the papers of folders by key, oldest first.
+
+    Parameters
+    ----------
+    folders : sequence of Path
+        Each with files of papers, ``baselines.yaml`` and ``interventions.csv``, or some of them.
+    added : mapping, optional
+        Contents of further files by key; what they leave out is that of a user's own claims on walks.
 
     Raises
     ------
     InvalidInput
         If a file cannot be read or is invalid; the sentence names file and entry.
     """
-    files = [path for path in sorted(folder.glob("*.yaml")) if path.name != BASELINES]
+    files = [path for folder in folders for path in sorted(folder.glob("*.yaml")) if path.name != BASELINES]
     raw = {path.stem: read_mapping(path) for path in files}
-    baselines, runs = read_baselines(folder / BASELINES), read_runs(folder / INTERVENTIONS)
+    raw |= {key: _completed(key, content) for key, content in (added or {}).items()}
+    baselines: dict[str, Baseline] = {}
+    runs: dict[tuple[str, str, str], Run] = {}
+    for folder in folders:
+        baselines |= read_baselines(folder / BASELINES) if (folder / BASELINES).is_file() else {}
+        runs |= read_runs(folder / INTERVENTIONS)
     claims = {name: body for paper in raw.values() for name, body in paper.get("claims", {}).items()}
     papers = [_paper(key, content, claims, runs, baselines) for key, content in raw.items()]
     names = Counter(item.name for paper in papers for item in paper.measured)
@@ -155,6 +170,14 @@ def load(folder: Path) -> dict[str, Paper]:
                     raise InvalidInput(f"no claim {item.same_as!r}", where)
                 _check_explanations(item, set(names), where)
     return {paper.key: paper for paper in sorted(papers, key=lambda paper: (paper.year, paper.key))}
+
+
+def _completed(key: str, content: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the content of a file of claims with what a user's own claims leave out."""
+    claims = mapping(content.get("claims", {}), f"{key}, claims")
+    figures = sorted({str(mapping(body, name).get("figure", "")) for name, body in claims.items()} - {""})
+    left_out = {"title": key, "authors": "", "year": OWN_YEAR, "venue": "", "figures": [], "equations": []}
+    return {**left_out, "clips": "walks", "beyond": figures, **content}
 
 
 def read_baselines(path: Path) -> dict[str, Baseline]:

@@ -8,20 +8,33 @@ Examples
 
 from __future__ import annotations
 
-import importlib
 import inspect
+from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
+from pipeline import plugins
 from pipeline.papers.claims import Claim, Quantity
+from pipeline.papers.entries import read_mapping
 from pipeline.papers.loading import Paper, load
-from pipeline.resources import CONF
 from pipeline.validation import InvalidInput, require_choice
 
-FOLDER = CONF / "paper"
 
-PAPERS: dict[str, Paper] = load(FOLDER)
-"""The papers by key, oldest first."""
+def all_papers() -> dict[str, Paper]:
+    """Return the papers by key, oldest first; then the claims of users' files, by the name of the file."""
+    return _load(plugins.edition())
+
+
+@cache
+def _load(_: object) -> dict[str, Paper]:
+    added: dict[str, Any] = {}
+    for name, claims in plugins.contributions("claims"):
+        if isinstance(claims, Mapping):
+            added[name] = {"claims": {**added.get(name, {}).get("claims", {}), **claims}}
+        else:
+            added[Path(claims).stem] = read_mapping(Path(claims))
+    return load([folder / "paper" for folder in plugins.conf_folders()], added)
 
 
 def paper(key: str) -> Paper:
@@ -32,7 +45,8 @@ def paper(key: str) -> Paper:
     InvalidInput
         If there is no paper of that key.
     """
-    return PAPERS[require_choice("the paper", key, PAPERS)]
+    known = all_papers()
+    return known[require_choice("the paper", key, known)]
 
 
 def claim(name: str) -> Claim:
@@ -71,7 +85,7 @@ def quantity(name: str) -> Claim | Quantity:
     InvalidInput
         If no paper has it.
     """
-    for one in PAPERS.values():
+    for one in all_papers().values():
         for item in one.measured:
             if item.name == name:
                 return item
@@ -91,14 +105,9 @@ def locate(dotted: str) -> tuple[Path, int]:
     >>> locate("pipeline.papers.locate")[0].name
     'register.py'
     """
-    thing: Any = None
-    name = ""
-    for part in dotted.split("."):
-        name = f"{name}.{part}".lstrip(".")
-        try:
-            # What a package exports comes before a module of the same name.
-            thing = getattr(thing, part) if hasattr(thing, part) else importlib.import_module(name)
-        except ModuleNotFoundError as error:
-            raise InvalidInput(f"there is no {dotted}", received=f"nothing called {part!r}") from error
+    try:
+        thing = plugins.resolve(dotted)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise InvalidInput(f"there is no {dotted}", received=str(error)) from error
     thing = inspect.unwrap(getattr(thing, "py_func", getattr(thing, "fget", None) or thing))
     return Path(inspect.getfile(thing)), inspect.getsourcelines(thing)[1]

@@ -12,15 +12,14 @@ from pathlib import Path
 
 import numpy as np
 
+from pipeline import plugins
 from pipeline.core.keypoint_walk import Detector
 from pipeline.formats.keypoints import Detections
 from pipeline.papers.entries import read_mapping
-from pipeline.resources import CONF
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.source_points import in_english
 from pipeline.validation import InvalidInput, require_choice
 
-FOLDER = CONF / "keypoints"
 LONGER = {23: 17, 75: 33, 133: 17, 136: 26, 308: 70, 501: 33, 543: 33}
 """Layouts with feet, or of whole bodies, that begin with a smaller one: number of points and of those that are used."""
 SHORTER = {29: 33, 31: 33}
@@ -87,7 +86,7 @@ def load(path: Path) -> Layout:
 
 def layouts() -> dict[str, Layout]:
     """All layouts by name."""
-    return {path.stem: load(path) for path in sorted(FOLDER.glob("*.yaml"))}
+    return {name: load(path) for name, path in plugins.conf_files("keypoints").items()}
 
 
 _OF_APPLE = {

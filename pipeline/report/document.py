@@ -110,7 +110,9 @@ def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str
             f"this page gives no recorded motion on; make sweeps DATA={results.data} makes one that plays"
         )
     of_papers = {
-        key for key in papers.PAPERS if any(f.startswith(key) for f in {**results.figures, **results.missing})
+        key
+        for key in papers.all_papers()
+        if any(f.startswith(key) for f in {**results.figures, **results.missing})
     }
     reasons = [
         reason
@@ -123,7 +125,9 @@ def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str
         for name, figure in results.figures.items()
     }
     shown = [
-        entries.paper_entry(papers.PAPERS[key], results, figures) for key in papers.PAPERS if key in of_papers
+        entries.paper_entry(papers.all_papers()[key], results, figures)
+        for key in papers.all_papers()
+        if key in of_papers
     ]
     ledger = ledger_picture.ledger_picture(results)
     for paper in shown:  # a player, or curves of the figure that stands for it

@@ -99,7 +99,7 @@ def draw_first_screen(results: Published, to: Path) -> list[Path]:
         Canvas(to / "verdicts", caption=told),
         [
             (name_of(paper), _counts(results, key))
-            for key, paper in papers.PAPERS.items()
+            for key, paper in papers.all_papers().items()
             if paper.figures and results.claims_of(paper=key)
         ],
         _ANSWERS,

@@ -113,7 +113,9 @@ def ledger_picture(results: Published, *, listed: Path | None = None) -> dict[st
     sets = {results.data: results.claims, **_other_sets(results)}
     return {
         "papers": [
-            [key, name_of(paper)] for key, paper in papers.PAPERS.items() if results.claims_of(paper=key)
+            [key, name_of(paper)]
+            for key, paper in papers.all_papers().items()
+            if results.claims_of(paper=key)
         ],
         "claims": [_words(row) for row in rows],
         "sets": {

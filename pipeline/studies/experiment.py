@@ -54,6 +54,7 @@ class Experiment(Options):
         default_factory=usable_cores
     )  # processes at a time; more are as many as there are cores
     results: str = "results"  # folder of results
+    plugins: list[str] = []  # Python files that add methods, studies or claims
 
     @property
     def published_in(self) -> Path:

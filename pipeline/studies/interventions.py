@@ -55,7 +55,7 @@ class Numbers(Switch):
 def names_quoted(data_name: str, group: str, switch: str) -> list[str]:
     """Return the claims and quantities that explanations quote from a run, sorted."""
     names = set()
-    for paper in papers.PAPERS.values():
+    for paper in papers.all_papers().values():
         for claim in paper.claims:
             for explanation in claim.why.values():
                 run = explanation.run

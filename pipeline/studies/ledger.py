@@ -369,7 +369,9 @@ def _name(figure: str, table: str) -> str:
 
 def _claims(figures: Sequence[str]) -> list[papers.Claim]:
     chosen = set(figures)
-    return [claim for paper in papers.PAPERS.values() for claim in paper.claims if claim.figure in chosen]
+    return [
+        claim for paper in papers.all_papers().values() for claim in paper.claims if claim.figure in chosen
+    ]
 
 
 def write_claims(

@@ -186,6 +186,10 @@ class Sweep(Options, ABC):
         """Return further modules that compute the result: those of methods that options name."""
         return []
 
+    def with_methods(self, names: Sequence[str]) -> Sweep:
+        """Return the sweep with further methods, those of them that it can compare."""
+        return self
+
     def of_populations(self) -> Sweep:
         """Return the sweep that further populations go through: the same, or with less beside it."""
         return self

@@ -23,7 +23,7 @@ FEW_ENOUGH = {
 """Claims about components and trials so rare that a small run may have none."""
 
 
-PAPERS = {key: paper for key, paper in papers.PAPERS.items() if paper.figures}
+PAPERS = {key: paper for key, paper in papers.all_papers().items() if paper.figures}
 
 
 def claims_of(paper: str) -> list[papers.Claim]:

@@ -91,7 +91,7 @@ def test_every_preset_composes_at_every_scale_every_purpose_with_all_data(
     config = composed(*given, f"experiment={figure}")
     assert type(config) is Experiment
     assert (config.name, config.scale.name, config.data.name) == (figure, scale, data)
-    assert config.paper in papers.PAPERS
+    assert config.paper in papers.all_papers()
     assert figure.startswith(config.paper + "_")
     assert config.title
     assert config.expect.endswith(".")
@@ -99,8 +99,8 @@ def test_every_preset_composes_at_every_scale_every_purpose_with_all_data(
 
 
 def test_the_presets_are_the_papers_figures_and_those_that_go_beyond() -> None:
-    figures = {figure for paper in papers.PAPERS.values() for figure in paper.figures}
-    beyond = {figure for paper in papers.PAPERS.values() for figure in paper.beyond}
+    figures = {figure for paper in papers.all_papers().values() for figure in paper.figures}
+    beyond = {figure for paper in papers.all_papers().values() for figure in paper.beyond}
     assert set(presets()) == figures | beyond, "all four papers are whole"
     assert all("_fig" in figure for figure in figures)
     assert not any("_fig" in figure for figure in beyond)
@@ -110,7 +110,7 @@ def test_the_presets_are_the_papers_figures_and_those_that_go_beyond() -> None:
 def test_the_first_comment_of_a_preset_names_paper_and_figure(figure: str) -> None:
     lines = (CONF / "experiment" / f"{figure}.yaml").read_text(encoding="utf-8").splitlines()
     assert lines[0] == "# @package _global_"
-    paper = papers.PAPERS[figure.partition("_")[0]]
+    paper = papers.all_papers()[figure.partition("_")[0]]
     number = re.search(r"_fig(\d+\w?)$", figure)
     assert str(paper.year) in lines[1]
     assert (f"figure {number[1]}:" if number else "ours:") in lines[1]

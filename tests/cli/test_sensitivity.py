@@ -10,9 +10,9 @@ import pytest
 
 from pipeline import papers
 from pipeline.cli.compose import compose
-from pipeline.cli.presets import CONF
 from pipeline.cli.sensitivity import PLAIN, compare, moved_table, sensitivity, switches
 from pipeline.papers import Agreement, Estimate, Evidence, Verdict
+from pipeline.resources import CONF
 from pipeline.storage import tables
 from pipeline.storage.provenance import PROJECT
 from pipeline.validation import InvalidInput
@@ -69,7 +69,7 @@ def test_groups_and_single_switches_are_tabulated(tmp_path: Path, monkeypatch: p
         "short": {"overrides": ["data.duration_s=3"]},
         "level": {"overrides": ["data.offsets=0"]},
     }
-    monkeypatch.setattr("pipeline.cli.sensitivity.groups", lambda: {"few": few})
+    monkeypatch.setattr("pipeline.cli.sensitivity.groups", lambda: {"few": (CONF, few)})
     options = ["data=synthetic", "scale=smoke", f"results={tmp_path}", "workers=1", "few"]
     assert sensitivity(options) == 0
     folder = tmp_path / "sensitivity" / "synthetic" / "few"

@@ -22,7 +22,7 @@ from pipeline.cli.pool import make_side_by_side
 from pipeline.cli.presets import presets
 from pipeline.cli.progress import Display
 from pipeline.cli.summary import Failure
-from pipeline.papers import PAPERS
+from pipeline.papers import all_papers
 from pipeline.processes import CAN_FORK, map_processes, processes_for
 from pipeline.studies.walks.known_view import KnownView
 from tests.processes import forked, is_complete
@@ -239,10 +239,10 @@ def test_figures_are_begun_by_paper_and_short_before_long(
     experiments = [experiment for experiment, _ in begun]
     assert sorted(experiment.name for experiment in experiments) == presets()
     papers = list(dict.fromkeys(experiment.paper for experiment in experiments))
-    assert papers == sorted(PAPERS, key=lambda key: PAPERS[key].order)
+    assert papers == sorted(all_papers(), key=lambda key: all_papers()[key].order)
     assert papers[:4] == ["zhang2007", "zhang2004", "mozerov2006", "park2011"]
     for paper in papers:
-        beyond = PAPERS[paper].beyond
+        beyond = all_papers()[paper].beyond
         for ours in (False, True):
             costs = [e.cost_s for e in experiments if e.paper == paper and (e.name in beyond) is ours]
             assert costs == sorted(costs)

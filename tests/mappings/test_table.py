@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pipeline import mappings
-from pipeline.mappings.table import FOLDER
+from pipeline.resources import CONF
 from pipeline.skeleton.mapped_joints import LOWER_BODY
 from pipeline.skeleton.source_mapping import SourceMapping, UpAxis
 from pipeline.validation import InvalidInput
@@ -83,7 +83,7 @@ def test_what_ships_gives_legs_and_says_what_it_is() -> None:
     for name, mapping in mappings.shipped().items():
         assert mapping.name == name
         assert all(mapping.rules(joint) for joint in LOWER_BODY), name
-        text = (FOLDER / f"{name}.yaml").read_text(encoding="utf-8")
+        text = ((CONF / "skeleton") / f"{name}.yaml").read_text(encoding="utf-8")
         assert text.startswith("# ")
 
 

@@ -42,21 +42,25 @@ MEASURES = all_measures()
 
 ROOT = Path(__file__).resolve().parents[2]
 PAPER_FILES = {
-    path.stem: path for path in sorted((ROOT / "conf" / "paper").glob("*.yaml")) if path.stem in papers.PAPERS
+    path.stem: path
+    for path in sorted((ROOT / "conf" / "paper").glob("*.yaml"))
+    if path.stem in papers.all_papers()
 }
-UNNUMBERED = [equation for paper in papers.PAPERS.values() for equation in paper.unnumbered]
-EQUATIONS = [equation for paper in papers.PAPERS.values() for equation in paper.equations]
-CLAIMS = [claim for paper in papers.PAPERS.values() for claim in paper.claims]
+UNNUMBERED = [equation for paper in papers.all_papers().values() for equation in paper.unnumbered]
+EQUATIONS = [equation for paper in papers.all_papers().values() for equation in paper.equations]
+CLAIMS = [claim for paper in papers.all_papers().values() for claim in paper.claims]
 JUDGED = [claim for claim in CLAIMS if claim.measure is not None]
 BASELINES = papers_loading.read_baselines(ROOT / "conf" / "paper" / papers.BASELINES)
-MEASURED = [item for paper in papers.PAPERS.values() for item in paper.measured if item.measure]
+MEASURED = [item for paper in papers.all_papers().values() for item in paper.measured if item.measure]
 NOT_USED = ["[park2011 14]", "[park2011 15]", "[park2011 16]", "[park2011 17]", "[park2011 18]"]
 """Equations that no result passes through."""
 
-NUMBERS = {key: [equation.number for equation in paper.equations] for key, paper in papers.PAPERS.items()}
+NUMBERS = {
+    key: [equation.number for equation in paper.equations] for key, paper in papers.all_papers().items()
+}
 
 
-_TAG = re.compile(rf"\[({'|'.join(papers.PAPERS)}) (?!(?:figure|section|table|appendix)\b)([^\]]+)\]")
+_TAG = re.compile(rf"\[({'|'.join(papers.all_papers())}) (?!(?:figure|section|table|appendix)\b)([^\]]+)\]")
 
 
 class Tag(NamedTuple):
@@ -112,7 +116,7 @@ def test_the_register_holds_the_equations_of_every_paper_without_a_gap() -> None
 
 def test_all_81_equations_of_the_four_papers_are_there() -> None:
     printed = {"zhang2004": 14, "zhang2007": 30, "mozerov2006": 19, "park2011": 18}
-    assert {key: len(papers.PAPERS[key].equations) for key in printed} == printed
+    assert {key: len(papers.all_papers()[key].equations) for key in printed} == printed
 
 
 @pytest.mark.parametrize("equation", EQUATIONS, ids=lambda e: f"{e.paper}-{e.number}")
@@ -233,7 +237,7 @@ def numbers_in(quote: str) -> set[float]:
 
 
 def test_every_claim_has_a_name_of_its_own() -> None:
-    names = [item.name for paper in papers.PAPERS.values() for item in paper.measured]
+    names = [item.name for paper in papers.all_papers().values() for item in paper.measured]
     assert sorted(set(names)) == sorted(names)
     assert [name for name in names if not re.fullmatch(r"[a-z]+(\d{4})?(_[a-z0-9]+)+", name)] == []
 
@@ -256,7 +260,7 @@ def test_every_judged_claim_was_decided_beforehand(claim: Claim) -> None:
     assert claim.reason
     assert claim.how
     assert claim.figure in {name.split("/")[0] for name in claim.tables}
-    paper = papers.PAPERS[claim.paper]
+    paper = papers.all_papers()[claim.paper]
     assert {name.split("/")[0] for name in claim.tables} <= {*paper.figures, *paper.beyond}
 
 
@@ -285,7 +289,7 @@ def test_help_that_the_paper_did_not_have_is_said() -> None:
     of_paper = [
         claim
         for key in ("zhang2004", "zhang2007", "mozerov2006", "park2011")
-        for claim in papers.PAPERS[key].claims
+        for claim in papers.all_papers()[key].claims
     ]
     helped = {
         claim.name for claim in of_paper if claim.name.endswith(("up_to_mirror", "from_a_shaky_camera"))
@@ -446,7 +450,7 @@ half: {baseline: a coin, knows: nothing, value: 1/2, better: less, reason: by ch
 def loaded(folder: Path, text: str, baselines: str = LITTLE_BASELINES) -> papers.Paper:
     (folder / papers.BASELINES).write_text(baselines, encoding="utf-8")
     (folder / "little2000.yaml").write_text(text, encoding="utf-8")
-    return papers.load(folder)["little2000"]
+    return papers.load([folder])["little2000"]
 
 
 def test_a_file_is_read_as_it_stands(tmp_path: Path) -> None:

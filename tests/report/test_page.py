@@ -281,7 +281,7 @@ def test_no_results_are_refused(tmp_path: Path) -> None:
 
 
 def test_every_paper_has_three_sentences_and_a_figure_of_its_own() -> None:
-    for paper in papers.PAPERS.values():
+    for paper in papers.all_papers().values():
         assert len(paper.page.sentences) == 3
         assert paper.page.question.endswith("?")
         assert paper.page.figure in (paper.figures or paper.beyond)

@@ -6,6 +6,7 @@ of `known_view`.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated
 
@@ -67,6 +68,10 @@ class JointAngles(Sweep):
         """Return the sweep of the papers' approaches alone."""
         published = [name for name in self.methods if name in PUBLISHED]
         return replace(self, methods=published or self.methods)
+
+    def with_methods(self, names: Sequence[str]) -> JointAngles:
+        """Return the sweep with further methods."""
+        return replace(self, methods=list(dict.fromkeys([*self.methods, *names])))
 
     def modules(self) -> list[str]:
         """Return the modules of the chosen methods."""

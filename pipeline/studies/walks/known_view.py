@@ -138,6 +138,10 @@ class KnownView(Sweep):
     missing_variance: MissingVariance = MissingVariance.temporal
     demonstration_views_deg: Distinct[Finite] = [0.0, 30.0, 90.0]  # views whose reconstructions are kept
 
+    def with_methods(self, names: Sequence[str]) -> KnownView:
+        """Return the sweep with further methods."""
+        return replace(self, methods=list(dict.fromkeys([*self.methods, *names])))
+
     def modules(self) -> list[str]:
         """Return the modules of the chosen methods."""
         return methods.modules(self.methods)

@@ -5,6 +5,7 @@ zhang2007 4.5, 4.6, zhang2004 14.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
@@ -103,6 +104,11 @@ class UnknownView(Sweep):
                     WHOLE_CIRCLE_DEG,
                     self.angle_range_deg,
                 )
+
+    def with_methods(self, names: Sequence[str]) -> UnknownView:
+        """Return the sweep with further methods that estimate a view."""
+        able = [each.name for each in methods.chosen(names) if each.estimate]
+        return replace(self, methods=list(dict.fromkeys([*self.methods, *able])))
 
     def modules(self) -> list[str]:
         """Return the modules of the chosen methods."""
