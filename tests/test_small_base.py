@@ -122,8 +122,8 @@ def test_the_first_example_in_python_runs(base: Path, walks: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "package"),
     [
-        (["experiment=zhang2007_fig2"], "pandas"),
-        (["figures"], "rich"),
+        (["experiment=zhang2007_fig2"], "hydra-core"),
+        (["figures"], "hydra-core"),
         (["pointlight", "my_walks/p0.c3d", "to=walker.gif"], "pillow"),
     ],
 )
