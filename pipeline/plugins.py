@@ -231,12 +231,12 @@ def resolve(place: str) -> Any:
         If there is none.
     """
     name, colon, inner = place.partition(":")
+    thing: Any = import_module(name) if colon else None
     if colon:
-        thing = import_module(name)
         for part in inner.split("."):
             thing = getattr(thing, part)
         return thing
-    name, thing = "", None
+    name = ""
     for part in place.split("."):
         name = f"{name}.{part}".lstrip(".")
         # What a package exports comes before a module of the same name.
@@ -271,10 +271,17 @@ def contributions(kind: str) -> list[tuple[str, Any]]:
     return values
 
 
-def methods_of_files(paths: Iterable[str]) -> list[Any]:
-    """Return the methods of users' files, which are compared without being named."""
+def modules_of_files(paths: Iterable[str]) -> list[str]:
+    """Return the modules of users' files."""
     names = [Path(path).stem for path in paths]
-    return [method for origin, method in contributions("methods") if origin in names]
+    return [each.module for name, each in _files.items() if name in names]
+
+
+def methods_of_files(paths: Iterable[str]) -> list[str]:
+    """Return the names of the methods of users' files, which are compared without being named in options."""
+    names = [Path(path).stem for path in paths]
+    methods = [method for origin, method in contributions("methods") if origin in names]
+    return [str(getattr(method, "name", method)) for method in methods]
 
 
 def conf_folders() -> tuple[Path, ...]:

@@ -75,6 +75,8 @@ def _whole(value: Any, hint: Any = Experiment) -> Any:
         return value
     if TYPE not in value:
         return {name: _whole(item, hint) for name, item in value.items()}
+    if str in (hint, *get_args(hint)):  # an enumeration of an earlier version
+        return value["name"]
     named = (kind for kind in _classes() if kind.__name__ == value[TYPE])
     kind = next(kind for kind in named if issubclass(kind, _named(hint)))
     if issubclass(kind, Enum):

@@ -35,7 +35,7 @@ from pipeline.studies.experiment import Experiment, Scale
 from pipeline.validation import InvalidInput
 
 
-class _PluginFolders(SearchPathPlugin):  # type: ignore[misc]
+class _PluginFolders(SearchPathPlugin):
     """Adds the folders of options that plug-ins bring."""
 
     def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
@@ -128,8 +128,7 @@ def _typed(composed: Any, overrides: Sequence[str]) -> Experiment:
     experiment: Experiment = OmegaConf.to_object(composed)  # type: ignore[assignment]
     _refuse_additions(experiment, "")
     if not any(item.startswith("sweep.methods") for item in overrides):
-        names = [method.name for method in plugins.methods_of_files(experiment.plugins)]
-        experiment.sweep = experiment.sweep.with_methods(names)
+        experiment.sweep = experiment.sweep.with_methods(plugins.methods_of_files(experiment.plugins))
     # Results of a copy that keeps the name of its original would take the original's place.
     files = [name.strip("[]' ") for name in split_named(overrides)[0]]
     if files and experiment.name not in files and not any(item.startswith("name=") for item in overrides):

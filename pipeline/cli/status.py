@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from pipeline.stages import chain
-from pipeline.stages.figure import figure_code
+from pipeline.stages.sources import figure_code
 from pipeline.storage.sealed_folders import canonical, complaints_about, read_manifest
 from pipeline.storage.store import Plan
 from pipeline.studies.experiment import Experiment

@@ -19,9 +19,10 @@ def verify(arguments: Sequence[str]) -> int:
     """Re-hash archives and print every file that changed, is missing or was added.
 
     ``rerun=1`` also computes their figures again, with ``only=FIGURE`` one of them, and compares tables and verdicts to
-    the digits that the archive promises in digits.csv.
+    the digits that the archive promises in digits.csv.  No code of an archive is run: a figure that used a user's file
+    needs ``plugins=FILE``.
     """
-    own, named = apart(arguments, ("rerun", "only"))
+    own, named = apart(arguments, ("rerun", "only", "plugins"))
     if not named:
         raise InvalidInput("no archive is named", expected="verify results/archive/<date>-<commit>")
     status = 0
@@ -63,7 +64,8 @@ def computed_again(folder: Path, only: str = "") -> list[str]:
         jobs = []
         for place, manifest in kept.items():
             preset = [f"experiment={manifest['figure']}", f"data={manifest['data']}", f"results={results}"]
-            made = with_options(compose(preset), manifest["configuration"])
+            files = provenance.require_plugins(manifest.get("plugins", []), place)
+            made = with_options(compose(preset), {**manifest["configuration"], "plugins": files})
             made.figure.picture = made.figure.recording = False
             jobs.append((made, Path(results) / manifest["data"] / manifest["scale"] / place.name))
         failures += make_figures(jobs, console=out)

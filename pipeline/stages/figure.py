@@ -13,11 +13,11 @@ from pipeline.stages import populations
 from pipeline.stages.artefacts import Stored
 from pipeline.stages.ingest import report_table
 from pipeline.stages.shown_population import shown
+from pipeline.stages.sources import figure_code, used_plugins
 from pipeline.storage import tables
 from pipeline.storage.provenance import provenance, without_paths
 from pipeline.storage.publishing import publish
 from pipeline.storage.sealed_folders import canonical
-from pipeline.storage.source_code import sources_digest
 from pipeline.storage.store import Store, packed
 from pipeline.studies.evaluation import Registry
 from pipeline.studies.experiment import Experiment
@@ -109,12 +109,7 @@ def _publish(
             "caption": caption,
             "charts": [charts.to_json(chart) for chart in sheet.charts if chart.page],
             "picture_beside_charts": figure.draws_more_than(sheet),
+            "plugins": used_plugins(experiment, publication.folder),
             "provenance": provenance(),
         }
     return verdicts
-
-
-def figure_code(experiment: Experiment) -> str:
-    """Return the digest of the sources of tables, picture and recording."""
-    drawn = ("pipeline.pictures.picture", "pipeline.recordings.recording")
-    return sources_digest([type(experiment.figure).__module__, *experiment.sweep.modules(), *drawn])

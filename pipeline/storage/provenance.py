@@ -7,12 +7,15 @@ import importlib.metadata
 import os
 import platform
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from pipeline import plugins
 from pipeline.resources import PACKAGE
+from pipeline.storage import source_code
 from pipeline.storage.sealed_folders import file_digest
+from pipeline.validation import InvalidInput
 
 PROJECT = PACKAGE.parent
 LOCK = PROJECT / "requirements.lock"
@@ -78,6 +81,46 @@ def provenance() -> dict[str, Any]:
     }
 
 
+def used_plugins(modules: Iterable[str], files: Iterable[str]) -> list[dict[str, str]]:
+    """Return the plug-ins whose sources these modules reach, and users' files, as a manifest has them.
+
+    An installed plug-in has its distribution, version and the sha256 of the sources that are reached; a user's file the
+    sha256 of its text.
+    """
+    reached = source_code.reached(modules)
+    names = {Path(file).stem for file in files}
+    described = []
+    for each in plugins.loaded():
+        own = sorted(name for name in reached if name.partition(".")[0] == each.root)
+        if each.file and (own or each.name in names):
+            described.append({"file": each.file.name, "sha256": plugins.digest_of(each)})
+        elif own:
+            facts = {"name": each.name, "distribution": each.distribution, "version": each.version}
+            described.append({**facts, "sha256": source_code.sources_digest(own)})
+    return described
+
+
+def require_plugins(used: Iterable[Mapping[str, str]], where: object) -> list[str]:
+    """Return the paths of the users' files that a result used, if files with the same content are loaded.
+
+    Raises
+    ------
+    InvalidInput
+        If one is not; the sentence has its name and sha256.
+    """
+    here = {plugins.digest_of(each): str(each.file) for each in plugins.loaded() if each.file}
+    wanted = [each for each in used if "file" in each]
+    for each in wanted:
+        if each["sha256"] not in here:
+            raise InvalidInput(
+                f"the result used the file {each['file']} with sha256 {each['sha256']}: give your own copy, since no"
+                " code of an archive is run",
+                where,
+                "plugins=FILE",
+            )
+    return [here[each["sha256"]] for each in wanted]
+
+
 FOLDERS = {"mirror", "raw", "path"}
 """Options of data that name folders of this machine."""
 
@@ -87,4 +130,5 @@ def without_paths(configuration: dict[str, Any]) -> dict[str, Any]:
     data = dict(configuration["data"])
     for option in FOLDERS & {name for name, value in data.items() if value}:
         data[option] = Path(data[option]).name
-    return {**configuration, "data": data, "results": Path(configuration["results"]).name}
+    files = [Path(file).name for file in configuration.get("plugins", [])]
+    return {**configuration, "data": data, "results": Path(configuration["results"]).name, "plugins": files}

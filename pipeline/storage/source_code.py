@@ -10,7 +10,7 @@ import ast
 import functools
 from collections.abc import Iterable
 
-from pipeline.plugins import source_of
+from pipeline.plugins import edition, source_of
 from pipeline.storage.sealed_folders import digest
 
 Code = tuple[str, frozenset[tuple[str, str]]]
@@ -25,6 +25,12 @@ def sources_digest(modules: Iterable[str]) -> str:
     modules : iterable of str
         Dotted names of modules of the package or of plug-ins, e.g. ``"pipeline.core.fourier"``.
     """
+    lines = (f"{name}\0{_module(name, edition())[0]}\n" for name in sorted(reached(modules)))
+    return digest("".join(lines).encode())
+
+
+def reached(modules: Iterable[str]) -> set[str]:
+    """Return these modules and all that they import, directly or not, of the package and of plug-ins."""
     reached: set[str] = set()
     waiting = [name for name in modules if source_of(name)]
     while waiting:
@@ -32,13 +38,12 @@ def sources_digest(modules: Iterable[str]) -> str:
         if name in reached:
             continue
         reached.add(name)
-        waiting += _module(name)[1] - reached
-    lines = (f"{name}\0{_module(name)[0]}\n" for name in sorted(reached))
-    return digest("".join(lines).encode())
+        waiting += _module(name, edition())[1] - reached
+    return reached
 
 
 @functools.cache
-def _module(name: str) -> tuple[str, frozenset[str]]:
+def _module(name: str, _: object) -> tuple[str, frozenset[str]]:
     """Return the digest of a module's code, and the modules of the package that it imports names from.
 
     Their parent packages are left out, for no name is imported from them.

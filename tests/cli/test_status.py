@@ -83,7 +83,7 @@ def test_it_says_that_the_code_changed(results: Path, monkeypatch: pytest.Monkey
 
 
 def test_it_says_that_the_figures_own_code_changed(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pipeline.stages.figure.sources_digest", lambda modules: "0" * 64)
+    monkeypatch.setattr("pipeline.stages.sources.sources_digest", lambda modules: "0" * 64)
     found = state_of(experiment(results), place(results))
     assert (found.state, found.why) == ("stale", "figure: code changed")
 

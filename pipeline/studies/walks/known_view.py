@@ -140,7 +140,8 @@ class KnownView(Sweep):
 
     def with_methods(self, names: Sequence[str]) -> KnownView:
         """Return the sweep with further methods."""
-        return replace(self, methods=list(dict.fromkeys([*self.methods, *names])))
+        added = [method.name for method in methods.chosen(names)]
+        return replace(self, methods=list(dict.fromkeys([*self.methods, *added])))
 
     def modules(self) -> list[str]:
         """Return the modules of the chosen methods."""

@@ -1,0 +1,27 @@
+"""Sources that make a figure: those of the package, of plug-ins and of users' files."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+from pipeline.plugins import modules_of_files
+from pipeline.storage import provenance
+from pipeline.storage.source_code import sources_digest
+from pipeline.studies.experiment import Experiment
+
+
+def used_plugins(experiment: Experiment, folder: Path) -> list[dict[str, str]]:
+    """Return the plug-ins that a figure used, and put the texts of users' files next to its tables."""
+    options = (experiment.dataset, experiment.model, experiment.sweep, experiment.figure)
+    modules = [*(type(option).__module__ for option in options), *experiment.sweep.modules()]
+    for file in experiment.plugins:
+        shutil.copyfile(file, folder / f"plugin_{Path(file).name}")
+    return provenance.used_plugins(modules, experiment.plugins)
+
+
+def figure_code(experiment: Experiment) -> str:
+    """Return the digest of the sources of tables, picture and recording."""
+    drawn = ("pipeline.pictures.picture", "pipeline.recordings.recording")
+    own = (*experiment.sweep.modules(), *modules_of_files(experiment.plugins))
+    return sources_digest([type(experiment.figure).__module__, *own, *drawn])

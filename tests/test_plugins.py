@@ -1,0 +1,280 @@
+"""Plug-ins: a method in one user's file, installed packages, and what depends on their sources."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import sys
+from collections.abc import Callable, Iterator
+from importlib import metadata
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pipeline import papers, plugins
+from pipeline.cli.compose import compose
+from pipeline.cli.presets import presets
+from pipeline.cli.status import status
+from pipeline.stages.sources import figure_code
+from pipeline.storage import archive, tables
+from pipeline.storage.publishing import publish
+from pipeline.studies.walks import methods
+from pipeline.studies.walks.methods import PUBLISHED
+from pipeline.validation import InvalidInput
+from tests.processes import ROOT, finished
+from tests.recordings.reading import entities
+
+EXAMPLE = re.search(r"```py\n(.*?)```", (ROOT / "docs" / "extend.md").read_text("utf-8"), re.DOTALL)
+assert EXAMPLE
+RIDGE = EXAMPLE[1]
+"""The file of the documentation."""
+
+
+@pytest.fixture
+def no_files() -> Iterator[None]:
+    """No user's file is loaded, before and after."""
+    before = dict(plugins._files)
+    plugins._files.clear()
+    yield
+    plugins._files.clear()
+    plugins._files.update(before)
+
+
+@pytest.fixture
+def ridge(tmp_path: Path, no_files: None) -> Path:
+    """The file of the documentation, as a user saves it."""
+    path = tmp_path / "ridge.py"
+    path.write_text(RIDGE, encoding="utf-8")
+    return path
+
+
+def run(folder: Path, *arguments: str) -> tuple[int, str, str]:
+    """Exit status, output and errors of a command in a user's folder."""
+    done = finished([sys.executable, "-m", "pipeline", *arguments], cwd=folder)
+    return done.returncode, done.stdout, done.stderr
+
+
+def test_the_example_has_at_most_forty_lines() -> None:
+    assert len(RIDGE.splitlines()) <= 40
+
+
+def test_a_users_file_adds_a_method_to_a_figure_of_a_paper(ridge: Path) -> None:
+    code, out, err = run(ridge.parent, "experiment=zhang2007_fig5", "plugins=ridge.py", "scale=smoke")
+    assert code == 0, out + err
+    (folder,) = (ridge.parent / "results" / "scratch").glob("*/zhang2007_fig5")
+    table = tables.read(folder / "table.csv")
+    of_method = table["method"] == "ridge"
+    assert table["view_angle_deg"][of_method].tolist() == list(range(-90, 91, 15))
+    below = 100.0 * (
+        1.0
+        - table["absolute_error_mm2"][of_method].mean()
+        / table["absolute_error_mm2"][table["method"] == "map"].mean()
+    )
+    claims = pd.DataFrame(tables.read(folder / "claims.csv")).set_index("claim")
+    assert claims.loc["ridge_below_map", "kind"] == "target"
+    assert claims.loc["ridge_below_map", "value"] == pytest.approx(below, rel=1e-6)
+    assert claims.loc["ridge_below_map", "agreement"] == "not judged at smoke scale"
+    assert "world/reconstructed/ridge" in entities(folder / "recording.rrd")
+    assert "ridge regression" in (folder / "figure.svg").read_text("utf-8")
+    manifest = json.loads((folder / "manifest.json").read_text("utf-8"))
+    assert any("ridge" in json.dumps(chart) for chart in manifest["charts"])
+    assert manifest["plugins"] == [{"file": "ridge.py", "sha256": hashlib.sha256(RIDGE.encode()).hexdigest()}]
+    assert (folder / "plugin_ridge.py").read_text("utf-8") == RIDGE
+    assert str(ridge.parent) not in (folder / "manifest.json").read_text("utf-8")
+    # An archive of the run is computed again with the user's own copy of the file, and not without it.
+    archived = ridge.parent / "archived"
+    with publish(archived, having="archive") as publication:
+        names = [path.name for path in folder.iterdir()]
+        archive.write_files(publication.folder, {f"zhang2007_fig5/{name}": folder / name for name in names})
+        archive.seal(publication, {"archive": "mine"})
+    code, _, err = run(ridge.parent, "verify", str(archived), "rerun=1")
+    assert code == 1
+    assert "ridge.py" in err
+    assert manifest["plugins"][0]["sha256"] in err
+    assert "plugins=FILE" in err
+    code, out, err = run(ridge.parent, "verify", str(archived), "rerun=1", "plugins=ridge.py")
+    assert code == 0, out + err
+    assert "agree" in out
+
+
+def test_ridge_regression_has_the_error_that_numpy_gives(ridge: Path) -> None:
+    """Against the normal equations with one penalty after the other, each left-out walk fitted anew."""
+    from tests.studies.walks.test_anatomical_method import inputs
+
+    plugins.load_files([ridge])
+    module = sys.modules["plugin_ridge"]
+    given, view = inputs(), np.radians([30.0])
+    fold, walk = methods.held_out(given.dataset, given.model, 3, 70.0)
+    missing = methods.chosen(["ridge"])[0].apply(fold, walk, view).missing[0]
+    cos, sin = np.cos(view[0]), np.sin(view[0])
+    x = np.stack([cos * fold.training[..., 0] + sin * fold.training[..., 1], fold.training[..., 2]], axis=-1)
+    y = (-sin * fold.training[..., 0] + cos * fold.training[..., 1]).reshape(len(x), -1)
+    x = x.reshape(len(x), -1)
+
+    def fitted(rows: np.ndarray, penalty: float, of: np.ndarray) -> np.ndarray:
+        x0, y0 = x[rows].mean(axis=0), y[rows].mean(axis=0)
+        square = (x[rows] - x0).T @ (x[rows] - x0) + penalty * np.eye(x.shape[1])
+        return y0 + (of - x0) @ np.linalg.solve(square, (x[rows] - x0).T @ (y[rows] - y0))
+
+    every = np.arange(len(x))
+    errors = [
+        np.mean([(fitted(every != r, penalty, x[r]) - y[r]) ** 2 for r in every])
+        for penalty in module.PENALTIES
+    ]
+    best = module.PENALTIES[np.argmin(errors)]
+    image = walk.observed(view).ravel()
+    np.testing.assert_allclose(missing.ravel(), fitted(every >= 0, best, image), rtol=1e-6, atol=1e-6)
+
+
+def test_an_edited_line_makes_a_figure_stale(
+    ridge: Path, figure: Callable[..., object], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    options = (f"plugins={ridge}", "sweep.methods=[map,ridge]")
+    made = figure(tmp_path, "zhang2007_fig5", *options)
+    arguments = ["experiment=zhang2007_fig5", f"results={tmp_path}", "scale=smoke", "figure.picture=false"]
+    arguments += ["figure.recording=false", *options]
+    assert status(compose(arguments), made.folder).state == "current"
+    plain = figure_code(compose(arguments[:-2]))
+    ridge.write_text(RIDGE.replace("np.arange(2, 8)", "np.arange(2, 9)"), encoding="utf-8")
+    stale = status(compose(arguments), made.folder)
+    assert (stale.state, stale.to_compute) == ("stale", ("sweep",))
+    assert figure_code(compose(arguments[:-2])) == plain, "figures without the file are as they were"
+
+
+def test_an_edited_plug_in_makes_the_figures_stale_that_use_it(
+    no_files: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    import shutil
+
+    experiment = ["experiment=zhang2007_fig5", "scale=smoke"]
+    uses = compose([*experiment, "sweep.methods=[map,anatomical]"])
+    before = figure_code(uses), figure_code(compose(experiment))
+    copy = tmp_path / "walk3d"
+    shutil.copytree(ROOT / "walk3d", copy, ignore=shutil.ignore_patterns("__pycache__"))
+    path = copy / "anatomy" / "method.py"
+    path.write_text(path.read_text("utf-8") + "\nCHANGED = 1\n", encoding="utf-8")
+    monkeypatch.setattr(plugins, "_folders", lambda: {"walk3d": copy})
+    from pipeline.storage import source_code
+
+    source_code._module.cache_clear()
+    after = figure_code(uses), figure_code(compose(experiment))
+    source_code._module.cache_clear()
+    assert after[0] != before[0]
+    assert after[1] == before[1]
+
+
+@pytest.mark.parametrize("name", ["zhang2007_fig5", "zhang2007_fig6"])
+def test_a_figure_of_a_paper_has_the_same_bytes_without_plug_ins(
+    name: str, figure: Callable[..., object], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    with_them = figure(tmp_path / "with", name, "scale=smoke", quick=False)
+    monkeypatch.setattr(plugins, "_installed", lambda: ((), {}))
+    monkeypatch.setattr(plugins, "_folders", lambda: {})
+    without = figure(tmp_path / "without", name, "scale=smoke", quick=False)
+    names = sorted(path.name for path in with_them.folder.iterdir())
+    assert names == sorted(path.name for path in without.folder.iterdir())
+    for file in set(names) - {"manifest.json", "recording.rrd"}:
+        assert (with_them.folder / file).read_bytes() == (without.folder / file).read_bytes(), file
+    both = (entities(folder / "recording.rrd") for folder in (with_them.folder, without.folder))
+    assert next(both) == next(both)
+
+
+def test_an_unknown_method_is_an_error_that_lists_the_known_ones() -> None:
+    experiment = compose(["experiment=zhang2007_fig5", "sweep.methods=[map,ridgee]"])
+    with pytest.raises(InvalidInput) as caught:
+        experiment.validate()
+    assert str(caught.value) == ("sweep.methods must be one of least_squares, map, anatomical (got ridgee)")
+
+
+def test_a_method_without_an_estimate_needs_a_known_view(ridge: Path) -> None:
+    experiment = compose(["experiment=zhang2007_fig6", f"plugins={ridge}"])
+    assert experiment.sweep.methods == list(PUBLISHED)
+    named = compose(["experiment=zhang2007_fig6", f"plugins={ridge}", "sweep.methods=[map,ridge]"])
+    with pytest.raises(InvalidInput, match="ridge needs a known view"):
+        named.validate()
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (
+            "import nothing_of_this_name\n",
+            r"mine.py line 1: the plug-in cannot be loaded \(ModuleNotFoundError",
+        ),
+        ("x = 1\n\n\ny = (\n", r"mine.py line 4: the plug-in cannot be loaded \(SyntaxError"),
+        ("PLUGIN = 3\n", "the file has no plug-in: end it with PLUGIN = Plugin"),
+        (
+            "from pipeline.plugins import Plugin\nPLUGIN = Plugin(methods=['map'])\n",
+            "methods must be values of the class Method",
+        ),
+    ],
+)
+def test_a_users_file_that_fails_is_one_sentence(
+    text: str, words: str, tmp_path: Path, no_files: None
+) -> None:
+    path = tmp_path / "mine.py"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InvalidInput, match=words) as caught:
+        compose(["experiment=zhang2007_fig5", f"plugins={path}"])
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_a_users_file_that_does_not_exist_is_named() -> None:
+    with pytest.raises(InvalidInput, match=r"plugins must be an existing Python file \(got nowhere.py\)"):
+        compose(["experiment=zhang2007_fig5", "plugins=nowhere.py"])
+
+
+@pytest.fixture
+def broken(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """An installed plug-in that cannot be imported."""
+    point = metadata.EntryPoint("broken", "nothing_of_this_name:PLUGIN", plugins.GROUP)
+    real = plugins._entry_points()
+    monkeypatch.setattr(plugins, "_entry_points", lambda: [*real, point])
+    plugins._installed.cache_clear()
+    yield
+    plugins._installed.cache_clear()
+
+
+def test_a_plug_in_that_fails_to_import_is_one_sentence(
+    broken: None, say: Callable[..., object], tmp_path: Path
+) -> None:
+    """Commands that need none run with a remark; a figure is rejected."""
+    answer = say("equations", "zhang2004")
+    assert answer.status == 0
+    assert answer.err.startswith("the plug-in broken is left out: it cannot be loaded (ModuleNotFoundError")
+    answer = say("experiment=zhang2007_fig5", "scale=smoke", f"results={tmp_path}")
+    assert answer.status == 1
+    assert "the plug-in 'broken' cannot be loaded (ModuleNotFoundError" in answer.err
+
+
+def test_a_clone_loads_the_plug_ins_next_to_it() -> None:
+    """The table in pyproject.toml counts, not the metadata of what may be installed."""
+    named = {point.name: point.value for point in plugins._entry_points()}
+    assert named["walk3d"] == "walk3d.plugin:PLUGIN"
+    assert plugins.source_of("walk3d.plugin") == ROOT / "walk3d" / "plugin.py"
+
+
+def test_a_folder_of_presets_is_found(tmp_path: Path, no_files: None) -> None:
+    (tmp_path / "conf" / "experiment").mkdir(parents=True)
+    preset = (ROOT / "conf" / "experiment" / "zhang2007_fig5.yaml").read_text("utf-8")
+    name = tmp_path / "conf" / "experiment" / "coarse_fig5.yaml"
+    name.write_text(preset.replace("zhang2007_fig5", "coarse_fig5"), encoding="utf-8")
+    path = tmp_path / "mine.py"
+    path.write_text(
+        "from pathlib import Path\nfrom pipeline.plugins import Plugin\n"
+        "PLUGIN = Plugin(conf=Path(__file__).parent / 'conf')\n",
+        encoding="utf-8",
+    )
+    experiment = compose([f"plugins={path}", "experiment=coarse_fig5"])
+    assert experiment.name == "coarse_fig5"
+    assert "coarse_fig5" in presets()
+
+
+def test_claims_of_a_users_file_are_targets_apart_from_the_papers(ridge: Path) -> None:
+    before = {key: len(paper.claims) for key, paper in papers.all_papers().items()}
+    plugins.load_files([ridge])
+    after = {key: len(paper.claims) for key, paper in papers.all_papers().items()}
+    assert after == {**before, "ridge": 1}
