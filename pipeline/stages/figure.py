@@ -19,9 +19,10 @@ from pipeline.storage.publishing import publish
 from pipeline.storage.sealed_folders import canonical
 from pipeline.storage.source_code import sources_digest
 from pipeline.storage.store import Store, packed
+from pipeline.studies.captions import filled_caption
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs
-from pipeline.studies.ledger import INGEST, SMOKE, judge_figure, write_claims
+from pipeline.studies.ledger import INGEST, SMOKE, judge_figure, number_of_figure, write_claims
 
 
 def run(
@@ -72,14 +73,18 @@ def _publish(
         (publication.folder / "arrays.npz").write_bytes(packed({**inputs.arrays, **figure.arrays(inputs)}))
         sheet = figure.charts(inputs, made).with_published(_published)
         caption = f"{inputs.caption} {sheet.caption}".strip()
+        expect = filled_caption(
+            experiment.expect, number_of_figure(experiment.name, {**made, INGEST: report})
+        )
         if figure.picture:
             from pipeline.pictures.picture import Picture
 
             figure.draw(inputs, made, Picture(publication.folder / "figure", sheet, made, caption))
         if figure.recording and whole:
             begin = partial(
-                recordings.Recording, publication.folder / "recording.rrd", name=experiment.name, about=inputs.about,
-                edition=f"{experiment.data.name} {experiment.scale.name}", charts=sheet.charts, tables=made,
+                recordings.Recording, publication.folder / "recording.rrd", name=experiment.name,
+                about=inputs.about(expect), edition=f"{experiment.data.name} {experiment.scale.name}",
+                charts=sheet.charts, tables=made,
             )  # fmt: skip
             figure.record(inputs, made, begin)
         publication.facts = {
@@ -98,6 +103,7 @@ def _publish(
             },
             "inputs": inputs.clips.inputs,
             "caption": caption,
+            "expect": expect,
             "charts": [charts.to_json(chart) for chart in sheet.charts if chart.page],
             "picture_beside_charts": figure.draws_more_than(sheet),
             "provenance": provenance(),

@@ -12,6 +12,7 @@ import pandas as pd
 
 from pipeline.clips.kinds import Clips
 from pipeline.storage.typed import pack
+from pipeline.studies.captions import PERCENT
 from pipeline.studies.experiment import Experiment
 
 DatasetT = TypeVar("DatasetT")
@@ -66,23 +67,24 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
     @property
     def banded(self) -> str:
         """What intervals around curves are, for captions."""
-        return "range of all populations" if self.population else "95 % interval of the mean over people"
+        return (
+            "range of all populations" if self.population else f"{PERCENT} interval of the mean over people"
+        )
 
     @property
     def caption(self) -> str:
         """What the figure's caption begins with."""
         return f"{self.experiment.title}. Data: {self.summary}."
 
-    @property
-    def about(self) -> str:
-        """The recording's description, Markdown."""
+    def about(self, expect: str) -> str:
+        """Return the recording's description, Markdown, with what the reader should see."""
         return "\n".join(
             [
                 f"# {self.experiment.name}",
                 "",
                 f"**{self.experiment.title}**",
                 "",
-                self.experiment.expect,
+                expect,
                 "",
                 "| | |",
                 "|---|---|",

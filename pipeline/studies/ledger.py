@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -279,6 +279,12 @@ def numbers_of(names: Iterable[str], made: Tables) -> dict[str, papers.Estimate]
         estimate = _estimate(*values, drawn, people, extreme=measure.name in EXTREMES)
         found[name] = _beyond_the_seen(estimate, measure, drawn)
     return found
+
+
+def number_of_figure(figure: str, made: Mapping[str, Any]) -> Callable[[str], float]:
+    """Return the function of a claim's or quantity's name to our value, from one figure's tables by file name."""
+    by_name = {_name(figure, name): table for name, table in made.items()}
+    return lambda name: numbers_of([name], by_name)[name].value
 
 
 def _number(item: papers.Claim | papers.Quantity, frames: Mapping[str, pd.DataFrame]) -> float:

@@ -6,6 +6,8 @@ import re
 
 import numpy as np
 
+from pipeline.studies.captions import PERCENT
+
 ANKLE_HEIGHT_MM = 80.0
 """Of the joint above the sole, about; only for showing people on the ground."""
 
@@ -34,7 +36,7 @@ def interval_words(count: int, *, of: str = "mean", over: str = "people", bands:
     """
     if count < 2:
         return f"No interval of the {of}: all is of one {'person' if over == 'people' else over[:-1]}."
-    return f"{bands}: 95 % interval of the {of} over {count} {over}."
+    return f"{bands}: {PERCENT} interval of the {of} over {count} {over}."
 
 
 def lift(motion: np.ndarray) -> np.ndarray:

@@ -310,7 +310,7 @@ def test_the_interval_of_a_share_ends_at_all() -> None:
 
 
 def test_the_interval_of_a_baseline_that_is_a_share_ends_at_all_too() -> None:
-    """Student's of five people: 94.44 % with a half width of 2.776 sqrt(5/4) 11.11 % / sqrt(5) would end above 100 %."""
+    """Student's interval of five people with a mean of 94.44 % would end at 110.1 %."""
     people = np.repeat([f"p{n}" for n in range(5)], 36)
     table = {
         "person": people,
@@ -336,7 +336,9 @@ def test_the_prediction_of_a_share_ends_at_all() -> None:
     table = pd.DataFrame({"variance_fraction": [parts[0]]})
     measure = Measure("mean_percent", {"table": "any/table_shares", "column": "variance_fraction"})
     claim = replace(papers.claim("zhang2007_fundamental_share"), measure=measure)
-    (verdict,) = judge([claim], {"any/table_shares": table, "any/table_shares_populations": each}, "synthetic")
+    (verdict,) = judge(
+        [claim], {"any/table_shares": table, "any/table_shares_populations": each}, "synthetic"
+    )
     assert verdict.evidence is not None
     one = verdict.evidence.one_sample
     assert one is not None

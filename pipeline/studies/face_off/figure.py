@@ -7,7 +7,7 @@ from typing import Any, cast
 import numpy as np
 
 from pipeline.charts import Chart, Lines, Sheet
-from pipeline.palette import Style
+from pipeline.palette import Style, name_on_dark
 from pipeline.scenes import Columns, Image2D, Notes, Plot, Rows, Space3D
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
@@ -134,8 +134,9 @@ class FaceOffFigure(Figure):
         with begin(
             f"\nWalker `{inputs.samples[sweep.shown[0]]}` from "
             f"{sweep.shown_view_angle_deg:g}°, noise {sweep.shown_noise_px:g} px; of all walkers the one whose error "
-            "by the articulated method is the median. All bodies are laid on the recorded pelvis. Grey: recorded. "
-            + ", ".join(f"{RECORDED[m].colour}: {RECORDED[m].label}" for m in methods)
+            "by the articulated method is the median. All bodies are laid on the recorded pelvis. "
+            f"{name_on_dark('original').capitalize()}: recorded. "
+            + ", ".join(f"{name_on_dark(RECORDED[m].colour)}: {RECORDED[m].label}" for m in methods)
             + ".\n",
             at=times,
         ) as rec:

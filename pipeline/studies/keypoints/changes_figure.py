@@ -12,6 +12,7 @@ import pandas as pd
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.palette import Style
+from pipeline.studies.captions import OVER_PEOPLE
 from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.keypoints.changes import ChangedErrors, KeypointChanges
 from pipeline.studies.keypoints.conditions import Condition
@@ -107,8 +108,8 @@ class KeypointChangesFigure(KeypointFigure):
             panel_size=(1.85, 0.8 + ROW_HEIGHT * len(words)),
             caption=f"{options.takes} simulated clips, the same for every condition, of people whom the model does not"
             " know, from all sides, overground and on a treadmill. (a), (b) Mean difference from the same clips as"
-            " usual, whose own error stands at the line, with 95 % intervals over people. What lies beyond the axes"
-            " is in the tables.",
+            " usual, whose own error stands at the line, with "
+            f"{OVER_PEOPLE}. What lies beyond the axes is in the tables.",
         )
 
 

@@ -8,6 +8,7 @@ import pandas as pd
 
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.palette import Style
+from pipeline.studies.captions import OVER_PEOPLE
 from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.keypoints.headings import KeypointLaboratories
 from pipeline.studies.keypoints.measured import ERRORS, VERDICTS
@@ -68,5 +69,6 @@ class KeypointLaboratoriesFigure(KeypointFigure):
             charts=charts,
             columns=2,
             caption=f"{len(tables['table_clips'])} simulated clips, as in keypoints_headings, of people whose"
-            " laboratory is left out of the model and of the bars; of one laboratory, the person. Bands: 95 %.",
+            " laboratory is left out of the model and of the bars; of one laboratory, the person."
+            f" Bands: {OVER_PEOPLE}.",
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pipeline.charts import Chart, Reference, Sheet
-from pipeline.palette import Style
+from pipeline.palette import Style, name_on_dark
 from pipeline.scenes import Columns, Image2D, Notes, Plot, Rows, Space3D
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.model import Action, ActionSpaceModel
@@ -115,8 +115,8 @@ class TrackingError(Figure):
             + ("it" if sweep.leave_out[0] == "performance" else "its person")
             + f": {sweep.shown_particles} particles, noise {sweep.shown_noise_mm:g} mm, "
             f"{100 * sweep.shown_occluded:g} % of the joints hidden in runs of frames. Of all tracked ones it is the "
-            "one whose error with the prior is the median. Silver: recorded. "
-            + ", ".join(f"{RECORDED[m].colour}: {RECORDED[m].label}" for m in methods)
+            f"one whose error with the prior is the median. {name_on_dark('original').capitalize()}: recorded. "
+            + ", ".join(f"{name_on_dark(RECORDED[m].colour)}: {RECORDED[m].label}" for m in methods)
             + ".\n",
             at=sweep.shown_time_s,
         ) as rec:

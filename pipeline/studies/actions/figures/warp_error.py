@@ -136,7 +136,7 @@ class WarpError(Figure):
             share_y=True,
             caption="Penalty: µ|k|, of the change k of the disparity d, or µ|d + k| as printed."
             " Errors of the frame that is matched with a sample of the median sequence: (a) over the samples at"
-            " which that moves, (b) over all. Light bands: ±1 standard deviation over performances. "
+            " which that moves, (b) over all. Light bands: ± standard deviation over performances. "
             + interval_words(people, bands="Bands within them"),
         )
 

@@ -11,6 +11,7 @@ from pipeline.charts import Chart, Sheet
 from pipeline.core.joint_angles import JOINT_ANGLES, SIDES
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Notes, Plot, Rows, Space3D
+from pipeline.studies.captions import OVER_PEOPLE
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
@@ -72,9 +73,8 @@ class JointAngleFigure(Figure):
             share_y=True,
             letters=False,
             panel_size=(1.9, 1.8),
-            caption="Root mean square over a cycle, mean of left and right and over walkers; bands: 95 %"
-            " interval of the"
-            " mean over people. Average walker: its depth, the image kept.",
+            caption="Root mean square over a cycle, mean of left and right and over walkers; bands:"
+            f" {OVER_PEOPLE}. Average walker: its depth, the image kept.",
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:

@@ -6,6 +6,7 @@ from functools import partial
 
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.palette import Style
+from pipeline.studies.captions import OVER_PEOPLE
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.replicated import aggregate
@@ -89,5 +90,5 @@ class LearningCurves(Figure):
             charts=charts,
             columns=3,
             caption="Across laboratories MAP may be worse than the average walker, which does not look at the image."
-            " Bands and bars: 95 % intervals over people.",
+            f" Bands and bars: {OVER_PEOPLE}.",
         )

@@ -7,6 +7,7 @@ from functools import partial
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Matrix, Notes, Rows
+from pipeline.studies.captions import OVER_PEOPLE
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.study import Figure, Recorder, Tables
@@ -78,8 +79,8 @@ class NoiseTolerance(Figure):
         return Sheet(
             charts=charts,
             columns=2,
-            caption="Errors of the observed dimensions, root mean square; bars as computed. Lines: 95 % intervals over"
-            " people.",
+            caption="Errors of the observed dimensions, root mean square; bars as computed. "
+            f"Lines: {OVER_PEOPLE}.",
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:

@@ -11,6 +11,7 @@ from pipeline.charts import Chart, Reference, Sheet
 from pipeline.core import statistics
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Matrix, Notes, Rows
+from pipeline.studies.captions import OVER_PEOPLE
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.study import Figure, Recorder, Tables
@@ -103,7 +104,7 @@ class ViewPosterior(Figure):
                 zero=True, references=[Reference(slope=1.96, label="1.96 standard deviations")],
             ),
         ]  # fmt: skip
-        return Sheet(charts=charts, columns=2, caption="Bands: 95 % intervals over people.")
+        return Sheet(charts=charts, columns=2, caption=f"Bands: {OVER_PEOPLE}.")
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """Error and posterior width over view angle; the posterior as a matrix."""
