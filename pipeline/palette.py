@@ -42,6 +42,9 @@ ROLES = {
 }
 """Role → name of its colour."""
 
+CONFIDENCES = {"green": "decided", "amber": "in_doubt", "red": "undecided"}
+"""Verdict on a limb by the margin of its mirror, and its role."""
+
 NAMES = (*COLOURS, *ROLES)
 """Everything that may be given as a colour."""
 

@@ -17,8 +17,8 @@ import numpy as np
 
 from pipeline.core.limb_chain import WALKER14
 from pipeline.core.reconstructibility import confidence_of_mirror_margin
+from pipeline.palette import CONFIDENCES
 from pipeline.report.published import PublishedFigure
-from pipeline.studies.limbs.figures.presentation import CONFIDENCES
 
 _LARGEST = 32767
 """Of a signed integer of 16 bits."""

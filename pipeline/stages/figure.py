@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from pipeline import charts, papers, recordings
+from pipeline import charts, recordings
 from pipeline.papers import Verdict
 from pipeline.stages import populations
 from pipeline.stages.artefacts import Stored
@@ -19,7 +19,7 @@ from pipeline.storage.publishing import publish
 from pipeline.storage.sealed_folders import canonical
 from pipeline.storage.source_code import sources_digest
 from pipeline.storage.store import Store, packed
-from pipeline.studies.captions import filled_caption
+from pipeline.studies.captions import filled_caption, published_number
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs
 from pipeline.studies.ledger import INGEST, SMOKE, judge_figure, number_of_figure, write_claims
@@ -65,26 +65,24 @@ def _publish(
             tables.write(publication.folder / f"{name}.csv", table)
         report = report_table(inputs.clips.report, inputs.clips.report_columns)
         tables.write(publication.folder / f"{INGEST}.csv", report, sort_by=["source", "person", "clip"])
+        judged = {**made, INGEST: report}
         verdicts = judge_figure(
-            experiment.name, {**made, INGEST: report}, experiment.data.name,
+            experiment.name, judged, experiment.data.name,
             smoke=experiment.scale.name == SMOKE, overridden=folder.parent != experiment.published_in,
         )  # fmt: skip
         write_claims(publication.folder / "claims.csv", verdicts)
         (publication.folder / "arrays.npz").write_bytes(packed({**inputs.arrays, **figure.arrays(inputs)}))
-        sheet = figure.charts(inputs, made).with_published(_published)
+        sheet = figure.charts(inputs, made).with_published(published_number)
         caption = f"{inputs.caption} {sheet.caption}".strip()
-        expect = filled_caption(
-            experiment.expect, number_of_figure(experiment.name, {**made, INGEST: report})
-        )
+        expect = filled_caption(experiment.expect, number_of_figure(experiment.name, judged))
         if figure.picture:
             from pipeline.pictures.picture import Picture
 
             figure.draw(inputs, made, Picture(publication.folder / "figure", sheet, made, caption))
         if figure.recording and whole:
             begin = partial(
-                recordings.Recording, publication.folder / "recording.rrd", name=experiment.name,
-                about=inputs.about(expect), edition=f"{experiment.data.name} {experiment.scale.name}",
-                charts=sheet.charts, tables=made,
+                recordings.Recording, publication.folder / "recording.rrd", name=experiment.name, charts=sheet.charts,
+                about=inputs.about(expect), edition=f"{experiment.data.name} {experiment.scale.name}", tables=made,
             )  # fmt: skip
             figure.record(inputs, made, begin)
         publication.facts = {
@@ -115,10 +113,3 @@ def figure_code(experiment: Experiment) -> str:
     """Return the digest of the sources of tables, picture and recording."""
     drawn = ("pipeline.pictures.picture", "pipeline.recordings.recording")
     return sources_digest([type(experiment.figure).__module__, *drawn])
-
-
-def _published(claim: str) -> float:
-    """Return the number that a paper prints."""
-    number = papers.claim(claim).published
-    assert number is not None, claim
-    return number

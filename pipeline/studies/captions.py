@@ -4,15 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from pipeline import papers
-from pipeline.core.bootstrap import LEVEL
 from pipeline.palette import colour_name
-
-PERCENT = f"{100.0 * LEVEL:g} %"
-"""Coverage of published intervals and of the bars of joints that pictures show."""
-
-OVER_PEOPLE = f"{PERCENT} intervals over people"
 
 PUBLISHED, COLOUR = "published_", "colour_"
 """Beginnings of the placeholders of a claim's published number and of the colour of a role."""
@@ -47,18 +42,25 @@ def filled_caption(text: str, number: Callable[[str], float]) -> str:
         if name.startswith(COLOUR):
             values[name] = colour_name(name.removeprefix(COLOUR))
         elif name.startswith(PUBLISHED):
-            values[name] = _Number(papers.claim(name.removeprefix(PUBLISHED)).published)
+            values[name] = _Number(published_number(name.removeprefix(PUBLISHED)))
         else:
             papers.quantity(name)  # a slip in a name is an error, also where no number is at hand
             values[name] = _Number(number(name))
     return text.format_map(values)
 
 
+def published_number(claim: str) -> float:
+    """Return the number that a paper prints."""
+    number = papers.claim(claim).published
+    assert number is not None, claim
+    return number
+
+
+@dataclass(frozen=True)
 class _Number:
     """A number that is written as ``(no number here)`` where it is not known."""
 
-    def __init__(self, value: float | None) -> None:
-        self.value = math.nan if value is None else value
+    value: float
 
     def __format__(self, specification: str) -> str:
         return format(self.value, specification) if math.isfinite(self.value) else "(no number here)"

@@ -12,7 +12,6 @@ import pandas as pd
 
 from pipeline.clips.kinds import Clips
 from pipeline.storage.typed import pack
-from pipeline.studies.captions import PERCENT
 from pipeline.studies.experiment import Experiment
 
 DatasetT = TypeVar("DatasetT")
@@ -67,9 +66,7 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
     @property
     def banded(self) -> str:
         """What intervals around curves are, for captions."""
-        return (
-            "range of all populations" if self.population else f"{PERCENT} interval of the mean over people"
-        )
+        return "range of all populations" if self.population else "95 % interval of the mean over people"
 
     @property
     def caption(self) -> str:

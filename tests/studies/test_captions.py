@@ -6,6 +6,7 @@ import ast
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,10 +14,13 @@ import pytest
 import yaml
 
 from pipeline import papers
+from pipeline.core.bootstrap import LEVEL
 from pipeline.palette import COLOURS, ROLES, name_on_dark
 from pipeline.storage import tables
 from pipeline.studies.captions import filled_caption
+from pipeline.studies.figure_inputs import FigureInputs
 from pipeline.studies.ledger import number_of_figure
+from pipeline.studies.replicated import OVER_PEOPLE
 from pipeline.validation import InvalidInput
 
 ROOT = Path(__file__).parents[2]
@@ -165,6 +169,14 @@ def test_undecided_limbs_are_called_by_the_colour_that_they_are_drawn_in() -> No
 def test_recordings_name_colours_as_their_dark_ground_shows_them() -> None:
     assert name_on_dark("original") == name_on_dark("black") == "silver"
     assert name_on_dark("undecided") == "orange"
+
+
+def test_the_level_of_bands_is_that_of_the_bootstrap() -> None:
+    percent = f"{100.0 * LEVEL:g} %"
+    assert str(FigureInputs.banded.fget(SimpleNamespace(population=0))).startswith(
+        f"{percent} interval of the mean"
+    )
+    assert f"{percent} intervals over people" == OVER_PEOPLE
 
 
 def test_slips_in_a_template_are_errors_and_unknown_numbers_are_written_as_such() -> None:

@@ -15,8 +15,8 @@ from pipeline.studies.face_off.comparison import CHILDREN, FaceOffSweep, MethodE
 from pipeline.studies.face_off.methods import PELVIS
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.limbs.cameras import Camera
-from pipeline.studies.presentation import interval_words, lift
-from pipeline.studies.replicated import aggregate
+from pipeline.studies.presentation import lift
+from pipeline.studies.replicated import aggregate, interval_words
 from pipeline.studies.study import Figure, Recorder, Tables
 
 METHODS = {

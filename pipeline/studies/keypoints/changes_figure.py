@@ -12,7 +12,6 @@ import pandas as pd
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.palette import Style
-from pipeline.studies.captions import OVER_PEOPLE
 from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.keypoints.changes import ChangedErrors, KeypointChanges
 from pipeline.studies.keypoints.conditions import Condition
@@ -20,6 +19,7 @@ from pipeline.studies.keypoints.kinds import FILM_KINDS
 from pipeline.studies.keypoints.measured import ERRORS, VERDICTS
 from pipeline.studies.keypoints.shown import Inputs, KeypointFigure
 from pipeline.studies.keypoints.tables import errors_by, views_by
+from pipeline.studies.replicated import OVER_PEOPLE
 from pipeline.studies.study import Tables
 
 ROW_HEIGHT = 0.17

@@ -7,12 +7,12 @@ from typing import Any, cast
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.palette import Style
-from pipeline.studies.captions import OVER_PEOPLE
 from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.keypoints.headings import KeypointHeadings
 from pipeline.studies.keypoints.measured import ERRORS, LEVELS_PERCENT, VERDICTS
 from pipeline.studies.keypoints.shown import METHODS, Inputs, KeypointFigure
 from pipeline.studies.keypoints.tables import errors_by, views_by
+from pipeline.studies.replicated import OVER_PEOPLE
 from pipeline.studies.study import Tables
 
 

@@ -8,12 +8,12 @@ import pandas as pd
 
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.palette import Style
-from pipeline.studies.captions import OVER_PEOPLE
 from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.keypoints.headings import KeypointLaboratories
 from pipeline.studies.keypoints.measured import ERRORS, VERDICTS
 from pipeline.studies.keypoints.shown import METHODS, Inputs, KeypointFigure
 from pipeline.studies.keypoints.tables import errors_by, views_by
+from pipeline.studies.replicated import OVER_PEOPLE
 from pipeline.studies.study import Tables
 
 EVERYBODY = "everybody"

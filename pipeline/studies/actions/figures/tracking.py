@@ -11,8 +11,7 @@ from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.model import Action, ActionSpaceModel
 from pipeline.studies.actions.tracking import HeldOutTracking, TrackingErrors
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
-from pipeline.studies.presentation import interval_words
-from pipeline.studies.replicated import aggregate
+from pipeline.studies.replicated import aggregate, interval_words
 from pipeline.studies.study import Figure, Recorder, Tables
 
 METHODS = {

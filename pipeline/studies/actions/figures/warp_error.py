@@ -20,8 +20,7 @@ from pipeline.studies.actions.model import Action, ActionSpaceModel
 from pipeline.studies.actions.smoothness import Smoothness, TimeErrors
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
-from pipeline.studies.presentation import interval_words
-from pipeline.studies.replicated import interval_over_people
+from pipeline.studies.replicated import interval_over_people, interval_words
 from pipeline.studies.study import Figure, Tables
 
 PENALTIES = {

@@ -26,8 +26,7 @@ from pipeline.studies.limbs.figures.presentation import (
 from pipeline.studies.limbs.model import TrajectoryBasisModel
 from pipeline.studies.limbs.radius_scale import RadiusScaleSweep
 from pipeline.studies.limbs.root_error import RootErrorSweep
-from pipeline.studies.presentation import interval_words
-from pipeline.studies.replicated import aggregate
+from pipeline.studies.replicated import aggregate, interval_words
 from pipeline.studies.study import Figure, Recorder, Tables
 
 BASELINES = ("hanging_error", "mean_pose_error")

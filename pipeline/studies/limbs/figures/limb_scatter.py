@@ -12,13 +12,12 @@ from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.core.bootstrap import weighted_medians
 from pipeline.core.reconstructibility import GREEN_ABOVE, MARGIN_GREEN_ABOVE, Reading
 from pipeline.core.statistics import rank_correlation
-from pipeline.palette import Style
+from pipeline.palette import CONFIDENCES, Style
 from pipeline.scenes import Columns, Notes, Rows, Space3D
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.figures.presentation import (
-    CONFIDENCES,
     EYE_MM,
     LEAST,
     OUTSIDE,
@@ -33,8 +32,7 @@ from pipeline.studies.limbs.reconstructibility import (
     ReconstructibilitySweep,
 )
 from pipeline.studies.limbs.scores import SUCCESS
-from pipeline.studies.presentation import interval_words
-from pipeline.studies.replicated import interval_over_clusters
+from pipeline.studies.replicated import interval_over_clusters, interval_words
 from pipeline.studies.study import Figure, Recorder, Tables
 
 MOST = 1000.0

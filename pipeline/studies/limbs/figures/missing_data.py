@@ -16,8 +16,8 @@ from pipeline.studies.limbs.figures.presentation import BASELINE_LABELS
 from pipeline.studies.limbs.missing_data import MissingDataErrors, MissingDataSweep, Pattern
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.trials import ROOT
-from pipeline.studies.presentation import interval_words, lift
-from pipeline.studies.replicated import aggregate
+from pipeline.studies.presentation import lift
+from pipeline.studies.replicated import aggregate, interval_words
 from pipeline.studies.study import Figure, Recorder, Tables
 
 PATTERN_NAMES = {Pattern.random: "one by one at random", Pattern.block: "runs of frames"}

@@ -9,14 +9,14 @@ import pandas as pd
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.core.limb_chain import WALKER14
-from pipeline.palette import Style, name_on_dark
+from pipeline.palette import CONFIDENCES, Style, name_on_dark
 from pipeline.scenes import Columns, Image2D, MotionScene, Notes, Rows, Space3D
 from pipeline.skeleton import WALKER15
 from pipeline.studies.figure_inputs import FigureInputs, columns_of, tidy
 from pipeline.studies.limbs import baselines
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
-from pipeline.studies.limbs.figures.presentation import CONFIDENCES, confidences
+from pipeline.studies.limbs.figures.presentation import confidences
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.motions import MotionsSweep
 from pipeline.studies.limbs.reconstructed_motions import Motions, MotionsOfBoth

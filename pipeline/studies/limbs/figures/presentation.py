@@ -22,9 +22,6 @@ ADJUST_COLOURS = {"refined": "black", "global": "blue", "robust": "green", "per_
 BASELINE_LABELS = ("hangs straight down", "mean pose")
 """Of baselines."""
 
-CONFIDENCES = {"green": "decided", "amber": "in_doubt", "red": "undecided"}
-"""Verdict on a limb by the margin of its mirror, and its role in the palette."""
-
 LEAST = 1e-3
 """On logarithmic axes, errors are drawn as at least so much."""
 

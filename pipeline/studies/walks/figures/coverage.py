@@ -10,10 +10,10 @@ import numpy as np
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.core import camera, fourier
 from pipeline.scenes import Columns, Image2D, Notes, Space3D
-from pipeline.studies.captions import OVER_PEOPLE
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
+from pipeline.studies.replicated import OVER_PEOPLE
 from pipeline.studies.study import Figure, Recorder, Tables
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.figures.presentation import VIEW

@@ -11,12 +11,11 @@ from pipeline.charts import Chart, Sheet
 from pipeline.core.joint_angles import JOINT_ANGLES, SIDES
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Notes, Plot, Rows, Space3D
-from pipeline.studies.captions import OVER_PEOPLE
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
-from pipeline.studies.replicated import SD, aggregate
+from pipeline.studies.replicated import OVER_PEOPLE, SD, aggregate
 from pipeline.studies.study import Figure, Recorder, Tables
 from pipeline.studies.walks.figures.presentation import CURVES, VIEW
 from pipeline.studies.walks.joint_angles import JointAngleErrors, JointAngles

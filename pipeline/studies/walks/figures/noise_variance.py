@@ -10,10 +10,10 @@ import pandas as pd
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Matrix, Notes, Rows
-from pipeline.studies.captions import OVER_PEOPLE
 from pipeline.studies.eigenwalkers.model import EigenwalkersModel
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import sd, tidy
+from pipeline.studies.replicated import OVER_PEOPLE
 from pipeline.studies.study import Figure, Recorder, Tables
 from pipeline.studies.walks.figures.view_errors import Inputs, over_walkers
 from pipeline.studies.walks.known_view import KnownView

@@ -7,9 +7,9 @@ from functools import partial
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Matrix, Notes, Rows
-from pipeline.studies.captions import OVER_PEOPLE
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.replicated import OVER_PEOPLE
 from pipeline.studies.study import Figure, Recorder, Tables
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.people_intervals import PeopleResampled
