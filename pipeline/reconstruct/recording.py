@@ -20,6 +20,7 @@ from pipeline.skeleton import WALKER15
 
 MOST_SAMPLES, SAMPLED_POSTURES = 12, 4000
 """Walks drawn from the posterior; fewer of a long clip, so that the file stays below 5 MB."""
+KNEE_COLOURS = {"left_knee": "blue", "right_knee": "orange"}
 _PELVIS = WALKER15.index("pelvis")
 
 
@@ -65,6 +66,7 @@ def write_recording(walk: Walk, summary_text: str, path: Path) -> None:
     headings = (np.degrees(found.starts.headings_rad) + 180.0) % 360.0 - 180.0
     order = np.argsort(headings)
     evidence = found.starts.heading_cost.max() - found.starts.heading_cost
+    knees = ", ".join(f"{name.removesuffix('_knee')} {colour}" for name, colour in KNEE_COLOURS.items())
     with recordings.Recording(path, name="keypoint_walk", about=summary_text, at=seconds) as recording:
         recording.image_points("image/observed", image["keypoints"], [(0, 0)], thickness_mm=0.006 * size)
         recording.image_points(
@@ -76,7 +78,7 @@ def write_recording(walk: Walk, summary_text: str, path: Path) -> None:
         recording.skeleton("world/samples", cloud, bones, colour="grey", thickness_mm=1.5)
         recording.skeleton("world/reconstructed", mean, colour="map")
         recording.bars("view/evidence", evidence[order] / 2.0, headings[order])
-        for name, colour in (("left_knee", "blue"), ("right_knee", "orange")):
+        for name, colour in KNEE_COLOURS.items():
             k = ANGLES.index(name)
             recording.curve(
                 f"curves/angles/{name}", seconds, np.degrees(found.posterior.angles_rad[:, k]),
@@ -94,7 +96,7 @@ def write_recording(walk: Walk, summary_text: str, path: Path) -> None:
                     Space3D(
                         name="3D: mean, and walks drawn from the posterior", eye_mm=(1800.0, -2200.0, 1400.0)
                     ),
-                    Plot(name="knees (°): left blue, right orange, ± 1 SD", origin="curves/angles"),
+                    Plot(name=f"knees (°): {knees}, ± 1 SD", origin="curves/angles"),
                     shares=(3, 1),
                 ),
                 Rows(

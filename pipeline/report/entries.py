@@ -16,6 +16,7 @@ from pipeline.report import page_charts, players
 from pipeline.report.published import Published, PublishedFigure
 from pipeline.report.verdicts import answers, counts_by_kind, reason, tally
 from pipeline.storage import provenance, tables
+from pipeline.studies.captions import filled_caption
 from pipeline.studies.published import filled
 
 PICTURE_WIDTH = 1400
@@ -43,8 +44,8 @@ def paper_entry(
         "ours": not paper.figures,
         "question": paper.page.question,
         "sentences": [
-            sentence.format_map(_Ours(results.ours)).replace(" %", "\u00a0%").replace(" mm", "\u00a0mm")
-            for sentence in paper.page.sentences
+            sentence.replace(" %", "\u00a0%").replace(" mm", "\u00a0mm")
+            for sentence in (filled_caption(one, results.number) for one in paper.page.sentences)
         ],
         "touch": entries.get(paper.page.figure),
         "tally": [t for kind, t in counts_by_kind(claims) if kind != "conditions"],
@@ -75,19 +76,6 @@ def _answer(row: Mapping[str, Any], agreement: Agreement) -> bool:
     """Whether a claim has an answer that the story tells: what agrees is told if the method is needed for it."""
     beyond = agreement != Agreement.AGREES or answers(row)[1] == papers.Beyond.YES
     return _judged(row) and row["agreement"] == agreement and beyond
-
-
-class _Ours(dict[str, float]):
-    """Our numbers by claim; those without a value are written as such."""
-
-    def __missing__(self, name: str) -> _NoNumber:
-        papers.claim(name)  # refuses a name that no claim has: of others no number is at hand
-        return _NoNumber()
-
-
-class _NoNumber:
-    def __format__(self, specification: str) -> str:
-        return "(no number here)"
 
 
 def _surnames(authors: str) -> str:

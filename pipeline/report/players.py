@@ -17,6 +17,7 @@ import numpy as np
 
 from pipeline.core.limb_chain import WALKER14
 from pipeline.core.reconstructibility import confidence_of_mirror_margin
+from pipeline.palette import CONFIDENCES
 from pipeline.report.published import PublishedFigure
 
 _LARGEST = 32767
@@ -202,7 +203,7 @@ def _clip(arrays: Mapping[str, np.ndarray], n: int) -> dict[str, Any]:
             "images": quantised(arrays["images"][n, c].reshape(frames, -1)),
             "matrix": encoded(arrays["camera_matrix"][n, c], "<f4"),
             "margin": [round(min(margin, 999.0), 3) for margin in margins],
-            "confidence": [str(confidence_of_mirror_margin(margin)) for margin in margins],
+            "confidence": [CONFIDENCES[confidence_of_mirror_margin(margin)] for margin in margins],
         }
         for c, margins in enumerate(arrays["mirror_margin"][n].tolist())
     ]

@@ -6,6 +6,7 @@ or of an archive.  Columns that are not known here are shown as they are.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -45,7 +46,7 @@ class PublishedFigure:
     @property
     def expect(self) -> str:
         """What the reader should see, one sentence."""
-        return str(self.option("expect") or "")
+        return str(self.manifest.get("expect") or "")
 
     @property
     def files(self) -> list[str]:
@@ -133,6 +134,10 @@ class Published:
         return {
             row["claim"]: row["value"] for row in self.claims if isinstance(row.get("value"), int | float)
         }
+
+    def number(self, name: str) -> float:
+        """Return our value of a claim, NaN if it has none."""
+        return self.ours.get(name, math.nan)
 
     def claims_of(self, *, figure: str = "", paper: str = "") -> list[dict[str, Any]]:
         """Return the rows of a figure or of a paper."""

@@ -62,6 +62,7 @@ def in_every_page(style: str, script: str) -> dict[str, Any]:
         "style": style,
         "script": script,
         "roles": packed_json({**{name: name for name in COLOURS}, **ROLES}),
+        "colour_of": ROLES,
         "bones": packed_json(WALKER15.bones),
     }
 

@@ -19,10 +19,11 @@ from pipeline.storage.provenance import provenance, without_paths
 from pipeline.storage.publishing import publish
 from pipeline.storage.sealed_folders import canonical
 from pipeline.storage.store import Store, packed
+from pipeline.studies.captions import filled_caption
 from pipeline.studies.evaluation import Registry
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs
-from pipeline.studies.ledger import INGEST, SMOKE, judge_figure, write_claims
+from pipeline.studies.ledger import INGEST, SMOKE, judge_figure, number_of_figure, write_claims
 
 
 def run(
@@ -73,22 +74,24 @@ def _publish(
             tables.write(publication.folder / f"{name}.csv", table)
         report = report_table(inputs.clips.report, inputs.clips.report_columns)
         tables.write(publication.folder / f"{INGEST}.csv", report, sort_by=["source", "person", "clip"])
+        judged = {**made, INGEST: report}
         verdicts = judge_figure(
-            experiment.name, {**made, INGEST: report}, experiment.data.name, measures=measures,
+            experiment.name, judged, experiment.data.name, measures=measures,
             smoke=experiment.scale.name == SMOKE, overridden=folder.parent != experiment.published_in,
         )  # fmt: skip
         write_claims(publication.folder / "claims.csv", verdicts)
         (publication.folder / "arrays.npz").write_bytes(packed({**inputs.arrays, **figure.arrays(inputs)}))
         sheet = figure.charts(inputs, made).with_published(papers.published)
         caption = f"{inputs.caption} {sheet.caption}".strip()
+        expect = filled_caption(experiment.expect, number_of_figure(experiment.name, judged, measures))
         if figure.picture:
             from pipeline.pictures.picture import Picture
 
             figure.draw(inputs, made, Picture(publication.folder / "figure", sheet, made, caption))
         if figure.recording and whole:
             begin = partial(
-                recordings.Recording, publication.folder / "recording.rrd", name=experiment.name, about=inputs.about,
-                edition=f"{experiment.data.name} {experiment.scale.name}", charts=sheet.charts, tables=made,
+                recordings.Recording, publication.folder / "recording.rrd", name=experiment.name, charts=sheet.charts,
+                about=inputs.about(expect), edition=f"{experiment.data.name} {experiment.scale.name}", tables=made,
             )  # fmt: skip
             figure.record(inputs, made, begin)
         publication.facts = {
@@ -107,6 +110,7 @@ def _publish(
             },
             "inputs": inputs.clips.inputs,
             "caption": caption,
+            "expect": expect,
             "charts": [charts.to_json(chart) for chart in sheet.charts if chart.page],
             "picture_beside_charts": figure.draws_more_than(sheet),
             "plugins": used_plugins(experiment, publication.folder),

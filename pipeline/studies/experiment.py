@@ -40,7 +40,7 @@ class Experiment(Options):
     name: str  # of the figure, of its Make target and of its folder of results
     paper: str  # its key, as in `conf/paper`
     title: str  # in captions
-    expect: str  # what the reader should see
+    expect: str  # what the reader should see, a template of `captions.filled_caption`
     scale: Scale
     data: Data
     dataset: Dataset

@@ -73,16 +73,15 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
         """What the figure's caption begins with."""
         return f"{self.experiment.title}. Data: {self.summary}."
 
-    @property
-    def about(self) -> str:
-        """The recording's description, Markdown."""
+    def about(self, expect: str) -> str:
+        """Return the recording's description, Markdown, with what the reader should see."""
         return "\n".join(
             [
                 f"# {self.experiment.name}",
                 "",
                 f"**{self.experiment.title}**",
                 "",
-                self.experiment.expect,
+                expect,
                 "",
                 "| | |",
                 "|---|---|",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -131,7 +131,7 @@ def _evidence(
     better = papers.gain(claim, nothing)
     return replace(
         found,
-        baseline=_estimate(nothing, nothings, drawn, people),
+        baseline=_within_a_share(_estimate(nothing, nothings, drawn, people), simpler),
         gain=_estimate(better(value, nothing), better(values, nothings), drawn, people),
     )
 
@@ -192,11 +192,10 @@ def _beyond_the_seen(
     """Return a share of 0 or 100 % with the interval of Clopper and Pearson: what no row had, no replicate has either.
 
     It takes rows as independent, which nothing tells where all are alike; shares of views, which nobody drew, stay.
-    Of other shares the interval ends at 0 and 100 %, which that of few people passes.
     """
-    if drawn is None or any(part.name not in SHARES for part in measure.parts):
+    if drawn is None or not _is_share(measure):
         return share
-    share = replace(share, low=max(share.low, 0.0), high=min(share.high, 100.0))
+    share = _within_a_share(share, measure)
     if share.low != share.high:
         return share
     counts = []
@@ -211,6 +210,17 @@ def _beyond_the_seen(
     return replace(share, low=100.0 - unseen) if share.value == 100.0 else share
 
 
+def _is_share(measure: papers.Measure | float) -> bool:
+    return isinstance(measure, papers.Measure) and all(part.name in SHARES for part in measure.parts)
+
+
+def _within_a_share(estimate: papers.Estimate, measure: papers.Measure | float) -> papers.Estimate:
+    """Return an estimate whose interval ends at 0 and 100 % if it is a share: Student's of few people passes them."""
+    if not _is_share(measure):
+        return estimate
+    return replace(estimate, low=max(estimate.low, 0.0), high=min(estimate.high, 100.0))
+
+
 def _one_sample(
     claim: papers.Claim, value: float, values: Number, drawn: Replicates | None
 ) -> papers.Estimate | None:
@@ -221,17 +231,20 @@ def _one_sample(
     if (
         drawn is None
         or claim.published is None
+        or claim.measure is None
         or np.ndim(values) == 0
         or not np.all(np.abs(values) < LARGEST)
     ):
         return None
     if drawn.kind == POPULATION:
-        return papers.Estimate(value, *bootstrap.mean_interval(np.asarray(values), more=1.0))
+        ends = bootstrap.mean_interval(np.asarray(values), more=1.0)
+        return _within_a_share(papers.Estimate(value, *ends), claim.measure)
     if not (drawn.clusters and claim.sample):
         return None
     away = np.asarray(values)[: drawn.size - drawn.left_out] - value
     one = value + np.roll(away, 1) + away * np.sqrt(drawn.clusters / claim.sample)
-    return papers.Estimate(value, *map(float, bootstrap.percentile_interval(one)))
+    low, high = map(float, bootstrap.percentile_interval(one))
+    return _within_a_share(papers.Estimate(value, low, high), claim.measure)
 
 
 def _people(names: Iterable[str], frames: Mapping[str, pd.DataFrame]) -> tuple[int | None, str]:
@@ -283,6 +296,14 @@ def numbers_of(
         estimate = _estimate(*values, drawn, people, extreme=measure.name in EXTREMES)
         found[name] = _beyond_the_seen(estimate, measure, drawn)
     return found
+
+
+def number_of_figure(
+    figure: str, made: Mapping[str, Any], measures: evaluation.Registry
+) -> Callable[[str], float]:
+    """Return the function of a claim's or quantity's name to our value, from one figure's tables by file name."""
+    by_name = {_name(figure, name): table for name, table in made.items()}
+    return lambda name: numbers_of([name], by_name, measures)[name].value
 
 
 def _number(

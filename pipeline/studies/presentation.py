@@ -1,4 +1,4 @@
-"""How the figures of every study name and place people in recordings, and name intervals in captions."""
+"""Names and places of people in the recordings of every study."""
 
 from __future__ import annotations
 
@@ -13,28 +13,6 @@ ANKLE_HEIGHT_MM = 80.0
 def entity_name(name: str) -> str:
     """Return the name of a clip as the path of a recording's entity can hold it."""
     return re.sub(r"\W", "_", name)
-
-
-def interval_words(count: int, *, of: str = "mean", over: str = "people", bands: str = "Bands") -> str:
-    """Return the sentence of a caption that says what a band around a mean or median is.
-
-    Parameters
-    ----------
-    count : int
-        People or clips that were drawn again; one alone has no interval.
-    of, over : str
-        The statistic, and what is drawn, in the plural.
-    bands : str
-        Which ones, as a caption calls them.
-
-    Examples
-    --------
-    >>> interval_words(12, of="median", over="clips")
-    'Bands: 95 % interval of the median over 12 clips.'
-    """
-    if count < 2:
-        return f"No interval of the {of}: all is of one {'person' if over == 'people' else over[:-1]}."
-    return f"{bands}: 95 % interval of the {of} over {count} {over}."
 
 
 def lift(motion: np.ndarray) -> np.ndarray:

@@ -37,6 +37,33 @@ INGEST = "table_ingest"
 MOST_LEFT_OUT = 500
 """Replicates with clusters left out; groups of equal size give the same acceleration as single clusters, on average."""
 
+PERCENT = f"{100.0 * bootstrap.LEVEL:g} %"
+"""Coverage of published intervals."""
+
+OVER_PEOPLE = f"{PERCENT} intervals over people"
+
+
+def interval_words(count: int, *, of: str = "mean", over: str = "people", bands: str = "Bands") -> str:
+    """Return the sentence of a caption that says what a band around a mean or median is.
+
+    Parameters
+    ----------
+    count : int
+        People or clips that were drawn again; one alone has no interval.
+    of, over : str
+        The statistic, and what is drawn, in the plural.
+    bands : str
+        Which ones, as a caption calls them.
+
+    Examples
+    --------
+    >>> interval_words(12, of="median", over="clips")
+    'Bands: 95 % interval of the median over 12 clips.'
+    """
+    if count < 2:
+        return f"No interval of the {of}: all is of one {'person' if over == 'people' else over[:-1]}."
+    return f"{bands}: {PERCENT} interval of the {of} over {count} {over}."
+
 
 @dataclass(frozen=True)
 class Replicated:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.core.articulated_trajectory import Articulated, Options, TrajectoryBasis, reconstruct
+from pipeline.core.articulated_trajectory import Articulated, Options, TrajectoryBasis, prepared
 from pipeline.core.camera_paths import around
 from pipeline.core.pinhole import Pinhole
 from pipeline.synthetic.limbs import SyntheticBody, synthetic_body
@@ -37,13 +37,13 @@ class Shot:
     noise_px: float
 
     def skeleton(self, basis: TrajectoryBasis, *, limit_s: float, refine: bool) -> Articulated:
-        return reconstruct(
+        return prepared(
             self.images,
             self.camera,
             self.body.root_mm,
             self.body.lengths_mm,
             Options(basis, noise_px=self.noise_px, refine=refine, time_limit_s=limit_s),
-        )
+        ).whole()
 
 
 def shot(frames: int, *, noise_px: float = 0.0) -> Shot:

@@ -78,6 +78,29 @@ def test_an_interval_over_few_people_holds_the_mean_nearly_as_often_as_it_says(
     assert 90.0 <= coverage(people, shape, 400) <= 99.0
 
 
+@pytest.mark.parametrize("people", [12, 33])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_an_interval_over_clusters_is_scipys_bca_at_the_expanded_level(people: int, sign: float) -> None:
+    """SciPy's interval of the same replicates, at the level that Student's quantile and sqrt(C / (C - 1)) reach."""
+    values = sign * np.random.default_rng(people).exponential(size=people) ** 2
+    tail = stats.t.ppf(0.975, people - 1) * np.sqrt(people / (people - 1))
+    expected = stats.bootstrap(
+        (values,), np.mean, method="BCa", n_resamples=2000, rng=np.random.default_rng(1),
+        confidence_level=2.0 * stats.norm.cdf(tail) - 1.0,
+    )  # fmt: skip
+    left_out = np.array([np.delete(values, one).mean() for one in range(people)])
+    found = bootstrap.cluster_interval(values.mean(), expected.bootstrap_distribution, left_out, people)
+    assert found == pytest.approx(tuple(expected.confidence_interval), rel=1e-9)
+
+
+def test_an_interval_over_few_clusters_is_students() -> None:
+    values = np.array([1.0, 2.0, 4.0, 8.0, 16.0])
+    replicates = np.array([5.2, 6.2, 7.2])  # their standard error is sqrt(2 / 3)
+    low, high = bootstrap.cluster_interval(values.mean(), replicates, values, 5)
+    reach = 2.7764451 * np.sqrt(5 / 4) * np.sqrt(2 / 3)
+    assert (low, high) == pytest.approx((6.2 - reach, 6.2 + reach), rel=1e-7)
+
+
 def test_an_interval_over_clusters_is_not_moved_to_hold_the_value() -> None:
     replicates = np.linspace(2.0, 3.0, 101)
     low, high = bootstrap.cluster_interval(9.0, replicates, np.zeros(0), 20)

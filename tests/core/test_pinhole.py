@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from pipeline.core.pinhole import Pinhole, look_at
+from pipeline.core.pinhole import Pinhole, look_at, project_by_matrix
 from pipeline.validation import InvalidInput
 from tests.core.cameras import off_centre
 from tests.strategies import seeds
@@ -56,6 +56,19 @@ def test_projection_is_that_of_the_matrix_frame_by_frame(seed: int, moving: tupl
         np.testing.assert_allclose(pixels[f], image[..., :2] / image[..., 2:], rtol=1e-8, atol=1e-6)
         np.testing.assert_allclose(at.project(points[f]), pixels[f], rtol=1e-12, atol=1e-9)
         np.testing.assert_allclose(camera.in_camera(points)[f, ..., 2], image[..., 2], rtol=1e-8, atol=1e-6)
+
+
+@given(seed=seeds, scale=st.sampled_from([1.0, -1.0, 0.01, -250.0]))
+def test_a_matrix_of_any_scale_and_sign_projects_as_its_camera_does(seed: int, scale: float) -> None:
+    generator = np.random.default_rng(seed)
+    camera = cameras(seed, 4)
+    points = np.stack([ahead(camera.at(f), generator, (5,)) for f in range(4)])
+    points[:, 0] = 2.0 * camera.centre - points[:, 1]  # behind the camera
+    pixels = project_by_matrix(scale * camera.matrix, points)
+    assert np.isnan(pixels[:, 0]).all()
+    np.testing.assert_allclose(pixels, camera.project(points), rtol=1e-7, atol=1e-5)
+    one = project_by_matrix(scale * camera.matrix[0], points[:1])
+    np.testing.assert_allclose(one, pixels[:1], rtol=1e-12, atol=1e-9)
 
 
 def K_R_I_C(camera: Pinhole) -> np.ndarray:

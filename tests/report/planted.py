@@ -94,9 +94,9 @@ def plant(
             "inputs": dict(inputs or {}),
             "configuration": {
                 "title": "Errors <against> view",
-                "expect": "MAP & lower",
                 **(configuration or {}),
             },
+            "expect": "MAP & lower",
             "charts": [to_json(chart) for chart in VIEW_CHARTS],
             "stages": {"sweep": {"key": "0", "seconds": 1.5}},
             "provenance": {

@@ -115,7 +115,7 @@ def test_clips_keep_their_cameras_and_say_how_sure_they_are(folder: Path) -> Non
     assert reason == ""
     assert [clip["name"] for clip in packed["clips"]] == ["walking_001", "bending_001"]
     seen = packed["clips"][0]["seen"][0]
-    assert seen["confidence"] == ["green"] * 14
+    assert seen["confidence"] == ["decided"] * 14
     arrays = clips()
     matrix = decoded(seen["matrix"], "<f4").reshape(20, 3, 4)
     np.testing.assert_allclose(matrix, arrays["camera_matrix"][0, 0], rtol=1e-6, atol=1e-6)

@@ -175,6 +175,9 @@ def test_the_recording_is_whole_and_says_what_it_is(folder: Path) -> None:
     words = str(text.ravel()[0])
     assert folder.name in words
     assert "smoke" in words
+    expect = json.loads((folder / "manifest.json").read_text("utf-8"))["expect"]
+    assert expect in words
+    assert "{" not in expect, "its numbers and colours are filled in"
     assert reading.views(path), "the layout opens on something"
 
 

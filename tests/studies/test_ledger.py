@@ -313,6 +313,47 @@ def test_the_interval_of_a_share_ends_at_all() -> None:
     assert value.high == 100.0
 
 
+def test_the_interval_of_a_baseline_that_is_a_share_ends_at_all_too() -> None:
+    """Student's interval of five people with a mean of 94.44 % would end at 110.1 %."""
+    people = np.repeat([f"p{n}" for n in range(5)], 36)
+    table = {
+        "person": people,
+        "performance": np.arange(180),
+        "rate_sd": np.full(180, 0.3),
+        "rate_sd_baseline": np.where((people == "p0") & (np.arange(180) < 10), 0.1, 0.3),
+    }
+    claim = papers.claim("mozerov2006_rate_rarely_constant")
+    (verdict,) = judge([claim], {"mozerov2006_fig1/table_rates": table}, "optical", measures=MEASURES)
+    assert verdict.evidence is not None
+    baseline = verdict.evidence.baseline
+    assert baseline is not None
+    assert baseline.value == pytest.approx(100.0 * 170 / 180)
+    spread = 100.0 * 10 / 36 * np.sqrt(0.2 * 0.8 / 5)
+    assert baseline.value - baseline.low == pytest.approx(2.776 * np.sqrt(5 / 4) * spread, rel=0.05)
+    assert baseline.high == 100.0
+
+
+def test_the_prediction_of_a_share_ends_at_all() -> None:
+    """Four samples of 90 to 100 %: one more like them is 96.5 % with a half width of 3.182 sqrt(5/4) 4.73 %."""
+    parts = (0.90, 0.96, 1.0, 1.0)
+    each = pd.DataFrame({"population": [1, 2, 3, 4], "variance_fraction": parts})
+    table = pd.DataFrame({"variance_fraction": [parts[0]]})
+    measure = Measure("mean_percent", {"table": "any/table_shares", "column": "variance_fraction"})
+    claim = replace(papers.claim("zhang2007_fundamental_share"), measure=measure)
+    (verdict,) = judge(
+        [claim],
+        {"any/table_shares": table, "any/table_shares_populations": each},
+        "synthetic",
+        measures=MEASURES,
+    )
+    assert verdict.evidence is not None
+    one = verdict.evidence.one_sample
+    assert one is not None
+    assert one.value == pytest.approx(96.5)
+    assert one.low == pytest.approx(96.5 - 3.182 * np.sqrt(5 / 4) * 100 * np.std(parts, ddof=1), abs=0.01)
+    assert one.high == 100.0
+
+
 @pytest.mark.parametrize(("by", "low"), [("walker", 100.0 * 0.025 ** (1 / 20)), ("view_angle_deg", 100.0)])
 def test_a_share_of_walkers_has_it_and_one_of_views_does_not(by: str, low: float) -> None:
     """Walkers are drawn; views are those that the figure has."""

@@ -1,5 +1,6 @@
 """A whole skeleton from one camera, from the root to the leaves: park2011 sections 2 to 5 in one piece."""
 
+from pipeline.core.articulated_trajectory.articulated import Articulated
 from pipeline.core.articulated_trajectory.limb_choice import (
     MARGIN_OF_DOUBT,
     LimbChoice,
@@ -9,7 +10,6 @@ from pipeline.core.articulated_trajectory.limb_choice import (
 )
 from pipeline.core.articulated_trajectory.limb_tree import LimbTree
 from pipeline.core.articulated_trajectory.reconstruct import (
-    Articulated,
     Options,
     Reconstruction,
     prepared,

@@ -20,7 +20,8 @@ import numpy as np
 
 from pipeline.core.articulation import Adjustment, RayHits, ray_sphere
 from pipeline.core.binary_quadratic.solve import BinarySolution, minimise
-from pipeline.core.reconstructibility import MARGIN_GREEN_ABOVE, Confidence, confidence_of_mirror_margin
+from pipeline.core.limb_chain.lengths import FORGIVING
+from pipeline.core.reconstructibility import MARGIN_GREEN_ABOVE
 from pipeline.core.refinement import spherical
 from pipeline.core.trajectory_basis import TrajectoryBasis, cosine_basis
 from pipeline.validation import require_range
@@ -90,9 +91,13 @@ class LimbChoice:
         return select_signs(self.hits, self.solution, self.used, self.basis, mirrored=not self.mirrored)
 
     @property
-    def confidence(self) -> Confidence:
-        """Green, amber or red by the margin of the mirror, which needs no truth."""
-        return confidence_of_mirror_margin(self.solution.margin)
+    def crossing(self) -> float:
+        """Length that the rays reach over the limb's: about 1, and less of one that is too long or never crosses them.
+
+        NaN of a limb without length.
+        """
+        reached = np.quantile(self.hits.rays.distance[self.used], FORGIVING)
+        return float(reached / self.hits.radius) if self.hits.radius > 0 else np.nan
 
     @property
     def undecided(self) -> bool:

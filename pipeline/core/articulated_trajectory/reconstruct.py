@@ -12,12 +12,14 @@ Symbols
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from pipeline.core import refinement
+from pipeline.core.articulated_trajectory.articulated import Articulated
 from pipeline.core.articulated_trajectory.hinges import HINGES, resolve_mirrors
 from pipeline.core.articulated_trajectory.limb_choice import LimbChoice, choose_limb
 from pipeline.core.articulated_trajectory.limb_tree import LimbTree
@@ -25,7 +27,7 @@ from pipeline.core.articulated_trajectory.mirrors import better_mirrors
 from pipeline.core.articulation import Adjustment
 from pipeline.core.limb_chain import WALKER14, Chain
 from pipeline.core.limb_chain.lengths import length_from_rays
-from pipeline.core.pinhole import Pinhole
+from pipeline.core.pinhole import Pinhole, project_by_matrix
 from pipeline.core.refinement import Refinement
 from pipeline.core.refinement.inputs import starting_path
 from pipeline.core.refinement.spherical import SphericalTrajectory
@@ -49,8 +51,8 @@ class Options:
 
     Attributes
     ----------
-    basis : TrajectoryBasis
-        Of the trajectories.
+    basis : TrajectoryBasis or None
+        Of the trajectories; None: `TrajectoryBasis.of_clip`, for which the frame rate must be known.
     adjust : Adjustment
         As for `articulation.ray_sphere`.
     noise_px : float
@@ -66,7 +68,7 @@ class Options:
         Nominal seconds for the certificate of each limb, as for `binary_quadratic.minimise`.
     """
 
-    basis: TrajectoryBasis = TrajectoryBasis()  # noqa: RUF009 (it is immutable)
+    basis: TrajectoryBasis | None = None
     adjust: Adjustment = Adjustment.per_frame
     noise_px: float = 0.0
     use_hinges: bool = False
@@ -79,34 +81,6 @@ class Options:
         return replace(self, use_hinges=False, try_mirrors=False, refine=False)
 
 
-@dataclass(frozen=True)
-class Articulated:
-    """A skeleton's motion from its images.
-
-    Attributes
-    ----------
-    positions : (F, J, 3)
-        mm, in the order of the chain's joints.
-    chosen : (F, J, 3)
-        Before the refinement of all limbs together: each limb on its own.
-    imputed : (F, J) bool
-        Where the joint was not seen, or no candidate was in front of the camera.
-    limbs : dict
-        A `LimbChoice` by the name of each limb, in the order of ``chain.limbs``.
-    lengths : (L,)
-        mm, in the same order.
-    refined : Refinement or None
-        With the root first and the limbs after it; None if it was not asked for.
-    """
-
-    positions: np.ndarray
-    chosen: np.ndarray
-    imputed: np.ndarray
-    limbs: dict[str, LimbChoice]
-    lengths: np.ndarray
-    refined: Refinement | None
-
-
 def reconstruct(
     images: np.ndarray,
     camera: Pinhole,
@@ -115,6 +89,7 @@ def reconstruct(
     options: Options | None = None,
     *,
     chain: Chain = WALKER14,
+    frame_rate_hz: float | None = None,
 ) -> Articulated:
     """3D motion of a whole skeleton from its images, the root's trajectory and the cameras [park2011 5, 6].
 
@@ -130,13 +105,25 @@ def reconstruct(
         Of the limbs in the order of ``chain.limbs``, mm; NaN: as `limb_chain.lengths.length_from_rays` says.
     options : Options, optional
     chain : Chain
+    frame_rate_hz : float, optional
+        Of the clip, for the number of cosines; not used if the options have a basis.
 
     Raises
     ------
     InvalidInput
-        If shapes disagree, or a limb, which is named, cannot be reconstructed or is missed by all rays twofold.
+        If shapes disagree, neither a basis nor the frame rate is known, or a limb, which is named, cannot be
+        reconstructed or is missed by all rays twofold.
+
+    Notes
+    -----
+    It warns, with the number, if the residual of a joint is above `MAX_RESIDUAL_PX`, or if the images would fit better
+    upside down, for which they are reconstructed once more, without certificates.
     """
-    return prepared(images, camera, root, lengths, options, chain=chain).whole()
+    inputs = prepared(images, camera, root, lengths, options, chain=chain, frame_rate_hz=frame_rate_hz)
+    found = inputs.whole()
+    for doubt in found.doubts(inputs.upside_down()):
+        warnings.warn(doubt, stacklevel=2)
+    return found
 
 
 def prepared(
@@ -147,6 +134,7 @@ def prepared(
     options: Options | None = None,
     *,
     chain: Chain = WALKER14,
+    frame_rate_hz: float | None = None,
 ) -> Reconstruction:
     """What is known of a skeleton, checked, for reconstructions that share what they choose (`Reconstruction.under`).
 
@@ -163,7 +151,17 @@ def prepared(
         raise InvalidInput("must be one, or one for each frame", "camera", received=camera.frames)
     require_shape("root", root, (len(images), 3))
     require_shape("lengths", lengths, (len(chain.limbs),))
-    return Reconstruction(images, camera, root, lengths, chain, options or Options())
+    options = options or Options()
+    if options.basis is None:
+        if frame_rate_hz is None:
+            raise InvalidInput(
+                "the number of cosines is not known",
+                "frame_rate_hz",
+                "the clip's frame rate, or Options(basis=TrajectoryBasis(n))",
+                "neither",
+            )
+        options = replace(options, basis=TrajectoryBasis.of_clip(len(images), frame_rate_hz))
+    return Reconstruction(images, camera, root, lengths, chain, options)
 
 
 @shortened
@@ -206,6 +204,11 @@ class Reconstruction:
             return self
         return replace(self, lengths=lengths, known={}, starts={})
 
+    @property
+    def _basis(self) -> TrajectoryBasis:
+        assert self.options.basis is not None, "chosen by `prepared`"
+        return self.options.basis
+
     @cached_property
     def _cameras(self) -> np.ndarray:
         return self.camera.matrix
@@ -220,11 +223,38 @@ class Reconstruction:
         limbs = {limb: tree.choices[limb] for limb in self.chain.limbs}
         chosen, imputed = tree.positions, tree.imputed
         if not self.options.refine:
-            return Articulated(chosen, chosen, imputed, limbs, tree.lengths, None)
+            ends = np.stack([tree.end(joint) for joint in self.chain.joints], axis=1)
+            return Articulated(
+                chosen, chosen, imputed, limbs, tree.lengths, None, self._reprojection_px(ends)
+            )
         refined = self.refined(tree, MOST_STEPS)
         positions = np.empty_like(chosen)
         positions[:, self._order] = refined.positions
-        return Articulated(positions, chosen, imputed, limbs, refined.lengths, refined)
+        distances = self._reprojection_px(positions)
+        return Articulated(positions, chosen, imputed, limbs, refined.lengths, refined, distances)
+
+    def _reprojection_px(self, positions: np.ndarray) -> dict[str, np.ndarray]:
+        distances = np.linalg.norm(project_by_matrix(self._cameras, positions) - self.images, axis=-1)
+        return dict(zip(self.chain.joints, distances.T, strict=True))
+
+    def upside_down(self) -> dict[str, np.ndarray]:
+        """`Articulated.reprojection_px` of images whose rows are counted the other way; inf where none is possible.
+
+        They are turned over about the row at which the root's images agree best with the root.
+        """
+        images, middle = (
+            self.images.copy(),
+            np.broadcast_to(self.camera.intrinsics[..., 1, 2], len(self.images)),
+        )
+        root = self.images[:, self.chain.joints.index(self.chain.root), 1]
+        off = 0.5 * (project_by_matrix(self._cameras, self.root)[:, 1] + root) - middle
+        off = off[np.isfinite(off)]
+        images[..., 1] = 2.0 * (middle + (off.mean() if off.size else 0.0))[:, None] - images[..., 1]
+        options = replace(self.options, try_mirrors=False, time_limit_s=0.0)
+        try:
+            return replace(self, images=images, options=options, known={}, starts={}).whole().reprojection_px
+        except InvalidInput:
+            return {self.chain.root: np.array([np.inf])}
 
     def chosen(self) -> LimbTree:
         """Every limb on its own, from the root to the leaves."""
@@ -256,7 +286,7 @@ class Reconstruction:
                 self._seen(limb),
                 tree.end(self.chain.held_by(limb)),
                 length,
-                basis=options.basis,
+                basis=self._basis,
                 adjust=options.adjust,
                 noise_px=options.noise_px,
                 time_limit_s=options.time_limit_s,
@@ -280,7 +310,7 @@ class Reconstruction:
     def refined(self, tree: LimbTree, max_iterations: int) -> Refinement:
         """All limbs of a tree refined together."""
         names = (self.chain.root, *self.chain.limbs)
-        basis = self.options.basis
+        basis = self._basis
         rows = cosine_basis(len(self.images), basis.components)
         paths = []
         for limb in self.chain.limbs:

@@ -332,13 +332,12 @@ const Players = (() => {
       const wrong = rows.filter(r => distance(r.real, r.chosen) > distance(r.real, r.mirror)).length;
       now = { c, seen, truth, made, pixels, parent, child, rows, F, sure };
       frame.max = F - 1;
-      const tone = { green: "sure", amber: "in doubt", red: "undecided" }[sure];
-      id("sure").textContent = `${Charts.words(packed.limbs[limb.value])}: the mirror costs ${margin >= 999 ? "far more" : margin.toFixed(2) + " times as much"}, so the choice is ${tone} (${sure}). `
+      id("sure").textContent = `${Charts.words(packed.limbs[limb.value])}: the mirror costs ${margin >= 999 ? "far more" : margin.toFixed(2) + " times as much"}, so the choice is ${sure.replace("_", " ")}. `
         + `The truth is nearer to the other candidate in ${wrong} of ${F} frames.`;
       id("sure").dataset.sure = sure;
       const line = (name, i, colour, dash, width) => ({ name, parts: [], colour, dash, width, points: rows.map((r, f) => ({ x: f, y: r.depths[i], lo: NaN, hi: NaN })) });
       chart = new Charts.Chart(id("limb-curve"), { series: [line("near candidate", 0, "grey", "2 3", 1.2), line("far candidate", 1, "grey", "7 4", 1.2),
-        line("reconstructed", 2, { green: "green", amber: "amber", red: "orange" }[sure], "", 2.6), line("truth", 3, "black", "", 1.2)],
+        line("reconstructed", 2, Charts.roles(sure), "", 2.6), line("truth", 3, "black", "", 1.2)],
         spec: { x_label: "frame", y_label: "depth beside the parent (mm)", start: +frame.value } });
       chart.onmove = f => { frame.value = f; playing.on = false; id("limb-play").textContent = "Play"; id("limb-play").setAttribute("aria-pressed", "false"); };
     }
@@ -350,7 +349,7 @@ const Players = (() => {
       if (playing.on) frame.value = Math.floor(clock * 30) % now.F;
       const f = +frame.value, row = now.rows[f], { parent, child } = now;
       if (f !== shownFrame) { shownFrame = f; chart.at(f); id("frame-now").textContent = `${f + 1} of ${now.F}`; }
-      const colour = ink({ green: "--c-green", amber: "--c-amber", red: "--c-orange" }[now.sure]);
+      const colour = ink(`--c-${Charts.roles(now.sure)}`);
       image.begin();
       const spot = j => image.place(now.pixels[f * 30 + 2 * j], -now.pixels[f * 30 + 2 * j + 1]);
       for (const [a, b] of BONES) image.line([spot(a), spot(b)], ink("--text"), a === parent && b === child ? 4 : 2);
@@ -360,7 +359,7 @@ const Players = (() => {
       const joints = a => Float64Array.from({ length: 45 }, (_, i) => a[f * 45 + i] - world.root[i % 3]);
       const project = (x, y, z) => world.turned(x, y, z);
       world.skeleton(joints(now.truth), project, ink("--truth"), { width: 2, radius: 0, dash: [6, 5] });
-      world.skeleton(joints(now.made), project, ink("--c-blue"), { width: 2.4, radius: 2.4 });
+      world.skeleton(joints(now.made), project, ink(`--c-${Charts.roles("reconstruction")}`), { width: 2.4, radius: 2.4 });
       const own = [0, 1, 2].map(x => now.made[f * 45 + 3 * parent + x]);
       world.line([to(row.near), to(row.far)], ink("--muted"), 1, [3, 4]);
       for (let q = Math.max(0, f - 25); q < f; q++) {

@@ -19,6 +19,7 @@ from pipeline.studies.keypoints.kinds import FILM_KINDS
 from pipeline.studies.keypoints.measured import ERRORS, VERDICTS
 from pipeline.studies.keypoints.shown import Inputs, KeypointFigure
 from pipeline.studies.keypoints.tables import errors_by, views_by
+from pipeline.studies.replicated import OVER_PEOPLE
 from pipeline.studies.study import Tables
 
 ROW_HEIGHT = 0.17
@@ -107,8 +108,8 @@ class KeypointChangesFigure(KeypointFigure):
             panel_size=(1.85, 0.8 + ROW_HEIGHT * len(words)),
             caption=f"{options.takes} simulated clips, the same for every condition, of people whom the model does not"
             " know, from all sides, overground and on a treadmill. (a), (b) Mean difference from the same clips as"
-            " usual, whose own error stands at the line, with 95 % intervals over people. What lies beyond the axes"
-            " is in the tables.",
+            " usual, whose own error stands at the line, with "
+            f"{OVER_PEOPLE}. What lies beyond the axes is in the tables.",
         )
 
 

@@ -12,6 +12,7 @@ from pipeline.studies.keypoints.headings import KeypointHeadings
 from pipeline.studies.keypoints.measured import ERRORS, LEVELS_PERCENT, VERDICTS
 from pipeline.studies.keypoints.shown import METHODS, Inputs, KeypointFigure
 from pipeline.studies.keypoints.tables import errors_by, views_by
+from pipeline.studies.replicated import OVER_PEOPLE
 from pipeline.studies.study import Tables
 
 
@@ -77,6 +78,6 @@ class KeypointHeadingsFigure(KeypointFigure):
             columns=2,
             caption=f"{len(tables['table_clips'])} simulated clips of people whom the model does not know: perspective,"
             f" white and slow error, a bias of {options.bias_mm:g} mm of each joint, missing and exchanged keypoints;"
-            " distance, path, view, phase and cadence unknown; overground and on a treadmill, either side. Bands: 95 %"
-            " over people. Bars: of 50, 80 and 95 %.",
+            " distance, path, view, phase and cadence unknown; overground and on a treadmill, either side."
+            f" Bands: {OVER_PEOPLE}. Bars: of {', '.join(map(str, LEVELS_PERCENT))} %.",
         )

@@ -13,6 +13,7 @@ from pipeline.studies.keypoints.headings import KeypointLaboratories
 from pipeline.studies.keypoints.measured import ERRORS, VERDICTS
 from pipeline.studies.keypoints.shown import METHODS, Inputs, KeypointFigure
 from pipeline.studies.keypoints.tables import errors_by, views_by
+from pipeline.studies.replicated import OVER_PEOPLE
 from pipeline.studies.study import Tables
 
 EVERYBODY = "everybody"
@@ -68,5 +69,6 @@ class KeypointLaboratoriesFigure(KeypointFigure):
             charts=charts,
             columns=2,
             caption=f"{len(tables['table_clips'])} simulated clips, as in keypoints_headings, of people whose"
-            " laboratory is left out of the model and of the bars; of one laboratory, the person. Bands: 95 %.",
+            " laboratory is left out of the model and of the bars; of one laboratory, the person."
+            f" Bands: {OVER_PEOPLE}.",
         )

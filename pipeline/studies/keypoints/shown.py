@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.palette import Style
+from pipeline.palette import Style, name_on_dark
 from pipeline.scenes import Columns, Image2D, Notes, Plot, Rows, Space3D
 from pipeline.studies.figure_inputs import FigureInputs
 from pipeline.studies.keypoints.dataset import FilmedWalkers
@@ -34,8 +34,9 @@ class KeypointFigure(Figure):
         shown = sweep.clips.iloc[sweep.shown]
         words = (
             f"\nA clip of `{shown['person']}`, heading {shown['heading_deg']:g}°, of median error."
-            " Image: keypoints (dots), reprojection (lines). 3D about the pelvis: light: truth, blue: reconstruction,"
-            " grey: average walker with the heading and phase that were found.\n"
+            " Image: keypoints (dots), reprojection (lines). 3D about the pelvis: "
+            f"{name_on_dark('original')}: truth, {name_on_dark('map')}: reconstruction, {name_on_dark('baseline')}: "
+            "average walker with the heading and phase that were found.\n"
         )
         bodies = {
             "original": (sweep.shown_true_mm, "original"),

@@ -14,7 +14,7 @@ import pandas as pd
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.core import action_model
-from pipeline.palette import Style
+from pipeline.palette import Style, name_on_dark
 from pipeline.scenes import Columns, Matrix, Notes, Rows, Space3D
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.figures.alignments import (
@@ -31,8 +31,8 @@ from pipeline.studies.actions.model import Action, ActionSpaceModel
 from pipeline.studies.actions.timing import Timing, Timings
 from pipeline.studies.actions.without_mistiming import without_mistiming
 from pipeline.studies.figure_inputs import FigureInputs, tidy
-from pipeline.studies.presentation import entity_name, interval_words
-from pipeline.studies.replicated import interval_over_people
+from pipeline.studies.presentation import entity_name
+from pipeline.studies.replicated import interval_over_people, interval_words
 from pipeline.studies.study import Figure, Recorder, Tables
 from pipeline.validation import Count
 
@@ -44,6 +44,9 @@ COLUMNS = (
 )
 
 PUBLISHED = Reference(x=16.0, y="mozerov2006_variance_captured", label="published: 16, 95 %")
+
+MEAN_COLOUR, LINEAR_COLOUR = "orange", "grey"
+"""Of the mean performance, and of bounds learnt by linear normalisation."""
 
 THIN = Style("a performance", "blue", width=1 / 3, opacity=0.7)
 THIN_DASHED = Style("", "blue", line="dashed", width=1 / 3, opacity=0.7)
@@ -126,8 +129,8 @@ class ActionModelFigure(Figure):
             panel_size=(1.83, 1.56),
             caption=f"Of (d): mean performance, {bound:g} standard deviations on either side of it, and the"
             f" performances of"
-            " (b). Grey, the bounds learnt without synchronization, by linear normalisation. "
-            + interval_words(np.unique(inputs.dataset.person).size, bands="Orange band"),
+            f" (b). {LINEAR_COLOUR.capitalize()}, the bounds learnt without synchronization, by linear normalisation. "
+            + interval_words(np.unique(inputs.dataset.person).size, bands=f"{MEAN_COLOUR.capitalize()} band"),
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
@@ -135,9 +138,9 @@ class ActionModelFigure(Figure):
         action, bound, names = inputs.model, options_of(inputs).bound, inputs.samples
         median = action.median
         with begin(
-            f"\nOrange: the mean performance, with the limbs of {names[median]}, the median sequence, which is "
-            f"silver; beside them all performances, synchronized. Curves: mean "
-            f"± 1 standard deviation, bounds at ±{bound:g}. Matrix: synchronization distances of all ordered pairs, "
+            f"\n{MEAN_COLOUR.capitalize()}: the mean performance, with the limbs of {names[median]}, the median "
+            f"sequence, which is {name_on_dark('original')}; beside them all performances, synchronized. Curves: mean "
+            f"± standard deviation, bounds at ±{bound:g}. Matrix: synchronization distances of all ordered pairs, "
             "the pattern n downwards, the performance m to the right.\n",
             timeline="sample",
             at=np.arange(len(action.model.mean)),
@@ -145,7 +148,7 @@ class ActionModelFigure(Figure):
             rec.skeleton(
                 "world/mean_performance",
                 skeleton(inputs, action.model.mean, median),
-                colour="orange",
+                colour=MEAN_COLOUR,
                 thickness_mm=12.0,
             )
             for m, name in enumerate(names):
@@ -185,7 +188,7 @@ def _row(k: int, model: pd.DataFrame, bound: float) -> list[Chart]:
         (
             "linear",
             f"±{bound:g} standard deviations, unsynchronized",
-            Style(colour="grey", line="dashed", width=0.75),
+            Style(colour=LINEAR_COLOUR, line="dashed", width=0.75),
         ),
     )
     learnt = [
@@ -205,7 +208,7 @@ def _row(k: int, model: pd.DataFrame, bound: float) -> list[Chart]:
         ),
         Chart(
             table=columns, x="sample", x_label=COLUMNS[-1][2], y="mean", label=f"dimension {k}", name=f"dimension_{k}",
-            styles={"mean": Style("mean performance", "orange", width=1.1)}, also=[last, *learnt],
+            styles={"mean": Style("mean performance", MEAN_COLOUR, width=1.1)}, also=[last, *learnt],
             title=COLUMNS[-1][1] if k == 1 else "",
             page=False,
         ),

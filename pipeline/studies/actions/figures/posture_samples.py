@@ -6,6 +6,7 @@ import numpy as np
 
 from pipeline.charts import Sheet
 from pipeline.core import camera
+from pipeline.palette import name_on_dark
 from pipeline.scenes import Columns, Notes, Rows, SkeletonRow, Space3D
 from pipeline.skeleton import WALKER15
 from pipeline.studies.actions.dataset import Postures
@@ -16,6 +17,9 @@ from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.replicated import DRAW
 from pipeline.studies.study import Figure, Picture, Recorder, Tables
 from pipeline.validation import require_range
+
+MEAN_COLOUR, SAMPLE_COLOUR = "orange", "blue"
+"""Of the mean performance, and of accepted samples, in the recording."""
 
 VIEW_DEG = -55.0
 """Three-quarter view of the picture, from the left."""
@@ -68,7 +72,8 @@ class PostureSamples(Figure):
             for row in accepted.itertuples()
         )
         return Sheet(
-            caption="Frames of the mean performance counted from 1; body of mean limb lengths. Left: the mean posture,"
+            caption="Frames of the mean performance counted from one; body of mean limb lengths. Left: the mean"
+            " posture,"
             f" {inputs.sweep.bodies.shape[1] - 1} accepted ones over one another; beside it those of them that are"
             f" farthest from the mean posture and from each other. Median of {accepted['draws'].iloc[0]} samples, mean"
             f" over joints: {measured}.",
@@ -97,15 +102,16 @@ class PostureSamples(Figure):
         to_right = -np.array([np.cos(angle), np.sin(angle), 0.0])
         ahead = np.array([-np.sin(angle), np.cos(angle), 0.0])
         with begin(
-            "\nSide by side, silver: the mean posture; blue: postures drawn at random within the learnt bounds. "
-            "Orange, `world/mean_performance`: plays on the timeline `frame`, counted from 1.\n",
+            f"\nSide by side, {name_on_dark('original')}: the mean posture; {SAMPLE_COLOUR}: postures drawn at "
+            f"random within the learnt bounds. {MEAN_COLOUR.capitalize()}, `world/mean_performance`: plays on "
+            "the timeline `frame`, counted from one.\n",
             timeline="frame",
             at=np.arange(1, len(performance) + 1),
         ) as rec:
             rec.skeleton(
                 "world/mean_performance",
                 performance,
-                colour="orange",
+                colour=MEAN_COLOUR,
             )
             rows = []
             for frame, bodies in sorted(
@@ -119,7 +125,7 @@ class PostureSamples(Figure):
                         f"world/frame_{frame}/{name}",
                         (joints + (draw - middle) * APART_MM * to_right)[None],
                         at=[1],
-                        colour="blue" if draw else "original",
+                        colour=SAMPLE_COLOUR if draw else "original",
                     )
                 rows.append(
                     Space3D(

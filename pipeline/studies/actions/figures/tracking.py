@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pipeline.charts import Chart, Reference, Sheet
-from pipeline.palette import Style
+from pipeline.palette import Style, name_on_dark
 from pipeline.scenes import Columns, Image2D, Notes, Plot, Rows, Space3D
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.model import Action, ActionSpaceModel
 from pipeline.studies.actions.tracking import HeldOutTracking, TrackingErrors
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
-from pipeline.studies.presentation import interval_words
-from pipeline.studies.replicated import aggregate
+from pipeline.studies.replicated import aggregate, interval_words
 from pipeline.studies.study import Figure, Recorder, Tables
 
 METHODS = {
@@ -115,8 +114,8 @@ class TrackingError(Figure):
             + ("it" if sweep.leave_out[0] == "performance" else "its person")
             + f": {sweep.shown_particles} particles, noise {sweep.shown_noise_mm:g} mm, "
             f"{100 * sweep.shown_occluded:g} % of the joints hidden in runs of frames. Of all tracked ones it is the "
-            "one whose error with the prior is the median. Silver: recorded. "
-            + ", ".join(f"{RECORDED[m].colour}: {RECORDED[m].label}" for m in methods)
+            f"one whose error with the prior is the median. {name_on_dark('original').capitalize()}: recorded. "
+            + ", ".join(f"{name_on_dark(RECORDED[m].colour)}: {RECORDED[m].label}" for m in methods)
             + ".\n",
             at=sweep.shown_time_s,
         ) as rec:

@@ -18,7 +18,7 @@ import pandas as pd
 from pipeline.charts import Chart, Lines, Sheet
 from pipeline.core import synchronization
 from pipeline.core.synchronization import Trellis, allowed_disparities
-from pipeline.palette import Style
+from pipeline.palette import Style, name_on_dark
 from pipeline.scenes import Columns, HeatMap, Matrix, Notes, Rows
 from pipeline.seeding import derive_generator
 from pipeline.studies.actions.figures.alignments import STYLES, Inputs, options_of
@@ -27,6 +27,8 @@ from pipeline.studies.actions.model import ActionSpaceModel
 from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.study import Figure, Picture, Recorder, Tables
 from pipeline.validation import InvalidInput, bounded
+
+OUTLINE_COLOUR = "grey"
 
 RANDOM_PATHS = 10_000
 
@@ -158,15 +160,15 @@ class OptimalPath(Figure):
         with begin(
             f"\n{facts['performance']} is brought to the rate of {facts['pattern']}, the median sequence. The image: "
             f"samples of the median sequence to the right, disparity from {top} at the top to {-top}; root of the "
-            "squared distance of the postures, dark where they are alike, brightest outside of the trellis (grey "
-            "outline). Orange: the optimal path.\n",
+            "squared distance of the postures, dark where they are alike, brightest outside of the trellis "
+            f"({OUTLINE_COLOUR} outline). {name_on_dark('optimal_path').capitalize()}: the optimal path.\n",
             timeline="sample",
         ) as rec:
             rec.matrix(  # rows are counted from the top, which is the largest disparity
                 "matrices/disparity_space_image",
                 np.sqrt(np.where(np.isnan(values), np.nanmax(values), values))[::-1],
                 paths={
-                    "trellis": (np.column_stack([top - corners[:, 1], corners[:, 0]]), "grey"),
+                    "trellis": (np.column_stack([top - corners[:, 1], corners[:, 0]]), OUTLINE_COLOUR),
                     "optimal_path": (np.column_stack([top - disparity, samples]), "optimal_path"),
                 },
             )

@@ -9,7 +9,7 @@ import pandas as pd
 
 from pipeline.charts import Chart, Sheet
 from pipeline.core import synchronization
-from pipeline.palette import Style
+from pipeline.palette import Style, name_on_dark
 from pipeline.scenes import Columns, Notes, Rows, Space3D
 from pipeline.studies.actions.figures.alignments import (
     STYLES,
@@ -134,9 +134,11 @@ class Warp(Figure):
         action, names = inputs.model, inputs.samples
         people = {"pattern": action.median, "performance": action.farthest}
         with begin(
-            f"\nSilver: {names[action.median]}, the median sequence, whose rate is the pattern. Coloured: "
-            f"{names[action.farthest]}, the performance farthest from it in time, orange linearly synchronized, blue "
-            "synchronized automatically. Below, both do the same at the same sample; above, not yet. Postures are "
+            f"\n{name_on_dark('original').capitalize()}: {names[action.median]}, the median sequence, whose rate is "
+            f"the pattern. Coloured: {names[action.farthest]}, the performance farthest from it in time, "
+            f"{name_on_dark(STYLES['linear'].colour)} linearly synchronized, "
+            f"{name_on_dark(STYLES['synchronized'].colour)} synchronized automatically. Below, both do the same at the "
+            "same sample; above, not yet. Postures are "
             "those of the aSpace.\n",
             timeline="sample",
             at=np.arange(action.linear.shape[1]),

@@ -20,8 +20,7 @@ from pipeline.studies.actions.model import Action, ActionSpaceModel
 from pipeline.studies.actions.smoothness import Smoothness, TimeErrors
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
-from pipeline.studies.presentation import interval_words
-from pipeline.studies.replicated import interval_over_people
+from pipeline.studies.replicated import interval_over_people, interval_words
 from pipeline.studies.study import Figure, Tables
 
 PENALTIES = {
@@ -136,7 +135,7 @@ class WarpError(Figure):
             share_y=True,
             caption="Penalty: µ|k|, of the change k of the disparity d, or µ|d + k| as printed."
             " Errors of the frame that is matched with a sample of the median sequence: (a) over the samples at"
-            " which that moves, (b) over all. Light bands: ±1 standard deviation over performances. "
+            " which that moves, (b) over all. Light bands: ± standard deviation over performances. "
             + interval_words(people, bands="Bands within them"),
         )
 

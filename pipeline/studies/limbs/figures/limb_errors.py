@@ -12,7 +12,8 @@ from typing import Any, cast
 import pandas as pd
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
-from pipeline.palette import Style
+from pipeline.core.articulation.hits import ROBUST_QUANTILE
+from pipeline.palette import Style, colour_name
 from pipeline.studies.figure_inputs import sd, tidy
 from pipeline.studies.limbs.figures.limb_on_sphere import Inputs, record_on_sphere
 from pipeline.studies.limbs.figures.presentation import (
@@ -25,8 +26,7 @@ from pipeline.studies.limbs.figures.presentation import (
 from pipeline.studies.limbs.model import TrajectoryBasisModel
 from pipeline.studies.limbs.radius_scale import RadiusScaleSweep
 from pipeline.studies.limbs.root_error import RootErrorSweep
-from pipeline.studies.presentation import interval_words
-from pipeline.studies.replicated import aggregate
+from pipeline.studies.replicated import aggregate, interval_words
 from pipeline.studies.study import Figure, Recorder, Tables
 
 BASELINES = ("hanging_error", "mean_pose_error")
@@ -50,8 +50,8 @@ PUBLISHED_RADIUS = [
 ]
 
 BASELINE_WORDS = (
-    "Grey, medians of baselines: a limb of the {length} length that hangs straight down (dotted), and one that "
-    "keeps its true mean direction (dashed)."
+    f"{colour_name('baseline').capitalize()}, medians of baselines: a limb of the {{length}} length that hangs straight"
+    " down (dotted), and one that keeps its true mean direction (dashed)."
 )
 
 
@@ -175,7 +175,8 @@ class RadiusScaleFigure(Figure):
             columns=2,
             caption=f"{_trials(options)} Lines: median for each way of adjusting the radius to rays that miss"
             f" the sphere"
-            " (as long as the farthest ray asks for; as 95 % of the rays ask for; longer in a frame alone), and"
+            f" (as long as the farthest ray asks for; as {100.0 * ROBUST_QUANTILE:g} % of the rays ask for;"
+            " longer in a frame alone), and"
             " refined:"
             " from the first of these, with the trajectory, as in the paper; light band: quartiles of the trials of the"
             f" first. {_interval_words(tables)} {BASELINE_WORDS.format(length='adjusted')}",

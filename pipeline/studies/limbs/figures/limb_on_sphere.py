@@ -17,6 +17,9 @@ from pipeline.studies.study import Recorder
 Inputs = FigureInputs[LimbStretches, BasisFit, SweptErrors]
 
 
+TRUTH_COLOUR, ESTIMATE_COLOUR = "green", "orange"
+
+
 def record_on_sphere(
     inputs: Inputs,
     begin: Recorder,
@@ -32,14 +35,14 @@ def record_on_sphere(
     bones = path_bones(truth.shape[1])
     with begin(
         f"\nThe limb shown is `{shown['limb']}` of `{shown['clip']}`, {Camera(shown['camera']).words}: the trial whose"
-        " errors are nearest to the medians. Its end moves on the sphere of the limb, drawn with a radius of one metre:"
-        " green the truth, orange the estimate at the value at the cursor, drawn "
-        f"{100 * (OUTSIDE - 1):.0f} % outside. Drag the cursor.\n",
+        " errors are nearest to the medians. Its end moves on the sphere of the limb, drawn with a radius of "
+        f"{RADIUS_MM / 1000.0:g} m: {TRUTH_COLOUR} the truth, {ESTIMATE_COLOUR} the estimate at the value at the "
+        f"cursor, drawn {100 * (OUTSIDE - 1):.0f} % outside. Drag the cursor.\n",
         timeline=timeline,
         at=at,
     ) as rec:
-        rec.skeleton("world/original", truth, bones, colour="green", thickness_mm=6.0)
-        rec.skeleton("world/reconstructed", found, bones, colour="orange", thickness_mm=6.0)
+        rec.skeleton("world/original", truth, bones, colour=TRUTH_COLOUR, thickness_mm=6.0)
+        rec.skeleton("world/reconstructed", found, bones, colour=ESTIMATE_COLOUR, thickness_mm=6.0)
         rec.skeleton("world/sphere", globe, wires, at=at[:1], thickness_mm=1.0)
         sphere_view = Space3D(name="truth and estimate", eye_mm=EYE_MM, target_mm=(0.0, 0.0, 0.0))
         rec.blueprint(Columns(sphere_view, Rows(*rec.plots, Notes())))

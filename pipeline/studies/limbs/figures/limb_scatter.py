@@ -12,7 +12,7 @@ from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.core.bootstrap import weighted_medians
 from pipeline.core.reconstructibility import GREEN_ABOVE, MARGIN_GREEN_ABOVE, Reading
 from pipeline.core.statistics import rank_correlation
-from pipeline.palette import Style
+from pipeline.palette import CONFIDENCES, Style
 from pipeline.scenes import Columns, Notes, Rows, Space3D
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.limbs.cameras import Camera
@@ -32,8 +32,7 @@ from pipeline.studies.limbs.reconstructibility import (
     ReconstructibilitySweep,
 )
 from pipeline.studies.limbs.scores import SUCCESS
-from pipeline.studies.presentation import interval_words
-from pipeline.studies.replicated import interval_over_clusters
+from pipeline.studies.replicated import interval_over_clusters, interval_words
 from pipeline.studies.study import Figure, Recorder, Tables
 
 MOST = 1000.0
@@ -51,6 +50,9 @@ PATHS = {"original": ("green", 1.0), "impostor": ("orange", 1.0), "reconstructed
 """Colour and scale of the paths in the recording, in the order of `LimbReconstructibilities.paths`."""
 
 Inputs = FigureInputs[LimbStretches, BasisFit, LimbReconstructibilities]
+
+
+DECIDED = CONFIDENCES["green"]
 
 
 class LimbScatter(Figure):
@@ -111,7 +113,7 @@ class LimbScatter(Figure):
             ),
             trial(
                 x="mirror_margin", x_label="margin of the mirror J(−s) / J(s)",
-                references=[Reference(x=MARGIN_GREEN_ABOVE, label="green above")],
+                references=[Reference(x=MARGIN_GREEN_ABOVE, label=f"{DECIDED} above")],
             ),
             Chart(
                 **error, **running, y="limb_error_median", x_label=eta, name="limb_error", log_y=True, least=LEAST,
@@ -132,7 +134,7 @@ class LimbScatter(Figure):
             caption=f"{options.trials} limbs, each before {len(cameras)} cameras at {options.distance_mm / 1000:g} m."
             f" Error: mean distance of relative trajectories over the limb's length. (a) {words} Rank correlation"
             f" {overall['spearman_vector']:.2f} (of angles, as printed: {overall['spearman_angle']:.2f}). (b)"
-            f" What can be known without the truth; above {MARGIN_GREEN_ABOVE:g} a limb is called green{right}."
+            f" What can be known without the truth; above {MARGIN_GREEN_ABOVE:g} a limb counts as {DECIDED}{right}."
             f" {100 * table['proved'].mean():.1f} % of the programmes are proved to be solved.",
         )
 
@@ -154,15 +156,17 @@ class LimbScatter(Figure):
             trial = trials.iloc[number]
             return (
                 f"{trial['limb']} of {trial['clip']}, {Camera(trial['camera']).words}, eta {eta[number]:.2f}, error "
-                f"{error[number]:.2f}, margin {trial['mirror_margin']:.2f} ({trial['confidence']})"
+                f"{error[number]:.2f}, margin {trial['mirror_margin']:.2f} ({CONFIDENCES[trial['confidence']]})"
             )
 
         with begin(
-            "\nRelative trajectories on the sphere of their limb, which is drawn with a radius of one metre: "
-            "green the truth, orange the impostor, amber the estimate, drawn "
+            "\nRelative trajectories on the sphere of their limb, which is drawn with a radius of "
+            f"{RADIUS_MM / 1000.0:g} m: {PATHS['original'][0]} the truth, {PATHS['impostor'][0]} the impostor, "
+            f"{PATHS['reconstructed'][0]} the estimate, drawn "
             f"{100 * (OUTSIDE - 1):.0f} % outside.\n\n- good: {words(shown['good'])}\n- impostor: "
             f"{words(shown['impostor'])}\n- at the cursor: the trial with that reconstructibility.\n\n"
-            "The cursor counts 1000 log10 of eta: 0 is eta = 1, 301 is 2, 1000 is 10.\n",
+            "The cursor counts thousandths of log10 of eta: "
+            f"{1000.0 * np.log10(GREEN_ABOVE):.0f} is {GREEN_ABOVE:g}.\n",
             timeline="log10_eta_per_mille",
         ) as rec:
             globe, wires = sphere()

@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
-from pipeline.palette import Style
+from pipeline.palette import Style, name_on_dark
 from pipeline.scenes import Bars, Columns, Image2D, Notes, Plot, Rows, Space3D, Tabs
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.limbs.dataset import LimbStretches
@@ -16,13 +16,16 @@ from pipeline.studies.limbs.figures.presentation import BASELINE_LABELS
 from pipeline.studies.limbs.missing_data import MissingDataErrors, MissingDataSweep, Pattern
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.trials import ROOT
-from pipeline.studies.presentation import interval_words, lift
-from pipeline.studies.replicated import aggregate
+from pipeline.studies.presentation import lift
+from pipeline.studies.replicated import aggregate, interval_words
 from pipeline.studies.study import Figure, Recorder, Tables
 
 PATTERN_NAMES = {Pattern.random: "one by one at random", Pattern.block: "runs of frames"}
 PATTERN_LABELS = {Pattern.random: "random", Pattern.block: "runs"}
 PATTERN_COLOURS = {Pattern.random: "blue", Pattern.block: "orange"}
+
+FOUND_COLOUR, IMPUTED_COLOUR = "blue", "orange"
+"""Of the skeleton, and of the points that were imputed, in the recording."""
 
 PUBLISHED = Reference(x=0.05, y="park2011_error_with_missing_data", label="published")
 
@@ -124,7 +127,7 @@ class MissingDataFigure(Figure):
             caption=f"{table['trials'][0]} skeletons, {', '.join(camera.words for camera in options.cameras)}; noise of"
             f" {options.noise_px:g} px, errors of {100 * options.length_error:g} % of every length and of"
             f" {options.root_error_mm:g} mm of the root's trajectory. (a) Mean over skeletons with points missing at"
-            " random or in runs of frames, in coordinates of the recording, on whose origin it depends; light band: ±1"
+            " random or in runs of frames, in coordinates of the recording, on whose origin it depends; light band: ±"
             " standard deviation over skeletons. (b) Median over skeletons, of points that were missing and of those"
             " that were seen. "
             + interval_words(
@@ -147,20 +150,21 @@ class MissingDataFigure(Figure):
         seen = ~imputed & (np.arange(true.shape[1]) != ROOT)
         with begin(
             f"\n`{sweep.shown_clip}` with {100 * sweep.shown_fraction:g} % of its points missing "
-            f"({PATTERN_NAMES[Pattern(sweep.shown_pattern)]}), the one of median error. Grey: recorded; blue: "
-            "reconstructed; orange: points that were imputed. In the image missing points are not there. Bars: mean "
+            f"({PATTERN_NAMES[Pattern(sweep.shown_pattern)]}), the one of median error. "
+            f"{name_on_dark('original').capitalize()}: recorded; {FOUND_COLOUR}: reconstructed; {IMPUTED_COLOUR}: "
+            "points that were imputed. In the image missing points are not there. Bars: mean "
             "relative error in percent over percent of missing points.\n",
             at=times,
         ) as rec:
             rec.skeleton("world/original", true + ground)
-            rec.skeleton("world/reconstructed", found + ground, colour="blue")
+            rec.skeleton("world/reconstructed", found + ground, colour=FOUND_COLOUR)
             if imputed.any():
                 # Points alone: a bone needs both its ends, so none is drawn between a joint and itself.
                 rec.skeleton(
                     "world/imputed",
                     np.where(imputed[..., None], found + ground, np.nan),
                     [(j, j) for j in range(true.shape[1])],
-                    colour="orange",
+                    colour=IMPUTED_COLOUR,
                     thickness_mm=16.0,
                 )
             rec.image_points("image/observed", options.upright_mm(sweep.shown_image))

@@ -9,7 +9,7 @@ import pandas as pd
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.core.limb_chain import WALKER14
-from pipeline.palette import Style
+from pipeline.palette import CONFIDENCES, Style, name_on_dark
 from pipeline.scenes import Columns, Image2D, MotionScene, Notes, Rows, Space3D
 from pipeline.skeleton import WALKER15
 from pipeline.studies.figure_inputs import FigureInputs, columns_of, tidy
@@ -41,9 +41,6 @@ STEPS = {"hangs straight down": "baseline", "reconstructed": "orange", "mirrors 
 
 TRACED = ("left_wrist", "right_wrist", "left_ankle", "right_ankle")
 """Joints whose whole trajectories are drawn."""
-
-LIGHT_COLOURS = {"green": "decided", "amber": "in_doubt", "red": "undecided"}
-"""Colours of limbs in the recording."""
 
 Inputs = FigureInputs[LimbStretches, BasisFit, MotionsOfBoth]
 
@@ -174,9 +171,11 @@ class MotionsFigure(Figure):
         words = {n: entity_name(str(inputs.dataset.clip[sweep.stretch[n]])) for n in numbers}
         with begin(
             "\nOther clips can be switched on in the streams tree; they stand over the origin by their "
-            "mean pelvis: `world/original/<clip>` (grey), `world/reconstructed/<camera>/<clip>/<confidence>`, "
-            "`world/trajectories/<camera>/<clip>` of wrists and ankles.\n\nLimbs are green where the data have decided "
-            "between a limb and its mirror, amber where they are in doubt, orange where both are as good.  "
+            f"mean pelvis: `world/original/<clip>` ({name_on_dark('original')}), "
+            "`world/reconstructed/<camera>/<clip>/<confidence>`, "
+            "`world/trajectories/<camera>/<clip>` of wrists and ankles.\n\n"
+            f"Limbs are {name_on_dark('decided')} where the data have decided between a limb and its mirror, "
+            f"{name_on_dark('in_doubt')} where they are in doubt, {name_on_dark('undecided')} where both are as good.  "
             "`table_clips.csv` has the error of each.\n",
             at=np.arange(sweep.truth.shape[1]) / inputs.dataset.frame_rate_hz,
         ) as rec:
@@ -187,9 +186,9 @@ class MotionsFigure(Figure):
                 _trace(rec, f"world/trajectories/original/{words[n]}", truth, "original")
                 for c, camera in enumerate(cameras):
                     positions = sweep.positions[n, c] - shift
-                    for name, colour in LIGHT_COLOURS.items():
-                        entity = f"world/reconstructed/{camera}/{words[n]}/{name}"
-                        _limbs_of(rec, entity, positions, confidence[n, c] == name, colour)
+                    for name, role in CONFIDENCES.items():
+                        entity = f"world/reconstructed/{camera}/{words[n]}/{role}"
+                        _limbs_of(rec, entity, positions, confidence[n, c] == name, role)
                     _trace(rec, f"world/trajectories/{camera}/{words[n]}", positions, "blue")
                     matrix, image = sweep.camera_matrix[n, c].copy(), options.upright_mm(sweep.images[n, c])
                     matrix[..., 3] += matrix[..., :3] @ shift

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from pipeline.core.articulation.hits import ROBUST_QUANTILE
 from pipeline.core.reconstructibility import confidence_of_mirror_margin
 
 ADJUST_NAMES = {
     "refined": "refined with the trajectory",
     "global": "one radius for all frames",
-    "robust": "one for 95 % of the frames",
+    "robust": f"one for {100.0 * ROBUST_QUANTILE:g} % of the frames",
     "per_frame": "longer where a ray misses",
 }
 ADJUST_COLOURS = {"refined": "black", "global": "blue", "robust": "green", "per_frame": "orange"}

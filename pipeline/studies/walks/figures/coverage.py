@@ -13,6 +13,7 @@ from pipeline.scenes import Columns, Image2D, Notes, Space3D
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
+from pipeline.studies.replicated import OVER_PEOPLE
 from pipeline.studies.study import Figure, Recorder, Tables
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.figures.presentation import VIEW
@@ -102,7 +103,7 @@ class BarCoverage(Figure):
             charts=charts,
             columns=2,
             caption=f"Positions at {PHASES} instants of the periodic walk; calibrated:"
-            " multipliers by joint group, learnt from all other people. Bands: 95 % over people.",
+            f" multipliers by joint group, learnt from all other people. Bands: {OVER_PEOPLE}.",
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:

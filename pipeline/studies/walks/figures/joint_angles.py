@@ -15,7 +15,7 @@ from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
-from pipeline.studies.replicated import SD, aggregate
+from pipeline.studies.replicated import OVER_PEOPLE, SD, aggregate
 from pipeline.studies.study import Figure, Recorder, Tables
 from pipeline.studies.walks import methods
 from pipeline.studies.walks.figures.presentation import VIEW
@@ -74,9 +74,8 @@ class JointAngleFigure(Figure):
             share_y=True,
             letters=False,
             panel_size=(1.9, 1.8),
-            caption="Root mean square over a cycle, mean of left and right and over walkers; bands: 95 %"
-            " interval of the"
-            " mean over people. Average walker: its depth, the image kept.",
+            caption="Root mean square over a cycle, mean of left and right and over walkers; bands:"
+            f" {OVER_PEOPLE}. Average walker: its depth, the image kept.",
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:

@@ -8,7 +8,7 @@ from pipeline.charts import Chart, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
-from pipeline.studies.replicated import aggregate
+from pipeline.studies.replicated import OVER_PEOPLE, aggregate
 from pipeline.studies.study import Figure, Tables
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.sweeps.laboratories import LABORATORY, PERSON, Laboratories, LaboratoryErrors
@@ -89,5 +89,5 @@ class LearningCurves(Figure):
             charts=charts,
             columns=3,
             caption="Across laboratories MAP may be worse than the average walker, which does not look at the image."
-            " Bands and bars: 95 % intervals over people.",
+            f" Bands and bars: {OVER_PEOPLE}.",
         )

@@ -13,6 +13,7 @@ from pipeline.scenes import Columns, Matrix, Notes, Rows
 from pipeline.studies.eigenwalkers.model import EigenwalkersModel
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import sd, tidy
+from pipeline.studies.replicated import OVER_PEOPLE
 from pipeline.studies.study import Figure, Recorder, Tables
 from pipeline.studies.walks.figures.view_errors import Inputs, over_walkers
 from pipeline.studies.walks.known_view import KnownView
@@ -110,7 +111,7 @@ class NoiseVariance(Figure):
             },
         )
         at_end = f" No optimum inside the range: the lowest error is at its end, {here:g} mm²."
-        caption = f"Bands: {inputs.banded}; in (b) 95 % intervals over people." + ("" if inside else at_end)
+        caption = f"Bands: {inputs.banded}; in (b) {OVER_PEOPLE}." + ("" if inside else at_end)
         return Sheet(charts=[mean, added, of_views], columns=3, panel_size=(2.5, 2.2), caption=caption)
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:

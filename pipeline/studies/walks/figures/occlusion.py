@@ -10,6 +10,7 @@ import pandas as pd
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.replicated import OVER_PEOPLE
 from pipeline.studies.study import Figure, Tables
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.figures.presentation import VIEW
@@ -119,6 +120,5 @@ class HiddenJointErrors(Figure):
             charts=charts,
             columns=2,
             caption="Seen from the right; distance in space of the hidden joints, root mean square over the"
-            " cycle. Bars:"
-            " 95 % intervals over people.",
+            f" cycle. Bars: {OVER_PEOPLE}.",
         )

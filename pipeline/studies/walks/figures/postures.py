@@ -10,7 +10,7 @@ import numpy as np
 from pipeline.charts import Chart, Lines, Sheet
 from pipeline.core import camera, errors, fourier
 from pipeline.core.choice import evenly
-from pipeline.palette import colour_name
+from pipeline.palette import name_on_dark
 from pipeline.scenes import Columns, Image2D, Notes, PostureRow, Space3D, Tabs
 from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
@@ -172,8 +172,9 @@ class Postures(Figure):
             f"\n{len(recorded)} of {len(inputs.samples)} walkers are played at one common pace and can be switched on"
             " in the streams tree: "
             "`world/original/<walker>`, `world/reconstructed/<method>/view_<angle>/<walker>`. "
-            "Grey: original; spheres of wire, and rings in the image: joints that no marker gave. "
-            + ", ".join(f"{colour_name(m.style.colour)}: {m.style.label}" for m in tried)
+            f"{name_on_dark('original').capitalize()}: original; spheres of wire, and rings in the image: "
+            "joints that no marker gave. "
+            + ", ".join(f"{name_on_dark(m.style.colour)}: {m.style.label}" for m in tried)
             + ".\n",
             at=times,
         ) as rec:

@@ -11,11 +11,13 @@ from pipeline.charts import Chart, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.replicated import OVER_PEOPLE
 from pipeline.studies.study import Figure, Tables
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.figures.presentation import VIEW
 from pipeline.studies.walks.people_intervals import PeopleResampled
 from pipeline.studies.walks.sweeps.ladder import METHODS, STYLES, of_part
+from pipeline.studies.walks.sweeps.setting import Setting
 from pipeline.studies.walks.sweeps.structure import Structure, StructureErrors
 
 Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, StructureErrors]
@@ -109,6 +111,6 @@ class StructureLadder(Figure):
         return Sheet(
             charts=charts,
             columns=2,
-            caption="The whole has four. Bands and bars: 95 % intervals over people; settings of each person chosen by"
-            " others.",
+            caption=f"The whole has {Setting.harmonics} harmonics. Bands and bars: {OVER_PEOPLE}; settings of each"
+            " person chosen by others.",
         )

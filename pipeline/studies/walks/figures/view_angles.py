@@ -109,7 +109,7 @@ class ViewAngleEstimates(Figure):
         return Sheet(
             charts=charts,
             columns=2,
-            caption=f"Bands: ±1 standard deviation over walkers, and {inputs.banded}. " + " ".join(notes),
+            caption=f"Bands: ± standard deviation over walkers, and {inputs.banded}. " + " ".join(notes),
         )
 
 

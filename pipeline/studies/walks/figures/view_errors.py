@@ -145,7 +145,7 @@ class ViewErrors(Figure):
         return Sheet(
             charts=[absolute, relative, variance],
             panel_size=(5.0, 2.0),
-            caption="Light bands: ±1 standard deviation over walkers, as far as the axes go; bands:"
+            caption="Light bands: ± standard deviation over walkers, as far as the axes go; bands:"
             f" {inputs.banded}. Average walker: its depth, the image kept.",
         )
 

@@ -1,0 +1,59 @@
+"""Captions are templates: their numbers come from tables and claims, their colours from the palette."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from pipeline import papers
+from pipeline.palette import colour_name
+
+PUBLISHED, COLOUR = "published_", "colour_"
+"""Beginnings of the placeholders of a claim's published number and of the colour of a role."""
+
+
+def filled_caption(text: str, number: Callable[[str], float]) -> str:
+    """Return a caption with its placeholders filled in.
+
+    ``{NAME:.0f}`` is our value of a claim or quantity, ``{published_NAME:g}`` the number that the paper prints, and
+    ``{colour_ROLE}`` the palette's name of the colour of a role.
+
+    Parameters
+    ----------
+    text : str
+    number : callable
+        Our value of a claim or quantity by name; NaN if the tables have none.
+
+    Raises
+    ------
+    InvalidInput
+        If there is no such claim or quantity.
+    KeyError
+        If there is no such role.
+
+    Examples
+    --------
+    >>> filled_caption("{colour_undecided} limbs: {zhang2007_walkers:.0f} walkers", lambda name: 33.0)
+    'orange limbs: 33 walkers'
+    """
+    values: dict[str, str | _Number] = {}
+    for name in papers.placeholders(text):
+        if name.startswith(COLOUR):
+            values[name] = colour_name(name.removeprefix(COLOUR))
+        elif name.startswith(PUBLISHED):
+            values[name] = _Number(papers.published(name.removeprefix(PUBLISHED)))
+        else:
+            papers.quantity(name)  # a slip in a name is an error, also where no number is at hand
+            values[name] = _Number(number(name))
+    return text.format_map(values)
+
+
+@dataclass(frozen=True)
+class _Number:
+    """A number that is written as ``(no number here)`` where it is not known."""
+
+    value: float
+
+    def __format__(self, specification: str) -> str:
+        return format(self.value, specification) if math.isfinite(self.value) else "(no number here)"
