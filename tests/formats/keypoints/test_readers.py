@@ -702,6 +702,45 @@ def test_trc_in_pixels_and_no_other(tmp_path: Path) -> None:
         keypoints.read(path)
 
 
+def test_trc_in_pixels_whose_rows_are_two_frames_apart(tmp_path: Path) -> None:
+    head = (
+        "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n60\t60\t20\t1\tpx\n"
+        "Frame#\tTime\tLKnee\t\t\n\t\tX1\tY1\tZ1\n"
+    )
+    path = tmp_path / "a.trc"
+    path.write_text(head + "".join(f"{2 * k}\t{k / 30}\t{k}\t6\t0\n" for k in range(20)), encoding="utf-8")
+    found = keypoints.read(path)
+    assert (found.frame_rate_hz, found.n_frames, found.frame.tolist()) == (30.0, 20, list(range(20)))
+    assert found.notes == (
+        "Rows are 2 frames apart throughout: their rate, 30 Hz, counts, not 60 Hz as the header or the option says.",
+    )
+    path.write_text(head + "1\t0.1\t5\t6\t0\n2\t0.1\t7\t8\t0\n", encoding="utf-8")
+    found = keypoints.read(path)
+    assert (found.frame_rate_hz, found.n_frames) == (60.0, 2)
+    assert any(note.startswith("The times are not used: a.trc, line 7: ") for note in found.notes)
+
+
+@pytest.mark.parametrize("people", [1, 2])
+def test_a_table_whose_last_frame_is_cut(tmp_path: Path, people: int) -> None:
+    points = ("left_knee", "right_knee", "left_hip", "right_hip")
+    rows = [
+        f"{frame},{who},{point},{frame + 10 * k + 1},{who + 2}\n"
+        for frame in range(6)
+        for who in range(people)
+        for k, point in enumerate(points)
+    ]
+    path, whole = tmp_path / "a.csv", "frame,person,keypoint,x,y\n" + "".join(rows)
+    path.write_text(whole, encoding="utf-8")
+    assert keypoints.read(path).notes == ()
+    path.write_text(whole.removesuffix("".join(rows[-3:])), encoding="utf-8")
+    found = keypoints.read(path)
+    rest, every = 4 * people - 3, 4 * people
+    assert found.notes == (
+        f"The last frame has {rest} rows, every other {every} or more: the file may be cut.",
+    )
+    assert found.n_frames == 6
+
+
 def test_an_array(tmp_path: Path) -> None:
     walk, path = np.stack([POINTS, POINTS + 1, POINTS + 2]), tmp_path / "a.npy"
     for array, people in ((walk, 1), (walk[None], 1), (walk[:, None], 1), (np.stack([walk, walk + 300]), 2)):
