@@ -122,7 +122,9 @@ def test_who_is_not_seen_for_a_while_is_the_same_person(
     assert len(walk.track.rows) == frames - unseen
     assert (walk.best.first_frame, walk.best.last_frame) == (0, frames - 1)
     assert not any("Left out" in note for note in walk.notes)
-    sentence = f"The person is not seen in frames {first} to {first + unseen - 1}, and is the same one afterwards"
+    sentence = (
+        f"The person is not seen in frames {first} to {first + unseen - 1}, and is the same one afterwards"
+    )
     assert any(note.startswith(sentence) for note in walk.notes)
     whole = reconstruct_clip(given(alphapose(tmp_path / "b.json", values), focal_px=sim.focal_px), model)
     assert whole.best.walks

@@ -136,7 +136,9 @@ def test_the_range_of_a_knee_has_the_bars_of_the_table_of_numbers(walk: Walk) ->
         for side in ("left", "right")
     )
     assert dict(words.facts(said))["Gait cycle"][0] == f"{expected.capitalize()}."
-    assert "half_width_95" not in said["angles_deg"]["left_knee"]  # the mean bar of an angle in a frame is another
+    assert (
+        "half_width_95" not in said["angles_deg"]["left_knee"]
+    )  # the mean bar of an angle in a frame is another
 
 
 def test_nothing_is_said_of_sides_that_are_unsure(walk: Walk) -> None:

@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pipeline.formats import keypoints
+from pipeline.formats.keypoints import detections
 from pipeline.formats.keypoints.people_json import frames_by_name, identity_of
 from pipeline.validation import InvalidInput
 
@@ -739,6 +740,21 @@ def test_a_table_whose_last_frame_is_cut(tmp_path: Path, people: int) -> None:
         f"The last frame has {rest} rows, every other {every} or more: the file may be cut.",
     )
     assert found.n_frames == 6
+
+
+@pytest.mark.parametrize(
+    ("frames", "stated", "expected"),
+    [([0, 2], 3, 3), ([0, 2], 9, 9), ([0, 2], 1, 3), ([0.0, 1.2, 2.7], 2, 3), ([4], 0, 5)],
+)
+def test_a_film_has_the_frames_that_are_stated_or_that_hold_people(
+    frames: list[float], stated: int, expected: int
+) -> None:
+    rows = [(frame, "", np.column_stack([POINTS, np.ones(17)])) for frame in frames]
+    unseen = (7.0, "", np.zeros((17, 3)))  # a row without a keypoint is a frame, too
+    found = detections("csv", "a.csv", rows, stated)
+    assert (found.n_frames, found.frame.tolist()) == (expected, frames)
+    found = detections("csv", "a.csv", [*rows, unseen], stated)
+    assert (found.n_frames, found.frame.tolist()) == (max(expected, 8), frames)
 
 
 def test_an_array(tmp_path: Path) -> None:
