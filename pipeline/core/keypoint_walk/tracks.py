@@ -146,9 +146,10 @@ def _joined(
         near = np.linalg.norm(off[:, :2], axis=1) < JOIN_OFF * size
         near &= np.abs(off[:, 2]) < np.log(JOIN_SIZE)
         # Within a shorter time a detection would have continued the track, had it not moved too far.
-        for n in np.flatnonzero(near & (unseen > _gap(frame_rate_hz)) & (unseen <= JOIN_S * frame_rate_hz)):
-            after[k].append(int(n))
-            before[int(n)].append(k)
+        near &= (unseen > _gap(frame_rate_hz)) & (unseen <= JOIN_S * frame_rate_hz)
+        for n in np.flatnonzero(near).tolist():
+            after[k].append(n)
+            before[n].append(k)
     follows = {}
     for k, later in after.items():
         n = min(later, key=lambda n: first[n], default=k)

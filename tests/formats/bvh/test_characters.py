@@ -61,9 +61,8 @@ def test_the_head_is_its_centre_in_our_names_and_the_base_of_the_skull_in_others
     walk: np.ndarray, names: Names, share: float, tmp_path: Path
 ) -> None:
     made = character(walk, names)
-    head, end, hips = (
-        made.names.index(name) for name in (("head", "head_end", "pelvis") if share == 1.0 else ("Head", "HeadEnd", "Hips"))
-    )  # fmt: skip
+    called = ("head", "head_end", "pelvis") if share == 1.0 else ("Head", "HeadEnd", "Hips")
+    head, end, hips = map(made.names.index, called)
     sternum, centre, pelvis = (walk[:, J[joint]] for joint in ("sternum", "head", "pelvis"))
     lift = made.positions[:, hips] - pelvis
     np.testing.assert_allclose(made.positions[:, head] - lift, sternum + share * (centre - sternum))

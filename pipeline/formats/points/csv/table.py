@@ -141,7 +141,7 @@ def read_table(path: Path, titles: str = "") -> Rows:
     text, notes = read_text(path)
     begin, titled, delimiter = _begin((titles + text).split("\n"))
     above, text = (titles + text).split("\n")[:begin], "\n".join((titles + text).split("\n")[begin:])
-    stated = [found.groups() for found in map(_SETTING.match, above) if found]
+    stated = [found.groups() for line in above if (found := _SETTING.match(line[:200]))]
     settings = {name.lower(): number(value.strip(',"').replace(",", ".")) for name, value in stated}
     begin -= bool(titles)
     if delimiter == " ":
