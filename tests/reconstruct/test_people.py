@@ -67,3 +67,11 @@ def test_tracks_stay_apart_where_two_people_may_be_meant() -> None:
     pixels[60:, :, 1] += 60.0  # then the other is too far off
     tracks = find_tracks(frame, np.full(90, ""), pixels, 30.0)
     assert [track.rows.tolist() for track in tracks] == [list(range(60)), list(range(60, 90))]
+
+
+def test_who_is_seen_longest_without_a_gap_comes_first() -> None:
+    before, after, other = np.arange(30), np.arange(30) + 50, np.arange(50)
+    frame = np.concatenate([before, after, other])
+    pixels = np.concatenate([walker(before), walker(after), walker(other, row=400.0)])
+    tracks = find_tracks(frame, np.full(110, ""), pixels, 30.0)
+    assert [track.rows.tolist() for track in tracks] == [list(range(60, 110)), list(range(60))]

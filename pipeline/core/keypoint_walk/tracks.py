@@ -75,7 +75,7 @@ def _heights(pixels: np.ndarray) -> np.ndarray:
 def find_tracks(
     frame: np.ndarray, identity: np.ndarray, pixels: np.ndarray, frame_rate_hz: float
 ) -> list[Track]:
-    """Tracks of people, the longest first.
+    """Tracks of people, those of the longest part without a gap first.
 
     Parameters
     ----------
@@ -117,8 +117,14 @@ def find_tracks(
     for at in _joined([np.array(rows) for rows in closed + open_], frame, pixels, height, frame_rate_hz):
         names, counts = np.unique(identity[at], return_counts=True)
         tracks.append(Track(str(names[np.argmax(counts)]), frame[at], at, np.median(height[at])))
-    # Length, then size in the image, then the first frame decide.
-    return sorted(tracks, key=lambda t: (-len(t.rows), -t.height_px, int(t.frame[0])))
+    # Length without a gap, then size in the image, then the first frame decide.
+    return sorted(tracks, key=lambda t: (-_unbroken(t.frame, longest_gap), -t.height_px, int(t.frame[0])))
+
+
+def _unbroken(frame: np.ndarray, longest_gap: int) -> int:
+    """Number of detections of a track's longest part without a longer gap."""
+    ends = np.flatnonzero(np.diff(frame, append=np.inf) > longest_gap)
+    return int(np.diff(ends, prepend=-1).max())
 
 
 def _joined(
