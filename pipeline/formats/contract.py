@@ -80,6 +80,21 @@ def require_joints(count: int, where: str) -> None:
         )
 
 
+def compare_frames(declared: float, count: int, notes: list[str]) -> None:
+    """Note that a file has another number of frames than it declares; it may be cut.
+
+    Parameters
+    ----------
+    declared : float
+        NaN or infinite if the file declares none.
+    count : int
+        Frames of the file.
+    notes : list of str
+    """
+    if np.isfinite(declared) and declared != count:
+        notes.append(f"The file declares {declared:g} frames and has {count}; all {count} were read.")
+
+
 def motion_capture(
     names: Sequence[str],
     positions_mm: np.ndarray,

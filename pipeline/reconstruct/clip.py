@@ -15,7 +15,7 @@ from pipeline.core.keypoint_walk import Detector, Prior, prepare
 from pipeline.core.keypoint_walk.calibration import ANYBODY, AS_OURS, Calibration
 from pipeline.core.keypoint_walk.film import Film, Stretch, Watched, best_of, watch
 from pipeline.core.keypoint_walk.objective import FOCAL_SD
-from pipeline.core.keypoint_walk.tracks import SHORTEST_S, Track, find_tracks
+from pipeline.core.keypoint_walk.tracks import GAP_S, SHORTEST_S, Track, find_tracks
 from pipeline.formats import keypoints
 from pipeline.formats.keypoints import Detections
 from pipeline.processes import one_thread
@@ -23,7 +23,7 @@ from pipeline.reconstruct import layouts, model_file
 from pipeline.reconstruct.image import in_pixels, upside_down
 from pipeline.reconstruct.layouts import Layout
 from pipeline.shortened import shortened
-from pipeline.validation import InvalidInput, Options, require_range
+from pipeline.validation import InvalidInput, Options, listed, require_range
 from pipeline.video.film import on_even_grid
 
 FOCAL_SHARE = 0.75
@@ -261,13 +261,30 @@ def _walking_track(
                 )
                 track, shown = other, found
                 break
-    left_out = [other for other in tracks if other is not track and len(other.rows) >= 5]
-    if left_out:
+    unseen = np.flatnonzero(np.diff(track.frame) > GAP_S * rate + 1)
+    if unseen.size:
+        times = [f"{track.frame[k] + 1:.0f} to {track.frame[k + 1] - 1:.0f}" for k in unseen]
         notes.append(
-            f"Left out are tracks of other people: {len(left_out)}, the longest of {len(left_out[0].rows)} frames"
-            f" (frames {left_out[0].frame[0]:.0f} to {left_out[0].frame[-1]:.0f})."
+            f"The person is not seen in frames {listed(times)}, and is the same one afterwards by place and size."
+        )
+    left_out = [other for other in tracks if other is not track and len(other.rows) >= 5]
+    meanwhile = [bool(np.isin(other.frame, track.frame).any()) for other in left_out]
+    if others := [other for other, seen in zip(left_out, meanwhile, strict=True) if seen]:
+        notes.append(
+            f"Left out are tracks of other people: {len(others)}, the longest of {len(others[0].rows)} frames"
+            f" {_from_to(others[0])}."
+        )
+    if perhaps := [other for other, seen in zip(left_out, meanwhile, strict=True) if not seen]:
+        more = f", and {len(perhaps) - 1} more" if len(perhaps) > 1 else ""
+        notes.append(
+            f"Left out is another track, perhaps the same person, of {len(perhaps[0].rows)} frames"
+            f" {_from_to(perhaps[0])}{more}."
         )
     return track, shown
+
+
+def _from_to(track: Track) -> str:
+    return f"(frames {track.frame[0]:.0f} to {track.frame[-1]:.0f})"
 
 
 def _doubts(walk: Walk) -> Iterator[str]:

@@ -74,8 +74,8 @@ def _usual(prior: Prior) -> tuple[GaitCycle, np.ndarray]:
 def numbers(walk: Walk, found: Reconstruction) -> dict[str, dict[str, Any]]:
     """Return the numbers of the cycle by name: unit, values with half widths of 95 % bars, the range of walkers.
 
-    A number of either side has ``left``, ``right`` and their ``difference``, and whether it is larger than its bar; one
-    of the walk has ``both``.
+    A number of either side has ``left``, ``right`` and their ``difference``, and whether it is larger than its bar,
+    which is false where the labels are unsure; one of the walk has ``both``.
     """
     cycle, prior = found.cycle, found.fit.objective.prior
     sd = deviations(cycle.slopes, found.posterior.covariance)
@@ -97,7 +97,8 @@ def numbers(walk: Walk, found: Reconstruction) -> dict[str, dict[str, Any]]:
                 "half_width_95": round(abs(factor) * float(half[number]), digits),
             }
             if apart:
-                rows[side]["larger_than_its_bar"] = bool(abs(cycle.values[number]) > half[number])
+                larger = bool(abs(cycle.values[number]) > half[number])
+                rows[side]["larger_than_its_bar"] = larger and not found.labels_unsure
             elif side != "right":
                 middle, wide = factor * usual.values[number] + added, abs(factor) * reach[number]
                 rows["walkers_95"] = [round(float(end), digits) for end in (middle - wide, middle + wide)]

@@ -29,6 +29,8 @@ from pipeline.reconstruct.cycle import HEIGHT_SHARE, LEVEL_95, scale_mm
 from pipeline.skeleton import ANKLES, WALKER15
 from pipeline.storage import tables
 
+NO_PATH = "in place, on a treadmill, or the camera follows"
+"""Locomotion of a walker who does not move through the image as fast as the feet say."""
 RIVAL_COST = 60.0
 """Candidates whose cost is above the best's by less are given as alternatives."""
 SEEN_DEG = 10.0
@@ -242,9 +244,8 @@ def _speed(found: Reconstruction, stride_hz: float, stature_mm: float) -> dict[s
     belt = found.fit.objective.prior.belt
     stride = 2.0 * np.pi * (belt @ found.posterior.walker.ravel())  # mm of ground per cycle
     stature = HEIGHT_MM / HEIGHT_SHARE
-    in_place = "the camera follows" if found.fit.objective.setting.cosines else "treadmill"
     described: dict[str, Any] = {
-        "locomotion": "overground" if found.starts.overground else in_place,
+        "locomotion": "overground" if found.starts.overground else NO_PATH,
         "step_length": {"per_stature": _round(stride / 2.0 / stature, 3)},
         "speed": {"statures_per_s": _round(stride * stride_hz / stature, 3)},
     }
@@ -255,13 +256,14 @@ def _speed(found: Reconstruction, stride_hz: float, stature_mm: float) -> dict[s
 
 
 def _angles(found: Reconstruction, walk: Walk) -> dict[str, Any]:
+    """Ranges of the angles over the frames, and the bar of an angle in a frame, in the mean."""
     angles = np.degrees(found.posterior.angles_rad)
     half = np.degrees(angle_half_widths(walk.calibration, found.posterior.angles_sd_rad, LEVEL_95))
     return {
         name: {
             "least": _round(angles[:, k].min(), 1),
             "most": _round(angles[:, k].max(), 1),
-            "half_width_95": _round(half[:, k].mean(), 1),
+            "mean_half_width_95": _round(half[:, k].mean(), 1),
         }
         for k, name in enumerate(ANGLES)
     }

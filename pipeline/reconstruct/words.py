@@ -64,22 +64,25 @@ def _bars(bars: dict[str, Any]) -> list[str]:
 
 
 def _cycle(summary: dict[str, Any]) -> list[str]:
-    numbers = summary["gait_cycle"]["numbers"]
+    numbers, unsure = summary["gait_cycle"]["numbers"], summary["labels"]["unsure"]
+    named = dict(zip(SIDES, ("one", "the other") if unsure else SIDES, strict=True))
+    stance = [f"{name} {numbers['stance'][side]['value']:g}" for side, name in named.items()]
+    knees = [
+        f"{name} knee {least['value']:g}° (±{least['half_width_95']:g}°) to"
+        f" {most['value']:g}° (±{most['half_width_95']:g}°)"
+        for side, name in named.items()
+        for least, most in [(numbers["least_knee_flexion"][side], numbers["greatest_knee_flexion"][side])]
+    ]
     larger = [
         name.replace("_", " ")
         for name, of in numbers.items()
         if of.get("difference", {}).get("larger_than_its_bar")
     ]
-    stance = [f"{side} {numbers['stance'][side]['value']:g}" for side in SIDES]
-    knees = [
-        f"{side} knee {knee['least']:g} to {knee['most']:g}° (±{knee['half_width_95']:g}°)"
-        for side in SIDES
-        for knee in [summary["angles_deg"][f"{side}_knee"]]
-    ]
+    differ = f"left and right differ by more than the bar in: {', '.join(larger) or 'nothing'}"
     return [
         ", ".join(knees),
         f"stance {', '.join(stance)} % of the cycle, double support {numbers['double_support']['both']['value']:g} %",
-        f"left and right differ by more than the bar in: {', '.join(larger) or 'nothing'}",
+        *([] if unsure else [differ]),
         summary["gait_cycle"]["variability"],
     ]
 
@@ -87,7 +90,6 @@ def _cycle(summary: dict[str, Any]) -> list[str]:
 def _steps(summary: dict[str, Any]) -> list[str]:
     cadence, step, speed = summary["cadence"], summary["step_length"], summary["speed"]
     low, high = cadence["interval_95_steps_per_min"]
-    where = {"overground": "overground", "treadmill": "on a treadmill or in place"}
     length = f"step length {step['per_stature']:g} of the stature"
     length += f" ({step['mm']:g} mm)" if "mm" in step else ""
     length += f", speed {speed['statures_per_s']:g} statures a second"
@@ -95,7 +97,7 @@ def _steps(summary: dict[str, Any]) -> list[str]:
     return [
         f"{cadence['steps_per_min']:g} steps a minute (95 %: {low:g} to {high:g})",
         length,
-        where.get(summary["locomotion"], summary["locomotion"]),
+        summary["locomotion"],
     ]
 
 

@@ -101,6 +101,20 @@ def test_a_reconstruction_is_read_back(
     assert motion.frame_rate_hz == pytest.approx(80)
 
 
+@pytest.mark.parametrize("wanted", [50.0, 40.0])
+def test_a_recording_at_a_lower_rate_is_the_same_motion(tmp_path: Path, wanted: float) -> None:
+    times = np.arange(101) / 100.0
+    path = np.stack([times, times**2, -times], axis=-1)[:, None] * 1000.0
+    trc.write(tmp_path / "a.trc", ["a"], path, 100.0)
+    motion = formats.read(
+        export([str(tmp_path / "a.trc"), f"frame_rate_hz={wanted:g}", f"to={tmp_path / 'b.csv'}"])
+    )
+    at = np.arange(wanted + 1.0) / wanted  # the whole second
+    assert motion.frame_rate_hz == wanted
+    expected = np.stack([at, at**2, -at], axis=-1) * 1000.0
+    np.testing.assert_allclose(motion.positions_mm[:, 0], expected, atol=0.1)
+
+
 def test_a_recording_goes_from_format_to_format(walk: np.ndarray, tmp_path: Path) -> None:
     source = tmp_path / "a.trc"
     holed = walk.copy()

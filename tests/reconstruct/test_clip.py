@@ -17,6 +17,8 @@ from threadpoolctl import threadpool_info, threadpool_limits
 import pipeline
 from pipeline import formats
 from pipeline.cli.export import export
+from pipeline.clips.filmed import lasting
+from pipeline.core.keypoint_walk import errors
 from pipeline.core.keypoint_walk.calibration import ANYBODY, AS_OURS
 from pipeline.core.keypoint_walk.objective import FOCAL_SD, PITCH, TURN
 from pipeline.core.keypoint_walk.tracks import find_tracks
@@ -38,8 +40,9 @@ from pipeline.reconstruct.summary import (
 )
 from pipeline.reconstruct.writing import Output, Reconstruct, run
 from pipeline.skeleton import ANKLES, WALKER15
+from pipeline.synthetic.keypoints import Filming, simulate_keypoints
 from pipeline.validation import InvalidInput
-from tests.core.keypoint_walk.walkers import clip
+from tests.core.keypoint_walk.walkers import RATE, clip, motions
 from tests.reconstruct.walks import ERROR, SIZE, alphapose, given, in_layout
 
 
@@ -94,6 +97,40 @@ def test_two_people_and_another_video_behind(model: Path, tmp_path: Path) -> Non
     assert len(reconstruct_clip(given(path, person="2"), model).track.rows) == len(other)
     with pytest.raises(InvalidInput, match=r"input\.person: there is no such person"):
         reconstruct_clip(given(path, person="7"), model)
+
+
+@pytest.mark.parametrize(("unseen", "one_track"), [(17, True), (60, False)])
+def test_who_is_not_seen_for_a_while_is_the_same_person(
+    unseen: int, one_track: bool, model: Path, tmp_path: Path
+) -> None:
+    positions = lasting(motions()[0], RATE, 7.0)
+    filming = Filming(heading_rad=np.radians(60.0), speed_mm_s=1200.0, distance_mm=(6000.0, 8000.0))
+    sim = simulate_keypoints(np.random.default_rng(0), positions, RATE, filming, ERROR)
+    values, frames = in_layout(sim, "coco17"), len(sim.pixels)
+    first = frames // 3
+    seen = [t for t in range(frames) if not first <= t < first + unseen]
+    rows = [{"image_id": f"{t}.jpg", "keypoints": values[t].ravel().tolist()} for t in seen]
+    path = tmp_path / "a.json"
+    path.write_text(json.dumps(rows), encoding="utf-8")
+    walk = reconstruct_clip(given(path, focal_px=sim.focal_px), model)
+    assert not any("other people" in note for note in walk.notes)
+    if not one_track:
+        assert len(walk.track.rows) == frames - first - unseen
+        sentence = f"Left out is another track, perhaps the same person, of {first} frames (frames 0 to {first - 1})."
+        assert sentence in walk.notes
+        return
+    assert len(walk.track.rows) == frames - unseen
+    assert (walk.best.first_frame, walk.best.last_frame) == (0, frames - 1)
+    assert not any("Left out" in note for note in walk.notes)
+    sentence = (
+        f"The person is not seen in frames {first} to {first + unseen - 1}, and is the same one afterwards"
+    )
+    assert any(note.startswith(sentence) for note in walk.notes)
+    whole = reconstruct_clip(given(alphapose(tmp_path / "b.json", values), focal_px=sim.focal_px), model)
+    assert whole.best.walks
+    both = [one.best.fitted.posterior.positions_mm for one in (walk, whole)]
+    assert both[0].shape == both[1].shape == (frames, 15, 3)
+    assert errors.mean_distance_mm(*both) < 5.0
 
 
 def test_shares_of_the_image_need_its_size(model: Path, tmp_path: Path) -> None:

@@ -62,7 +62,7 @@ def test_angles_stand_under_their_own_names_with_their_own_bars(walk: Walk) -> N
         angle = expected[name]
         assert said[name]["least"] == pytest.approx(angle.min(), abs=0.06)
         assert said[name]["most"] == pytest.approx(angle.max(), abs=0.06)
-        assert said[name]["half_width_95"] == pytest.approx(half[number], abs=0.06)
+        assert said[name]["mean_half_width_95"] == pytest.approx(half[number], abs=0.06)
     assert said["left_hip"]["least"] < 0 < said["left_hip"]["most"]  # extension is negative
 
 
@@ -124,6 +124,54 @@ def test_tables_hold_the_curves_and_the_angles(walk: Walk) -> None:
     assert frames["frame"].tolist() == list(range(walk.best.first_frame, walk.best.last_frame + 1))
 
 
+def test_the_range_of_a_knee_has_the_bars_of_the_table_of_numbers(walk: Walk) -> None:
+    said = summarise(walk)
+    table = cycle.number_rows(said["gait_cycle"]["numbers"])
+    rows = zip(table["number"], table["side"], table["value"], table["half_width_95"], strict=True)
+    bars = {(number, side): (value, half) for number, side, value, half in rows}
+    expected = ", ".join(
+        "{} knee {:g}° (±{:g}°) to {:g}° (±{:g}°)".format(
+            side, *bars["least_knee_flexion", side], *bars["greatest_knee_flexion", side]
+        )
+        for side in ("left", "right")
+    )
+    assert dict(words.facts(said))["Gait cycle"][0] == f"{expected.capitalize()}."
+    assert (
+        "half_width_95" not in said["angles_deg"]["left_knee"]
+    )  # the mean bar of an angle in a frame is another
+
+
+def test_nothing_is_said_of_sides_that_are_unsure(walk: Walk) -> None:
+    calibrations = {  # a hundredth of the bars, so that sides differ
+        whom: Calibration(*(np.full_like(of, 0.01) for of in (one.joints, one.angles, one.cycle, one.view)))
+        for whom, one in walk.calibrations.items()
+    }
+    for unsure in (False, True):
+        found = replace(walk.best.fitted, labels_unsure=unsure)
+        said = summarise(
+            replace(walk, calibrations=calibrations, stretches=(replace(walk.best, found=found),))
+        )
+        numbers = said["gait_cycle"]["numbers"].values()
+        differ = [of["difference"]["larger_than_its_bar"] for of in numbers if "difference" in of]
+        assert any(differ) != unsure
+        sentences = " ".join(dict(words.facts(said))["Gait cycle"]).lower()
+        assert ("left and right differ by more than the bar in: " in sentences) != unsure
+        assert ("left" in sentences or "right" in sentences) != unsure
+        assert ("one knee" in sentences and "the other knee" in sentences) == unsure
+
+
+@pytest.mark.parametrize(("heading_deg", "speed", "locomotion"), [
+    (90.0, 1200.0, "Overground."), (90.0, 0.0, "In place, on a treadmill, or the camera follows."),
+])  # fmt: skip
+def test_who_does_not_cross_the_image_may_be_followed_by_the_camera(
+    heading_deg: float, speed: float, locomotion: str, model: Path, tmp_path: Path
+) -> None:
+    sim = clip(heading_deg, ERROR, speed=speed)
+    path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
+    said = summarise(reconstruct_clip(given(path, focal_px=sim.focal_px), model))
+    assert dict(words.facts(said))["Steps"][-1] == locomotion
+
+
 def test_lengths_are_told_with_their_unit(walk: Walk) -> None:
     said = summarise(replace(walk, stature_mm=0.0))
     assert "1500 mm" in said["units"]
@@ -154,7 +202,7 @@ def test_every_bar_is_of_the_calibration_that_is_named(walk: Walk) -> None:
     assert wide == pytest.approx(2 * narrow, abs=0.2)
     assert one["bars"]["mean_half_width_95_mm"] == other["bars"]["mean_half_width_95_mm"]
     for name in ANGLES:
-        narrow, wide = (said["angles_deg"][name]["half_width_95"] for said in (one, other))
+        narrow, wide = (said["angles_deg"][name]["mean_half_width_95"] for said in (one, other))
         assert wide == pytest.approx(2 * narrow, abs=0.2)
     for joint, narrow in one["half_width_95_mm"].items():
         assert other["half_width_95_mm"][joint] == pytest.approx(2 * np.array(narrow), abs=2)

@@ -13,7 +13,10 @@ JUMP = (0.09, 2.2)
 """Share of the height, and of it per second, that half of a person's joints may move from one frame to the next; who
 moves farther is another one, or another video."""
 GAP_S = 0.5
-"""A person unseen for longer begins anew."""
+"""A track ends where a person is unseen for longer."""
+JOIN_S, JOIN_ROWS, JOIN_OFF, JOIN_SIZE = 1.5, 5, 0.3, 1.2
+"""Longest time that a person is unseen between two joined tracks; fewest detections of either; how far apart their
+paths may be in the middle of that time, in heights; and the largest ratio of their heights."""
 TURN_RAD_S = np.radians(50.0)
 SHORTEST_S = 0.9
 LEAST_STRAIGHT = 0.5
@@ -72,7 +75,7 @@ def _heights(pixels: np.ndarray) -> np.ndarray:
 def find_tracks(
     frame: np.ndarray, identity: np.ndarray, pixels: np.ndarray, frame_rate_hz: float
 ) -> list[Track]:
-    """Tracks of people, the longest first.
+    """Tracks of people, those of the longest part without a gap first.
 
     Parameters
     ----------
@@ -84,10 +87,11 @@ def find_tracks(
     Notes
     -----
     A detection continues the nearest track that ended not long ago, by place and size; one with the same identity is
-    preferred.  Identities are not trusted further: detectors exchange and lose them.
+    preferred.  Identities are not trusted further: detectors exchange and lose them.  Tracks that continue each other
+    after a longer time are joined, see `_joined`.
     """
     height = _heights(pixels)
-    longest_gap = max(round(GAP_S * frame_rate_hz), 1)
+    longest_gap = _gap(frame_rate_hz)
     open_: list[list[int]] = []
     closed: list[list[int]] = []
     for now in np.unique(frame):
@@ -110,12 +114,77 @@ def find_tracks(
                 used_tracks.add(place)
         open_ += [[n] for n in rows if n not in used_rows]
     tracks = []
-    for rows in closed + open_:
-        at = np.array(rows)
+    for at in _joined([np.array(rows) for rows in closed + open_], frame, pixels, height, frame_rate_hz):
         names, counts = np.unique(identity[at], return_counts=True)
         tracks.append(Track(str(names[np.argmax(counts)]), frame[at], at, np.median(height[at])))
-    # Length, then size in the image, then the first frame decide.
-    return sorted(tracks, key=lambda t: (-len(t.rows), -t.height_px, int(t.frame[0])))
+    # Length without a gap, then size in the image, then the first frame decide.
+    return sorted(tracks, key=lambda t: (-_unbroken(t.frame, longest_gap), -t.height_px, int(t.frame[0])))
+
+
+def _unbroken(frame: np.ndarray, longest_gap: int) -> int:
+    """Number of detections of a track's longest part without a longer gap."""
+    ends = np.flatnonzero(np.diff(frame, append=np.inf) > longest_gap)
+    return int(np.diff(ends, prepend=-1).max())
+
+
+def _joined(
+    tracks: list[np.ndarray], frame: np.ndarray, pixels: np.ndarray, height: np.ndarray, frame_rate_hz: float
+) -> list[np.ndarray]:
+    """Rows of each person, from rows of tracks: those that continue each other by place and size are one.
+
+    Both ends, by their place, height and rates, say where a person is in the middle of the time between.  Tracks stay
+    apart where a third, at the same time as one of them, would do as well.
+    """
+    long = [rows for rows in tracks if len(rows) >= JOIN_ROWS]
+    ends = max(_gap(frame_rate_hz), JOIN_ROWS)
+    first, last = (np.array([frame[rows[end]] for rows in long]) for end in (0, -1))
+    begin, finish = (
+        np.reshape([_end(rows[::way], frame, pixels, height, ends) for rows in long], (-1, 2, 3))
+        for way in (1, -1)
+    )
+    after: dict[int, list[int]] = {k: [] for k in range(len(long))}
+    before: dict[int, list[int]] = {k: [] for k in range(len(long))}
+    for k in range(len(long)):
+        unseen = first - last[k]
+        half = unseen[:, None] / 2.0
+        off = finish[k, 0] + half * finish[k, 1] - begin[:, 0] + half * begin[:, 1]
+        size = np.exp(np.maximum(begin[:, 0, 2], finish[k, 0, 2]))
+        near = np.linalg.norm(off[:, :2], axis=1) < JOIN_OFF * size
+        near &= np.abs(off[:, 2]) < np.log(JOIN_SIZE)
+        # Within a shorter time a detection would have continued the track, had it not moved too far.
+        near &= (unseen > _gap(frame_rate_hz)) & (unseen <= JOIN_S * frame_rate_hz)
+        for n in np.flatnonzero(near).tolist():
+            after[k].append(n)
+            before[n].append(k)
+    follows = {}
+    for k, later in after.items():
+        n = min(later, key=lambda n: first[n], default=k)
+        rivals = [m for m in later if m != n and first[m] <= last[n]]
+        rivals += [m for m in before[n] if m != k and last[m] >= first[k]]
+        if n != k and not rivals and last[k] == max(last[before[n]]):
+            follows[k] = n
+    people = [rows for rows in tracks if len(rows) < JOIN_ROWS]
+    for k in sorted(set(after) - set(follows.values())):
+        person = [long[k]]
+        while k in follows:
+            k = follows[k]
+            person.append(long[k])
+        people.append(np.concatenate(person))
+    return people
+
+
+def _end(
+    rows: np.ndarray, frame: np.ndarray, pixels: np.ndarray, height: np.ndarray, count: int
+) -> np.ndarray:
+    """Column, row and logarithm of the height at the first of some rows, and their change per frame (2, 3)."""
+    near = rows[:count]
+    state = np.column_stack([np.nanmedian(pixels[near], axis=1), np.log(height[near])])
+    return np.polyfit(frame[near] - frame[rows[0]], state, 1)[::-1]
+
+
+def _gap(frame_rate_hz: float) -> int:
+    """Frames that a person may be unseen within a track."""
+    return max(round(GAP_S * frame_rate_hz), 1)
 
 
 def moving_parts(pixels: np.ndarray, frame_rate_hz: float) -> list[tuple[int, int]]:

@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.formats.budget import require_points
-from pipeline.formats.contract import damaged, motion_capture, require_joints
+from pipeline.formats.contract import compare_frames, damaged, motion_capture, require_joints
 from pipeline.formats.kinematics import turn
 from pipeline.formats.text import millimetres_in, number, read_numbers, read_text, read_vector
 from pipeline.skeleton.recorded import MotionCapture
@@ -111,8 +111,7 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
             )
         notes.append(f"The frame time {interval[:40]} cannot be used; the frame rate asked for is.")
         seconds = 1.0 / frame_rate_hz
-    if declared != len(rows):
-        notes.append(f"The file declares {declared} frames and has {len(rows)}; all {len(rows)} were read.")
+    compare_frames(declared, len(rows), notes)
     replaced = [
         joint.name
         for joint, offset in zip(joints, offsets_mm, strict=True)

@@ -88,8 +88,9 @@ def write(path: Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate
         "<BBHHHHHfHHf", 2, 80, points, 0, 1, min(frames, _COUNTER), 0, -1.0, data_block, 0, frame_rate_hz
     )
     data = samples.tobytes()
-    padded = data.ljust(-(-len(data) // BLOCK) * BLOCK, b"\0")
-    path.write_bytes(header.ljust(BLOCK, b"\0") + section + padded)
+    if frames < _COUNTER:  # of more, some readers take frames up to the end of the file
+        data = data.ljust(-(-len(data) // BLOCK) * BLOCK, b"\0")
+    path.write_bytes(header.ljust(BLOCK, b"\0") + section + data)
 
 
 def _integers(name: str, values: Sequence[int]) -> tuple[str, bytes]:

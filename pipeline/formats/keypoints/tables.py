@@ -17,7 +17,9 @@ from pipeline.formats.keypoints.people_json import frames_by_name, load, setting
 from pipeline.formats.points import trc
 from pipeline.formats.points.cells import Rows
 from pipeline.formats.points.csv.table import UNSURE, coordinates, read_table, role_of
+from pipeline.formats.points.even_times import frames_of
 from pipeline.formats.text import number
+from pipeline.validation import InvalidInput
 
 _CONFIDENCE = ("confidence", "score", "visibility", "likelihood", "conf", "vis", "prob", "c", "p", "v")
 
@@ -70,6 +72,7 @@ def read_csv(path: Path) -> Detections:
         frames, rate = timed(table, roles["time"], None if unnumbered else frames, rate)
     elif "frame" not in roles:
         table.notes.append("Rows are taken as frames, there being no column frame.")
+    _note_cut(frames, table.notes)
     points = np.ones((len(rows), len(names), 3))
     for k, of in enumerate(columns.values()):
         read = [of[kind] for kind in "xyc" if kind in of]
@@ -86,6 +89,15 @@ def read_csv(path: Path) -> Detections:
     kind = "mediapipe" if set(MEDIAPIPE) <= set(names) else "csv"
     return detections(kind, table.where, found, int(frames.max()) + 1, names=names, frame_rate_hz=rate,
                       image_size=size, notes=table.notes)  # fmt: skip
+
+
+def _note_cut(frames: np.ndarray, notes: list[str]) -> None:
+    """Note that fewer rows are of the last frame than of any other: the file may be cut."""
+    *others, last = np.unique(frames, return_counts=True)[1].tolist()
+    if others and last < min(others):
+        notes.append(
+            f"The last frame has {last} rows, every other {min(others)} or more: the file may be cut."
+        )
 
 
 def _split_points(table: Rows) -> None:
@@ -163,17 +175,17 @@ def read_trc(path: Path) -> Detections:
     if units not in ("px", "pixel", "pixels"):
         raise damaged("the points of this TRC file are not in pixels", f"{path.name}, Units in line 3",
                       "px, as Sports2D writes with save_px", units or "nothing")  # fmt: skip
-    values = table.positions
+    values, rate, notes = table.positions, table.rate, table.rows.notes
     values[..., 2] = 1.0
-    rows = [(n, "", points) for n, points in enumerate(values)]
+    frames = np.arange(float(len(values)))
+    if np.isfinite(table.times).all():
+        try:
+            frames, rate = frames_of(table.times, rate, table.rows.place, notes)
+        except InvalidInput as error:
+            notes.append(f"The times are not used: {error}.")
+    rows = [(frame, "", points) for frame, points in zip(frames.round(5).tolist(), values, strict=True)]
     return detections(
-        "trc",
-        path.name,
-        rows,
-        len(values),
-        names=table.names,
-        frame_rate_hz=table.rate or 0.0,
-        notes=table.notes,
+        "trc", path.name, rows, int(frames[-1]) + 1, names=table.names, frame_rate_hz=rate or 0.0, notes=notes
     )
 
 

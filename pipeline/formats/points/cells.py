@@ -32,6 +32,8 @@ class Rows:
     decimal_comma : bool
     header : list of str
         Titles of the columns; empty if they have none.
+    settings : dict of str to float
+        Numbers that the lines above the titles state, by their names in small letters.
     """
 
     where: str
@@ -40,6 +42,7 @@ class Rows:
     notes: list[str]
     decimal_comma: bool = False
     header: list[str] = field(default_factory=list)
+    settings: dict[str, float] = field(default_factory=dict)
 
     def place(self, row: int) -> str:
         """File and line of a row."""

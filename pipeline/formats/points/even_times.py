@@ -8,6 +8,7 @@ import numpy as np
 
 from pipeline.formats.budget import require_points
 from pipeline.formats.contract import damaged
+from pipeline.validation import InvalidInput
 
 _GAP = 2.5
 """Intervals longer than so many typical ones are gaps: nothing is interpolated across them."""
@@ -16,7 +17,9 @@ _ENOUGH = 10_000
 _APART = 8
 """Rows between which frames are counted, at most."""
 _SKIPPED = 10
-"""Frames from row to row that are no gaps: the times contradict the rate that is declared."""
+"""Frames from row to row that are no gaps: uneven times contradict the rate that is declared."""
+_TOLERANCE = 0.01
+"""Share by which the rate of the times may differ from the rate that is declared."""
 
 _UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "ticks of 100 ns": 1e7, "nanoseconds": 1e9}
 _LONGEST = {"milliseconds": 1.5e3, "microseconds": 5e4, "ticks of 100 ns": 2e6, "nanoseconds": np.inf}
@@ -88,7 +91,8 @@ def frames_of(
     times_s : (T,) float64
         Seconds of the rows.
     declared_hz : float or None
-        Frames per second that the file declares.
+        Frames per second that the file declares.  The rate of the times counts where rows are a whole number of these
+        frames apart throughout: the recording was decimated, and the header was not changed.
     place : callable
         Where in the file the n-th row stands, for errors.
     notes : list of str
@@ -110,20 +114,27 @@ def frames_of(
     # Times that are uniform as they are printed are exact.
     rounding = _rounding(times_s) if np.abs(steps / steps.mean() - 1).max() > 1e-6 else 0.0
     rate = declared_hz or _rate(times_s, rounding)
+    frames, off = _whole_frames(steps, rate)
+    if declared_hz is not None and len(frames) > 1 and (usual := np.median(frames)) > 1:
+        own = _rate(times_s, rounding)
+        apart = max(round(rate / own), 1)
+        # Rows that are lost again and again leave some that are one frame apart, or two and three.
+        decimated = apart > 1 and _whole_frames(steps, own)[1].max() <= _allowance(rounding, own)
+        whole = abs(rate / own / apart - 1) <= _TOLERANCE + rounding / duration
+        if not whole if decimated else usual > _SKIPPED and len(frames) > 2:
+            raise _contradiction(place, rate, own)
+        if decimated:
+            rate /= apart
+            frames, off = _whole_frames(steps, rate)
+            notes.append(
+                f"Rows are {apart} frames apart throughout: their rate, {rate:g} Hz, counts, "
+                f"not {declared_hz:g} Hz as the header or the option says."
+            )
     if not 1 <= rate <= 1e6:
         raise damaged("the times are not in seconds", place(1), "1 Hz or more", f"{rate:g} Hz")
-    frames = np.maximum(np.round(steps * rate), 1)
-    off = np.abs(steps * rate - frames)
     span = frames.sum()
-    if len(frames) > 2 and (skipped := np.median(frames)) > _SKIPPED:
-        span /= skipped
-    if declared_hz is not None and abs(span / (duration * rate) - 1) > 0.01 + rounding * rate / span:
-        raise damaged(
-            "the times contradict the frame rate of the header or the option",
-            place(1),
-            f"{rate:g} Hz",
-            f"{span / duration:.4g} Hz",
-        )
+    if declared_hz is not None and abs(span / (duration * rate) - 1) > _TOLERANCE + rounding * rate / span:
+        raise _contradiction(place, rate, span / duration)
     doubt = rounding / duration
     if declared_hz is None and off.max() > 1e-6 and doubt > 0.01:
         raise damaged(
@@ -132,7 +143,7 @@ def frames_of(
             "the option frame_rate_hz, or a rate in the header",
             f"{rate:.4g} Hz give or take {100 * doubt:.2g} %",
         )
-    even = off.max() <= 0.02 + 1.1 * rounding * rate
+    even = off.max() <= _allowance(rounding, rate)
     if declared_hz is None:
         rate = _whole(span / duration if even else rate, doubt)
     if even:
@@ -142,6 +153,26 @@ def frames_of(
         f"they were resampled to {rate:.6g} Hz."
     )
     return (times_s - times_s[0]) * rate, rate
+
+
+def _whole_frames(steps: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
+    """Whole frames (T,) nearest to steps in seconds, one or more each, and how far off the steps are (T,)."""
+    frames = np.maximum(np.round(steps * rate), 1)
+    return frames, np.abs(steps * rate - frames)
+
+
+def _allowance(rounding: float, rate: float) -> float:
+    """Share of a frame by which even times may be off."""
+    return 0.02 + 1.1 * rounding * rate
+
+
+def _contradiction(place: Callable[[int], str], declared_hz: float, times_hz: float) -> InvalidInput:
+    return damaged(
+        "the times contradict the frame rate of the header or the option",
+        place(1),
+        f"{declared_hz:g} Hz",
+        f"{times_hz:.4g} Hz",
+    )
 
 
 def _rate(times_s: np.ndarray, rounding: float) -> float:

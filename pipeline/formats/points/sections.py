@@ -9,13 +9,12 @@ from __future__ import annotations
 import csv
 import io
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from pipeline.formats.budget import require_memory
-from pipeline.formats.contract import damaged, leave_out_placeholders, motion_capture
+from pipeline.formats.contract import compare_frames, damaged, leave_out_placeholders, motion_capture
 from pipeline.formats.points.cells import Rows
 from pipeline.formats.points.even_times import at_equal_intervals
 from pipeline.formats.text import millimetres_in, number, read_text, unit_of
@@ -70,6 +69,7 @@ class _Lines:
         except csv.Error as error:
             raise damaged("the quoting is broken", where) from error
         self.where, self.notes, self.ended = where, notes, text.endswith("\n")
+        self.declared = np.nan  # number of frames
         if separator != ",":
             self.cells = [[cell.replace(",", ".") for cell in row] for row in self.cells]
 
@@ -96,6 +96,7 @@ class _Lines:
         every = [*leading.values(), *columns]
         numbers = self._numbers(first, every, max(*every, width - 1))
         positions = numbers[:, len(leading) :].reshape(len(numbers), -1, 3) * millimetres
+        compare_frames(self.declared, len(numbers), self.notes)
         if zero_is_missing:
             positions[(positions == 0).all(axis=-1)] = np.nan
         leave_out_placeholders(positions, self.notes, millimetres)
@@ -114,7 +115,7 @@ class _Lines:
             if wrong.size:
                 raise damaged("the frame number does not follow the line before", place(int(wrong[0])))
             times = (counter - counter[0]) / rate
-            positions = at_equal_intervals(times, positions, rate, place, self.notes)[0]
+            positions, rate = at_equal_intervals(times, positions, rate, place, self.notes)
         return motion_capture(names, positions, rate, unit, self.notes)
 
     def _numbers(self, first: int, columns: list[int], last: int) -> np.ndarray:
@@ -203,12 +204,8 @@ def _qualisys(lines: _Lines, frame_rate_hz: float | None, units: str | None) -> 
     unit = units or "mm"
     millimetres = millimetres_in(unit, lines.where)
     titled = {title: k for k, title in enumerate(leading)}
-    found = lines.motion(names, first, columns, titled, rate, unit, millimetres, zero_is_missing=True)
-    frames = number((settings.get("NO_OF_FRAMES") or [""])[0])
-    if not np.isfinite(frames) or frames == len(found.valid):
-        return found
-    note = f"The file declares {frames:g} frames and has {len(found.valid)}; all were read."
-    return replace(found, notes=(*found.notes, note))
+    lines.declared = number((settings.get("NO_OF_FRAMES") or [""])[0])
+    return lines.motion(names, first, columns, titled, rate, unit, millimetres, zero_is_missing=True)
 
 
 def _optitrack(lines: _Lines, units: str | None) -> MotionCapture:
@@ -249,4 +246,5 @@ def _optitrack(lines: _Lines, units: str | None) -> MotionCapture:
     ]
     wanted = [column for found in whole.values() for column in found]
     rate = declared if 0 < declared < 1e6 else None
+    lines.declared = number(settings.get("Total Exported Frames", ""))
     return lines.motion(names, at + 1, wanted, {"time": 1}, rate, unit, millimetres, len(lines.cells[at]))

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from pipeline.formats.contract import LARGEST, damaged, leave_out_placeholders, motion_capture
+from pipeline.formats.contract import LARGEST, compare_frames, damaged, leave_out_placeholders, motion_capture
 from pipeline.formats.points.cells import Rows, positions_to_write
 from pipeline.formats.points.even_times import at_equal_intervals
 from pipeline.formats.text import millimetres_in, number, read_text, unit_of
@@ -40,9 +40,8 @@ class Table:
         Seconds, NaN where blank.
     positions : (R, P, 3) float64
         In the unit of the file, NaN where blank.
-    place : callable
-        Where in the file a row stands.
-    notes : list of str
+    rows : Rows
+        The lines below the header, and notes.
     """
 
     settings: dict[str, str]
@@ -50,8 +49,7 @@ class Table:
     names: tuple[str, ...]
     times: np.ndarray
     positions: np.ndarray
-    place: Callable[[int], str]
-    notes: list[str]
+    rows: Rows
 
 
 _AXIS = re.compile(r"[XYZ]\d*", re.IGNORECASE)
@@ -85,15 +83,16 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     stated = unit_of(table.settings.get("units", "")) or units
     unit = stated or "mm"
     positions = table.positions * millimetres_in(unit, f"{where}, Units in line 3")
-    leave_out_placeholders(positions, table.notes)
+    notes = table.rows.notes
+    leave_out_placeholders(positions, notes)
     rate = table.rate
     if np.isnan(table.times).all():
         rate = rate or frame_rate_hz
         if rate is None:
             raise damaged("the frame rate is unknown", f"{where}, column Time", "the option frame_rate_hz")
     else:
-        positions, rate = at_equal_intervals(table.times, positions, rate, table.place, table.notes)
-    return motion_capture(table.names, positions, rate, unit, table.notes, units_assumed=not stated)
+        positions, rate = at_equal_intervals(table.times, positions, rate, table.rows.place, notes)
+    return motion_capture(table.names, positions, rate, unit, notes, units_assumed=not stated)
 
 
 def read_table(path: Path) -> Table:
@@ -125,8 +124,7 @@ def read_table(path: Path) -> Table:
     count = len(rows.cells)
     if not count:
         raise damaged("the file has no frames", where, "lines of numbers after the header")
-    if np.isfinite(frames) and frames != count:
-        notes.append(f"The file declares {frames:g} frames and has {count}; all {count} were read.")
+    compare_frames(frames, count, notes)
     declared = number(settings.get("nummarkers", ""))
     names, columns = _markers(cells(lines[3]), axes, rows, declared)
     if np.isfinite(declared) and declared != len(names):
@@ -140,7 +138,7 @@ def read_table(path: Path) -> Table:
         )
     numbers = rows.numbers([0, 1, *columns])
     positions = numbers[:, 2:].reshape(count, len(names), 3)
-    return Table(settings, rate, names, numbers[:, 1], positions, rows.place, notes)
+    return Table(settings, rate, names, numbers[:, 1], positions, rows)
 
 
 def write(path: Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate_hz: float) -> None:

@@ -7,8 +7,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from pipeline.core.fourier import cycle_basis
 from pipeline.core.keypoint_walk import verdict as verdicts
-from pipeline.core.keypoint_walk.verdict import judge
+from pipeline.core.keypoint_walk.path import TRUNK
+from pipeline.core.keypoint_walk.training import BLOCKS, HEIGHT_MM
+from pipeline.core.keypoint_walk.verdict import FORGETS_S, bounce, judge
 from pipeline.core.sagittal_angles import ANGLES
 
 SURE = {
@@ -68,3 +71,37 @@ def test_every_threshold_parts_what_is_below_from_what_is_above(
     )
     assert found.verdict == verdict
     assert [words in reason for reason in found.reasons] == [True] * (verdict != "walk")
+
+
+def seen_trunk(times: np.ndarray, rise: float, noise_px: np.ndarray) -> SimpleNamespace:
+    """A trunk that rises `rise` times as far as the average walker's 30 mm, 0.9 strides a second, at half the size."""
+    mean = np.zeros((15, 3, BLOCKS))
+    mean[TRUNK, 2, 3] = 30.0
+    phases = 2.0 * np.pi * 0.9 * times
+    up = 15.0 * rise * cycle_basis(phases, BLOCKS)[:, 3] + noise_px
+    filmed = np.zeros((len(times), 15, 2))
+    filmed[..., 1] = -up[:, None]
+    return SimpleNamespace(
+        fit=SimpleNamespace(
+            times=times,
+            phases_rad=phases,
+            objective=SimpleNamespace(prior=SimpleNamespace(model=SimpleNamespace(mean=mean))),
+        ),
+        filmed_px=filmed,
+        keypoints=SimpleNamespace(weights=np.ones((len(times), 15))),
+        height_px=HEIGHT_MM / 2.0,
+    )
+
+
+@pytest.mark.parametrize("rise", [1.0, 0.0, -2.0])
+def test_a_bounce_is_raised_by_twice_its_standard_error(rise: float) -> None:
+    times = FORGETS_S * np.arange(80)  # every error is another
+    assert bounce(seen_trunk(times, rise, np.zeros(80))) == pytest.approx(rise, abs=1e-9)  # type: ignore[arg-type]
+    generator = np.random.default_rng(0)
+    noise = generator.normal(scale=20.0, size=(400, 80))
+    found = np.array([bounce(seen_trunk(times, rise, one)) for one in noise])  # type: ignore[arg-type]
+    assert (found.mean() - rise) / found.std() == pytest.approx(2.0, abs=0.3)
+    # Frames between, with the same errors, say nothing more.
+    twice = np.sort(np.concatenate([times, times + 1e-6]))
+    again = bounce(seen_trunk(twice, rise, np.repeat(noise[0], 2)))  # type: ignore[arg-type]
+    assert again == pytest.approx(found[0], abs=1e-3)

@@ -56,6 +56,23 @@ def test_joints_are_known_again_by_their_names(walk: np.ndarray, names: Names, t
     assert off.max() < 140
 
 
+@pytest.mark.parametrize(("names", "share"), [(Names.ours, 1.0), (Names.mixamo, 0.6), (Names.rokoko, 0.6)])
+def test_the_head_is_its_centre_in_our_names_and_the_base_of_the_skull_in_others(
+    walk: np.ndarray, names: Names, share: float, tmp_path: Path
+) -> None:
+    made = character(walk, names)
+    called = ("head", "head_end", "pelvis") if share == 1.0 else ("Head", "HeadEnd", "Hips")
+    head, end, hips = map(made.names.index, called)
+    sternum, centre, pelvis = (walk[:, J[joint]] for joint in ("sternum", "head", "pelvis"))
+    lift = made.positions[:, hips] - pelvis
+    np.testing.assert_allclose(made.positions[:, head] - lift, sternum + share * (centre - sternum))
+    np.testing.assert_allclose(made.positions[:, end] - lift, sternum + 1.4 * (centre - sternum))
+    read = bvh.read(written(walk, names, tmp_path / "a.bvh"))
+    place = read.names.index(made.names[head])
+    off = np.linalg.norm(read.positions_mm[:, place] - made.positions[:, head], axis=-1)
+    assert off.max() < 10.0  # limbs of constant length
+
+
 def test_one_root_turns_and_moves_and_the_rest_turns(walk: np.ndarray, tmp_path: Path) -> None:
     text = written(walk, Names.mixamo, tmp_path / "a.bvh").read_text(encoding="utf-8")
     assert text.count("ROOT ") == 1

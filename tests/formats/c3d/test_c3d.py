@@ -446,6 +446,19 @@ def test_files_that_ezc3d_writes(tmp_path: Path, points: int, channels: int) -> 
     assert (~c3d.read(path).valid).sum() == 1
 
 
+@pytest.mark.parametrize("frames", [65_535, 70_000])
+def test_ezc3d_reads_all_frames_of_a_long_recording(tmp_path: Path, frames: int) -> None:
+    ezc3d = pytest.importorskip("ezc3d")
+    positions = np.arange(3.0 * frames).reshape(frames, 1, 3)
+    c3d.write(path := tmp_path / "long.c3d", ["a"], positions, 100.0)
+    np.testing.assert_array_equal(ezc3d_points(path)[0], positions)
+    np.testing.assert_array_equal(c3d.read(path).positions_mm, positions)
+    last = ezc3d.c3d(str(path))["parameters"]["TRIAL"]["ACTUAL_END_FIELD"]["value"]
+    assert (last.astype(np.uint16) @ [1, 1 << 16]) == frames
+    # The 16 bits of the header hold their largest number: readers take it as a count that does not fit.
+    assert struct.unpack_from("<HH", path.read_bytes(), 6) == (1, 65_535)
+
+
 @pytest.mark.skipif(not os.environ.get("MOCAP_MIRROR"), reason="needs the recordings: set MOCAP_MIRROR")
 def test_real_recordings_agree_with_ezc3d_to_the_bit() -> None:
     mirror = Path(os.environ["MOCAP_MIRROR"])

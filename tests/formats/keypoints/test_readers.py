@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pipeline.formats import keypoints
+from pipeline.formats.keypoints import detections
 from pipeline.formats.keypoints.people_json import frames_by_name, identity_of
 from pipeline.validation import InvalidInput
 
@@ -700,6 +701,60 @@ def test_trc_in_pixels_and_no_other(tmp_path: Path) -> None:
     path.write_text(head.format(unit="m"), encoding="utf-8")
     with pytest.raises(InvalidInput, match="not in pixels"):
         keypoints.read(path)
+
+
+def test_trc_in_pixels_whose_rows_are_two_frames_apart(tmp_path: Path) -> None:
+    head = (
+        "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n60\t60\t20\t1\tpx\n"
+        "Frame#\tTime\tLKnee\t\t\n\t\tX1\tY1\tZ1\n"
+    )
+    path = tmp_path / "a.trc"
+    path.write_text(head + "".join(f"{2 * k}\t{k / 30}\t{k}\t6\t0\n" for k in range(20)), encoding="utf-8")
+    found = keypoints.read(path)
+    assert (found.frame_rate_hz, found.n_frames, found.frame.tolist()) == (30.0, 20, list(range(20)))
+    assert found.notes == (
+        "Rows are 2 frames apart throughout: their rate, 30 Hz, counts, not 60 Hz as the header or the option says.",
+    )
+    path.write_text(head + "1\t0.1\t5\t6\t0\n2\t0.1\t7\t8\t0\n", encoding="utf-8")
+    found = keypoints.read(path)
+    assert (found.frame_rate_hz, found.n_frames) == (60.0, 2)
+    assert any(note.startswith("The times are not used: a.trc, line 7: ") for note in found.notes)
+
+
+@pytest.mark.parametrize("people", [1, 2])
+def test_a_table_whose_last_frame_is_cut(tmp_path: Path, people: int) -> None:
+    points = ("left_knee", "right_knee", "left_hip", "right_hip")
+    rows = [
+        f"{frame},{who},{point},{frame + 10 * k + 1},{who + 2}\n"
+        for frame in range(6)
+        for who in range(people)
+        for k, point in enumerate(points)
+    ]
+    path, whole = tmp_path / "a.csv", "frame,person,keypoint,x,y\n" + "".join(rows)
+    path.write_text(whole, encoding="utf-8")
+    assert keypoints.read(path).notes == ()
+    path.write_text(whole.removesuffix("".join(rows[-3:])), encoding="utf-8")
+    found = keypoints.read(path)
+    rest, every = 4 * people - 3, 4 * people
+    assert found.notes == (
+        f"The last frame has {rest} rows, every other {every} or more: the file may be cut.",
+    )
+    assert found.n_frames == 6
+
+
+@pytest.mark.parametrize(
+    ("frames", "stated", "expected"),
+    [([0, 2], 3, 3), ([0, 2], 9, 9), ([0, 2], 1, 3), ([0.0, 1.2, 2.7], 2, 3), ([4], 0, 5)],
+)
+def test_a_film_has_the_frames_that_are_stated_or_that_hold_people(
+    frames: list[float], stated: int, expected: int
+) -> None:
+    rows = [(frame, "", np.column_stack([POINTS, np.ones(17)])) for frame in frames]
+    unseen = (7.0, "", np.zeros((17, 3)))  # a row without a keypoint is a frame, too
+    found = detections("csv", "a.csv", rows, stated)
+    assert (found.n_frames, found.frame.tolist()) == (expected, frames)
+    found = detections("csv", "a.csv", [*rows, unseen], stated)
+    assert (found.n_frames, found.frame.tolist()) == (max(expected, 8), frames)
 
 
 def test_an_array(tmp_path: Path) -> None:

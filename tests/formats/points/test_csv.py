@@ -236,6 +236,23 @@ def test_tracks_of_bts() -> None:
     assert_is_the_example(formats.read(FIXTURES / "emt_two_markers.emt"))
 
 
+BTS = (FIXTURES / "emt_two_markers.emt").read_text(encoding="utf-8")
+
+
+def test_tracks_of_bts_that_were_cut(tmp_path: Path) -> None:
+    motion = read(tmp_path, "".join(BTS.splitlines(keepends=True)[:-1]))
+    np.testing.assert_array_equal(motion.positions_mm, EXPECTED[:2])
+    assert motion.notes == ("The file declares 3 frames and has 2; all 2 were read.",)
+
+
+def test_tracks_of_bts_that_were_decimated(tmp_path: Path) -> None:
+    motion = read(tmp_path, BTS.replace("100 Hz", "500 Hz"))
+    assert_is_the_example(motion)
+    assert motion.notes == (
+        "Rows are 5 frames apart throughout: their rate, 100 Hz, counts, not 500 Hz as the header or the option says.",
+    )
+
+
 def test_signs_at_the_end_tell_points_apart(tmp_path: Path) -> None:
     names = [f"{axis}_{name}" for name in ("A", "A-") for axis in "xyz"]
     motion = read(tmp_path, f"time,{','.join(names)}\n0,1,2,3,4,5,6\n0.01,1,2,3,4,5,6\n")
@@ -277,12 +294,17 @@ def test_ticks_and_nanoseconds_and_what_may_be_two_units(tmp_path: Path) -> None
     )
 
 
-def test_a_rate_of_which_most_frames_would_be_missing_contradicts_the_times(tmp_path: Path) -> None:
+def test_a_rate_of_which_most_frames_would_be_missing_gives_way_to_the_times(tmp_path: Path) -> None:
     text = WIDE.replace("0.01", "0.75").replace("0.02", "1.5") + "2.25" + WIDE.splitlines()[-1][4:] + "\n"
-    with pytest.raises(
-        InvalidInput, match=r"contradict the frame rate .*expected 120 Hz, received 1\.333 Hz"
-    ):
-        read(tmp_path, text, frame_rate_hz=120.0)
+    motion = read(tmp_path, text, frame_rate_hz=120.0)
+    assert (motion.frame_rate_hz, len(motion.valid)) == (pytest.approx(1 / 0.75), 4)
+    assert motion.notes == (
+        "Rows are 90 frames apart throughout: their rate, 1.33333 Hz, counts, "
+        "not 120 Hz as the header or the option says.",
+    )
+    uneven = "time,a_x,a_y,a_z\n" + "".join(f"{t},{t},0,0\n" for t in (0.0, 0.091, 0.2, 0.313, 0.398, 0.5))
+    with pytest.raises(InvalidInput, match=r"contradict the frame rate .*expected 1000 Hz"):
+        read(tmp_path, uneven, frame_rate_hz=1000.0)
 
 
 @pytest.mark.parametrize("unit", MILLIMETRES)

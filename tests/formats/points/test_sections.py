@@ -101,6 +101,46 @@ def test_frames_without_a_line_are_missing(tmp_path: Path) -> None:
     assert motion.notes == ("2 frames have no row and are missing.",)
 
 
+QUALISYS_WITH_TIMES = "".join(
+    f"{k + 1}\t{k / 60:.5f}\t{line}" if (k := n - 10) >= 0 else line
+    for n, line in enumerate(QUALISYS.splitlines(keepends=True))
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "suffix"),
+    [
+        (NEXUS.replace("696,", "697,").replace("697,0,2,", "699,0,2,"), ".csv"),
+        (QUALISYS_WITH_TIMES, ".tsv"),
+        (OPTITRACK.replace("0.016667", "0.033333").replace("0.008333", "0.016667"), ".csv"),
+    ],
+)
+def test_rows_that_are_two_frames_apart_have_half_the_rate_of_the_header(
+    text: str, suffix: str, tmp_path: Path
+) -> None:
+    motion = read(tmp_path, text, suffix)
+    top = next(k for k, name in enumerate(motion.names) if name.endswith("Top"))
+    np.testing.assert_array_equal(motion.positions_mm[:, top], TOP)
+    assert motion.frame_rate_hz == 60.0
+    assert motion.notes == (
+        "Rows are 2 frames apart throughout: their rate, 60 Hz, counts, not 120 Hz as the header or the option says.",
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "suffix"),
+    [
+        (QUALISYS, ".tsv"),
+        (OPTITRACK.replace("Rotation Type", "Total Exported Frames,3,Rotation Type"), ".csv"),
+    ],
+)
+def test_frames_that_are_declared_and_absent_are_noted(text: str, suffix: str, tmp_path: Path) -> None:
+    assert read(tmp_path, text, suffix).notes == ()
+    motion = read(tmp_path, "".join(text.splitlines(keepends=True)[:-1]), suffix)
+    assert len(motion.valid) == 2
+    assert motion.notes == ("The file declares 3 frames and has 2; all 2 were read.",)
+
+
 @pytest.mark.parametrize("text", [NEXUS, QUALISYS, OPTITRACK])
 def test_a_cut_table_is_refused_or_says_so(text: str, tmp_path: Path) -> None:
     for size in range(len(text) - 1):

@@ -269,6 +269,40 @@ def test_a_missing_line_is_a_missing_frame(tmp_path: Path) -> None:
     np.testing.assert_array_equal(told.valid, motion.valid)
 
 
+@pytest.mark.parametrize("apart", [2, 3, 10, 40])
+@pytest.mark.parametrize("rate", [100.0, 240.0, 119.88])
+@pytest.mark.parametrize("decimals", [3, 9])
+def test_rows_that_are_whole_frames_apart_have_the_rate_of_their_times(
+    tmp_path: Path, apart: int, rate: float, decimals: int
+) -> None:
+    times = np.round(apart * np.arange(40) / rate, decimals)
+    motion = read(tmp_path, line(times, rate=f"{rate:g}"))
+    assert motion.frame_rate_hz == pytest.approx(rate / apart)
+    assert motion.valid.all()
+    np.testing.assert_allclose(motion.positions_mm[:, 0, 0], times)
+    assert motion.notes == (
+        f"Rows are {apart} frames apart throughout: their rate, {rate / apart:g} Hz, counts, "
+        f"not {rate:g} Hz as the header or the option says.",
+    )
+    lost = read(tmp_path, line(np.delete(times, [5, 6]), rate=f"{rate:g}"))
+    assert lost.frame_rate_hz == pytest.approx(rate / apart)
+    assert np.flatnonzero(~lost.valid.all(axis=1)).tolist() == [5, 6]
+
+
+def test_times_of_no_whole_number_of_frames_contradict_the_header(tmp_path: Path) -> None:
+    for rate, decimals in ((250, 9), (1000, 3)):  # 2.08 and 8.33 frames apart
+        times = np.round(np.arange(40) / 120, decimals)
+        with pytest.raises(InvalidInput, match=rf"expected {rate} Hz, received 120"):
+            read(tmp_path, line(times, rate=str(rate)))
+
+
+def test_rows_that_are_lost_again_and_again_leave_the_rate_of_the_header(tmp_path: Path) -> None:
+    frames = np.cumsum(np.tile([2, 3, 2, 4], 10))
+    motion = read(tmp_path, line(frames / 128, rate="128"))
+    assert motion.frame_rate_hz == 128.0
+    assert np.flatnonzero(motion.valid.all(axis=1)).tolist() == (frames - 2).tolist()
+
+
 def test_nothing_is_interpolated_across_a_gap_between_uneven_times(tmp_path: Path) -> None:
     steps = np.random.default_rng(3).uniform(0.008, 0.014, 60)
     steps[30] = 0.1

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.formats.budget import require_points
-from pipeline.formats.contract import damaged, leave_out_placeholders, motion_capture
+from pipeline.formats.contract import compare_frames, damaged, leave_out_placeholders, motion_capture
 from pipeline.formats.points.cells import Rows, positions_to_write
 from pipeline.formats.points.csv import bids
 from pipeline.formats.points.csv.table import (
@@ -42,7 +42,8 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     path : Path
     frame_rate_hz : float, optional
         Needed if the table has no column of times, and enough for a wide one that has no numbers of frames either;
-        must agree with the times within 1 % if it has, which are resampled to it if they are uneven.
+        must agree with the times within 1 % if it has, which are resampled to it if they are uneven; the times count
+        where rows are a whole number of its frames apart throughout.
     units : str, optional
         Unit of length if the table names none; ``"mm"`` if not given.
 
@@ -59,13 +60,16 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     """
     if (motion := exported(path, frame_rate_hz, units)) is not None:
         return motion
-    titles, rate = bids.titles_and_rate(path)
-    frame_rate_hz = rate or frame_rate_hz
+    titles, stated = bids.titles_and_rate(path)
     table = read_table(path, titles)
+    frequency = table.settings.get("frequency", np.inf)
+    frame_rate_hz = stated or frame_rate_hz or (frequency if 0 < frequency < 1e6 else None)
     columns = read_header(table, rate_is_given=frame_rate_hz is not None)
     unit = unit_of_length(table, columns, "mm" if units is None else units)
     millimetres = millimetres_in(unit, table.where)
     times, first, index = _frames(table, columns, frame_rate_hz)
+    declared = (table.settings[key] for key in ("frames", "no_of_frames") if key in table.settings)
+    compare_frames(next(declared, np.nan), len(times), table.notes)
     names, point = _points(table, columns)
     values = table.numbers([column for axes in columns.axes.values() for column in axes.values()]).reshape(
         -1, 3

@@ -53,6 +53,8 @@ UNSURE = re.compile(
 """Titles that mean something else where another column has their role."""
 _MOST_ABOVE = 50
 """Lines of words in front of the header."""
+_SETTING = re.compile(r"\W*([A-Za-z][\w ]*?) *[:=\t;,][:=\s;,]*([^\s;]+)")
+"""Name and value of a setting in a line above the header, as ``Frames: 3``."""
 _ZONE = re.compile(r"(Z|[+-]\d\d:?\d\d)$")
 _QUOTED = re.compile(r"(?<=[(\s])'([^']*)'(?=[,)])")
 _BRACKETED = re.compile(r"[ _.]?[(\[] *(\w+) *[)\]](?=$|[ _.]?[(\[])")
@@ -138,7 +140,9 @@ def read_table(path: Path, titles: str = "") -> Rows:
     where = path.name
     text, notes = read_text(path)
     begin, titled, delimiter = _begin((titles + text).split("\n"))
-    text = "\n".join((titles + text).split("\n")[begin:])
+    above, text = (titles + text).split("\n")[:begin], "\n".join((titles + text).split("\n")[begin:])
+    stated = [found.groups() for line in above if (found := _SETTING.match(line[:200]))]
+    settings = {name.lower(): number(value.strip(',"').replace(",", ".")) for name, value in stated}
     begin -= bool(titles)
     if delimiter == " ":
         text = "\n".join(" ".join(line.split()) for line in text.split("\n"))
@@ -161,7 +165,7 @@ def read_table(path: Path, titles: str = "") -> Rows:
     # Titles of several lines may be written as ('nose', 'x').
     words = [["_".join(_QUOTED.findall(cell)) or cell.strip() for cell in row] for row in rows[:titled]]
     header = _without_raw(_joined(words), notes)
-    table = Rows(where, rows[titled:], lines[titled:], notes + again, delimiter != ",", header)
+    table = Rows(where, rows[titled:], lines[titled:], notes + again, delimiter != ",", header, settings)
     for k, row in enumerate(table.cells):
         while len(row) > len(header) and not row[-1].strip():
             row.pop()
