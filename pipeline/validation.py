@@ -47,6 +47,10 @@ class InvalidInput(ValueError):
         The file, option or clip, e.g. ``"walk.c3d, byte 512"``.
     expected, received : object
         What would have been right, and what came instead.  All three are optional, and shown as text.
+    code : str
+        Name of the fault for other code and for tests, which never read the sentence: ``"truncated"``.
+    **values
+        Numbers and names in the sentence, for other code and for tests.
 
     Examples
     --------
@@ -56,7 +60,16 @@ class InvalidInput(ValueError):
     sweep.trials must be at least 1 (got 0)
     """
 
-    def __init__(self, what: str, where: object = "", expected: object = "", received: object = "") -> None:
+    def __init__(
+        self,
+        what: str,
+        where: object = "",
+        expected: object = "",
+        received: object = "",
+        *,
+        code: str = "",
+        **values: Any,
+    ) -> None:
         where, expected, received = _short(str(where)), str(expected), _short(str(received))
         if where and what.startswith("must "):
             sentence, got = f"{where} {what}", "got"
@@ -72,9 +85,11 @@ class InvalidInput(ValueError):
         self.where = where
         self.expected = expected
         self.received = received
+        self.code, self.values = code, values
 
     def __reduce__(self) -> tuple:
-        return (InvalidInput, (self.what, self.where, self.expected, self.received))
+        again = partial(InvalidInput, code=self.code, **self.values)
+        return (again, (self.what, self.where, self.expected, self.received))
 
 
 def require_range(
@@ -134,7 +149,8 @@ def require_range(
         received = f"{value:g}" if number else repr(value)
         if number and any(float(received) == bound != value for bound, _ in bounds.values()):
             received = repr(float(value))
-        raise InvalidInput(f"must be {words.strip() or 'a finite number'}", name, received=received)
+        wrong = f"must be {words.strip() or 'a finite number'}"
+        raise InvalidInput(wrong, name, received=received, code="out_of_range", value=value)
     return value
 
 
@@ -196,7 +212,9 @@ def require_increasing(name: str, values: Sequence[float], **bounds: float | boo
         require_range(f"{name}[{number}]", value, **bounds)  # type: ignore[arg-type]
     if not values or any(later <= earlier for earlier, later in pairwise(values)):
         received = ", ".join(f"{value:g}" for value in values) or "none"
-        raise InvalidInput("must hold some values that increase", name, received=received)
+        raise InvalidInput(
+            "must hold some values that increase", name, received=received, code="not_increasing"
+        )
     return values
 
 
@@ -219,7 +237,7 @@ def require_choice(name: str, value: Value, choices: Iterable[Value]) -> Value:
     if value not in allowed:
         words = [str(choice) for choice in allowed]
         listed = " or ".join(words) if len(words) < 3 else f"one of {', '.join(words)}"
-        raise InvalidInput(f"must be {listed}", name, received=value)
+        raise InvalidInput(f"must be {listed}", name, received=value, code="unknown_choice", value=value)
     return value
 
 
@@ -240,7 +258,7 @@ def require_distinct(name: str, values: Sequence[Value]) -> Sequence[Value]:
     """
     if not values or len(set(values)) < len(values):
         received = ", ".join(map(str, values)) or "none"
-        raise InvalidInput("must hold some values, each once", name, received=received)
+        raise InvalidInput("must hold some values, each once", name, received=received, code="not_distinct")
     return values
 
 
@@ -357,14 +375,16 @@ def require_name(name: str, value: str) -> str:
     """
     plain = isinstance(value, str) and value == value.strip() and not value.startswith(".")
     if not plain or not value or re.search(r"[/\\\x00-\x1f\x7f]", value):
-        raise InvalidInput("must be a plain name, not a path", name, received=repr(value))
+        raise InvalidInput(
+            "must be a plain name, not a path", name, received=repr(value), code="not_plain_name"
+        )
     return value
 
 
 def _array(name: str, values: Any) -> np.ndarray:
     """Return values as an array; those under a mask would count again."""
     if np.ma.is_masked(values):
-        raise InvalidInput("must have no masked values", name)
+        raise InvalidInput("must have no masked values", name, code="masked")
     return np.asarray(values)
 
 
@@ -402,7 +422,9 @@ def require_shape(name: str, array: Any, shape: Sequence[int | str | None]) -> n
     if not fits:
         pattern = ", ".join("any" if size is None else str(size) for size in shape)
         pattern += "," if len(shape) == 1 else ""
-        raise InvalidInput(f"must have shape ({pattern})", name, received=array.shape)
+        raise InvalidInput(
+            f"must have shape ({pattern})", name, received=array.shape, code="wrong_shape", shape=array.shape
+        )
     return array
 
 
@@ -426,7 +448,8 @@ def require_finite(name: str, array: Any) -> np.ndarray:
     if bad.any():
         at = tuple(np.argwhere(bad)[0].tolist())
         where = str(at[0]) if len(at) == 1 else str(at)
-        raise InvalidInput("must be finite", name, received=f"{array[at]} at index {where}")
+        received = f"{array[at]} at index {where}"
+        raise InvalidInput("must be finite", name, received=received, code="not_finite", index=at)
     return array
 
 
