@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import shutil
 import sys
+from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
@@ -50,8 +51,25 @@ def columns_of(figure: str) -> dict[str, list[str]]:
     return found
 
 
+def sharing_a_class(figures: Collection[str]) -> dict[str, list[str]]:
+    """Return the other figures that share a class of options with these, by the class: their golden files may move."""
+    from pipeline.cli.compose import compose_figures
+
+    users: dict[str, list[str]] = {}
+    for experiment in compose_figures([], ["scale=smoke"]):
+        for option in (experiment.figure, experiment.sweep):
+            users.setdefault(type(option).__name__, []).append(experiment.name)
+    return {
+        kind: sorted({*names} - {*figures})
+        for kind, names in users.items()
+        if kind != "NoSweep" and {*names} & {*figures} and {*names} - {*figures}
+    }
+
+
 if __name__ == "__main__":
     for name in sys.argv[2:]:
         made = Path(sys.argv[1]) / name
         shutil.copyfile(made / "table.csv", GOLDEN / f"{name}.csv")
         (GOLDEN / f"{name}.txt").write_text(contents(made), encoding="utf-8")
+    for kind, names in sharing_a_class(sys.argv[2:]).items():
+        print(f"{kind} also makes {', '.join(names)}: make golden FIGURE=… renews each")
