@@ -1,0 +1,469 @@
+"""Check of a body: joints of a person have human lengths and proportions and stand upright along z.
+
+Symbols
+-------
+``leg``    thigh and shank of a person, median over time, mean over sides, mm; proportions are relative to it
+``level``  mean position of head, shoulders, hips, knees or ankles, from the top to the ground
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from pipeline.skeleton.joints import ANKLES, LEFT_LEG, PELVIS, RIGHT_LEG, WALKER15
+from pipeline.skeleton.source_mapping import UpAxis
+from pipeline.validation import InvalidInput, told_apart
+
+LEG_LENGTH_MM = (300.0, 1300.0)
+"""Hip to knee to ankle of a small child and of a very tall adult: outside of it the unit is wrong."""
+
+ADULT_LEG_MM = 850.0
+
+LEAST_DEPTH_MM = 1.0
+"""Least extent of the joints along every axis: joints of a film have no depth."""
+
+MOST_CHANGE = 0.4
+"""Distance of the quartiles of thighs' and shanks' lengths over the median, of the steadiest: of 107 recordings up to
+.05, of velocities from .5."""
+
+UNEVEN = (0.15, 0.35)
+"""Shares by which a limb may be longer than that of the other side: more is remarked, and more is rejected."""
+
+NEAR_RATIO = 1.5
+"""Ratio of the heights along two axes up to which a mapping's fixed axis decides between them."""
+
+AT_PELVIS = 0.02
+"""Distance of a hip from the pelvis, in legs, up to which it is the centre of the pelvis."""
+
+CROUCHED = 0.8
+"""Height of the hips above the ankles, in legs: a walker below is crouched (63 recordings: .82 to .98)."""
+
+MOST_STRIDES_HZ = 1.6
+"""Strides a second of a walk, at most."""
+
+STRIDES_HZ = (0.3, 8.0)
+"""Range of the search for strides: those of recordings at four times their frame rate included."""
+
+BENT = 0.05
+"""Distance of a knee from the line of hip and ankle, in legs, from which it counts as bent."""
+
+BACKWARDS = -0.5
+"""Balance of forward and backward bends of the knees (1 to -1) below which left and right are exchanged."""
+
+_HIPS, _KNEES = ([leg[k] for leg in (LEFT_LEG, RIGHT_LEG)] for k in (0, 1))
+_SHOULDERS, _ELBOWS, _WRISTS = (
+    [WALKER15.index(f"{side}_{part}") for side in ("left", "right")]
+    for part in ("shoulder", "elbow", "wrist")
+)
+_HEAD = WALKER15.index("head")
+_LEVELS = ([_HEAD], _SHOULDERS, _HIPS, _KNEES, list(ANKLES))
+_LIMBS = {
+    "thigh": (_HIPS, _KNEES),
+    "shank": (_KNEES, list(ANKLES)),
+    "upper arm": (_SHOULDERS, _ELBOWS),
+    "forearm": (_ELBOWS, _WRISTS),
+}
+_UNITS_MM = {"metres": 1000.0, "centimetres": 10.0, "inches": 25.4, "feet": 304.8}
+
+
+@dataclass(frozen=True)
+class Complaint:
+    """Fault of a body or of a mapping.
+
+    Attributes
+    ----------
+    code : str
+        Kind of the fault, one word.
+    sentence : str
+    where : tuple of str
+        Joints.
+    values : mapping of str to float
+        Numbers of the sentence.
+    rejects : bool
+        Whether the recording cannot be used.
+    """
+
+    code: str
+    sentence: str
+    where: tuple[str, ...] = ()
+    values: Mapping[str, float] = field(default_factory=dict)
+    rejects: bool = False
+
+
+@dataclass(frozen=True)
+class _Proportion:
+    """Distance of two joints in legs: outside of `usual` it is remarked, outside of `possible` it rejects."""
+
+    code: str
+    ends: tuple[tuple[str, str], ...]
+    usual: tuple[float, float]
+    possible: tuple[float, float]
+    below: str
+    above: str
+
+
+_ANOTHER = "was a marker taken for a joint?"
+_PROPORTIONS = (
+    _Proportion(
+        "hip_width", (("left_hip", "right_hip"),), (0.10, 0.30), (0.06, 0.45),
+        "is the centre of the pelvis taken for a hip?",
+        "these look like markers on the skin, not joint centres: map them as trochanters (skeleton=trochanters)",
+    ),
+    _Proportion(
+        "thigh", (("left_hip", "left_knee"), ("right_hip", "right_knee")), (0.40, 0.60), (0.30, 0.70),
+        _ANOTHER, _ANOTHER,
+    ),
+    _Proportion(
+        "shoulder_width", (("left_shoulder", "right_shoulder"),), (0.20, 0.70), (0.12, 1.0), _ANOTHER, _ANOTHER,
+    ),
+    _Proportion("pelvis_to_head", (("pelvis", "head"),), (0.55, 1.20), (0.35, 1.6), _ANOTHER, _ANOTHER),
+)  # fmt: skip
+"""Proportions of 63 recordings: hips .13 to .29, thigh .43 to .56, shoulders .21 to .60, pelvis to head .60 to 1.05."""
+
+
+def leg_length(positions: np.ndarray) -> float:
+    """Hip to knee to ankle in mm, mean over sides and the frames that show them; NaN where none does."""
+    lengths = np.stack(
+        [
+            np.linalg.norm(np.diff(positions[:, side], axis=1), axis=-1).sum(axis=1)
+            for side in (LEFT_LEG, RIGHT_LEG)
+        ]
+    )
+    seen = np.isfinite(lengths)
+    if not seen.any(axis=1).all():
+        return np.nan
+    return float(np.mean([side[known].mean() for side, known in zip(lengths, seen, strict=True)]))
+
+
+def axis_up(positions: np.ndarray, fixed: UpAxis = UpAxis.auto) -> tuple[UpAxis, bool]:
+    """Return the signed axis along which a person stands, and whether the levels of the body are in order along it.
+
+    Parameters
+    ----------
+    positions : (T, 15, 3)
+        Any unit; NaN where a joint was not measured.
+    fixed : UpAxis
+        Axis of the mapping: it decides where the data do not.
+
+    Notes
+    -----
+    The head is above the shoulders, these above the hips, knees and ankles, in the median over time.  Of several such
+    axes that with the largest height counts, or `fixed` if its height is within `NEAR_RATIO` of that.
+    """
+    levels = [positions[:, joints].mean(axis=1) for joints in _LEVELS]
+    levels = [level for level in levels if np.isfinite(level).all(axis=-1).any()]
+    steps = [upper - lower for upper, lower in pairwise(levels)]
+    steps = [step[np.isfinite(step).all(axis=1)] for step in steps]
+    drops = np.array([np.median(step, axis=0) for step in steps if len(step)]).reshape(-1, 3)
+    heights = {
+        UpAxis(sign + "xyz"[k]): abs(float(drops[:, k].sum()))
+        for k in range(3)
+        for sign in ("", "-")
+        if len(drops) and (drops[:, k] * (-1 if sign else 1) > 0).all()
+    }
+    if heights:
+        highest = max(heights, key=heights.__getitem__)
+        near = fixed in heights and NEAR_RATIO * heights[fixed] >= heights[highest]
+        return (fixed if near else highest), True
+    if fixed != UpAxis.auto:
+        return fixed, False
+    legs = (positions[:, _HIPS] - positions[:, ANKLES]).reshape(-1, 3)
+    legs = legs[np.isfinite(legs).all(axis=1)]
+    if not len(legs):
+        return UpAxis.z, False
+    mean = legs.mean(axis=0)
+    axis = int(np.abs(mean).argmax())
+    return UpAxis(("-" if mean[axis] < 0 else "") + "xyz"[axis]), False
+
+
+def accepted(
+    positions: np.ndarray,
+    valid: np.ndarray,
+    frame_rate_hz: float,
+    *,
+    walk: bool,
+    up: UpAxis = UpAxis.auto,
+) -> list[str]:
+    """Return the remarks of `check`, one sentence each.
+
+    Parameters
+    ----------
+    positions, valid, frame_rate_hz, walk, up
+        As for `check`.
+
+    Raises
+    ------
+    InvalidInput
+        With the first complaint that rejects the recording.
+    """
+    complaints = check(positions, valid, frame_rate_hz, walk=walk, up=up)
+    for complaint in complaints:
+        if complaint.rejects:
+            raise InvalidInput(complaint.sentence)
+    return [complaint.sentence for complaint in complaints]
+
+
+def check(
+    positions: np.ndarray,
+    valid: np.ndarray,
+    frame_rate_hz: float,
+    *,
+    walk: bool,
+    up: UpAxis = UpAxis.auto,
+) -> list[Complaint]:
+    """Return what is wrong with a body, the gravest first; nothing if it is a person's.
+
+    Parameters
+    ----------
+    positions : (T, 15, 3)
+        mm, z up.
+    valid : (T, 15) bool
+        Where a joint was measured; joints that never were are left out.
+    frame_rate_hz : float
+    walk : bool
+        Whether the recording is to be a walk: upright, on legs that are not bent, at the cadence of people.
+    up : UpAxis
+        Axis that the user stated: the order of the levels along z is then a remark, whatever is recorded.
+    """
+    body = np.where(valid[..., None], positions, np.nan)
+    if complaints := _unusable(body):
+        return complaints
+    leg = sum(float(np.mean(_medians(body, *_LIMBS[limb]))) for limb in ("thigh", "shank"))
+    found = _not_upright(body, walk and up == UpAxis.auto)
+    upright = not found
+    found += [*_changing(body), *_proportions(body, leg), *_uneven(body), *_exchanged(body)]
+    if upright:
+        found += _knees(body, leg, walk)
+    if upright and walk:
+        found += [*_crouched(body, leg), *_cadence(body, frame_rate_hz)]
+    return sorted(found, key=lambda complaint: not complaint.rejects)
+
+
+def _lengths(body: np.ndarray, upper: int, lower: int) -> np.ndarray:
+    """Distances of two joints in the frames that show both."""
+    lengths = np.asarray(np.linalg.norm(body[:, upper] - body[:, lower], axis=-1))
+    return lengths[np.isfinite(lengths)]
+
+
+def _medians(body: np.ndarray, upper: Sequence[int], lower: Sequence[int]) -> list[float]:
+    """Median distances of pairs of joints; NaN of a pair that no frame shows."""
+    pairs = (_lengths(body, *pair) for pair in zip(upper, lower, strict=True))
+    return [float(np.median(lengths)) if len(lengths) else np.nan for lengths in pairs]
+
+
+def _change(lengths: np.ndarray) -> float:
+    """Distance of the quartiles of lengths over their median."""
+    low, middle, high = np.quantile(lengths, [0.25, 0.5, 0.75])
+    return float((high - low) / middle)
+
+
+def _unit(leg: float) -> tuple[str, float]:
+    """Words on the unit in which a leg of this length is human, and the factor to millimetres; NaN if there is none."""
+    if not leg > 0:
+        return "", np.nan
+    # Ranges overlap (legs of 36 are inches or a child's centimetres): the unit nearest to an adult's leg.
+    off = {unit: abs(np.log(leg * mm / ADULT_LEG_MM)) for unit, mm in _UNITS_MM.items()}
+    unit = min(off, key=off.__getitem__)
+    low, high = LEG_LENGTH_MM
+    if low <= leg * _UNITS_MM[unit] <= high:
+        return f": it looks like {unit}, multiply by {_UNITS_MM[unit]:g}", _UNITS_MM[unit]
+    factor = 10.0 ** np.floor(np.log10(high / leg))
+    return (f": multiply by {factor:g}", factor) if leg * factor >= low else ("", np.nan)
+
+
+def _unusable(body: np.ndarray) -> list[Complaint]:
+    """The complaint that makes all others pointless: legs never seen whole, another unit, no depth."""
+    length = leg_length(body)
+    if not np.isfinite(length):
+        return [Complaint("legs_unseen", "the legs were never seen whole", rejects=True)]
+    low, high = LEG_LENGTH_MM
+    if not low <= length <= high:
+        looks, factor = _unit(length)
+        received = f"{length:.3g}" if length < 100 else told_apart(length, low if length < low else high, 0)
+        sentence = str(
+            InvalidInput(
+                f"the unit of length is wrong{looks}",
+                expected=f"legs of {low:g} to {high:g} mm",
+                received=f"{received} mm",
+            )
+        )
+        return [Complaint("unit", sentence, values={"leg_mm": length, "factor": factor}, rejects=True)]
+    if np.min(np.nanmax(body, axis=(0, 1)) - np.nanmin(body, axis=(0, 1))) < LEAST_DEPTH_MM:
+        sentence = "all joints lie in one plane: keypoints of a film go to `reconstruct`"
+        return [Complaint("plane", sentence, rejects=True)]
+    return []
+
+
+def _not_upright(body: np.ndarray, rejects: bool) -> list[Complaint]:
+    """A complaint about a body that does not stand along z."""
+    axis, ordered = axis_up(body, UpAxis.z)
+    if ordered and axis == UpAxis.z:
+        return []
+    what = f"the body stands along {axis}" if ordered else "the body stands along no axis"
+    sentence = str(
+        InvalidInput(
+            f"{what}: is the axis that points up another one (data.up=…), or are points mapped to wrong joints?",
+            expected="head, shoulders, hips, knees and ankles in this order along z",
+        )
+    )
+    return [Complaint("axis", sentence, rejects=rejects)]
+
+
+def _proportions(body: np.ndarray, leg: float) -> list[Complaint]:
+    """Complaints about distances of joints that are not a person's, and hips at the centre of the pelvis."""
+    found = []
+    for one in _PROPORTIONS:
+        ends = [[WALKER15.index(joint) for joint in pair] for pair in zip(*one.ends, strict=True)]
+        length = float(np.mean(_medians(body, *ends)))
+        share, (low, high) = length / leg, one.usual
+        if not np.isfinite(share) or low <= share <= high:
+            continue
+        below = share < low
+        where = " and ".join("–".join(pair) if len(one.ends) > 1 else " to ".join(pair) for pair in one.ends)
+        sentence = (
+            f"{where}: {length:.0f} mm, {told_apart(share, low if below else high, 2)} of the leg of {leg:.0f} mm"
+            f" (usual {low:.2f} to {high:.2f}); {one.below if below else one.above}"
+        )
+        rejects = not one.possible[0] <= share <= one.possible[1]
+        joints = tuple(dict.fromkeys(joint for pair in one.ends for joint in pair))
+        found.append(Complaint(one.code, sentence, joints, {"length_mm": length, "share": share}, rejects))
+    away = dict(zip(_HIPS, _medians(body, [PELVIS, PELVIS], _HIPS), strict=True))
+    joints = tuple(WALKER15.joints[hip] for hip in _HIPS if away[hip] < AT_PELVIS * leg)
+    if joints:
+        nearest = min(away.values())
+        sentence = (
+            f"{' and '.join(joints)}: {nearest:.0f} mm from the pelvis: its centre is mapped to a hip; map the centre of"
+            " the joint"
+        )
+        found.append(Complaint("hip_at_pelvis", sentence, joints, {"distance_mm": nearest}, rejects=True))
+    return found
+
+
+def _changing(body: np.ndarray) -> list[Complaint]:
+    """A complaint about thighs and shanks that change their length."""
+    change = min(
+        _change(np.concatenate([_lengths(body, *ends) for ends in zip(*_LIMBS[limb], strict=True)]))
+        for limb in ("thigh", "shank")
+    )
+    if change <= MOST_CHANGE:
+        return []
+    sentence = str(
+        InvalidInput(
+            "thighs and shanks change their length: velocities, or angles, in place of positions?",
+            expected=f"quartiles of a length within {100 * MOST_CHANGE:.0f} % of its median",
+            received=f"{100 * change:.0f} %",
+        )
+    )
+    return [Complaint("changing", sentence, values={"share": change}, rejects=True)]
+
+
+def _uneven(body: np.ndarray) -> list[Complaint]:
+    """Complaints about limbs that are longer than those of the other side.
+
+    Only a limb of steady length rejects: one that changes has a joint that was lost in tracking, which walks estimate.
+    """
+    found = []
+    for limb, (upper, lower) in _LIMBS.items():
+        left, right = _medians(body, upper, lower)
+        share = max(left, right) / max(min(left, right), np.finfo(float).tiny) - 1.0
+        if not share > UNEVEN[0]:  # NaN where a side was not measured
+            continue
+        sentence = f"the left {limb} is {left:.0f} mm long, the right {right:.0f}: is a marker or a name in the wrong place?"
+        where = tuple(WALKER15.joints[j] for j in (*upper, *lower))
+        values = {"left_mm": left, "right_mm": right, "share": share}
+        steady = all(_change(_lengths(body, *ends)) <= MOST_CHANGE for ends in zip(upper, lower, strict=True))
+        found.append(Complaint("uneven", sentence, where, values, rejects=share > UNEVEN[1] and steady))
+    return found
+
+
+def _exchanged(body: np.ndarray) -> list[Complaint]:
+    """A complaint about limbs that would be shorter with the lower ends of the other side, and steadier.
+
+    Limbs that cross, as folded arms and legs that scissor do, would not.  Thighs and upper arms that cross by half the
+    width of hips or shoulders need be steady as their own only: skin moves.  Where shoulders face away from hips, whole
+    arms are those of the other side: of 180 recordings none has them apart by more than 27° in the median.
+    """
+    exchanged = "left and right are exchanged in the names of points, at "
+    hips, shoulders = (body[:, pair[1]] - body[:, pair[0]] for pair in (_HIPS, _SHOULDERS))
+    if np.nansum(hips * shoulders) < 0:
+        return [Complaint("exchanged", f"{exchanged}the shoulders or hips", rejects=True)]
+    mirror = WALKER15.mirror
+    for upper, lower in WALKER15.bones:
+        if upper == mirror[upper] or lower > mirror[lower]:  # of both sides at once
+            continue
+        ends = body[:, [[lower, mirror[lower]], [mirror[lower], lower]]]
+        lengths = np.linalg.norm(ends - body[:, None, [upper, mirror[upper]]], axis=-1)
+        lengths = lengths[np.isfinite(lengths).all(axis=(1, 2))]
+        own, across = np.square(lengths).sum(axis=(0, 2))
+        if own > across:
+            varies, steady = lengths.std(axis=0).mean(axis=1)
+            trunk = WALKER15.parents[upper]
+            width = np.square(body[:, upper] - body[:, mirror[upper]]).sum(axis=1)
+            wide = trunk == mirror[trunk] and own - across > len(lengths) * np.nanmean(width)
+            if varies > (0.8 if wide else 1.2) * steady + 0.1:
+                joint = WALKER15.joints[lower]
+                return [Complaint("exchanged", f"{exchanged}{joint} or above", (joint,), rejects=True)]
+    return []
+
+
+def _forward(body: np.ndarray) -> np.ndarray:
+    """Horizontal unit direction (T, 3) that the hips face."""
+    right = body[:, _HIPS[1]] - body[:, _HIPS[0]]
+    forward = np.stack([-right[:, 1], right[:, 0], np.zeros(len(body))], axis=-1)
+    return forward / np.maximum(np.linalg.norm(forward, axis=-1, keepdims=True), np.finfo(float).tiny)
+
+
+def _knees(body: np.ndarray, leg: float, rejects: bool) -> list[Complaint]:
+    """A complaint about knees that bend backwards from where the hips face."""
+    hips, knees, ankles = (body[:, part] for part in (_HIPS, _KNEES, ANKLES))
+    along = ankles - hips
+    share = ((knees - hips) * along).sum(axis=-1) / np.maximum((along**2).sum(axis=-1), np.finfo(float).tiny)
+    off = knees - hips - share[..., None] * along
+    forward = (off * _forward(body)[:, None]).sum(axis=-1) / leg
+    bent = forward[np.abs(forward) > BENT]  # NaN is not
+    balance = float(bent.sum() / np.abs(bent).sum()) if len(bent) else 0.0
+    if balance >= BACKWARDS:
+        return []
+    sentence = "the knees bend backwards from where the hips face: left and right are exchanged in the names of points"
+    return [Complaint("mirrored", sentence, values={"balance": balance}, rejects=rejects)]
+
+
+def _crouched(body: np.ndarray, leg: float) -> list[Complaint]:
+    """A remark on hips that are low over the ankles throughout."""
+    heights = (body[:, _HIPS, 2] - body[:, ANKLES, 2]).mean(axis=1)
+    heights = heights[np.isfinite(heights)]
+    height = float(np.median(heights)) if len(heights) else np.nan
+    if not height < CROUCHED * leg:
+        return []
+    share = height / leg
+    sentence = (
+        f"crouched: the hips are {height:.0f} mm above the ankles, {told_apart(share, CROUCHED, 2)} of the leg of"
+        f" {leg:.0f} mm (usual {CROUCHED:.2f} or more)"
+    )
+    return [Complaint("crouched", sentence, tuple(WALKER15.joints[j] for j in _HIPS), {"share": share})]
+
+
+def _cadence(body: np.ndarray, frame_rate_hz: float) -> list[Complaint]:
+    """A remark on more strides a second than people make: the strongest frequency of the ankles' fore-aft distance."""
+    apart = ((body[:, ANKLES[0]] - body[:, ANKLES[1]]) * _forward(body)).sum(axis=-1)
+    seen = np.flatnonzero(np.isfinite(apart))
+    if len(seen) < 8:
+        return []
+    apart = np.interp(np.arange(seen[0], seen[-1] + 1), seen, apart[seen])
+    size = 8 * len(apart)
+    power = np.abs(np.fft.rfft(apart - apart.mean(), size)) ** 2
+    frequencies = np.fft.rfftfreq(size, 1.0 / frame_rate_hz)
+    power[(frequencies < STRIDES_HZ[0]) | (frequencies > STRIDES_HZ[1])] = 0.0
+    strides = float(frequencies[power.argmax()])
+    if strides <= MOST_STRIDES_HZ:
+        return []
+    rate = frame_rate_hz / strides
+    sentence = (
+        f"{strides:.1f} strides a second are more than people walk: is the frame rate {frame_rate_hz:g} Hz?"
+        f" At {rate:.0f} Hz it would be 1"
+    )
+    return [Complaint("rate", sentence, values={"strides_hz": strides, "frame_rate_hz": rate})]
