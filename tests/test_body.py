@@ -291,7 +291,9 @@ def test_thighs_are_as_long_as_people_have_them(share: float, rejects: bool | No
 def test_a_hip_at_the_centre_of_the_pelvis_is_rejected_by_name() -> None:
     body = overground(0).positions.copy()
     body[:, HIPS[0]] = body[:, PELVIS]
-    with pytest.raises(InvalidInput, match=r"^left_hip: 0 mm from the pelvis: its centre is mapped to a hip"):
+    with pytest.raises(
+        InvalidInput, match=r"^left_hip: 0 mm from the pelvis, whose centre is mapped to a hip"
+    ):
         accept(body)
 
 
@@ -389,7 +391,7 @@ def with_hips_at_pelvis(body: np.ndarray) -> np.ndarray:
 
 
 def with_hips_at_asis(body: np.ndarray) -> np.ndarray:
-    """Joints with the hips at the front of the pelvis: hips lie 14 % of the width inwards, 34.5 % below, 48 mm behind."""
+    """Joints with the hips at the front of the pelvis, out by 14 % of its width, up by 34.5 % and 48 mm forward."""
     right = body[:, HIPS[1]] - body[:, HIPS[0]]
     forward = np.cross([0.0, 0.0, 1.0], right)
     forward /= np.linalg.norm(forward, axis=-1, keepdims=True)

@@ -14,6 +14,9 @@ from pipeline.skeleton.source_points import SourcePoints, bare_names, plain_name
 _Weights = dict[int, float]
 """Points of a joint by their number in the file."""
 
+MAX_SHOWN = 90
+"""Characters of a rule in a sentence."""
+
 _CENTRE = re.compile("origin|pelvi|sacr|root|midhip|hips")
 """Parts of names of points at the centre of the pelvis."""
 
@@ -47,7 +50,8 @@ def check(motion: MotionCapture, mapping: SourceMapping) -> list[Complaint]:
             rules[joint] = {points.index(point): weight for point, weight in rule[0].items()}
 
     def shown(joint: str) -> str:
-        return " + ".join(f"{weight:g} {motion.names[k]}" for k, weight in rules[joint].items())
+        text = " + ".join(f"{weight:g} {motion.names[k]}" for k, weight in rules[joint].items())
+        return text if len(text) <= MAX_SHOWN else text[: MAX_SHOWN - 1] + "…"
 
     found = []
     pairs = [(joint, joint.replace("left", "right")) for joint in WALKER15.joints if joint.startswith("left")]
@@ -59,15 +63,14 @@ def check(motion: MotionCapture, mapping: SourceMapping) -> list[Complaint]:
             found.append(Complaint("side_rules", sentence, (left, right)))
     asis = _regressed(motion)
     for hip in ("left_hip", "right_hip"):
-        rule = rules.get(hip, {})
-        if rule and rule.keys() <= asis:
-            sentence = f"{hip} is the marker {shown(hip)} at the front of the pelvis: take the regression of skin_landmarks"
+        weights = rules.get(hip, {})
+        if weights and weights.keys() <= asis:
+            sentence = f"{hip} ({shown(hip)}) is a marker of the pelvis: use the regression (skeleton=skin_landmarks)"
             found.append(Complaint("asis_hip", sentence, (hip,)))
-        mirrored = {twins.get(k, k): weight for k, weight in rule.items()}
-        named = not rule.keys() & twins.keys() and any(_CENTRE.search(plain[k]) for k in rule)
-        if rule and (
-            rule == rules.get("pelvis") or named or (mirrored == rule and rule.keys() & twins.keys())
-        ):
+        mirrored = {twins.get(k, k): weight for k, weight in weights.items()}
+        sided = weights.keys() & twins.keys()
+        centre = mirrored == weights if sided else any(_CENTRE.search(plain[k]) for k in weights)
+        if weights and (centre or weights == rules.get("pelvis")):
             sentence = f"{hip} ({shown(hip)}) is the centre of the pelvis: map the centre of the joint"
             found.append(Complaint("centre_hip", sentence, (hip,)))
     for left, _ in pairs:

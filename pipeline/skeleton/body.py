@@ -336,8 +336,7 @@ def _proportions(body: np.ndarray, leg: float) -> list[Complaint]:
     if joints:
         nearest = min(away.values())
         sentence = (
-            f"{' and '.join(joints)}: {nearest:.0f} mm from the pelvis: its centre is mapped to a hip; map the centre of"
-            " the joint"
+            f"{' and '.join(joints)}: {nearest:.0f} mm from the pelvis, whose centre is mapped to a hip"
         )
         found.append(Complaint("hip_at_pelvis", sentence, joints, {"distance_mm": nearest}, rejects=True))
     return found
@@ -372,7 +371,8 @@ def _uneven(body: np.ndarray) -> list[Complaint]:
         share = max(left, right) / max(min(left, right), np.finfo(float).tiny) - 1.0
         if not share > UNEVEN[0]:  # NaN where a side was not measured
             continue
-        sentence = f"the left {limb} is {left:.0f} mm long, the right {right:.0f}: is a marker or a name in the wrong place?"
+        sizes = f"the left {limb} is {left:.0f} mm long, the right {right:.0f}"
+        sentence = f"{sizes}: is a marker or a name in the wrong place?"
         where = tuple(WALKER15.joints[j] for j in (*upper, *lower))
         values = {"left_mm": left, "right_mm": right, "share": share}
         steady = all(_change(_lengths(body, *ends)) <= MOST_CHANGE for ends in zip(upper, lower, strict=True))
