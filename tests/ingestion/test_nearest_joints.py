@@ -175,8 +175,7 @@ def test_bony_landmarks_become_the_middles_of_joints_and_hips_by_a_regression(
             np.testing.assert_allclose(hip[:, 0], wide + sign * half, atol=1e-9)
 
 
-def test_without_sides_in_the_names_no_rule_that_no_person_fits_is_proposed(people: np.ndarray) -> None:
-    """One landmark of each kind is left, and the centre of the pelvis: no hip is proposed from that."""
+def test_no_hip_is_proposed_from_the_centre_of_the_pelvis_alone(people: np.ndarray) -> None:
     motion = xsens(people[0])
     kept = [k for k, name in enumerate(motion.names) if "Trochanter" not in name and "ASI" not in name]
     names = [motion.names[k] for k in kept] + ["pTop", "pIJ"]

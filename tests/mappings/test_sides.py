@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+import pipeline
 from pipeline import mappings
+from pipeline.cli.inspect import inspect
+from pipeline.clips.kinds import VARIED, WALKS
+from pipeline.clips.options import Skeleton
+from pipeline.formats.points import trc
+from pipeline.ingestion.data import FolderData
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import Rule, SourceMapping
+from pipeline.synthetic.walkers import walking_population
 
 XSENS = ["pHipOrigin", "pSacrum"] + [
     f"p{side}{part}"
@@ -104,6 +114,37 @@ def test_a_sentence_names_joint_and_rule_and_is_short() -> None:
         " map both alike"
     )
     assert not complaint.rejects
+
+
+def test_a_users_mapping_gets_a_remark_wherever_it_is_used(tmp_path: Path) -> None:
+    person = walking_population(
+        np.random.default_rng(3), male=1, female=0, duration_s=4.0, frame_rate_hz=60.0
+    )
+    joints = np.asarray(person.positions_mm[0])
+    medial = joints[:, [WALKER15.index("left_knee")]] + [5.0, 0.0, 0.0]
+    trc.write(
+        tmp_path / "a.trc",
+        [*WALKER15.joints, "left_knee_medial"],
+        np.concatenate([joints, medial], axis=1),
+        60.0,
+    )
+    own = {joint: {joint: 1.0} for joint in WALKER15.joints} | {"left_knee": {"left_knee_medial": 1.0}}
+    lines = [f"  {joint}: {{{point}: 1.0}}" for joint, rule in own.items() for point in rule]
+    (tmp_path / "lab.yaml").write_text("joints:\n" + "\n".join(lines) + "\n", "utf-8")
+    remark = (
+        "left_knee (1 left_knee_medial) and right_knee (1 right_knee) follow different rules: map both alike"
+    )
+    skeleton = str(tmp_path / "lab.yaml")
+    with pytest.warns(UserWarning, match=re.escape(remark)):
+        pipeline.represent(tmp_path / "a.trc", skeleton)
+    with pytest.warns(UserWarning, match=re.escape(remark)):
+        pipeline.joints(pipeline.read(tmp_path / "a.trc"), skeleton)
+    (found,) = inspect([str(tmp_path / "a.trc"), f"skeleton={skeleton}"])
+    assert remark in found.lines
+    data = FolderData(name="folder", path=str(tmp_path), pattern="*.trc")
+    for corpus in (WALKS, VARIED):
+        (row,) = data.request(corpus, Skeleton(mapping=skeleton), 1, 1).make().report
+        assert remark in row["reason"]
 
 
 def test_points_whose_names_tell_no_side_are_compared_by_weights_alone() -> None:
