@@ -435,7 +435,7 @@ def recorded(kind: str, limit: int) -> list[tuple[str, np.ndarray, np.ndarray, f
     for row in rows:
         turn[row["subject"]] += 1
         ordered.append((turn[row["subject"]], row["path"], row))
-    found = []
+    found: list[tuple[str, np.ndarray, np.ndarray, float]] = []
     for _, path, row in sorted(ordered, key=lambda item: item[:2]):
         file = next((folder / path for folder in folders if (folder / path).is_file()), None)
         if file and len(found) < limit:

@@ -14,12 +14,17 @@ from itertools import pairwise
 
 import numpy as np
 
-from pipeline.skeleton.joints import ANKLES, LEFT_LEG, PELVIS, RIGHT_LEG, WALKER15
+from pipeline.skeleton.joints import (
+    ANKLES,
+    LEFT_LEG,
+    LEG_LENGTH_MM,
+    PELVIS,
+    RIGHT_LEG,
+    WALKER15,
+    leg_length,
+)
 from pipeline.skeleton.source_mapping import UpAxis
 from pipeline.validation import InvalidInput, told_apart
-
-LEG_LENGTH_MM = (300.0, 1300.0)
-"""Hip to knee to ankle of a small child and of a very tall adult: outside of it the unit is wrong."""
 
 ADULT_LEG_MM = 850.0
 
@@ -123,20 +128,6 @@ _PROPORTIONS = (
     _Proportion("pelvis_to_head", (("pelvis", "head"),), (0.55, 1.20), (0.35, 1.6), _ANOTHER, _ANOTHER),
 )  # fmt: skip
 """Proportions of 63 recordings: hips .13 to .29, thigh .43 to .56, shoulders .21 to .60, pelvis to head .60 to 1.05."""
-
-
-def leg_length(positions: np.ndarray) -> float:
-    """Hip to knee to ankle in mm, mean over sides and the frames that show them; NaN where none does."""
-    lengths = np.stack(
-        [
-            np.linalg.norm(np.diff(positions[:, side], axis=1), axis=-1).sum(axis=1)
-            for side in (LEFT_LEG, RIGHT_LEG)
-        ]
-    )
-    seen = np.isfinite(lengths)
-    if not seen.any(axis=1).all():
-        return np.nan
-    return float(np.mean([side[known].mean() for side, known in zip(lengths, seen, strict=True)]))
 
 
 def axis_up(positions: np.ndarray, fixed: UpAxis = UpAxis.auto) -> tuple[UpAxis, bool]:

@@ -24,7 +24,7 @@ from pipeline.core.walking.usable_clip import (
     bridge_gaps,
     stature,
 )
-from pipeline.skeleton.body import LEG_LENGTH_MM, leg_length
+from pipeline.skeleton.joints import LEG_LENGTH_MM, leg_length
 
 __all__ = [
     "LEG_LENGTH_MM",
