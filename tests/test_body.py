@@ -15,8 +15,10 @@ from pipeline import formats, mappings
 from pipeline.core import walking
 from pipeline.ingestion.corpus import joints_of
 from pipeline.skeleton import WALKER15
-from pipeline.skeleton.body import Complaint, accepted, axis_up, check
+from pipeline.skeleton.body import accepted, check
+from pipeline.skeleton.complaint import Complaint
 from pipeline.skeleton.source_mapping import UpAxis
+from pipeline.skeleton.upright import axis_up
 from pipeline.synthetic.bending import bending_performances
 from pipeline.validation import InvalidInput
 from tests.core.walks import RATE_HZ, STRIDE_HZ, overground

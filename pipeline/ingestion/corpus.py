@@ -22,7 +22,7 @@ from pipeline.formats.points.csv import bids
 from pipeline.ingestion import static_trial
 from pipeline.ingestion.exchanged_labels import exchanged_back
 from pipeline.skeleton import WALKER15
-from pipeline.skeleton.body import Complaint
+from pipeline.skeleton.complaint import Complaint
 from pipeline.skeleton.mapped_joints import map_joints, up_axis
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping, UpAxis

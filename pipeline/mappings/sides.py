@@ -6,7 +6,7 @@ import re
 
 from pipeline.mappings.table import shipped
 from pipeline.skeleton import WALKER15
-from pipeline.skeleton.body import Complaint
+from pipeline.skeleton.complaint import Complaint
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping
 from pipeline.skeleton.source_points import SourcePoints, bare_names, plain_name

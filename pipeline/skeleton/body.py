@@ -3,17 +3,16 @@
 Symbols
 -------
 ``leg``    thigh and shank of a person, median over time, mean over sides, mm; proportions are relative to it
-``level``  mean position of head, shoulders, hips, knees or ankles, from the top to the ground
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from itertools import pairwise
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.skeleton.complaint import Complaint
 from pipeline.skeleton.joints import (
     ANKLES,
     LEFT_LEG,
@@ -24,6 +23,7 @@ from pipeline.skeleton.joints import (
     leg_length,
 )
 from pipeline.skeleton.source_mapping import UpAxis
+from pipeline.skeleton.upright import bent_knees, cadence, crouched, not_upright
 from pipeline.validation import InvalidInput, told_apart
 
 ADULT_LEG_MM = 850.0
@@ -38,34 +38,14 @@ MOST_CHANGE = 0.4
 UNEVEN = (0.15, 0.35)
 """Shares by which a limb may be longer than that of the other side: more is remarked, and more is rejected."""
 
-NEAR_RATIO = 1.5
-"""Ratio of the heights along two axes up to which a mapping's fixed axis decides between them."""
-
 AT_PELVIS = 0.02
 """Distance of a hip from the pelvis, in legs, up to which it is the centre of the pelvis."""
-
-CROUCHED = 0.8
-"""Height of the hips above the ankles, in legs: a walker below is crouched (63 recordings: .82 to .98)."""
-
-MOST_STRIDES_HZ = 1.6
-"""Strides a second of a walk, at most."""
-
-STRIDES_HZ = (0.3, 8.0)
-"""Range of the search for strides: those of recordings at four times their frame rate included."""
-
-BENT = 0.05
-"""Distance of a knee from the line of hip and ankle, in legs, from which it counts as bent."""
-
-BACKWARDS = -0.5
-"""Balance of forward and backward bends of the knees (1 to -1) below which left and right are exchanged."""
 
 _HIPS, _KNEES = ([leg[k] for leg in (LEFT_LEG, RIGHT_LEG)] for k in (0, 1))
 _SHOULDERS, _ELBOWS, _WRISTS = (
     [WALKER15.index(f"{side}_{part}") for side in ("left", "right")]
     for part in ("shoulder", "elbow", "wrist")
 )
-_HEAD = WALKER15.index("head")
-_LEVELS = ([_HEAD], _SHOULDERS, _HIPS, _KNEES, list(ANKLES))
 _LIMBS = {
     "thigh": (_HIPS, _KNEES),
     "shank": (_KNEES, list(ANKLES)),
@@ -73,30 +53,6 @@ _LIMBS = {
     "forearm": (_ELBOWS, _WRISTS),
 }
 _UNITS_MM = {"metres": 1000.0, "centimetres": 10.0, "inches": 25.4, "feet": 304.8}
-
-
-@dataclass(frozen=True)
-class Complaint:
-    """Fault of a body or of a mapping.
-
-    Attributes
-    ----------
-    code : str
-        Kind of the fault, one word.
-    sentence : str
-    where : tuple of str
-        Joints.
-    values : mapping of str to float
-        Numbers of the sentence.
-    rejects : bool
-        Whether the recording cannot be used.
-    """
-
-    code: str
-    sentence: str
-    where: tuple[str, ...] = ()
-    values: Mapping[str, float] = field(default_factory=dict)
-    rejects: bool = False
 
 
 @dataclass(frozen=True)
@@ -128,47 +84,6 @@ _PROPORTIONS = (
     _Proportion("pelvis_to_head", (("pelvis", "head"),), (0.55, 1.20), (0.35, 1.6), _ANOTHER, _ANOTHER),
 )  # fmt: skip
 """Proportions of 63 recordings: hips .13 to .29, thigh .43 to .56, shoulders .21 to .60, pelvis to head .60 to 1.05."""
-
-
-def axis_up(positions: np.ndarray, fixed: UpAxis = UpAxis.auto) -> tuple[UpAxis, bool]:
-    """Return the signed axis along which a person stands, and whether the levels of the body are in order along it.
-
-    Parameters
-    ----------
-    positions : (T, 15, 3)
-        Any unit; NaN where a joint was not measured.
-    fixed : UpAxis
-        Axis of the mapping: it decides where the data do not.
-
-    Notes
-    -----
-    The head is above the shoulders, these above the hips, knees and ankles, in the median over time.  Of several such
-    axes that with the largest height counts, or `fixed` if its height is within `NEAR_RATIO` of that.
-    """
-    levels = [positions[:, joints].mean(axis=1) for joints in _LEVELS]
-    levels = [level for level in levels if np.isfinite(level).all(axis=-1).any()]
-    steps = [upper - lower for upper, lower in pairwise(levels)]
-    steps = [step[np.isfinite(step).all(axis=1)] for step in steps]
-    drops = np.array([np.median(step, axis=0) for step in steps if len(step)]).reshape(-1, 3)
-    heights = {
-        UpAxis(sign + "xyz"[k]): abs(float(drops[:, k].sum()))
-        for k in range(3)
-        for sign in ("", "-")
-        if len(drops) and (drops[:, k] * (-1 if sign else 1) > 0).all()
-    }
-    if heights:
-        highest = max(heights, key=heights.__getitem__)
-        near = fixed in heights and NEAR_RATIO * heights[fixed] >= heights[highest]
-        return (fixed if near else highest), True
-    if fixed != UpAxis.auto:
-        return fixed, False
-    legs = (positions[:, _HIPS] - positions[:, ANKLES]).reshape(-1, 3)
-    legs = legs[np.isfinite(legs).all(axis=1)]
-    if not len(legs):
-        return UpAxis.z, False
-    mean = legs.mean(axis=0)
-    axis = int(np.abs(mean).argmax())
-    return UpAxis(("-" if mean[axis] < 0 else "") + "xyz"[axis]), False
 
 
 def accepted(
@@ -224,13 +139,13 @@ def check(
     if complaints := _unusable(body):
         return complaints
     leg = sum(float(np.mean(_medians(body, *_LIMBS[limb]))) for limb in ("thigh", "shank"))
-    found = _not_upright(body, walk and up == UpAxis.auto)
+    found = not_upright(body, walk and up == UpAxis.auto)
     upright = not found
     found += [*_changing(body), *_proportions(body, leg), *_uneven(body), *_exchanged(body)]
     if upright:
-        found += _knees(body, leg, walk)
+        found += bent_knees(body, leg, walk)
     if upright and walk:
-        found += [*_crouched(body, leg), *_cadence(body, frame_rate_hz)]
+        found += [*crouched(body, leg), *cadence(body, frame_rate_hz)]
     return sorted(found, key=lambda complaint: not complaint.rejects)
 
 
@@ -287,21 +202,6 @@ def _unusable(body: np.ndarray) -> list[Complaint]:
         sentence = "all joints lie in one plane: keypoints of a film go to `reconstruct`"
         return [Complaint("plane", sentence, rejects=True)]
     return []
-
-
-def _not_upright(body: np.ndarray, rejects: bool) -> list[Complaint]:
-    """A complaint about a body that does not stand along z."""
-    axis, ordered = axis_up(body, UpAxis.z)
-    if ordered and axis == UpAxis.z:
-        return []
-    what = f"the body stands along {axis}" if ordered else "the body stands along no axis"
-    sentence = str(
-        InvalidInput(
-            f"{what}: is the axis that points up another one (data.up=…), or are points mapped to wrong joints?",
-            expected="head, shoulders, hips, knees and ankles in this order along z",
-        )
-    )
-    return [Complaint("axis", sentence, rejects=rejects)]
 
 
 def _proportions(body: np.ndarray, leg: float) -> list[Complaint]:
@@ -399,62 +299,3 @@ def _exchanged(body: np.ndarray) -> list[Complaint]:
                 joint = WALKER15.joints[lower]
                 return [Complaint("exchanged", f"{exchanged}{joint} or above", (joint,), rejects=True)]
     return []
-
-
-def _forward(body: np.ndarray) -> np.ndarray:
-    """Horizontal unit direction (T, 3) that the hips face."""
-    right = body[:, _HIPS[1]] - body[:, _HIPS[0]]
-    forward = np.stack([-right[:, 1], right[:, 0], np.zeros(len(body))], axis=-1)
-    return forward / np.maximum(np.linalg.norm(forward, axis=-1, keepdims=True), np.finfo(float).tiny)
-
-
-def _knees(body: np.ndarray, leg: float, rejects: bool) -> list[Complaint]:
-    """A complaint about knees that bend backwards from where the hips face."""
-    hips, knees, ankles = (body[:, part] for part in (_HIPS, _KNEES, ANKLES))
-    along = ankles - hips
-    share = ((knees - hips) * along).sum(axis=-1) / np.maximum((along**2).sum(axis=-1), np.finfo(float).tiny)
-    off = knees - hips - share[..., None] * along
-    forward = (off * _forward(body)[:, None]).sum(axis=-1) / leg
-    bent = forward[np.abs(forward) > BENT]  # NaN is not
-    balance = float(bent.sum() / np.abs(bent).sum()) if len(bent) else 0.0
-    if balance >= BACKWARDS:
-        return []
-    sentence = "the knees bend backwards from where the hips face: left and right are exchanged in the names of points"
-    return [Complaint("mirrored", sentence, values={"balance": balance}, rejects=rejects)]
-
-
-def _crouched(body: np.ndarray, leg: float) -> list[Complaint]:
-    """A remark on hips that are low over the ankles throughout."""
-    heights = (body[:, _HIPS, 2] - body[:, ANKLES, 2]).mean(axis=1)
-    heights = heights[np.isfinite(heights)]
-    height = float(np.median(heights)) if len(heights) else np.nan
-    if not height < CROUCHED * leg:
-        return []
-    share = height / leg
-    sentence = (
-        f"crouched: the hips are {height:.0f} mm above the ankles, {told_apart(share, CROUCHED, 2)} of the leg of"
-        f" {leg:.0f} mm (usual {CROUCHED:.2f} or more)"
-    )
-    return [Complaint("crouched", sentence, tuple(WALKER15.joints[j] for j in _HIPS), {"share": share})]
-
-
-def _cadence(body: np.ndarray, frame_rate_hz: float) -> list[Complaint]:
-    """A remark on more strides a second than people make: the strongest frequency of the ankles' fore-aft distance."""
-    apart = ((body[:, ANKLES[0]] - body[:, ANKLES[1]]) * _forward(body)).sum(axis=-1)
-    seen = np.flatnonzero(np.isfinite(apart))
-    if len(seen) < 8:
-        return []
-    apart = np.interp(np.arange(seen[0], seen[-1] + 1), seen, apart[seen])
-    size = 8 * len(apart)
-    power = np.abs(np.fft.rfft(apart - apart.mean(), size)) ** 2
-    frequencies = np.fft.rfftfreq(size, 1.0 / frame_rate_hz)
-    power[(frequencies < STRIDES_HZ[0]) | (frequencies > STRIDES_HZ[1])] = 0.0
-    strides = float(frequencies[power.argmax()])
-    if strides <= MOST_STRIDES_HZ:
-        return []
-    rate = frame_rate_hz / strides
-    sentence = (
-        f"{strides:.1f} strides a second are more than people walk: is the frame rate {frame_rate_hz:g} Hz?"
-        f" At {rate:.0f} Hz it would be 1"
-    )
-    return [Complaint("rate", sentence, values={"strides_hz": strides, "frame_rate_hz": rate})]

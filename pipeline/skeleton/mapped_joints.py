@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.skeleton.body import axis_up
 from pipeline.skeleton.joints import WALKER15
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import Lowering, Rule, SourceMapping, UpAxis
 from pipeline.skeleton.source_points import SourcePoints
+from pipeline.skeleton.upright import axis_up
 
 _TO_Z_UP = {
     UpAxis.x: np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]]),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline.shortened import shortened
-from pipeline.skeleton.body import Complaint
+from pipeline.skeleton.complaint import Complaint
 from pipeline.skeleton.source_mapping import UpAxis
 
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
