@@ -105,13 +105,17 @@ def test_a_walk_is_represented_alike_in_any_axes(person: np.ndarray, tmp_path: P
         )
 
 
-def test_export_writes_joints_and_points_upright(person: np.ndarray, tmp_path: Path) -> None:
-    source = str(cmu_bvh(tmp_path / "a.bvh", person, 1))
-    for options, names in ((["skeleton=auto"], ("head", "pelvis")), (["up=z"], ("Head_end", "Hips"))):
+@pytest.mark.parametrize(("cycled", "up"), [(0, "y"), (1, "z"), (2, "x")])
+def test_export_writes_joints_and_points_upright(
+    person: np.ndarray, tmp_path: Path, cycled: int, up: str
+) -> None:
+    source = str(cmu_bvh(tmp_path / "a.bvh", person, cycled))
+    for options, names in ((["skeleton=auto"], ("head", "pelvis")), ([f"up={up}"], ("Head_end", "Hips"))):
         target = export([source, "units=cm", *options, f"to={tmp_path / options[0]}.trc"])  # y up in OpenSim
         written = formats.read(target)
-        up = [written.positions_mm[:, written.names.index(name), 1] for name in names]
-        np.testing.assert_allclose(up[0] - up[1], (person[:, HEAD] - person[:, PELVIS])[:, 2], atol=0.1)
+        heights = [written.positions_mm[:, written.names.index(name), 1] for name in names]
+        own = (person[:, HEAD] - person[:, PELVIS])[:, 2]
+        np.testing.assert_allclose(heights[0] - heights[1], own, atol=0.1)
 
 
 def test_inspect_says_which_axis_is_used_and_takes_another(person: np.ndarray, tmp_path: Path) -> None:
