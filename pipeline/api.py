@@ -21,7 +21,9 @@ from pipeline.ingestion.corpus import joints_of
 from pipeline.ingestion.exchanged_labels import REMARK
 from pipeline.shortened import shortened
 from pipeline.skeleton import WALKER15
+from pipeline.skeleton.body import accepted
 from pipeline.skeleton.recorded import MotionCapture
+from pipeline.skeleton.source_mapping import UpAxis
 from pipeline.validation import InvalidInput, require_choice, require_range
 
 if TYPE_CHECKING:
@@ -50,9 +52,11 @@ class WalkersModel(LinearModel):
 
 
 def joints(
-    motion: MotionCapture, skeleton: str = mappings.AUTO, subject: str = ""
+    motion: MotionCapture, skeleton: str = mappings.AUTO, subject: str = "", *, up: str = UpAxis.auto
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return joint positions (T, 15, 3), mm, z up, and where they are valid (T, 15).
+
+    Unusual proportions of the body, and rules of the mapping that differ between the sides, are warnings.
 
     Parameters
     ----------
@@ -61,15 +65,23 @@ def joints(
         A mapping that ships, ``auto``, or a YAML file.
     subject : str
         Who, in a file of several people.
+    up : str
+        As for `read`; ``auto``: as `read` was called.
 
     Raises
     ------
     InvalidInput
-        If this is no recording that was read, no mapping gives its legs and pelvis, or nobody of several is chosen.
+        If this is no recording that was read, no mapping gives its legs and pelvis, nobody of several is chosen, `up`
+        is not an axis, or the joints are not a person's.
     """
     if not isinstance(motion, MotionCapture):
         raise InvalidInput("must be what read(path) returns", "motion", received=repr(motion))
-    _, positions, valid = joints_of(motion, mappings.chosen(skeleton), subject)
+    if require_choice("up", up, [*UpAxis]) != UpAxis.auto:
+        motion = replace(motion, up=UpAxis(up))
+    motion, positions, valid = joints_of(motion, mappings.chosen(skeleton), subject)
+    remarks = accepted(positions, valid, motion.frame_rate_hz, walk=False, up=motion.up)
+    for remark in (*(complaint.sentence for complaint in motion.complaints), *remarks):
+        warnings.warn(remark, stacklevel=2)
     return positions, valid
 
 
@@ -80,6 +92,7 @@ def represent(
     *,
     frame_rate_hz: float | None = None,
     units: str | None = None,
+    up: str = UpAxis.auto,
 ) -> FourierRepresentation:
     """Return the Fourier representation of the steady walk in a recording, about its mean pelvis.
 
@@ -92,7 +105,7 @@ def represent(
     skeleton : str
     subject : str
         Who, in a file of several people.
-    frame_rate_hz, units
+    frame_rate_hz, units, up
         What the file does not state, see `read`.
 
     Raises
@@ -100,12 +113,14 @@ def represent(
     InvalidInput
         If the recording cannot be read or holds no steady walk.
     """
-    motion = read(path, frame_rate_hz=frame_rate_hz, units=units)
+    motion = read(path, frame_rate_hz=frame_rate_hz, units=units, up=up)
     motion, positions, valid = joints_of(motion, mappings.chosen(skeleton), subject)
-    walk = walk_in(Path(path).name, positions, motion.frame_rate_hz, valid)
+    walk = walk_in(Path(path).name, positions, motion.frame_rate_hz, valid, motion.up)
     if walk.positions is None:
         raise InvalidInput(str(walk.row["reason"]), Path(path).name)
-    for doubt in filter(None, (walk.row["reason"], *(note for note in motion.notes if REMARK in note))):
+    doubts = [complaint.sentence for complaint in motion.complaints]
+    doubts += [note for note in motion.notes if REMARK in note]
+    for doubt in filter(None, (walk.row["reason"], *doubts)):
         warnings.warn(f"{Path(path).name}: {doubt}", stacklevel=2)
     return fourier.represent(walking.set_origin(walk.positions, origin="pelvis_mean"), motion.frame_rate_hz)
 

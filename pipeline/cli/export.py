@@ -25,7 +25,9 @@ from pipeline.formats import motion as motions
 from pipeline.formats.motion import Motion
 from pipeline.ingestion.corpus import joints_of
 from pipeline.skeleton import WALKER15
-from pipeline.skeleton.mapped_joints import map_joints
+from pipeline.skeleton.body import accepted
+from pipeline.skeleton.mapped_joints import map_joints, with_z_up
+from pipeline.skeleton.source_mapping import UpAxis
 from pipeline.storage.artefacts import packed
 from pipeline.storage.publishing import new_file
 from pipeline.validation import require_range
@@ -60,12 +62,13 @@ class Export:
     skeleton: str = ""
     units: str = ""
     subject: str = ""
+    up: UpAxis = UpAxis.auto
     layout: Layout = Layout.long
     replace: bool = False
 
 
 _OF = dict.fromkeys(("walker", "view_angle_deg", "method", "motion"), "figure")
-_OF |= dict.fromkeys(("skeleton", "units", "subject"), "recording")
+_OF |= dict.fromkeys(("skeleton", "units", "subject", "up"), "recording")
 """Options that only some kinds of source have."""
 
 USAGE = "export FOLDER_OF_A_FIGURE|RECORDING [walker=…] [view_angle_deg=30] [method=map] to=walk.c3d"
@@ -93,7 +96,8 @@ def export(arguments: Sequence[str]) -> Path:
     elif kind == "figure":
         motion = reconstruction(source, options)
     elif options.cycles is not None:
-        walk = recorded_walk(source, skeleton=options.skeleton, units=options.units, subject=options.subject)
+        stated = {name: getattr(options, name) for name in ("skeleton", "units", "subject", "up")}
+        walk = recorded_walk(source, **stated)
         motion = synthesised([("", walk)], options)
     else:
         motion = recording(source, options)
@@ -105,9 +109,10 @@ def export(arguments: Sequence[str]) -> Path:
 def recording(source: Path, options: Export) -> Motion:
     """Return a recording: its points as they are, or with ``skeleton=`` the joints, z up; at a lower rate if asked.
 
-    A unit that the file does not state is that of human legs, if it is known which points they are.
+    A unit that the file does not state is that of human legs, if it is known which points they are.  With ``up=``
+    points are turned to z up, too.
     """
-    read = formats.read(source, units=options.units or None)
+    read = formats.read(source, units=options.units or None, up=options.up)
     if options.subject and not options.skeleton:
         read = mappings.of_one_person(read, mappings.shipped().values(), options.subject)
     rate = read.frame_rate_hz
@@ -115,6 +120,9 @@ def recording(source: Path, options: Export) -> Motion:
     wanted = float(require_range("frame_rate_hz", asked, above=0, at_most=rate))
     count = int((len(read.positions_mm) - 1) * wanted / rate + 1e-9) + 1
     names, points, parents = read.names, read.positions_mm, None
+    own_axes = not options.skeleton and options.up == UpAxis.auto
+    if not own_axes and not options.skeleton:
+        points = with_z_up(points, options.up)
     if not options.skeleton and read.units_assumed:
         sentence = f"The file states no unit; its numbers are taken as {read.units}, or as units=… says."
         fit = mappings.suggest(read, mappings.shipped().values())
@@ -127,6 +135,8 @@ def recording(source: Path, options: Export) -> Motion:
         known, joints, valid = joints_of(read, mappings.chosen(options.skeleton), options.subject)
         for decided in known.notes[len(read.notes) :]:
             tell(decided)
+        for remark in accepted(joints, valid, rate, walk=False, up=options.up):
+            tell(remark)
         there = np.flatnonzero(valid.any(axis=0)).tolist()
         parents = tuple(
             there.index(parent) if (parent := WALKER15.parents[joint]) in there else -1 for joint in there
@@ -134,7 +144,7 @@ def recording(source: Path, options: Export) -> Motion:
         names, points = tuple(WALKER15.joints[joint] for joint in there), joints[:, there]
     if wanted < rate:
         points = resampling.interpolate(points, np.arange(count) * (rate / wanted))
-    return Motion(names, points, wanted, parents, own_axes=not options.skeleton)
+    return Motion(names, points, wanted, parents, own_axes=own_axes)
 
 
 def reconstruction(folder: Path, options: Export) -> Motion:
@@ -195,7 +205,7 @@ def export_motion(arguments: Sequence[str]) -> int:
     motion=both|original|reconstructed      of a figure; joints of a reconstruction end in its method: left_knee_map
     cycles=3 frame_rate_hz=100              so many cycles at this rate; of a recording, of its steady walk
     skeleton=auto                           of a recording: the joints in place of the points
-    units=m subject=…                       of a recording that does not state its unit; that has several people
+    units=m subject=… up=y                  of a recording: its unit if not stated, one of several people, axis up
     replace=true                            a file that exists
     """
     tell(f"written: {export(arguments)}")

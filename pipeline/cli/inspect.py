@@ -14,13 +14,13 @@ from pipeline import formats, mappings
 from pipeline.cli.output import tell_section
 from pipeline.cli.walkers import options_of
 from pipeline.clips.walks import walk_in
-from pipeline.core import walking
 from pipeline.ingestion import nearest_joints, static_trial
 from pipeline.ingestion.corpus import joints_of
 from pipeline.ingestion.data import BY_FOLDER, WHOSE, FolderData
+from pipeline.skeleton.body import check
 from pipeline.skeleton.mapped_joints import up_axis
 from pipeline.skeleton.recorded import MotionCapture
-from pipeline.skeleton.source_mapping import SourceMapping
+from pipeline.skeleton.source_mapping import SourceMapping, UpAxis
 from pipeline.skeleton.source_points import plain_name
 from pipeline.storage.publishing import new_file
 from pipeline.validation import InvalidInput, bounded, listed
@@ -37,6 +37,7 @@ class Inspect:
     frame_rate_hz: Annotated[float, bounded(above=0, at_most=1e5)] | None = None
     subject: str = ""
     static: str = ""
+    up: UpAxis = UpAxis.auto
 
 
 @dataclass
@@ -101,7 +102,7 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
     for path in files:
         found = Findings(path.relative_to(source if source.is_dir() else path.parent).as_posix())
         try:
-            motion = formats.read(path, **stated)
+            motion = formats.read(path, **stated, up=options.up)
         except InvalidInput as refusal:
             found.lines.append(f"cannot be read: {_found(refusal)}")
             yield found
@@ -257,13 +258,17 @@ def _of_walk(motion: MotionCapture, fit: mappings.Fit, path: Path, options: Insp
         found.lines.append(_found(refusal))
         return
     found.lines.append(f"axis up: {up}")
-    found.lines += walking.uneven_legs(positions)
-    walk = walk_in(path.name, positions, read.frame_rate_hz, valid)
+    walk = walk_in(path.name, positions, read.frame_rate_hz, valid, options.up)
     run = _run(path, options, found.mapping)
     if walk.positions is None:
         reason = _found(walk.row["reason"])
         if walk.row["leg_length_mm"] and static_trial.moves(positions) <= static_trial.STILL:
             reason = "nobody moves; it may be the static trial of other recordings"
+        found.lines += [
+            _found(complaint.sentence)
+            for complaint in check(positions, valid, read.frame_rate_hz, walk=False, up=options.up)
+            if complaint.sentence != walk.row["reason"]
+        ]
         found.lines.append(f"not usable as a walk: {reason}")
         found.lines.append(f"next: {_after_refusal(reason, path, options, run)}")
         return
@@ -279,8 +284,8 @@ def _run(path: Path, options: Inspect, mapping: str) -> str:
     """The command that makes a figure of the folder's recordings."""
     stated = "".join(
         f" data.{name}={shlex.quote(f'{value:g}' if isinstance(value, float) else value)}"
-        for name in ("units", "frame_rate_hz", "subject")
-        if (value := getattr(options, name))
+        for name in ("units", "frame_rate_hz", "subject", "up")
+        if (value := getattr(options, name)) and value != UpAxis.auto
     )
     skeleton = shlex.quote(options.skeleton or mapping)
     folder = shlex.quote(str(path.parent))
@@ -335,6 +340,7 @@ def look(arguments: Sequence[str]) -> int:
     units=m               of a file that does not state its unit: mm, cm, m, in, ft
     frame_rate_hz=100     of a file that does not state its rate
     subject=…             who, in a file of several people
+    up=y                  axis of the file that points up: x, y, z, -x, -y, -z, in place of what the joints say
     static=standing.trc   a standing trial, whose markers of knees and ankles clusters of the walk carry along;
                           found by itself if its name begins with the person's and holds the word static
     """

@@ -24,6 +24,7 @@ from pipeline.cli.walkers import (
 from pipeline.core import fourier
 from pipeline.pointlight import Noise, PointLights
 from pipeline.skeleton import WALKER15
+from pipeline.skeleton.source_mapping import UpAxis
 from pipeline.storage.publishing import new_file
 from pipeline.validation import InvalidInput, bounded
 
@@ -70,6 +71,7 @@ class Display:
     skeleton: str = ""
     units: str = ""
     subject: str = ""
+    up: UpAxis = UpAxis.auto
     height_px: int = 400
     dot_px: float = 4.0
     replace: bool = False
@@ -79,6 +81,7 @@ _OF = dict.fromkeys(("walker", "method", "from_view_deg"), "figure") | {
     "skeleton": "recording",
     "units": "recording",
     "subject": "recording",
+    "up": "recording",
     "harmonics": "recording or film",
 }
 """Options that only some kinds of source have."""
@@ -207,6 +210,7 @@ def _walk(kind: str, path: Path, options: Display) -> Walk:
             skeleton=options.skeleton,
             units=options.units,
             subject=options.subject,
+            up=options.up,
             harmonics=harmonics,
         )
     figure = FigureWalkers(path)
@@ -270,7 +274,7 @@ def point_lights(arguments: Sequence[str]) -> int:
     translating=true [speed_mm_s=1300]  over the ground in place of a treadmill
     walker=… [method=map from_view_deg=30]  of a figure: as recorded, or as reconstructed from a view
     gender=3                            of `synthetic`: -1 the average woman, 1 the average man
-    skeleton=… units=m subject=…        of a recording; subject= of one with several people
+    skeleton=… units=m subject=… up=y   of a recording; subject= of one with several people
     replace=true                        a file that exists
     """
     target, words = make(arguments)

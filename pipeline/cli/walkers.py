@@ -11,12 +11,14 @@ import numpy as np
 
 from pipeline import formats, mappings
 from pipeline.cli.options import Options, filled
+from pipeline.cli.output import tell
 from pipeline.clips.options import Locomotion
 from pipeline.clips.walks import walk_in
 from pipeline.core import camera, fourier, linear_model, reconstruction
 from pipeline.formats.budget import read_one
 from pipeline.ingestion.corpus import joints_of
 from pipeline.skeleton import WALKER15
+from pipeline.skeleton.source_mapping import UpAxis
 from pipeline.storage import tables
 from pipeline.storage.publishing import require_new
 from pipeline.storage.sealed_folders import read_manifest
@@ -198,7 +200,9 @@ class FigureWalkers:
         return np.where(measured, views.missing[0], camera.missing_dimension(of_model, angle[0]))
 
 
-def recorded_walk(path: Path, *, skeleton: str, units: str, subject: str = "", harmonics: int = 2) -> Walk:
+def recorded_walk(
+    path: Path, *, skeleton: str, units: str, subject: str = "", up: UpAxis = UpAxis.auto, harmonics: int = 2
+) -> Walk:
     """Return the steady walk of a recording.
 
     Parameters
@@ -208,6 +212,8 @@ def recorded_walk(path: Path, *, skeleton: str, units: str, subject: str = "", h
         As ``skeleton=`` and ``data.units=``; empty: recognised, and the file's own.
     subject : str
         Who, in a file of several people.
+    up : UpAxis
+        Axis of the file that points up; ``auto``: the one along which its joints stand.
     harmonics : int
 
     Raises
@@ -215,9 +221,11 @@ def recorded_walk(path: Path, *, skeleton: str, units: str, subject: str = "", h
     InvalidInput
         If the file cannot be read or nobody walks steadily in it.
     """
-    read = formats.read(path, units=units or None)
+    read = formats.read(path, units=units or None, up=up)
     read, positions, valid = joints_of(read, mappings.chosen(skeleton or mappings.AUTO), subject)
-    return steady(path.name, positions, read.frame_rate_hz, valid, harmonics=harmonics)
+    for complaint in read.complaints:
+        tell(complaint.sentence)
+    return steady(path.name, positions, read.frame_rate_hz, valid, harmonics=harmonics, up=up)
 
 
 def keypoint_walk(folder: Path, *, harmonics: int = 2) -> Walk:
@@ -276,11 +284,14 @@ def steady(
     *,
     harmonics: int,
     locomotion: Locomotion = Locomotion.auto,
+    up: UpAxis = UpAxis.auto,
 ) -> Walk:
-    """Return the Fourier representation of the steady part of joints (T, 15, 3), mm."""
-    prepared = walk_in(name, positions, frame_rate_hz, valid, locomotion=locomotion)
+    """Return the Fourier representation of the steady part of joints (T, 15, 3), mm, and print remarks on it."""
+    prepared = walk_in(name, positions, frame_rate_hz, valid, up, locomotion=locomotion)
     if prepared.positions is None:
         raise InvalidInput(f"no walk: {prepared.row['reason']}", name)
+    if remarks := prepared.row["reason"]:
+        tell(remarks)
     series = fourier.represent(
         prepared.positions,
         frame_rate_hz,

@@ -109,5 +109,9 @@ def middle_cycle(raw: RawClip, steady: Steady) -> PreparedClip:
         return made
     offset = int(walk.row["first_frame"])
     placed = {"first_frame": offset + round(start), "last_frame": offset + round(start + period)}
-    of_walk = {"frames": len(raw.positions), "bridged_values": walk.row["bridged_values"], **placed}
+    of_walk = {
+        "frames": len(raw.positions),
+        **{name: walk.row[name] for name in ("bridged_values", "reason")},
+        **placed,
+    }
     return dataclasses.replace(made, row=made.row | of_walk)

@@ -10,6 +10,8 @@ import numpy as np
 
 from pipeline.core import walking
 from pipeline.skeleton import PELVIS, WALKER15
+from pipeline.skeleton.body import accepted
+from pipeline.skeleton.source_mapping import UpAxis
 from pipeline.validation import InvalidInput
 
 LEAST_MOTION_MM = 10.0
@@ -34,6 +36,8 @@ class RawClip:
         None: where the positions are finite.
     notes : sequence of str
         Remarks of the reader of the file.
+    up : UpAxis
+        Axis of the file that points up, if the user stated it.
     """
 
     row: dict[str, Any]
@@ -41,6 +45,7 @@ class RawClip:
     frame_rate_hz: float
     valid: np.ndarray | None = None
     notes: Sequence[str] = ()
+    up: UpAxis = UpAxis.auto
 
 
 @dataclass(frozen=True)
@@ -93,7 +98,7 @@ def prepare(
     *,
     may_lack_joints: bool = False,
 ) -> PreparedClip:
-    """Bridge the gaps of a clip that are no longer than `gap_s` seconds, and select its usable part.
+    """Check the body of a clip, bridge its gaps of at most `gap_s` seconds, and select its usable part.
 
     Parameters
     ----------
@@ -103,12 +108,14 @@ def prepare(
         Given the bridged clip and the row, returns the positions to keep, (T', 15, 3) mm, and enters what it finds
         into the row; raises InvalidInput to refuse the clip.
     may_lack_joints : bool
-        Whether joints above the legs may be missing throughout: they stay NaN, and frames are whole without them.
+        Whether joints above the legs may be missing throughout, as of walks: they stay NaN, and frames are whole
+        without them.
     """
     row = raw.row | {"frames": len(raw.positions), "verdict": "refused"}
     valid = np.isfinite(raw.positions).all(axis=-1) if raw.valid is None else raw.valid
     try:
-        walking.require_millimetres(raw.positions)
+        remarks = accepted(raw.positions, valid, raw.frame_rate_hz, walk=may_lack_joints, up=raw.up)
+        row["reason"] = "; ".join(remarks)
         row["leg_length_mm"] = walking.leg_length(raw.positions)
         seen = np.asarray(valid.any(axis=0))
         if lacking := ", ".join(

@@ -18,6 +18,7 @@ from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
 from pipeline.skeleton import PELVIS, WALKER15
 from pipeline.skeleton.mapped_joints import LOWER_BODY
+from pipeline.skeleton.source_mapping import UpAxis
 from pipeline.synthetic import walkers
 from pipeline.validation import InvalidInput, told_apart
 
@@ -77,10 +78,15 @@ def walks_let_go(
 
 
 def walk_in(
-    name: str, positions: np.ndarray, frame_rate_hz: float, valid: np.ndarray | None, **options: Any
+    name: str,
+    positions: np.ndarray,
+    frame_rate_hz: float,
+    valid: np.ndarray | None,
+    up: UpAxis = UpAxis.auto,
+    **options: Any,
 ) -> PreparedClip:
     """Return the steady part of joints (T, 15, 3) of one recording, by options of `Steady`, or why there is none."""
-    raw = RawClip(report_row(REPORT_COLUMNS, clip=name), positions, frame_rate_hz, valid)
+    raw = RawClip(report_row(REPORT_COLUMNS, clip=name), positions, frame_rate_hz, valid, up=up)
     return steady_walk(raw, Steady(**options))
 
 
@@ -198,7 +204,7 @@ def _completed(
         remarks.append(f"{joint} is estimated: it had {share:.0%} of what two harmonics leave")
     if sound and remarks:
         row["missing_joints"] = ", ".join(np.array(WALKER15.joints)[missing])
-        row["reason"] = "; ".join(remarks)
+        row["reason"] = "; ".join(filter(None, (row["reason"], *remarks)))
     return completed, series, f"{share:.0%} of it at {joint}"
 
 

@@ -21,7 +21,8 @@ from pipeline.formats.contract import Reader, damaged
 from pipeline.formats.points import csv, trc
 from pipeline.formats.text import millimetres_in
 from pipeline.skeleton.recorded import MotionCapture
-from pipeline.validation import require_range
+from pipeline.skeleton.source_mapping import UpAxis
+from pipeline.validation import require_choice, require_range
 
 READERS: dict[str, Reader] = {
     ".amc": acclaim.read,
@@ -90,7 +91,9 @@ def is_recording(path: Path) -> bool:
         return len(_NUMBERS.findall(file.read(4000))) > 1
 
 
-def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
+def read(
+    path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None, up: str = UpAxis.auto
+) -> MotionCapture:
     """Read a motion file by the reader of its suffix.
 
     Parameters
@@ -100,6 +103,9 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
         Frames per second (Hz), for a file that does not state it.
     units : str, optional
         Unit of length, for a file that does not state it: ``"mm"``, ``"cm"``, ``"m"``, ``"in/0.45"``…
+    up : str
+        Axis of the file that points up, ``"x"``, ``"-x"``, ``"y"``…; ``"auto"``: the one along which its joints stand.
+        Positions stay in the file's axes.
 
     Raises
     ------
@@ -115,6 +121,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
         raise damaged(
             f"the format is unknown{advice}", path.name, "one of " + " ".join(READERS), suffix or "no suffix"
         )
+    require_choice("up", up, [*UpAxis])
     if units is not None:
         millimetres_in(units, path.name)
     if frame_rate_hz is not None:
@@ -125,4 +132,4 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
         notes.append(f"The file states its unit, {motion.units}, which is used, not {units}.")
     if frame_rate_hz is not None and abs(rate / frame_rate_hz - 1.0) >= ANOTHER_RATE:
         notes.append(f"The file states {rate:g} frames a second, which are used, not {frame_rate_hz:g}.")
-    return replace(motion, notes=tuple(notes))
+    return replace(motion, notes=tuple(notes), up=UpAxis(up))

@@ -22,9 +22,10 @@ from pipeline.formats.points.csv import bids
 from pipeline.ingestion import static_trial
 from pipeline.ingestion.exchanged_labels import exchanged_back
 from pipeline.skeleton import WALKER15
-from pipeline.skeleton.mapped_joints import map_joints
+from pipeline.skeleton.complaint import Complaint
+from pipeline.skeleton.mapped_joints import map_joints, up_axis
 from pipeline.skeleton.recorded import MotionCapture
-from pipeline.skeleton.source_mapping import SourceMapping
+from pipeline.skeleton.source_mapping import SourceMapping, UpAxis
 from pipeline.skeleton.source_points import SourcePoints
 from pipeline.validation import InvalidInput, listed
 
@@ -52,6 +53,8 @@ class Clip:
         Why the file is not the recording that the table lists; empty if it is.
     statics : tuple of Path
         What may be its static trial, for markers that it lacks.
+    up : UpAxis
+        ``auto``: the axis along which its joints stand.
     """
 
     name: str
@@ -66,6 +69,7 @@ class Clip:
     mismatch: str = ""
     subject: str = ""
     statics: tuple[Path, ...] = ()
+    up: UpAxis = UpAxis.auto
 
     @property
     def identity(self) -> dict[str, Any]:
@@ -96,7 +100,7 @@ def read_clip(clip: Clip) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
     if _digest(clip.path) != clip.sha256:
         raise InvalidInput("the file changed during this run", clip.name)
     stated: dict[str, Any] = {"frame_rate_hz": clip.frame_rate_hz or None, "units": clip.units or None}
-    motion = formats.read(clip.path, **stated)
+    motion = formats.read(clip.path, **stated, up=clip.up)
     known = [clip.mapping] if clip.mapping else list(mappings.shipped().values())
     motion = static_trial.completed(motion, known, clip.statics, **stated) if clip.statics else motion
     return joints_of(motion, clip.mapping, clip.subject)
@@ -141,11 +145,17 @@ def joints_of(
     rules = [source.rule_of(joint, mapping) for joint in WALKER15.joints]
     used = {source.index(point) for rule in rules if rule for point in rule[0]}
     motion = exchanged_back(replace(motion, notes=tuple(notes)), used)
-    notes = list(motion.notes)
+    complaints = mappings.check(motion, mapping)
     positions, valid = map_joints(motion, mapping)
+    if motion.up == UpAxis.auto and mapping.up not in (UpAxis.auto, up := up_axis(motion, mapping)):
+        sentence = (
+            f"{mapping.name} says that {mapping.up} points up, but the body stands along {up}, which is used"
+        )
+        complaints.append(Complaint("axis", sentence))
+    notes = [*motion.notes, *(complaint.sentence for complaint in complaints)]
     factor, sentence = mappings.rescaled(motion, mapping, walking.leg_length(positions))
     notes += [sentence] if sentence else []
-    return replace(motion, notes=tuple(notes)), positions * factor, valid
+    return replace(motion, notes=tuple(notes), complaints=tuple(complaints)), positions * factor, valid
 
 
 @dataclass(frozen=True)
@@ -259,6 +269,7 @@ def folder_clips(
     frame_rate_hz: float = 0.0,
     units: str = "",
     subject: str = "",
+    up: UpAxis = UpAxis.auto,
     source: str = "folder",
 ) -> list[Clip]:
     """Return the readable files below the user's folder.
@@ -278,6 +289,8 @@ def folder_clips(
         For files that do not say.
     subject : str
         Who, in files of several people.
+    up : UpAxis
+        Axis that points up; ``auto``: for each file the one along which its joints stand.
     source : str
         Name of the laboratory.
 
@@ -326,6 +339,7 @@ def folder_clips(
                 frame_rate_hz=frame_rate_hz,
                 units=units,
                 subject=subject,
+                up=up,
                 mismatch="the file's name contains unprintable characters: rename it"
                 if plain != name
                 else ""

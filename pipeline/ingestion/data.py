@@ -21,6 +21,7 @@ from pipeline.clips.options import Data, Missing, Skeleton, Steady, SyntheticPeo
 from pipeline.ingestion import recorded
 from pipeline.ingestion.corpus import Clip, Listing, first_people, folder_clips, in_turn, listed_clips
 from pipeline.resources import DATA
+from pipeline.skeleton.source_mapping import UpAxis
 from pipeline.validation import CountOrAll, InvalidInput, NonNegative, Options
 
 
@@ -183,6 +184,9 @@ class FolderData(Recordings):
     subject: str = (
         ""  # who, in files of several people: the beginning of the points' names, or a number from 1
     )
+    up: UpAxis = (
+        UpAxis.auto
+    )  # axis that points up: x, y, z, -x, -y, -z; auto: the one along which joints stand
 
     def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:
         """Return the request for the files below the folder."""
@@ -194,6 +198,7 @@ class FolderData(Recordings):
             frame_rate_hz=self.frame_rate_hz,
             units=self.units,
             subject=self.subject,
+            up=self.up,
         )
         known: dict[str, str] = {}
         for clip in (

@@ -13,13 +13,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from pipeline import mappings
 from pipeline.clips.missing_joints import LEG_MM, population
 from pipeline.core import fourier, walking
 from pipeline.ingestion.static_trial import technical_clusters
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.recorded import MotionCapture
-from pipeline.skeleton.source_mapping import SourceMapping, UpAxis
-from pipeline.skeleton.source_points import plain_name
+from pipeline.skeleton.source_mapping import Lowering, Rule, SourceMapping, UpAxis
+from pipeline.skeleton.source_points import SourcePoints, bare_names, plain_name
 from pipeline.validation import InvalidInput, listed
 
 PHASES, FRAMES, ROUNDS, HEADINGS = 8, 24, 4, 12
@@ -69,6 +70,13 @@ FEWEST = 7
 REMARK = "# Of points whose names say as much, those next to an average walker's joints over the clip were taken.\n"
 """First line of a file in which such a mapping is written down."""
 
+HIPS = ("left_hip", "right_hip")
+REGRESSIONS = {
+    "skin_landmarks": ("L.ASIS", "R.ASIS", "L.PSIS", "R.PSIS", "Sacrum"),
+    "trochanters": ("L.GT", "R.GT"),
+}
+"""Mappings whose hips are a regression, and its points, the better one first."""
+
 PARTS = ("ankle", "knee", "hip", "shoulder", "elbow", "wrist")
 
 
@@ -80,7 +88,9 @@ Found = dict[str, Points]
 def propose(motion: MotionCapture, name: str) -> SourceMapping:
     """Propose a mapping from names, sides and distance to an average walker, every joint of it guessed.
 
-    Points of technical clusters, which mark no joint, take no part.
+    Points of technical clusters, which mark no joint, are left out.  Hips come by the regression of the pelvis's
+    markers, or of the trochanters, where these are in the file and would be taken for hips.  A joint whose rule fails
+    `pipeline.mappings.check` is not proposed.
 
     Parameters
     ----------
@@ -93,18 +103,49 @@ def propose(motion: MotionCapture, name: str) -> SourceMapping:
         If the recording has too few points to tell a body, or none that is like a joint.
     """
     names, positions, up = _points(motion, name)
-    body = _Body([plain_name(point) for point in names], positions)
+    body = _Body([plain_name(point) for point in bare_names(names)], positions)
     cycle = fourier.synthesise(population().mean.reshape(5, 15, 3), 1.0, np.arange(PHASES) / PHASES)
     starts = [*body.by_names(), *body.starts(cycle)]
     found = min((body.matched(start, cycle) for start in starts), key=lambda fit: fit[0])[1]
     if not found:
         raise InvalidInput("no point is like a joint of a walker", name, received=f"points {listed(names)}")
-    joints = {
+    joints: dict[str, Rule] = {
         joint: {names[k]: 1.0 / len(found[joint]) for k in found[joint]}
         for joint in WALKER15.joints
         if joint in found
     }
-    return SourceMapping(name=name, up=up, joints=joints, guessed=list(joints))
+    regressed, lowered = _regressed(motion, {point for hip in HIPS for point in joints.get(hip, {})})
+    joints = {joint: rule for joint, rule in joints.items() if joint not in regressed}
+    mapping = SourceMapping(name=name, up=up, joints=joints, otherwise=regressed, lowered=lowered)
+    failing = {joint for complaint in mappings.check(motion, mapping) for joint in complaint.where}
+    for joint in failing:
+        joints.pop(joint, None)
+        regressed.pop(joint, None)
+        lowered.pop(joint, None)
+    mapping.guessed = [joint for joint in WALKER15.joints if mapping.rules(joint)]
+    return mapping
+
+
+def _regressed(motion: MotionCapture, hips: set[str]) -> tuple[dict[str, Rule], dict[str, Lowering]]:
+    """Rules of hips and pelvis by the first regression that ships whose points the file has, and their lowering.
+
+    Nothing where `hips`, the points that were taken for hips, are some that no regression uses.
+    """
+    landmarks: set[str] = set()
+    rules: dict[str, Rule] = {}
+    lowered: dict[str, Lowering] = {}
+    for family, marks in REGRESSIONS.items():
+        shipped = mappings.shipped()[family]
+        points = SourcePoints(motion, shipped.points)
+        names = {mark: motion.names[points.index(mark)] for mark in marks if points.find(mark) is not None}
+        landmarks |= {*names.values()}
+        found = {joint: points.rule_of(joint, shipped) for joint in (*HIPS, "pelvis")}
+        for joint, pair in found.items():
+            if not rules.keys() >= found.keys() and pair and pair[1] and points.sees(pair[0]):
+                rules[joint] = {names[mark]: weight for mark, weight in pair[0].items()}
+                lowered[joint] = Lowering(by=pair[1].by, between=[names[mark] for mark in pair[1].between])
+    usable = len(rules) == len(found) and (not hips or hips & landmarks)
+    return (rules, lowered) if usable else ({}, {})
 
 
 def _points(motion: MotionCapture, name: str) -> tuple[list[str], np.ndarray, UpAxis]:

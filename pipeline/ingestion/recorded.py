@@ -72,7 +72,9 @@ def read_and_prepare(
         row = report_row(columns, clip=clip.name, person=clip.person, source=clip.source, action=clip.action)
         try:
             motion, positions, valid = read_clip(clip)
-            prepared = prepare_one(RawClip(row, positions, motion.frame_rate_hz, valid, motion.notes))
+            prepared = prepare_one(
+                RawClip(row, positions, motion.frame_rate_hz, valid, motion.notes, motion.up)
+            )
             # Of positions to a thousandth of a millimetre: equal for copies in whatever format.
             digest = hashlib.sha256((np.round(positions, 3) + 0.0).tobytes()).hexdigest()
             if prepared.positions is None:

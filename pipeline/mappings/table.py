@@ -255,19 +255,24 @@ def written(mapping: SourceMapping, motion: MotionCapture) -> str:
         "# guessed; weights of a joint sum to one, e.g. {lateral: 0.5, medial: 0.5}.",
         f"name: {_quoted(mapping.name)}",
         f"up: {mapping.up}  # guessed: the axis along which the points spread most",
-        "joints:",
     ]
     used = set()
-    for joint in WALKER15.joints:
-        rules = mapping.rules(joint)
-        if not rules:
-            lines.append(
-                f"  # {joint}: no point was found; without it, it is estimated (not possible for legs)"
-            )
-            continue
-        used |= set(rules[0][0])
-        inner = ", ".join(f"{_quoted(point)}: {weight:g}" for point, weight in rules[0][0].items())
-        lines.append(f"  {joint}: {{{inner}}}" + ("  # guessed" if joint in mapping.guessed else ""))
+    for section, rules in (("joints", mapping.joints), ("otherwise", mapping.otherwise)):
+        lines += [f"{section}:"] if rules else []
+        for joint in (joint for joint in WALKER15.joints if joint in rules):
+            rule = next(rule for rule, _ in mapping.rules(joint))
+            used |= {*rule}
+            inner = ", ".join(f"{_quoted(point)}: {weight:g}" for point, weight in rule.items())
+            lines.append(f"  {joint}: {{{inner}}}" + ("  # guessed" if joint in mapping.guessed else ""))
+    lines += ["lowered:"] if mapping.lowered else []
+    for joint, lowering in mapping.lowered.items():
+        between = ", ".join(map(_quoted, lowering.between))
+        lines.append(f"  {joint}: {{by: {lowering.by:g}, between: [{between}]}}")
+    lines += [
+        f"# {joint}: no point was found; without it, it is estimated (not possible for legs)"
+        for joint in WALKER15.joints
+        if not mapping.rules(joint)
+    ]
     if mapping.guessed:
         lines.append(f"guessed: [{', '.join(mapping.guessed)}]")
     left = [_quoted(name) for name in motion.names if name not in used]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from pipeline.validation import require_choice
 
 
@@ -70,6 +72,23 @@ LEFT_LEG, RIGHT_LEG = (
 )
 """Hip, knee and ankle."""
 ANKLES = [LEFT_LEG[2], RIGHT_LEG[2]]
+
+LEG_LENGTH_MM = (300.0, 1300.0)
+"""Hip to knee to ankle of a small child and of a very tall adult: outside of it the unit is wrong."""
+
+
+def leg_length(positions: np.ndarray) -> float:
+    """Hip to knee to ankle in mm, mean over sides and the frames that show them; NaN where none does."""
+    lengths = np.stack(
+        [
+            np.linalg.norm(np.diff(positions[:, side], axis=1), axis=-1).sum(axis=1)
+            for side in (LEFT_LEG, RIGHT_LEG)
+        ]
+    )
+    seen = np.isfinite(lengths)
+    if not seen.any(axis=1).all():
+        return np.nan
+    return float(np.mean([side[known].mean() for side, known in zip(lengths, seen, strict=True)]))
 
 
 @dataclass(frozen=True)

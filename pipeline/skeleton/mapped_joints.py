@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.skeleton.joints import ANKLES, LEFT_LEG, RIGHT_LEG, WALKER15
+from pipeline.skeleton.joints import WALKER15
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import Lowering, Rule, SourceMapping, UpAxis
 from pipeline.skeleton.source_points import SourcePoints
+from pipeline.skeleton.upright import axis_up
 
 _TO_Z_UP = {
     UpAxis.x: np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]]),
     UpAxis.y: np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]]),
     UpAxis.z: np.eye(3),
-    UpAxis.minus_x: np.array([[0.0, 1, 0], [0, 0, -1], [-1, 0, 0]]),
-    UpAxis.minus_y: np.array([[0.0, 0, -1], [1, 0, 0], [0, -1, 0]]),
-    UpAxis.minus_z: np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]]),
+    UpAxis("-x"): np.array([[0.0, 1, 0], [0, 0, -1], [-1, 0, 0]]),
+    UpAxis("-y"): np.array([[0.0, 0, -1], [1, 0, 0], [0, -1, 0]]),
+    UpAxis("-z"): np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]]),
 }
 """Rotations (which keep handedness) that bring the named axis to z."""
 
@@ -48,7 +49,7 @@ def map_joints(motion: MotionCapture, mapping: SourceMapping) -> tuple[np.ndarra
         twice in the file (two people).
     """
     points, found, positions = _in_own_axes(motion, mapping)
-    positions = with_z_up(positions, _up_of(positions, mapping))
+    positions = with_z_up(positions, _up_of(positions, motion, mapping))
     for j, (joint, rule) in enumerate(found.items()):
         if rule is not None and rule[1] is not None:
             positions[:, j, 2] -= rule[1].by * points.distance(joint, rule[1], mapping)
@@ -61,14 +62,14 @@ def with_z_up(positions: np.ndarray, up: UpAxis) -> np.ndarray:
 
 
 def up_axis(motion: MotionCapture, mapping: SourceMapping) -> UpAxis:
-    """Return the axis of a file that points up: as its mapping says, or along which the hips are above the ankles.
+    """Return the axis of a file that points up: the one stated, or the one along which its joints stand.
 
     Raises
     ------
     InvalidInput
         As `map_joints`.
     """
-    return _up_of(_in_own_axes(motion, mapping)[2], mapping)
+    return _up_of(_in_own_axes(motion, mapping)[2], motion, mapping)
 
 
 def _in_own_axes(
@@ -89,15 +90,6 @@ def _in_own_axes(
     return points, found, positions
 
 
-def _up_of(positions: np.ndarray, mapping: SourceMapping) -> UpAxis:
-    """The axis that a mapping says, or the signed one along which hips are above ankles, all over the clip."""
-    if mapping.up != UpAxis.auto:
-        return mapping.up
-    hips = [leg[0] for leg in (LEFT_LEG, RIGHT_LEG)]
-    legs = (positions[:, hips] - positions[:, ANKLES]).reshape(-1, 3)
-    legs = legs[np.isfinite(legs).all(axis=1)]
-    if not len(legs):
-        return UpAxis.z
-    mean = legs.mean(axis=0)
-    axis = int(np.abs(mean).argmax())
-    return UpAxis(("-" if mean[axis] < 0 else "") + "xyz"[axis])
+def _up_of(positions: np.ndarray, motion: MotionCapture, mapping: SourceMapping) -> UpAxis:
+    """The axis that the caller stated, or along which joints (T, 15, 3) stand; a mapping's own breaks ties."""
+    return axis_up(positions, mapping.up)[0] if motion.up == UpAxis.auto else motion.up

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline.shortened import shortened
+from pipeline.skeleton.complaint import Complaint
+from pipeline.skeleton.source_mapping import UpAxis
 
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
 """Millimetres in one unit of length, by the unit's short name."""
@@ -29,6 +31,10 @@ class MotionCapture:
         What is odd in the file but readable, one sentence each (a frame count that disagrees, …).
     units_assumed : bool
         Whether neither the file nor the caller stated the unit.
+    up : UpAxis
+        Axis that points up, if the caller stated it.
+    complaints : tuple of Complaint
+        What is doubtful in the mapping of its points to joints; the sentences are among `notes`, too.
     """
 
     names: tuple[str, ...]
@@ -38,3 +44,5 @@ class MotionCapture:
     units: str
     notes: tuple[str, ...] = ()
     units_assumed: bool = False
+    up: UpAxis = UpAxis.auto
+    complaints: tuple[Complaint, ...] = ()

@@ -21,11 +21,12 @@ class UpAxis(StrEnum):
     x = "x"
     y = "y"
     z = "z"
-    minus_x = "-x"
-    minus_y = "-y"
-    minus_z = "-z"
+    # Options name a choice by its member's name, which no assignment can write.
+    vars()["-x"] = "-x"
+    vars()["-y"] = "-y"
+    vars()["-z"] = "-z"
     auto = "auto"
-    """The axis along which the hips are above the ankles."""
+    """The axis along which the body stands."""
 
 
 Rule = dict[str, float]
@@ -40,6 +41,7 @@ class SourceMapping:
     ----------
     name : str
     up : UpAxis
+        Axis that decides where the joints stand along no axis, or as well along another.
     joints : dict
         joint → {source point: weight}, or a list of such rules; the first whose points the file has is used.
     otherwise : dict

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -76,6 +76,20 @@ def plain_name(name: str) -> str:
     return _SEPARATORS.sub("", name).lower()
 
 
+def bare_names(names: Sequence[str]) -> list[str]:
+    """Return names without what precedes a colon, and without the beginning and end that most of them share.
+
+    Examples
+    --------
+    >>> bare_names([f"p{side}{part}" for side in ("Left", "Right") for part in ("ASI", "Knee", "Toe", "Heel")])[:5]
+    ['LeftASI', 'LeftKnee', 'LeftToe', 'LeftHeel', 'RightASI']
+    """
+    after = [name.rsplit(":", 1)[-1] for name in names]
+    begin = _usual_beginning(after)
+    end = _usual_beginning([name[::-1] for name in after])[::-1]
+    return [name.removeprefix(begin).removesuffix(end) for name in after]
+
+
 class SourcePoints:
     """The points of a recording by their names, as rules of a mapping ask for them.
 
@@ -93,11 +107,8 @@ class SourcePoints:
         names = motion.names
         ways: tuple[Callable[[str], str], ...] = (str, str.lower, _without_prefix, plain_name)
         self._ways = [(way, _places(map(way, names))) for way in ways]
-        after = [name.rsplit(":", 1)[-1] for name in names]
-        begin = _usual_beginning(after)
-        end = _usual_beginning([name[::-1] for name in after])[::-1]
-        if begin or end:
-            bare = (name.removeprefix(begin).removesuffix(end) for name in after)
+        bare = bare_names(names)
+        if any(short != name.rsplit(":", 1)[-1] for short, name in zip(bare, names, strict=True)):
             self._ways.append((plain_name, _places(map(plain_name, bare))))
         self._found: dict[str, int | None] = {}
 
@@ -192,10 +203,14 @@ def _places(names: Iterable[str]) -> dict[str, list[int]]:
 
 
 def _usual_beginning(names: list[str]) -> str:
-    """The beginning that most names have in common, such as ``mixamorig`` but of a root; empty if it is no prefix."""
+    """The beginning that most names have in common, such as ``mixamorig`` but of a root; empty if it is no prefix.
+
+    One or two letters are a prefix if they are small ones in front of a capital, as in ``pRightASI``.
+    """
     middle = sorted(names)[len(names) // 2] if len(names) >= 7 else ""
     length = 0
     while 3 * sum(name.startswith(middle[: length + 1]) for name in names) > 2 * len(names):
         if (length := length + 1) >= len(middle):
             return ""
-    return middle[:length] if length >= 3 or middle[length - 1 : length] in set("_-. ") else ""
+    short = middle[:length].islower() and middle[length].isupper()
+    return middle[:length] if length >= 3 or short or middle[length - 1 : length] in set("_-. ") else ""

@@ -94,6 +94,49 @@ def steady(motion: np.ndarray, **options: float) -> PreparedClip:
     return steady_walk(RawClip(report_row(REPORT_COLUMNS, clip="a"), motion, 60.0), Steady(**options))
 
 
+def bent(motion: np.ndarray, lower_mm: float) -> np.ndarray:
+    """A walk with hips and what is above them lowered: knees bend forward, thighs and shanks keep their lengths."""
+    crouched = motion.copy()
+    hips, knees, ankles = ([9, 12], [10, 13], [11, 14])
+    crouched[:, [j for j in range(15) if j not in (*knees, *ankles)], 2] -= lower_mm
+    forward = np.cross([0.0, 0.0, 1.0], motion[:, 12] - motion[:, 9])[:, None]
+    thigh = np.linalg.norm(motion[:, knees] - motion[:, hips], axis=-1, keepdims=True)
+    shank = np.linalg.norm(motion[:, ankles] - motion[:, knees], axis=-1, keepdims=True)
+    along = crouched[:, ankles] - crouched[:, hips]
+    length = np.linalg.norm(along, axis=-1, keepdims=True)
+    along = along / length
+    share = (length**2 + thigh**2 - shank**2) / (2.0 * length)
+    aside = forward - (forward * along).sum(axis=-1, keepdims=True) * along
+    aside /= np.linalg.norm(aside, axis=-1, keepdims=True)
+    crouched[:, knees] = crouched[:, hips] + share * along + np.sqrt(thigh**2 - share**2) * aside
+    return crouched
+
+
+def test_a_crouched_walker_stays_with_a_remark_that_gives_the_number() -> None:
+    motion = with_noise("head", 0.0)
+    assert steady(motion).row["reason"] == ""
+    walk = steady(bent(motion, 230.0))
+    legs = walk.row["leg_length_mm"]
+    assert legs == pytest.approx(walking.leg_length(motion), abs=1e-6)
+    height = float(np.median((motion[:, [9, 12], 2] - motion[:, [11, 14], 2]).mean(axis=1))) - 230.0
+    assert walk.row["verdict"] == "kept"
+    assert f"crouched: the hips are {height:.0f} mm above the ankles" in walk.row["reason"]
+    assert f"{height / legs:.2f} of the leg of {legs:.0f} mm" in walk.row["reason"]
+
+
+@pytest.mark.parametrize(("width_mm", "verdict"), [(339.0, "kept"), (420.0, "refused")])
+def test_hips_that_are_markers_on_the_skin_are_remarked_or_refused(width_mm: float, verdict: str) -> None:
+    motion = with_noise("head", 0.0)
+    across = motion[:, 12] - motion[:, 9]
+    own = np.linalg.norm(across, axis=-1, keepdims=True)
+    motion[:, 12] += (width_mm - own) / own * across / 2.0
+    motion[:, 9] -= (width_mm - own) / own * across / 2.0
+    row = steady(motion).row
+    assert row["verdict"] == verdict
+    assert f"left_hip to right_hip: {width_mm:.0f} mm" in row["reason"]
+    assert "map them as trochanters (skeleton=trochanters)" in row["reason"]
+
+
 def test_one_bad_wrist_is_estimated_like_a_missing_one() -> None:
     whole, bad = with_noise("head", 0.0), with_noise("right_wrist", 300.0)
     found = steady(bad)

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from pipeline import mappings
 from pipeline.core import walking
 from pipeline.ingestion.nearest_joints import propose
 from pipeline.skeleton import WALKER15
+from pipeline.skeleton.mapped_joints import map_joints
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.synthetic import walkers
 
@@ -101,3 +105,82 @@ def test_a_name_that_lies_far_from_its_joint_is_not_believed(people: np.ndarray)
     told = found(motion)
     assert (told["left_knee"], told["right_knee"]) == (["left_m"], ["right_m"])
     assert told["left_hip"] == ["left_hip"]
+
+
+def xsens(person: np.ndarray, *more: str) -> MotionCapture:
+    """Bony landmarks of an Xsens C3D about the joints (T, 15, 3) of a walker who faces +y."""
+    right, forward, up = np.eye(3)
+    joints = dict(zip(WALKER15.joints, np.moveaxis(person, 1, 0), strict=True))
+    points = {"pHipOrigin": joints["pelvis"]}
+    for side, out in (("Right", right), ("Left", -right)):
+        hip, knee, ankle = (joints[f"{side.lower()}_{part}"] for part in ("hip", "knee", "ankle"))
+        points[f"p{side}ASI"] = joints["pelvis"] + 120.0 * out + 60.0 * forward + 80.0 * up
+        points[f"p{side}GreaterTrochanter"] = hip + 70.0 * out
+        points[f"p{side}KneeLatEpicondyle"] = knee + 50.0 * out
+        points[f"p{side}KneeMedEpicondyle"] = knee - 50.0 * out
+        points[f"p{side}LatMalleolus"] = ankle + 35.0 * out
+        points[f"p{side}MedMalleolus"] = ankle - 35.0 * out
+        points[f"p{side}PSI"] = joints["pelvis"] + 50.0 * out - 100.0 * forward + 80.0 * up
+    points["pSacrum"] = joints["pelvis"] - 100.0 * forward + 80.0 * up
+    names = [name for name in points if not name.endswith(("PSI", "Sacrum")) or name in more]
+    return recorded(names, np.stack([points[name] for name in names], axis=1))
+
+
+TROCHANTERS = {"pLeftGreaterTrochanter": 0.75, "pRightGreaterTrochanter": 0.25}
+
+
+@pytest.mark.parametrize(
+    ("more", "left_hip", "lowered"),
+    [
+        ((), TROCHANTERS, 0.0),
+        (("pLeftPSI",), TROCHANTERS, 0.0),
+        (("pSacrum",), {"pLeftASI": 0.71, "pRightASI": -0.01, "pSacrum": 0.3}, 0.345),
+        (
+            ("pLeftPSI", "pRightPSI"),
+            {"pLeftASI": 0.71, "pRightASI": -0.01, "pLeftPSI": 0.15, "pRightPSI": 0.15},
+            0.345,
+        ),
+    ],
+)
+def test_bony_landmarks_become_the_middles_of_joints_and_hips_by_a_regression(
+    people: np.ndarray, tmp_path: Path, more: tuple[str, ...], left_hip: dict[str, float], lowered: float
+) -> None:
+    person = people[1]
+    motion = xsens(person, *more)
+    path = tmp_path / "my_lab.yaml"
+    path.write_text(mappings.written(propose(motion, "my_lab"), motion), "utf-8")
+    mapping = mappings.load(path)
+    assert mapping.rules("left_hip")[0][0] == left_hip
+    assert mapping.lowered["left_hip"].by == lowered
+    assert mappings.check(motion, mapping) == []
+    assert set(mapping.guessed) == {joint for joint in WALKER15.joints if mapping.rules(joint)}
+    positions, _ = map_joints(motion, mapping)
+    legs = [joint for joint in LIMBS if joint.endswith(("knee", "ankle"))]
+    for joint in legs:
+        np.testing.assert_allclose(
+            positions[:, WALKER15.index(joint)], person[:, WALKER15.index(joint)], atol=1e-9
+        )
+    pelvis = person[:, WALKER15.index("pelvis")]
+    for side, sign in (("left", -1.0), ("right", 1.0)):
+        hip = positions[:, WALKER15.index(f"{side}_hip")]
+        if (
+            lowered
+        ):  # 240 mm between the ASIS: .72 of half of it out, 34.5 % of it below, 30 % of 160 mm behind
+            np.testing.assert_allclose(
+                hip - pelvis, np.tile([sign * 86.4, 12.0, 80.0 - 82.8], (len(hip), 1)), atol=1e-9
+            )
+        else:
+            wide = person[:, [9, 12], 0].mean(axis=1)
+            half = (np.diff(person[:, [9, 12], 0])[:, 0] / 2.0 + 70.0) / 2.0
+            np.testing.assert_allclose(hip[:, 0], wide + sign * half, atol=1e-9)
+
+
+def test_no_hip_is_proposed_from_the_centre_of_the_pelvis_alone(people: np.ndarray) -> None:
+    motion = xsens(people[0])
+    kept = [k for k, name in enumerate(motion.names) if "Trochanter" not in name and "ASI" not in name]
+    names = [motion.names[k] for k in kept] + ["pTop", "pIJ"]
+    more = [people[0][:, [j]] for j in (0, 1)]
+    motion = recorded(names, np.concatenate([motion.positions_mm[:, kept], *more], axis=1))
+    mapping = propose(motion, "my_lab")
+    assert mappings.check(motion, mapping) == []
+    assert not {"left_hip", "right_hip"} & mapping.joints.keys()

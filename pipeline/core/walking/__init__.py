@@ -1,6 +1,6 @@
 """From a recording to a walker: a usable clip, its steady stretch, its treadmill equivalent (zhang2007 section 2).
 
-In the order of use: `require_millimetres` and `bridge_gaps` make sure of the clip, `steady_stretch` finds the part
+In the order of use: `bridge_gaps` fills the short gaps of a clip, `steady_stretch` finds the part
 of it in which somebody walks steadily, `treadmill_equivalent` takes the path and the heading out of that part,
 `require_walk` refuses what is no walk, `unusual_cadence` doubts the frame rate, and `set_origin` puts it about the
 pelvis.  Positions are (T, 15, 3) in WALKER15 order, mm, z up.
@@ -20,14 +20,11 @@ from pipeline.core.walking.steady import (
     turn_about_vertical,
 )
 from pipeline.core.walking.usable_clip import (
-    LEG_LENGTH_MM,
     BridgedClip,
     bridge_gaps,
-    leg_length,
-    require_millimetres,
     stature,
-    uneven_legs,
 )
+from pipeline.skeleton.joints import LEG_LENGTH_MM, leg_length
 
 __all__ = [
     "LEG_LENGTH_MM",
@@ -39,7 +36,6 @@ __all__ = [
     "facing",
     "leg_length",
     "longest_run",
-    "require_millimetres",
     "require_walk",
     "set_origin",
     "stature",
@@ -47,6 +43,5 @@ __all__ = [
     "step_heading",
     "treadmill_equivalent",
     "turn_about_vertical",
-    "uneven_legs",
     "unusual_cadence",
 ]

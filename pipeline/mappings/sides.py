@@ -1,0 +1,109 @@
+"""Check of a mapping by names and rules, without coordinates: which joints cannot be what their rules say."""
+
+from __future__ import annotations
+
+import re
+
+from pipeline.mappings.table import shipped
+from pipeline.skeleton import WALKER15
+from pipeline.skeleton.complaint import Complaint
+from pipeline.skeleton.recorded import MotionCapture
+from pipeline.skeleton.source_mapping import SourceMapping
+from pipeline.skeleton.source_points import SourcePoints, bare_names, plain_name
+
+_Weights = dict[int, float]
+"""Points of a joint by their number in the file."""
+
+MAX_SHOWN = 90
+"""Characters of a rule in a sentence."""
+
+_CENTRE = re.compile("origin|pelvi|sacr|root|midhip|hips")
+"""Parts of names of points at the centre of the pelvis."""
+
+_HALF = 0.5 - 1e-9
+"""Weight from which a point serves a joint."""
+
+
+def check(motion: MotionCapture, mapping: SourceMapping) -> list[Complaint]:
+    """Return what is wrong with the rules by which points of a recording become joints; nothing if they fit a person.
+
+    Both sides of a pair need the same rule.  A hip is neither a marker of the pelvis's front whose regression is
+    possible nor the centre of the pelvis.  No point is a joint of the left and one of the right.
+
+    Parameters
+    ----------
+    motion : MotionCapture
+        Only its names are used, and which points were ever seen.
+    mapping : SourceMapping
+    """
+    plain = [plain_name(name) for name in bare_names(motion.names)]
+    first = {name: k for k, name in reversed(list(enumerate(plain)))}
+    twins = {}
+    for name, k in first.items():
+        other = first.get({"l": "r", "r": "l"}.get(name[:1], "?") + name[1:])
+        if other is not None:
+            twins[k] = other
+    points = SourcePoints(motion, mapping.points)
+    rules: dict[str, _Weights] = {}
+    for joint in WALKER15.joints:
+        if rule := points.rule_of(joint, mapping):
+            rules[joint] = {points.index(point): weight for point, weight in rule[0].items()}
+
+    def shown(joint: str) -> str:
+        text = " + ".join(f"{weight:g} {motion.names[k]}" for k, weight in rules[joint].items())
+        return text if len(text) <= MAX_SHOWN else text[: MAX_SHOWN - 1] + "…"
+
+    found = []
+    pairs = [(joint, joint.replace("left", "right")) for joint in WALKER15.joints if joint.startswith("left")]
+    for left, right in pairs:
+        if left in rules and right in rules and not _alike(rules[left], rules[right], twins):
+            sentence = (
+                f"{left} ({shown(left)}) and {right} ({shown(right)}) follow different rules: map both alike"
+            )
+            found.append(Complaint("side_rules", sentence, (left, right)))
+    asis = _regressed(motion)
+    for hip in ("left_hip", "right_hip"):
+        weights = rules.get(hip, {})
+        if weights and weights.keys() <= asis:
+            sentence = f"{hip} ({shown(hip)}) is a marker of the pelvis: use the regression (skeleton=skin_landmarks)"
+            found.append(Complaint("asis_hip", sentence, (hip,)))
+        mirrored = {twins.get(k, k): weight for k, weight in weights.items()}
+        sided = weights.keys() & twins.keys()
+        centre = mirrored == weights if sided else any(_CENTRE.search(plain[k]) for k in weights)
+        if weights and (centre or weights == rules.get("pelvis")):
+            sentence = f"{hip} ({shown(hip)}) is the centre of the pelvis: map the centre of the joint"
+            found.append(Complaint("centre_hip", sentence, (hip,)))
+    for left, _ in pairs:
+        for _, right in pairs:
+            shared = _shared(rules.get(left, {}), rules.get(right, {}))
+            if shared:
+                sentence = f"{motion.names[shared[0]]} serves {left} and {right}: a point lies on one side"
+                found.append(Complaint("shared_point", sentence, (left, right)))
+    return found
+
+
+def _alike(left: _Weights, right: _Weights, twins: dict[int, int]) -> bool:
+    """Whether a rule is that of the other side with its points in place; by weights alone where no point has a side."""
+    if not twins.keys() & {*left, *right}:
+        return sorted(left.values()) == sorted(right.values())
+    return {twins.get(k, k): weight for k, weight in left.items()} == right
+
+
+def _shared(left: _Weights, right: _Weights) -> list[int]:
+    """Points that are at least half of either joint, of rules that only average."""
+    if min((*left.values(), *right.values()), default=0.0) < 0:
+        return []
+    return [k for k in left if min(left[k], right.get(k, 0.0)) >= _HALF]
+
+
+def _regressed(motion: MotionCapture) -> set[int]:
+    """Markers at the front of the pelvis, if those of a regression of the hips are in the file."""
+    family = shipped()["skin_landmarks"]
+    points = SourcePoints(motion, family.points)
+    front, back, sacrum = (
+        [points.find(name) for name in names]
+        for names in (("L.ASIS", "R.ASIS"), ("L.PSIS", "R.PSIS"), ("Sacrum",))
+    )
+    if None in front or (None in back and None in sacrum):
+        return set()
+    return {k for k in front if k is not None}

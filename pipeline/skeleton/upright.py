@@ -1,0 +1,155 @@
+"""The axis along which a person stands, and how a person stands and walks: upright, on which knees, at which cadence.
+
+Positions are (T, 15, 3), mm, z up unless an axis is looked for, and NaN where a joint was not measured.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from pipeline.skeleton.complaint import Complaint
+from pipeline.skeleton.joints import ANKLES, LEFT_LEG, RIGHT_LEG, WALKER15
+from pipeline.skeleton.source_mapping import UpAxis
+from pipeline.validation import InvalidInput, told_apart
+
+NEAR_RATIO = 1.5
+"""Ratio of the heights along two axes up to which a mapping's fixed axis decides between them."""
+
+CROUCHED = 0.8
+"""Height of the hips above the ankles, in legs: a walker below is crouched (63 recordings: .82 to .98)."""
+
+MOST_STRIDES_HZ = 1.6
+"""Strides a second of a walk, at most."""
+
+STRIDES_HZ = (0.3, 8.0)
+"""Range of the search for strides: those of recordings at four times their frame rate included."""
+
+FINE = 1 << 16
+"""Samples up to which a signal is padded for a finer spectrum."""
+
+BENT = 0.05
+"""Distance of a knee from the line of hip and ankle, in legs, from which it counts as bent."""
+
+BACKWARDS = -0.5
+"""Balance of forward and backward bends of the knees (1 to -1) below which left and right are exchanged."""
+
+_HIPS, _KNEES = ([leg[k] for leg in (LEFT_LEG, RIGHT_LEG)] for k in (0, 1))
+_SHOULDERS = [WALKER15.index("left_shoulder"), WALKER15.index("right_shoulder")]
+_LEVELS = ([WALKER15.index("head")], _SHOULDERS, _HIPS, _KNEES, list(ANKLES))
+
+
+def axis_up(positions: np.ndarray, fixed: UpAxis = UpAxis.auto) -> tuple[UpAxis, bool]:
+    """Return the signed axis along which a person stands, and whether the levels of the body are in order along it.
+
+    Parameters
+    ----------
+    positions : (T, 15, 3)
+        Any unit; NaN where a joint was not measured.
+    fixed : UpAxis
+        Axis of the mapping: it decides where the data do not.
+
+    Notes
+    -----
+    The head is above the shoulders, these above the hips, knees and ankles, in the median over time.  Of several such
+    axes that with the largest height counts, or `fixed` if its height is within `NEAR_RATIO` of that.
+    """
+    levels = [positions[:, joints].mean(axis=1) for joints in _LEVELS]
+    levels = [level for level in levels if np.isfinite(level).all(axis=-1).any()]
+    steps = [upper - lower for upper, lower in pairwise(levels)]
+    steps = [step[np.isfinite(step).all(axis=1)] for step in steps]
+    drops = np.array([np.median(step, axis=0) for step in steps if len(step)]).reshape(-1, 3)
+    heights = {
+        UpAxis(sign + "xyz"[k]): abs(float(drops[:, k].sum()))
+        for k in range(3)
+        for sign in ("", "-")
+        if len(drops) and (drops[:, k] * (-1 if sign else 1) > 0).all()
+    }
+    if heights:
+        highest = max(heights, key=heights.__getitem__)
+        near = fixed in heights and NEAR_RATIO * heights[fixed] >= heights[highest]
+        return (fixed if near else highest), True
+    if fixed != UpAxis.auto:
+        return fixed, False
+    legs = (positions[:, _HIPS] - positions[:, ANKLES]).reshape(-1, 3)
+    legs = legs[np.isfinite(legs).all(axis=1)]
+    if not len(legs):
+        return UpAxis.z, False
+    mean = legs.mean(axis=0)
+    axis = int(np.abs(mean).argmax())
+    return UpAxis(("-" if mean[axis] < 0 else "") + "xyz"[axis]), False
+
+
+def not_upright(body: np.ndarray, rejects: bool) -> list[Complaint]:
+    """A complaint about a body that does not stand along z."""
+    axis, ordered = axis_up(body, UpAxis.z)
+    if ordered and axis == UpAxis.z:
+        return []
+    what = f"the body stands along {axis}" if ordered else "the body stands along no axis"
+    sentence = str(
+        InvalidInput(
+            f"{what}: is the axis that points up another one (data.up=…), or are points mapped to wrong joints?",
+            expected="head, shoulders, hips, knees and ankles in this order along z",
+        )
+    )
+    return [Complaint("axis", sentence, rejects=rejects)]
+
+
+def _forward(body: np.ndarray) -> np.ndarray:
+    """Horizontal unit direction (T, 3) that the hips face."""
+    right = body[:, _HIPS[1]] - body[:, _HIPS[0]]
+    forward = np.stack([-right[:, 1], right[:, 0], np.zeros(len(body))], axis=-1)
+    return forward / np.maximum(np.linalg.norm(forward, axis=-1, keepdims=True), np.finfo(float).tiny)
+
+
+def bent_knees(body: np.ndarray, leg: float, rejects: bool) -> list[Complaint]:
+    """A complaint about knees that bend backwards from where the hips face."""
+    hips, knees, ankles = (body[:, part] for part in (_HIPS, _KNEES, ANKLES))
+    along = ankles - hips
+    share = ((knees - hips) * along).sum(axis=-1) / np.maximum((along**2).sum(axis=-1), np.finfo(float).tiny)
+    off = knees - hips - share[..., None] * along
+    forward = (off * _forward(body)[:, None]).sum(axis=-1) / leg
+    bent = forward[np.abs(forward) > BENT]  # NaN is not
+    balance = float(bent.sum() / np.abs(bent).sum()) if len(bent) else 0.0
+    if balance >= BACKWARDS:
+        return []
+    sentence = "the knees bend backwards from where the hips face: left and right are exchanged in the names of points"
+    return [Complaint("mirrored", sentence, values={"balance": balance}, rejects=rejects)]
+
+
+def crouched(body: np.ndarray, leg: float) -> list[Complaint]:
+    """A remark on hips that are low over the ankles throughout."""
+    heights = (body[:, _HIPS, 2] - body[:, ANKLES, 2]).mean(axis=1)
+    heights = heights[np.isfinite(heights)]
+    height = float(np.median(heights)) if len(heights) else np.nan
+    if not height < CROUCHED * leg:
+        return []
+    share = height / leg
+    sentence = (
+        f"crouched: the hips are {height:.0f} mm above the ankles, {told_apart(share, CROUCHED, 2)} of the leg of"
+        f" {leg:.0f} mm (usual {CROUCHED:.2f} or more)"
+    )
+    return [Complaint("crouched", sentence, tuple(WALKER15.joints[j] for j in _HIPS), {"share": share})]
+
+
+def cadence(body: np.ndarray, frame_rate_hz: float) -> list[Complaint]:
+    """A remark on more strides a second than people make: the strongest frequency of the ankles' fore-aft distance."""
+    apart = ((body[:, ANKLES[0]] - body[:, ANKLES[1]]) * _forward(body)).sum(axis=-1)
+    seen = np.flatnonzero(np.isfinite(apart))
+    if len(seen) < 8:
+        return []
+    apart = np.interp(np.arange(seen[0], seen[-1] + 1), seen, apart[seen])
+    size = max(len(apart), min(8 * len(apart), FINE))
+    power = np.abs(np.fft.rfft(apart - apart.mean(), size)) ** 2
+    frequencies = np.fft.rfftfreq(size, 1.0 / frame_rate_hz)
+    power[(frequencies < STRIDES_HZ[0]) | (frequencies > STRIDES_HZ[1])] = 0.0
+    strides = float(frequencies[power.argmax()])
+    if strides <= MOST_STRIDES_HZ:
+        return []
+    rate = frame_rate_hz / strides
+    sentence = (
+        f"{strides:.1f} strides a second are more than people walk: is the frame rate {frame_rate_hz:g} Hz?"
+        f" At {rate:.0f} Hz it would be 1"
+    )
+    return [Complaint("rate", sentence, values={"strides_hz": strides, "frame_rate_hz": rate})]
