@@ -72,15 +72,15 @@ def imports_of(module: str) -> tuple[set[str], set[str]]:
 
 
 _GROUND = (
-    "validation locks shortened skeleton palette tidy charts scenes processes compilation seeding resources"
+    "validation locks shortened skeleton palette tidy charts scenes processes compilation seeding resources reading"
 )
 LAYERS = {
     "validation locks shortened": "",
-    "skeleton palette tidy processes compilation seeding resources": "validation locks shortened",
+    "skeleton palette tidy processes compilation seeding resources reading": "validation locks shortened",
     "charts scenes": "validation palette tidy",
     "core": "validation skeleton compilation shortened",
-    "formats mappings fetch storage papers": "validation locks shortened skeleton palette tidy resources",
-    "pictures recordings video": "validation locks skeleton palette tidy resources charts scenes",
+    "formats mappings fetch storage papers": "validation locks shortened skeleton palette tidy resources reading",
+    "pictures recordings video": "validation locks skeleton palette tidy resources charts scenes reading",
     "synthetic": f"{_GROUND} core",
     "clips pointlight": f"{_GROUND} core synthetic",
     "ingestion": f"{_GROUND} core clips formats mappings fetch",

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,10 +16,11 @@ from pipeline.clips.walks import walk_in
 from pipeline.core import camera, fourier, linear_model, reconstruction
 from pipeline.formats.budget import read_one
 from pipeline.ingestion.corpus import joints_of
+from pipeline.reading import read_arrays, read_json
 from pipeline.skeleton import WALKER15
 from pipeline.storage import tables
 from pipeline.storage.publishing import require_new
-from pipeline.storage.sealed_folders import read_manifest
+from pipeline.storage.sealed_folders import FIGURE, read_manifest
 from pipeline.validation import InvalidInput, require_choice, require_range
 
 SUMMARY = "summary.json"
@@ -127,9 +128,8 @@ class FigureWalkers:
         if not path.is_file():
             raise InvalidInput("this is no folder of a figure", folder, "arrays.npz in it")
         try:
-            with np.load(path, allow_pickle=False) as stored:
-                self._arrays = {name: stored[name] for name in stored.files}
-        except (ValueError, OSError, KeyError):
+            self._arrays = read_arrays(path)
+        except InvalidInput:
             raise InvalidInput("is damaged", path, "the figure, made anew") from None
         if lacking := needed - set(self._arrays):
             received = f"arrays.npz without {', '.join(sorted(lacking))}"
@@ -173,7 +173,7 @@ class FigureWalkers:
         require_range("view_angle_deg", view_angle_deg, at_least=-180, at_most=180)
         shown = ", ".join(f"{view:g}" for view in self._arrays["demonstration_view_deg"])
         stored = {"samples", "person", "residual_covariance_mm2"} <= set(self._arrays)
-        options = read_manifest(self._folder)["configuration"] if stored else {}
+        options = read_manifest(self._folder, FIGURE)["configuration"] if stored else {}
         model, sweep = options.get("model", {}), options.get("sweep", {})
         as_computed = stored and self._arrays["samples"].shape[1] == 225 and model.get("mirror") is False
         if not as_computed:
@@ -240,7 +240,7 @@ def keypoint_walk(folder: Path, *, harmonics: int = 2) -> Walk:
 
 def _stretches(path: Path) -> list[tuple[float, str]]:
     """Strides and locomotion of each stretch in a ``summary.json``; 0 strides of one that is no walk."""
-    summary = json.loads(path.read_bytes())
+    summary = read_json(path, dict[str, Any])
     if summary["verdict"] == "not_a_walk":
         what = "`reconstruct` found no walk, so that there is no motion"
         raise InvalidInput(what, path.parent.name, received="; ".join(map(str, summary["why"])))

@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 
 from pipeline.charts import Chart, from_json
+from pipeline.reading import read_arrays
 from pipeline.storage import tables
-from pipeline.storage.sealed_folders import complaints_about, read_manifest
+from pipeline.storage.sealed_folders import FIGURE, complaints_about, read_manifest, visible
 from pipeline.validation import InvalidInput
 
 
@@ -85,8 +86,7 @@ class PublishedFigure:
     @cached_property
     def arrays(self) -> dict[str, np.ndarray]:
         """The content of ``arrays.npz``."""
-        with np.load(self.folder / "arrays.npz", allow_pickle=False) as stored:
-            return {name: stored[name] for name in stored.files}
+        return read_arrays(self.folder / "arrays.npz")
 
     @cached_property
     def sources(self) -> list[str]:
@@ -158,14 +158,14 @@ def read_published(folder: Path, figures: Sequence[str]) -> Published:
     for name in figures:
         if not (folder / name).is_dir():
             missing[name] = "not made yet"
-        elif complaints := complaints_about(folder / name, hashes=False):
+        elif complaints := complaints_about(folder / name, hashes=False, needed=FIGURE):
             missing[name] = f"unfinished or damaged: {complaints[0]}"
         else:
             made[name] = PublishedFigure(name, folder / name, read_manifest(folder / name))
     if not made:
         raise InvalidInput("nothing is published", folder, "one figure or more")
     claims = folder / "claims.csv"
-    files = [claims] if claims.is_file() else [*folder.glob("*/claims.csv")]
+    files = [claims] if claims.is_file() else visible(folder, "*/claims.csv")
     rows = [row for path in files for row in numbered_rows(path)]
     kept = [row for row in rows if row["figure"] in made]
     return Published(folder, folder.parent.name, folder.name, made, missing, kept)

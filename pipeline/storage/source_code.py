@@ -14,6 +14,7 @@ from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 
+from pipeline.reading import read_json
 from pipeline.resources import PACKAGE
 from pipeline.storage import user_cache
 from pipeline.storage.sealed_folders import digest
@@ -81,7 +82,7 @@ def _module(name: str) -> tuple[str, frozenset[str]]:
 def _known() -> dict[str, Code]:
     """Return what is known of modules by the digest of their content; new ones are added."""
     with suppress(ValueError, TypeError, AttributeError):
-        found = json.loads(user_cache.read(_CODE) or b"{}")
+        found = read_json(user_cache.place() / _CODE, content=user_cache.read(_CODE) or b"{}")
         return {
             of: (seal, frozenset((full, module) for full, module in names))
             for of, (seal, names) in found.items()

@@ -16,6 +16,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from pipeline.reading import read_file, read_json
 from pipeline.resources import CONF, PACKAGE
 from pipeline.storage.provenance import PACKAGES, versions
 from pipeline.storage.publishing import new_file
@@ -63,7 +64,8 @@ def remembered(
     """
     name, before = digest(repr(what).encode())[:32] + ".json", (of or edition)()
     if (kept := read(name, of=before)) is not None:
-        return json.loads(kept)
+        with suppress(InvalidInput):
+            return read_json(place() / name, content=kept)
     if (made := make()) is not None and (of or _digest)() == before:  # else somebody has edited meanwhile
         write(name, json.dumps(made).encode(), of=before)
     return made
@@ -71,8 +73,8 @@ def remembered(
 
 def read(name: str, *, of: str = "") -> bytes | None:
     """Return what is kept under a name, of an edition or of all; None if nothing is, or something else by now."""
-    with suppress(OSError, RuntimeError):
-        seal, _, content = (place() / of / name).read_bytes().partition(b"\n")
+    with suppress(OSError, RuntimeError, InvalidInput):
+        seal, _, content = read_file(place() / of / name).partition(b"\n")
         return content if seal == digest(content).encode() else None
     return None
 
