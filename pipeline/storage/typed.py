@@ -105,13 +105,21 @@ def _axes(kind: type) -> dict[str, tuple[list[str], bool]]:
     return found
 
 
-def _require_axes(name: str, array: np.ndarray, axes: list[str], text: bool) -> None:
-    """Raise InvalidInput if an array has other axes than documented, or text for numbers; a part may be stacked."""
+def _require_axes(name: str, array: np.ndarray, axes: list[str], text: bool, sizes: dict[str, int]) -> None:
+    """Raise InvalidInput if an array has other axes than documented, or text for numbers; a part may be stacked.
+
+    Axes called by one letter, ``N`` or ``N + 1``, have one size in all arrays of a dataclass: `sizes`, which is filled.
+    """
     more = array.ndim - len(axes)
-    sizes = zip(array.shape[max(more, 0) :], axes, strict=False)
     fit = more in ((0, 1) if "." in name else (0,)) and text == (array.dtype.kind in "US")
-    if array.size and not (fit and all(str(size) == axis for size, axis in sizes if axis.isdigit())):
-        expected = f"({', '.join(axes)}) of {'text' if text else 'numbers'}"
+    for size, axis in zip(array.shape[max(more, 0) :], axes, strict=False):
+        if axis.isdigit():
+            fit = fit and size == int(axis)
+        elif sum_of := re.fullmatch(r"(?:(\d+) \+ )?([A-Z])(?: \+ (\d+))?", axis):
+            one = size - int(sum_of[1] or sum_of[3] or 0)
+            fit = fit and (not array.size or sizes.setdefault(sum_of[2], one) == one)
+    if array.size and not fit:
+        expected = f"({', '.join(axes)}{',' * (len(axes) == 1)}) of {'text' if text else 'numbers'}"
         raise InvalidInput("has another shape", name, expected, f"{array.shape} of {array.dtype}")
 
 
@@ -128,7 +136,8 @@ def unpack(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any) -> Any:
     Raises
     ------
     InvalidInput
-        If a part is missing or of another type, or an array has another shape than its field's docstring says.
+        If a part is missing or of another type, or an array has another shape than its field's docstring says:
+        whole numbers are sizes, and a letter is one size.
     """
     try:
         return _unpacked(kind, arrays, notes, "")
@@ -155,10 +164,11 @@ def _unpacked(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str
         return None
     if dataclasses.is_dataclass(origin):
         hints, axes, values = typing.get_type_hints(origin), _axes(origin), {}
+        sizes: dict[str, int] = {}
         for name in (field.name for field in dataclasses.fields(origin)):
             value = _unpacked(hints[name], arrays, (notes or {}).get(name), prefix + name)
             if isinstance(value, np.ndarray) and name in axes:
-                _require_axes(prefix + name, value, *axes[name])
+                _require_axes(prefix + name, value, *axes[name], sizes)
             values[name] = value
         build: Any = origin
         return build(**values)
