@@ -14,6 +14,8 @@ import re
 import stat
 import zipfile
 import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -92,6 +94,19 @@ def unpacked(content: bytes, path: Path, *, at_most: int = MAX_UNPACKED_BYTES) -
     if not member.eof or member.unused_data:
         raise InvalidInput("the file cannot be read: the compressed data end too early or too late", path)
     return made
+
+
+@contextmanager
+def as_written(where: object) -> Iterator[None]:
+    """Raise InvalidInput for an error of a ``with`` block that uses the content of our files: it is not what we write."""
+    try:
+        yield
+    except InvalidInput:
+        raise
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
+        words = f"{type(error).__name__}: {error}"
+        what = "the files have other content than this version writes"
+        raise InvalidInput(what, where, "the figure, made again", f"{words:.160}") from error
 
 
 def read_json(path: Path, kind: Any = Any, content: bytes | None = None) -> Any:

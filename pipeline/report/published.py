@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.charts import Chart, from_json
-from pipeline.reading import read_arrays
+from pipeline.reading import as_written, read_arrays
 from pipeline.storage import tables
 from pipeline.storage.sealed_folders import FIGURE, complaints_about, read_manifest, visible
 from pipeline.validation import InvalidInput
@@ -92,7 +92,7 @@ class PublishedFigure:
     def sources(self) -> list[str]:
         """Sources of its clips that are kept, sorted."""
         ingested = self.table("table_ingest")
-        if ingested is None:
+        if ingested is None or "source" not in ingested:
             return []
         kept = ingested["verdict"] == "kept" if "verdict" in ingested else slice(None)
         return sorted(set(map(str, ingested["source"][kept])))
@@ -166,8 +166,8 @@ def read_published(folder: Path, figures: Sequence[str]) -> Published:
         raise InvalidInput("nothing is published", folder, "one figure or more")
     claims = folder / "claims.csv"
     files = [claims] if claims.is_file() else visible(folder, "*/claims.csv")
-    rows = [row for path in files for row in numbered_rows(path)]
-    kept = [row for row in rows if row["figure"] in made]
+    with as_written(folder / "claims.csv"):
+        kept = [row for path in files for row in numbered_rows(path) if row["figure"] in made]
     return Published(folder, folder.parent.name, folder.name, made, missing, kept)
 
 

@@ -151,7 +151,8 @@ def _unpacked(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str
     """Return the part of a dataclass at a path."""
     optional, kind = type(None) in typing.get_args(kind), required(kind)
     origin: Any = typing.get_origin(kind) or kind
-    if path in arrays and origin in (np.ndarray, float, int, bool, Any):
+    stacked = origin in (float, int, bool) and path in arrays and arrays[path].dtype.kind in "biuf"
+    if stacked or (path in arrays and origin in (np.ndarray, Any)):
         return arrays[path]
     prefix = f"{path}." if path else ""
     if _is_table(origin) and notes is not None:
@@ -163,14 +164,14 @@ def _unpacked(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str
     if optional and notes is None and not any(name.startswith(prefix) for name in arrays):
         return None
     if dataclasses.is_dataclass(origin):
-        hints, axes, values = typing.get_type_hints(origin), _axes(origin), {}
+        build: Any = origin
+        hints, axes, values = typing.get_type_hints(origin), _axes(build), {}
         sizes: dict[str, int] = {}
         for name in (field.name for field in dataclasses.fields(origin)):
             value = _unpacked(hints[name], arrays, (notes or {}).get(name), prefix + name)
             if isinstance(value, np.ndarray) and name in axes:
                 _require_axes(prefix + name, value, *axes[name], sizes)
             values[name] = value
-        build: Any = origin
         return build(**values)
     if origin in (dict, Mapping) and path:
         below = {name[len(prefix) :] for name in arrays if name.startswith(prefix)}
