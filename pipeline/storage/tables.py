@@ -304,18 +304,20 @@ def _cell(value: Any) -> str:
 def _cells(path: Path, sha256: str | None = None) -> dict[str, Sequence[str]]:
     """Return the columns of a CSV file, every row as long as the header."""
     try:
-        content = read_file(path)
+        content = packed = read_file(path)
+        if path.suffix == ".gz":
+            content = unpacked(packed, path)
     except InvalidInput as error:
         raise InvalidInput(error.what.replace("the file", "the table", 1), path) from error
     try:
-        if sha256 is not None and (received := digest(content)) != sha256:
+        if sha256 is not None and (received := digest(packed)) != sha256:
             raise InvalidInput(
                 "the table was changed after it was published",
                 path,
                 f"sha256 {sha256[:12]}…",
                 f"{received[:12]}…",
             )
-        text = (unpacked(content, path) if path.suffix == ".gz" else content).decode("utf-8-sig")
+        text = content.decode("utf-8-sig")
         lines = text.removesuffix("\n").split("\n")
         commas = set(map(methodcaller("count", ","), lines))
         if max(commas) >= _MAX_COLUMNS:
