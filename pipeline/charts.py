@@ -382,7 +382,11 @@ def from_json(plain: Mapping[str, Any], where: str = "") -> Chart:
             if wrong := [name for name, value in vars(one).items() if not fits(value, hints[name])]:
                 raise TypeError(f"{wrong[0]} is of another type")
         return made
-    except (TypeError, ValueError, AttributeError) as error:  # a field that there is no more, or another value
+    except (
+        TypeError,
+        ValueError,
+        AttributeError,
+    ) as error:  # a field that there is no more, or another value
         raise InvalidInput(
             "a chart of another version of this software", where, "the figure, made again", error
         ) from None

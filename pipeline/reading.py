@@ -70,7 +70,9 @@ def read_file(path: Path, *, at_most: int = MAX_TABLE_BYTES) -> bytes:
     except (FileNotFoundError, NotADirectoryError):
         raise InvalidInput(MISSING, path) from None
     except (OSError, ValueError) as error:
-        raise InvalidInput(f"the file cannot be read: {getattr(error, 'strerror', '') or error}", path) from error
+        raise InvalidInput(
+            f"the file cannot be read: {getattr(error, 'strerror', '') or error}", path
+        ) from error
     if max(size, len(content)) > at_most:
         raise InvalidInput(f"the file is larger than {at_most} bytes", path)
     return content

@@ -427,9 +427,13 @@ def fits(value: Any, kind: Any) -> bool:
     if origin is tuple and isinstance(value, list | tuple) and inner and inner[-1] is not Ellipsis:
         return len(value) == len(inner) and all(map(fits, value, inner))
     if origin in (list, tuple, Sequence):
-        return isinstance(value, list | tuple) and all(fits(item, part) for part in inner[:1] for item in value)
+        return isinstance(value, list | tuple) and all(
+            fits(item, part) for part in inner[:1] for item in value
+        )
     if origin in (dict, Mapping):
-        return isinstance(value, dict) and all(fits(item, part) for part in inner[1:] for item in value.values())
+        return isinstance(value, dict) and all(
+            fits(item, part) for part in inner[1:] for item in value.values()
+        )
     if origin is float:
         origin = int | float
     return isinstance(value, origin) and (origin in (bool, object) or not isinstance(value, bool))

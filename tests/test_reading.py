@@ -44,7 +44,9 @@ SPECIAL: dict[str, Callable[[Path], None]] = {
 def test_what_is_not_a_regular_file_is_rejected_and_not_waited_for(tmp_path: Path, kind: str) -> None:
     path = tmp_path / "manifest.json"
     SPECIAL[kind](path)
-    with pytest.raises(InvalidInput, match=r"manifest\.json: the file cannot be read: it is not a regular file"):
+    with pytest.raises(
+        InvalidInput, match=r"manifest\.json: the file cannot be read: it is not a regular file"
+    ):
         read_file(path)
 
 
@@ -158,7 +160,11 @@ def _npz(name: str, content: bytes, compression: int = zipfile.ZIP_STORED) -> by
 def _npy(array: np.ndarray, shape: tuple[int, ...] = ()) -> bytes:
     stream = io.BytesIO()
     np.lib.format.write_array(stream, array, allow_pickle=False)
-    return stream.getvalue().replace(b"(3,), }" + b" " * 8, f"{shape}, }}".encode().ljust(15)) if shape else stream.getvalue()
+    return (
+        stream.getvalue().replace(b"(3,), }" + b" " * 8, f"{shape}, }}".encode().ljust(15))
+        if shape
+        else stream.getvalue()
+    )
 
 
 def test_arrays_need_no_more_memory_than_their_file_has_bytes(tmp_path: Path) -> None:
@@ -178,7 +184,23 @@ def test_arrays_need_no_more_memory_than_their_file_has_bytes(tmp_path: Path) ->
 
 @pytest.mark.parametrize(
     "name",
-    ["../x.json", "../../../x.json", "/etc/x", "a/../../x", "a//b", "./a", "a/", "", ".", "..", "C:/a", "a\\b", "a\nb", "a\0", 3],
+    [
+        "../x.json",
+        "../../../x.json",
+        "/etc/x",
+        "a/../../x",
+        "a//b",
+        "./a",
+        "a/",
+        "",
+        ".",
+        "..",
+        "C:/a",
+        "a\\b",
+        "a\nb",
+        "a\0",
+        3,
+    ],
 )
 def test_a_name_that_leaves_its_folder_is_not_a_plain_relative_path(name: object) -> None:
     assert not is_relative(name)

@@ -244,7 +244,9 @@ def _current(figures: Sequence[str], folder: Path, arguments: Sequence[str], *, 
     Results are archived after `make readme`, whose tables are a commit of their own.
     """
     there = [name for name in figures if (folder / name / MANIFEST).is_file()]
-    others = [name for name in there if read_manifest(folder / name, FIGURE)["provenance"].get("commit") != commit]
+    others = [
+        name for name in there if read_manifest(folder / name, FIGURE)["provenance"].get("commit") != commit
+    ]
     known = recipes(others, arguments, steps=True) if others else []
     return [one.name for one in known if status(one, folder / one.name).state == CURRENT]
 

@@ -45,7 +45,9 @@ class Status:
 
 def status(recipe: Recipe, folder: Path) -> Status:
     """Compare a published figure with its recipe: stages by content, the figure by options and sources."""
-    complaints = complaints_about(folder, hashes=False, needed=FIGURE) if folder.is_dir() else ["not made yet"]
+    complaints = (
+        complaints_about(folder, hashes=False, needed=FIGURE) if folder.is_dir() else ["not made yet"]
+    )
     manifest = {} if complaints else read_manifest(folder)
     before = {
         name: (stage["key"], stage.get("content", "")) for name, stage in manifest.get("stages", {}).items()

@@ -23,7 +23,13 @@ def reduced(path: Path, width: int) -> tuple[bytes, int, int]:
     try:
         with Image.open(io.BytesIO(read_file(path)), formats=["PNG"]) as stored:
             picture = stored.convert("RGB")
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
+    except (
+        OSError,
+        ValueError,
+        SyntaxError,
+        Image.DecompressionBombError,
+        Image.DecompressionBombWarning,
+    ) as error:
         raise InvalidInput("the picture cannot be read", path, "the figure, made again", error) from error
     if picture.width > width:
         size = (width, round(picture.height * width / picture.width))

@@ -125,7 +125,9 @@ def _stated(kept: Path) -> dict[str, float]:
             except ValueError:
                 most = np.nan
             if not is_relative(row["table"]):
-                raise InvalidInput("must be a plain path below its folder", f"{DIGITS}: table", received=row["table"])
+                raise InvalidInput(
+                    "must be a plain path below its folder", f"{DIGITS}: table", received=row["table"]
+                )
             stated[row["table"]] = require_range(f"{DIGITS}: {row['table']}", most, at_least=0)
     return stated
 

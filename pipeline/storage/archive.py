@@ -269,7 +269,9 @@ def _read_sums(archive: Path) -> dict[str, str]:
     try:
         text = read_file(archive / CHECKSUMS).decode("utf-8", errors="replace")
     except InvalidInput as error:
-        raise InvalidInput(error.what.replace("the file", "the list of checksums", 1), archive / CHECKSUMS) from error
+        raise InvalidInput(
+            error.what.replace("the file", "the list of checksums", 1), archive / CHECKSUMS
+        ) from error
     for number, line in enumerate(text.splitlines(), start=1):
         match = re.fullmatch(r"([0-9a-f]{64})  (\S.*)", line)
         if not match or not is_relative(match[2]):

@@ -15,7 +15,14 @@ from typing import Any
 import numpy as np
 
 from pipeline.reading import MAX_BYTES, read_arrays, read_file
-from pipeline.storage.sealed_folders import ARTEFACT, MANIFEST, compact, complaints_about, digest, read_manifest
+from pipeline.storage.sealed_folders import (
+    ARTEFACT,
+    MANIFEST,
+    compact,
+    complaints_about,
+    digest,
+    read_manifest,
+)
 from pipeline.validation import InvalidInput
 
 ARRAYS = "arrays.npz"

@@ -321,7 +321,9 @@ def _cells(path: Path, sha256: str | None = None) -> dict[str, Sequence[str]]:
         lines = text.removesuffix("\n").split("\n")
         commas = set(map(methodcaller("count", ","), lines))
         if max(commas) >= _MAX_COLUMNS:
-            raise InvalidInput("the table has too many columns", path, f"{_MAX_COLUMNS} or fewer", max(commas) + 1)
+            raise InvalidInput(
+                "the table has too many columns", path, f"{_MAX_COLUMNS} or fewer", max(commas) + 1
+            )
         if len(commas) == 1 and 0 not in commas and '"' not in text and "\r" not in text:
             cells, width = ",".join(lines).split(","), commas.pop() + 1
             header, columns = cells[:width], [cells[width + i :: width] for i in range(width)]

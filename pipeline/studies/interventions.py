@@ -78,7 +78,9 @@ def _tables(item: papers.Claim | papers.Quantity) -> tuple[str, ...]:
 
 def made_by(folder: Path) -> tuple[str, bool]:
     """Return the scale of the figures of a folder, several joined, and whether the checkout was a clean one."""
-    manifests = [read_manifest(path.parent, ("scale", "provenance")) for path in visible(folder, "*/manifest.json")]
+    manifests = [
+        read_manifest(path.parent, ("scale", "provenance")) for path in visible(folder, "*/manifest.json")
+    ]
     scales = sorted({str(m["scale"]) for m in manifests})
     return " ".join(scales), not any(m["provenance"].get("dirty") for m in manifests)
 

@@ -21,7 +21,7 @@ from pipeline.report.light import keep_light
 from pipeline.storage import archive
 from pipeline.storage.publishing import publish
 from pipeline.storage.sealed_folders import MANIFEST, digest, read_manifest, write_manifest
-from pipeline.storage.store import Store, packed
+from pipeline.storage.store import Store
 from pipeline.validation import InvalidInput
 from tests.processes import WAIT_S
 from tests.report.planted import CLAIM, plant
@@ -127,7 +127,9 @@ def test_a_folder_with_such_a_manifest_is_not_replaced_and_nothing_is_written_ou
     lock.write_text("numpy==2.4.6\n")
     for keep in (
         lambda: keep_light(folder.parent, tmp_path / "light" / "synthetic", [FIGURE], **facts),
-        lambda: archive.keep(folder.parent, tmp_path / "archive", [FIGURE], name="a", data="synthetic", **facts),
+        lambda: archive.keep(
+            folder.parent, tmp_path / "archive", [FIGURE], name="a", data="synthetic", **facts
+        ),
     ):
         with pytest.raises(InvalidInput, match="unfinished or damaged: manifest.json"):
             keep()
@@ -175,7 +177,10 @@ def test_a_model_of_walkers_with_such_a_manifest_is_not_read(tmp_path: Path, way
 
 
 PAGES: dict[str, tuple[dict[str, Any], str]] = {
-    "arrays": ({"arrays": dict.fromkeys(players.WALKER_ARRAYS, np.zeros(3))}, f"{FIGURE}: the files have other content"),
+    "arrays": (
+        {"arrays": dict.fromkeys(players.WALKER_ARRAYS, np.zeros(3))},
+        f"{FIGURE}: the files have other content",
+    ),
     "table": ({"more": {"table_people.csv": {"a": [1]}}}, f"{FIGURE}: the files have other content"),
     "claims": ({"claims": {"a": [1]}}, r"claims\.csv: the files have other content"),
     "numbers": ({"claims": CLAIM | {"value": ["x"], "bounds": ["x"]}}, "the files have other content"),

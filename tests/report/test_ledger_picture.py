@@ -152,7 +152,11 @@ def test_the_menu_offers_data_sets_and_no_folder_that_is_being_written(
         folder = tmp_path / "results" / data / "full"
         plant(folder / "zhang2007_fig5", claims=BOUNDED, scale="full", lock_sha256=digest(lock.read_bytes()))
         tables.write(folder / "claims.csv", BOUNDED)
-    for aside in (light / ".tmp-1-abc", light / ".old-1-abc-cmu", tmp_path / "results" / ".tmp-2-abc" / "full"):
+    for aside in (
+        light / ".tmp-1-abc",
+        light / ".old-1-abc-cmu",
+        tmp_path / "results" / ".tmp-2-abc" / "full",
+    ):
         aside.mkdir(parents=True)
         tables.write(aside / "claims.csv", BOUNDED)
     for data, other in (("optical", "synthetic"), ("synthetic", "optical")):

@@ -358,7 +358,9 @@ def test_nothing_is_ever_unpickled(tmp_path: Path) -> None:
         del facts[added]
     sealed_folders.write_manifest(folder, facts)  # the seal is right, and still
     again = Store(tmp_path).artefact("model", {}, [], Work())
-    assert again.why.startswith("artefact damaged: arrays.npz cannot be understood: ValueError('Object arrays")
+    assert again.why.startswith(
+        "artefact damaged: arrays.npz cannot be understood: ValueError('Object arrays"
+    )
     same(again, reference)
 
 

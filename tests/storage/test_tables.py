@@ -243,7 +243,20 @@ def test_compare_accepts_equal_infinities_and_tells_how_many_more(tmp_path: Path
 
 def test_no_cell_is_a_formula_and_every_text_comes_back(tmp_path: Path) -> None:
     path = tmp_path / "t.csv"
-    clips = ["=1+1.bvh", "+cmd|'/C calc'!A0", "@SUM(A1)", "-2+3", " =x", "'=x", "''=x", "'quoted'", "-1.5", "+2", "-inf", "a=b"]
+    clips = [
+        "=1+1.bvh",
+        "+cmd|'/C calc'!A0",
+        "@SUM(A1)",
+        "-2+3",
+        " =x",
+        "'=x",
+        "''=x",
+        "'quoted'",
+        "-1.5",
+        "+2",
+        "-inf",
+        "a=b",
+    ]
     tables.write(path, {"clip": clips, "=title": clips, "number": np.arange(12.0) - 6.0})
     written = list(csv.reader(path.read_text("utf-8").splitlines()))
     assert [row[0] for row in written] == [
@@ -261,7 +274,9 @@ def test_no_cell_is_a_formula_and_every_text_comes_back(tmp_path: Path) -> None:
     again = tables.read_rows(path)
     assert {row["clip"] for row in again} == {*clips, "=new"} - {"=1+1.bvh"}
     assert {row["number"] for row in again} == {*(row[2] for row in written[2:]), "1"}
-    tables.write(path, pd.DataFrame({"clip": clips, "=title": clips, "number": np.arange(12.0) - 6.0}), replace=True)
+    tables.write(
+        path, pd.DataFrame({"clip": clips, "=title": clips, "number": np.arange(12.0) - 6.0}), replace=True
+    )
     assert path.read_bytes() == before
 
 
@@ -281,7 +296,9 @@ def test_a_compressed_table_that_unpacks_to_much_more_is_refused(tmp_path: Path)
     path.write_bytes(gzip.compress(b"a,b\n" + b"1,2\n" * 14_500_000))
     assert path.stat().st_size < 60_000
     for reader in (tables.read, tables.read_rows):
-        with pytest.raises(InvalidInput, match=r"table\.csv\.gz: the table is larger than 33554432 bytes once unpacked"):
+        with pytest.raises(
+            InvalidInput, match=r"table\.csv\.gz: the table is larger than 33554432 bytes once unpacked"
+        ):
             reader(path)
     path.write_bytes(gzip.compress(b"a,b\n1,2\n")[:-5])
     with pytest.raises(InvalidInput, match="the table cannot be read"):

@@ -200,12 +200,16 @@ def test_columns_of_a_table_have_one_length(tmp_path: Path) -> None:
             unpack(Rows, arrays | change, notes)
 
 
-@pytest.mark.parametrize("spoil", [{"positions": np.zeros((2, 14, 3))}, {"inner.values": None}], ids=["axes", "missing"])
+@pytest.mark.parametrize(
+    "spoil", [{"positions": np.zeros((2, 14, 3))}, {"inner.values": None}], ids=["axes", "missing"]
+)
 def test_an_artefact_with_a_right_seal_and_another_shape_is_computed_again(
     tmp_path: Path, spoil: dict[str, Any]
 ) -> None:
     def asked() -> Stored[Shaped]:
-        return stored(Store(tmp_path), "model", {}, [], lambda: SHAPED, result=Shaped, sources=["pipeline.seeding"])
+        return stored(
+            Store(tmp_path), "model", {}, [], lambda: SHAPED, result=Shaped, sources=["pipeline.seeding"]
+        )
 
     first = asked()
     folder = tmp_path / "cache" / first.artefact.name

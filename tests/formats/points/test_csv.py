@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from pipeline import formats, mappings
-
 from pipeline.formats.points import csv
 from pipeline.formats.points.csv.table import role_of
 from pipeline.skeleton.recorded import MILLIMETRES, MotionCapture

@@ -10,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-
 from pipeline.formats.points import trc
 from pipeline.skeleton.recorded import MILLIMETRES, MotionCapture
 from pipeline.validation import InvalidInput, harmless
