@@ -45,7 +45,7 @@ def open_regular(path: Path) -> BinaryIO:
     OSError
         If it cannot be opened, or is a folder, pipe, socket or device, which is not waited for.
     """
-    if stat.S_ISREG(os.stat(path).st_mode):
+    if stat.S_ISREG(path.stat().st_mode):
         # Without O_NONBLOCK a pipe that has taken the name since would be waited for.
         opened = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
         file = os.fdopen(opened, "rb")
@@ -100,7 +100,7 @@ def unpacked(content: bytes, path: Path, *, at_most: int = MAX_UNPACKED_BYTES) -
 
 @contextmanager
 def as_written(where: object) -> Iterator[None]:
-    """Raise InvalidInput for an error of a ``with`` block that uses the content of our files: it is not what we write."""
+    """Raise InvalidInput for an error of a ``with`` block that uses our files: their content is not what we write."""
     try:
         yield
     except InvalidInput:

@@ -71,7 +71,10 @@ def imports_of(module: str) -> tuple[set[str], set[str]]:
     return imports(tree_of(module))
 
 
-_GROUND = "validation locks shortened skeleton palette tidy charts scenes processes compilation seeding resources reading"
+_GROUND = (
+    "validation locks shortened skeleton palette tidy charts scenes"
+    " processes compilation seeding resources reading"
+)
 LAYERS = {
     "validation locks shortened": "",
     "skeleton palette tidy processes compilation seeding resources reading": "validation locks shortened",

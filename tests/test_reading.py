@@ -1,4 +1,4 @@
-"""Our own files as hostile input: what is not a regular, bounded file of the expected type is rejected in a sentence."""
+"""Our own files as hostile input: only a regular, bounded file of the expected type is read."""
 
 from __future__ import annotations
 
@@ -54,13 +54,13 @@ def test_what_is_not_a_regular_file_is_rejected_and_not_waited_for(tmp_path: Pat
 def test_a_pipe_that_takes_the_name_of_a_file_is_not_waited_for(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path, before = tmp_path / "manifest.json", os.stat(__file__)
+    path, before = tmp_path / "manifest.json", Path(__file__).stat()
     os.mkfifo(path)
-    monkeypatch.setattr(reading.os, "stat", lambda path: before)  # as it was before the pipe came
+    monkeypatch.setattr(Path, "stat", lambda path: before)  # as it was before the pipe came
     with pytest.raises(OSError, match="not a regular file"):
         reading.open_regular(path)
     monkeypatch.undo()
-    assert stat.S_ISFIFO(os.stat(path).st_mode)
+    assert stat.S_ISFIFO(path.stat().st_mode)
 
 
 def test_a_missing_and_a_large_file_are_rejected_before_they_are_read(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Our own files as somebody else left them: each command says in a sentence what is wrong, and none waits or runs them."""
+"""Our own files as another person left them: each command says in a sentence what is wrong, and none waits."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def test_a_folder_with_such_a_manifest_is_not_replaced_and_nothing_is_written_ou
     with pytest.raises(InvalidInput, match="not published by this program") as refusal, publish(folder):
         raise AssertionError("nothing is written")
     assert complaint in str(refusal.value)
-    before = {path for path in tmp_path.rglob("*")}
+    before = set(tmp_path.rglob("*"))
     lock = tmp_path / "requirements.lock"
     facts: dict[str, Any] = {"date": "2026-11-22", "commit": "f" * 40, "dirty": False, "lock": lock}
     lock.write_text("numpy==2.4.6\n")
@@ -131,9 +131,9 @@ def test_a_folder_with_such_a_manifest_is_not_replaced_and_nothing_is_written_ou
             folder.parent, tmp_path / "archive", [FIGURE], name="a", data="synthetic", **facts
         ),
     ):
-        with pytest.raises(InvalidInput, match="unfinished or damaged: manifest.json"):
+        with pytest.raises(InvalidInput, match=r"unfinished or damaged: manifest\.json"):
             keep()
-    assert {path for path in tmp_path.rglob("*")} == before | {lock}
+    assert set(tmp_path.rglob("*")) == before | {lock}
 
 
 @pytest.mark.parametrize("name", [MANIFEST, archive.CHECKSUMS, "table.csv"])
@@ -171,7 +171,7 @@ def test_a_model_of_walkers_with_such_a_manifest_is_not_read(tmp_path: Path, way
     shutil.copytree(model_file.SHIPPED, folder)
     assert model_file.load(folder).compact.walkers > 0
     MANIFESTS[way][0](folder)
-    with pytest.raises(InvalidInput, match="manifest.json") as refusal:
+    with pytest.raises(InvalidInput, match=r"manifest\.json") as refusal:
         model_file.load(folder)
     assert "no model of walkers" in str(refusal.value) or MANIFESTS[way][1] in str(refusal.value)
 
