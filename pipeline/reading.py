@@ -26,8 +26,8 @@ from pipeline.validation import InvalidInput, fits
 MAX_BYTES = 2**33
 """Size of the largest file of arrays: 10 000 walkers have 640 MB."""
 MAX_TABLE_BYTES = 2**30
-MAX_UNPACKED_BYTES = 2**25
-"""Size of a compressed table once unpacked: ten times the largest that light archives contain."""
+MAX_UNPACKED_BYTES = 2**23
+"""Size of a compressed table once unpacked: three times the largest that light archives contain."""
 MAX_JSON_BYTES, MAX_JSON_VALUES, MAX_DEPTH = 2**26, 2**22, 64
 """Bounds of a JSON file: the manifest of 10 000 walkers has 10 MB and 300 000 values, four deep."""
 

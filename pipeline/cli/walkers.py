@@ -16,7 +16,7 @@ from pipeline.clips.walks import walk_in
 from pipeline.core import camera, fourier, linear_model, reconstruction
 from pipeline.formats.budget import read_one
 from pipeline.ingestion.corpus import joints_of
-from pipeline.reading import read_arrays, read_json
+from pipeline.reading import as_written, read_arrays, read_json
 from pipeline.skeleton import WALKER15
 from pipeline.storage import tables
 from pipeline.storage.publishing import require_new
@@ -138,8 +138,9 @@ class FigureWalkers:
 
     def original(self, name: str) -> Walk:
         """Return a walker as recorded; the first if none is named."""
-        r, facts = self._index(name), ("walker", "original", "stride_hz", "unmeasured")
-        return Walk(*(self._arrays[fact][r] for fact in facts))
+        with as_written(self._folder):
+            r, facts = self._index(name), ("walker", "original", "stride_hz", "unmeasured")
+            return Walk(*(self._arrays[fact][r] for fact in facts))
 
     def reconstructed(self, name: str, method: str, view_angle_deg: float | None) -> Walk:
         """Return a walker as reconstructed from a view: from any, where the figure holds what the model learns from.
@@ -150,18 +151,19 @@ class FigureWalkers:
         view_angle_deg : float, optional
             By default the figure's first demonstration.
         """
-        walk, views = self.original(name), self._arrays["demonstration_view_deg"]
-        methods = self._arrays["methods"].tolist()
-        m = methods.index(require_choice("method", method, methods))
-        wanted = views[0] if view_angle_deg is None else view_angle_deg
-        near = np.flatnonzero(np.abs(views - wanted) < 1e-6)
-        missing = (
-            self._arrays["missing"][m, self._index(name), near[0]]
-            if near.size
-            else self._from_view(self._index(name), methods[m], wanted)
-        )
-        angle = np.radians(wanted)
-        again = camera.combine(camera.project(walk.coefficients, angle), missing, angle)
+        walk = self.original(name)
+        with as_written(self._folder):
+            views, methods = self._arrays["demonstration_view_deg"], self._arrays["methods"].tolist()
+            m = methods.index(require_choice("method", method, methods))
+            wanted = views[0] if view_angle_deg is None else view_angle_deg
+            near = np.flatnonzero(np.abs(views - wanted) < 1e-6)
+            missing = (
+                self._arrays["missing"][m, self._index(name), near[0]]
+                if near.size
+                else self._from_view(self._index(name), methods[m], wanted)
+            )
+            angle = np.radians(wanted)
+            again = camera.combine(camera.project(walk.coefficients, angle), missing, angle)
         return replace(walk, name=f"{walk.name}, {method} from {wanted:g}°", coefficients=again)
 
     def _index(self, name: str) -> int:

@@ -297,7 +297,7 @@ def test_a_compressed_table_that_unpacks_to_much_more_is_refused(tmp_path: Path)
     assert path.stat().st_size < 60_000
     for reader in (tables.read, tables.read_rows):
         with pytest.raises(
-            InvalidInput, match=r"table\.csv\.gz: the table is larger than 33554432 bytes once unpacked"
+            InvalidInput, match=r"table\.csv\.gz: the table is larger than 8388608 bytes once unpacked"
         ):
             reader(path)
     path.write_bytes(gzip.compress(b"a,b\n1,2\n")[:-5])
