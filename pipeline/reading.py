@@ -29,7 +29,7 @@ MAX_TABLE_BYTES = 2**30
 MAX_UNPACKED_BYTES = 2**23
 """Size of a compressed table once unpacked: three times the largest that light archives contain."""
 MAX_JSON_BYTES, MAX_JSON_VALUES, MAX_DEPTH = 2**26, 2**22, 64
-"""Bounds of a JSON file: the manifest of 10 000 walkers has 10 MB and 300 000 values, four deep."""
+"""Bounds of a JSON file: the manifest of 10 000 walkers has 6 MB, and none of ours is more than eight deep."""
 
 MISSING = "the file is missing"
 """Complaint about a file that does not exist."""
