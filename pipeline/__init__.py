@@ -5,6 +5,7 @@ and `studies`, whose parts stand by subject, no circle)::
 
     validation             InvalidInput: what, where, expected, received; the shared checks
     shortened              short representations of results
+    reading                files of our own, read as foreign ones: regular, bounded, of an expected type
     skeleton               joints, world frame, units, how source points become joints
     resources              files that travel with the package
     plugins                what installed packages and users' files add

@@ -95,7 +95,7 @@ def with_options(experiment: Experiment, kept: Mapping[str, Any]) -> Experiment:
     """
     try:
         found = _whole({**canonical(experiment), **kept})
-    except (KeyError, StopIteration, TypeError) as error:
+    except (KeyError, StopIteration, TypeError, AttributeError, ValueError) as error:
         what = "options are not those of this version"
         raise InvalidInput(what, experiment.name, received=error) from error
     for name in FOLDERS & vars(found.data).keys():

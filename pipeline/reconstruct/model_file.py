@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,7 +19,7 @@ from pipeline.formats.arrays import load_npz
 from pipeline.formats.budget import read_one
 from pipeline.formats.contract import read_bytes
 from pipeline.storage.publishing import publish
-from pipeline.storage.sealed_folders import digest, remove_stale
+from pipeline.storage.sealed_folders import digest, read_manifest, remove_stale
 from pipeline.validation import InvalidInput, require_count, require_finite, require_shape
 
 SHIPPED = Path(__file__).resolve().parent / "walkers"
@@ -115,8 +114,8 @@ def load(folder: Path = SHIPPED) -> TrainedModel:
 
 
 def _load(folder: Path) -> TrainedModel:
-    manifest = json.loads(read_bytes(folder / "manifest.json"))
-    if not isinstance(manifest, dict) or manifest.get("version") != VERSION:
+    manifest = read_manifest(folder)
+    if manifest.get("version") != VERSION:
         raise InvalidInput("the model is of another version", folder, VERSION)
     data = read_bytes(folder / "model.npz")
     if digest(data) != manifest.get("sha256"):

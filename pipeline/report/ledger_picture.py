@@ -20,6 +20,7 @@ from pipeline.report.published import Published, numbered_rows
 from pipeline.report.verdicts import answers, beyond_tone, reason, tone
 from pipeline.storage import tables
 from pipeline.storage.provenance import PROJECT
+from pipeline.storage.sealed_folders import visible
 
 CLAIMS, SWITCHES = "claims.csv", "sensitivity.csv"
 
@@ -190,8 +191,8 @@ def _at(place: float) -> float:
 def _other_sets(results: Published) -> dict[str, Sequence[Mapping[str, Any]]]:
     """Return the claims of other data sets: of published results beside these, else of the light archives."""
     found: dict[str, Sequence[Mapping[str, Any]]] = {}
-    light = sorted((PROJECT / "results" / "archive" / "light").glob(f"*/{CLAIMS}"))
-    near = sorted(results.folder.parent.parent.glob(f"*/{results.scale}/{CLAIMS}"))
+    light = visible(PROJECT / "results" / "archive" / "light", f"*/{CLAIMS}")
+    near = visible(results.folder.parent.parent, f"*/{results.scale}/{CLAIMS}")
     for path in [*near, *(light if results.scale == "full" else ())]:
         data = path.parent.parent.name if path in near else path.parent.name
         if data not in (results.data, *found):

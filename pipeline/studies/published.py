@@ -47,8 +47,9 @@ def measured(
     InvalidInput
         If nothing is published there, figures are small, or were made by different commits or by a changed checkout.
     """
-    manifests = [read_manifest(folder / figure) for figure in figures if (folder / figure).is_dir()]
-    made = {(m["data"], m["scale"], m["provenance"]["commit"]) for m in manifests}
+    needed = ("data", "scale", "provenance")
+    manifests = [read_manifest(folder / figure, needed) for figure in figures if (folder / figure).is_dir()]
+    made = {(m["data"], m["scale"], m["provenance"].get("commit", "unknown")) for m in manifests}
     if len(made) != 1:
         raise InvalidInput(
             "the figures are not of one commit, data set and scale" if made else "nothing is published",
@@ -57,7 +58,7 @@ def measured(
         )
     data_name, scale, commit = made.pop()
     require_choice("scale", scale, ["full"])
-    if any(manifest["provenance"]["dirty"] for manifest in manifests):
+    if any(manifest["provenance"].get("dirty") for manifest in manifests):
         raise InvalidInput(
             "figures were made by a checkout with changes",
             str(folder),

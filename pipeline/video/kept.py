@@ -6,10 +6,12 @@ import hashlib
 import json
 import shutil
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
+from pipeline.reading import read_json
 from pipeline.validation import InvalidInput, missing_package
 
 TABLE, ABOUT = "keypoints.csv", "keypoints.json"
@@ -85,8 +87,6 @@ def copy(earlier: Path, folder: Path) -> None:
 
 
 def _about(folder: Path) -> dict[str, object]:
-    try:
-        found = json.loads((folder / ABOUT).read_text("utf-8"))
-    except (OSError, ValueError):
-        return {}
-    return found if isinstance(found, dict) else {}
+    with suppress(InvalidInput):
+        return dict(read_json(folder / ABOUT, dict[str, object]))
+    return {}

@@ -346,6 +346,22 @@ def ingest_report(results: Path) -> dict[str, Mapping[str, str]]:
     return {row["clip"]: row for row in tables.read_rows(path)}
 
 
+def test_a_file_name_that_is_a_formula_is_none_in_the_table_of_refused_clips(
+    say: Callable, people: WalkingPopulation, tmp_path: Path
+) -> None:
+    folder = tmp_path / "walks"
+    folder.mkdir()
+    name = "=HYPERLINK(1;2)_1.csv"
+    csv.write(folder / name, WALKER15.joints, np.repeat(people.positions_mm[0][:1], 300, axis=0), RATE_HZ)
+    said = say(*of_folder(folder, tmp_path / "results"))
+    path = tmp_path / "results" / "folder_walks" / "smoke" / "refused_walks.csv"
+    assert_one_sentence(said.err, f"every reason is in {path}")
+    cells = path.read_text("utf-8").replace("\n", ",").split(",")
+    assert f"'{name}" in cells
+    assert name not in cells
+    assert [row["clip"] for row in tables.read_rows(path)] == [name]
+
+
 def test_a_folder_of_walks_is_enough(say: Callable, walks: Path, tmp_path: Path) -> None:
     said = say(*of_folder(walks, tmp_path / "results"))
     assert (said.status, said.err) == (0, "")

@@ -416,7 +416,7 @@ def test_a_broken_table_is_refused(tmp_path: Path, content: bytes, complaint: st
 
 
 def test_a_missing_table_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match=r"cannot read the table of sources: .*No such file"):
+    with pytest.raises(InvalidInput, match=r"cannot read the table of sources: .*the file is missing"):
         fetch(tmp_path / "sources.csv", tmp_path / "raw")
 
 

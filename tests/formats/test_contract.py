@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from pathlib import Path
 
 import numpy as np
@@ -188,3 +189,21 @@ def test_a_root_that_stays_at_the_origin_is_kept(tmp_path: Path) -> None:
     positions[:, 2] = 0.0
     trc.write(tmp_path / "walk.trc", list("abcdef"), positions, 100.0)
     assert formats.read(tmp_path / "walk.trc").valid.all()
+
+
+@pytest.mark.parametrize("wide", [False, True])
+def test_a_point_name_that_is_a_formula_is_none_in_a_table(tmp_path: Path, wide: bool) -> None:
+    names, positions = ["=1+1", "@x", "head"], np.arange(18.0).reshape(2, 3, 3)
+    csv.write(tmp_path / "a.csv", names, positions, 50.0, wide=wide)
+    trc.write(tmp_path / "a.trc", names, positions, 50.0)
+    cells = {
+        cell
+        for path in tmp_path.iterdir()
+        for line in path.read_text("utf-8").split("\n")
+        for cell in re.split("[,\t]", line)
+    }
+    assert not [cell for cell in cells if cell.startswith(("=", "@"))]
+    for path in tmp_path.iterdir():
+        motion = formats.read(path)
+        assert motion.names == ("'=1+1", "'@x", "head")
+        np.testing.assert_array_equal(motion.positions_mm, positions)

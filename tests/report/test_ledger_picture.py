@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +12,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pipeline.report import ledger_picture as module
 from pipeline.report.ledger_picture import Abscissa, ends_of, ledger_picture
+from pipeline.report.light import keep_light
 from pipeline.report.published import Published, numbered_rows, read_published
 from pipeline.storage import tables
 from pipeline.storage.provenance import PROJECT
+from pipeline.storage.sealed_folders import digest
 from tests.report.planted import CLAIM, plant
 
 BOUNDED = {
@@ -123,3 +128,47 @@ def test_the_ledgers_that_are_kept_have_bounds_that_are_understood(path: Path) -
         if row["agreement"] == "agrees" and isinstance(row["value_low"], float):
             left, _ = Abscissa(row).interval(row["value_low"], row["value_high"])
             assert left >= -1e-9, row["claim"]
+
+
+DATA_SETS = {path.stem for path in (PROJECT / "conf" / "data").glob("*.yaml")}
+
+
+def menu(page: Path) -> list[str]:
+    """Names that the ledger of a page offers under "Data", that of its own first."""
+    packed = re.search(r'id="ledger-data">(.*?)</script>', page.read_text("utf-8"), re.DOTALL)
+    assert packed
+    return [*json.loads(packed[1])["sets"]]
+
+
+def test_the_menu_offers_data_sets_and_no_folder_that_is_being_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The page of a light archive is written in a temporary folder among the light archives."""
+    monkeypatch.setattr(module, "PROJECT", tmp_path)
+    lock = tmp_path / "requirements.lock"
+    lock.write_text("numpy==2.4.6\n")
+    light, facts = tmp_path / "results" / "archive" / "light", {"date": "2026-11-22", "commit": "f" * 40}
+    for data in ("optical", "synthetic"):
+        folder = tmp_path / "results" / data / "full"
+        plant(folder / "zhang2007_fig5", claims=BOUNDED, scale="full", lock_sha256=digest(lock.read_bytes()))
+        tables.write(folder / "claims.csv", BOUNDED)
+    for aside in (
+        light / ".tmp-1-abc",
+        light / ".old-1-abc-cmu",
+        tmp_path / "results" / ".tmp-2-abc" / "full",
+    ):
+        aside.mkdir(parents=True)
+        tables.write(aside / "claims.csv", BOUNDED)
+    for data, other in (("optical", "synthetic"), ("synthetic", "optical")):
+        results = tmp_path / "results" / data / "full"
+        keep_light(results, light / data, ["zhang2007_fig5"], lock=lock, dirty=False, **facts)
+        assert menu(light / data / "index.html") == [data, other]
+
+
+@pytest.mark.parametrize(
+    "page", sorted((PROJECT / "results" / "archive" / "light").glob("[!.]*/index.html")), ids=str
+)
+def test_the_menus_of_the_pages_that_are_kept_offer_data_sets(page: Path) -> None:
+    """`make archive LIGHT=1 DATA=…` renews a page."""
+    assert menu(page)[0] == page.parent.name
+    assert set(menu(page)) <= DATA_SETS

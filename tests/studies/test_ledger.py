@@ -157,7 +157,7 @@ def test_a_table_that_was_edited_after_publication_is_not_judged(tmp_path: Path)
     ):
         judge_folder(tmp_path, "synthetic", ["zhang2007_fig2"], measures=MEASURES)
     table.unlink()
-    with pytest.raises(InvalidInput, match=r"table_harmonics.csv: cannot read the table"):
+    with pytest.raises(InvalidInput, match=r"table_harmonics.csv: the table is missing"):
         judge_folder(tmp_path, "synthetic", ["zhang2007_fig2"], measures=MEASURES)
 
 

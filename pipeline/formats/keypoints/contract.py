@@ -7,11 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from pipeline.formats.budget import require_points
-from pipeline.formats.contract import damaged, harmless
+from pipeline.formats.contract import damaged
 from pipeline.formats.points.cells import Rows
 from pipeline.formats.points.csv.table import set_to_seconds
 from pipeline.formats.points.even_times import frames_of
 from pipeline.shortened import shortened
+from pipeline.validation import harmless
 
 LARGEST_PX = 1e6
 TWICE = 0.05
