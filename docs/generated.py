@@ -45,10 +45,10 @@ def _experiments() -> dict[str, Any]:
 def option_classes() -> Iterator[tuple[str, str, type[Any], list[str]]]:
     """Yield each class of options: title, what stands before its names, class, presets that use it."""
     from pipeline.ingestion.data import DATA_SETS
-    from pipeline.reconstruct.training import Training
-    from pipeline.reconstruct.writing import Reconstruct
     from pipeline.studies.experiment import Experiment
     from pipeline.studies.registry import GROUPS, options
+    from walk3d.film.reconstruct.training import Training
+    from walk3d.film.reconstruct.writing import Reconstruct
 
     yield "Every figure", "", Experiment, ["every figure"]
     for name, kind in DATA_SETS.items():
@@ -483,10 +483,10 @@ LIBRARY = {
     "pipeline.core.pinhole": ["Pinhole"],
     "pipeline.core.limb_chain": ["Chain"],
     "pipeline.core.articulated_trajectory": ["reconstruct", "Options"],
-    "pipeline.core.keypoint_walk": ["reconstruct"],
+    "walk3d.film.walk": ["reconstruct"],
     "pipeline.formats": ["read"],
-    "pipeline.pointlight": ["walker", "scrambled", "inverted", "with_noise"],
-    "pipeline.synthetic.keypoints": ["simulate_keypoints"],
+    "walk3d.pointlight": ["walker", "scrambled", "inverted", "with_noise"],
+    "walk3d.film.simulation.keypoints": ["simulate_keypoints"],
 }
 """Functions and classes that are kept stable, by module."""
 

@@ -84,7 +84,7 @@ the name.  Arrays are ordered (walker, harmonic or frame, joint, space).  World:
 +y, +x to the walker's right; view angle 0 is the frontal view, -90 degrees the left profile; image right is then the
 walker's right, so a video taken from the front has to be mirrored.
 
-The package `reconstruct` may be called, with a file of keypoints.  What cannot be used raises `InvalidInput`.
+What cannot be used raises `InvalidInput`.
 """
 
 from __future__ import annotations
@@ -93,25 +93,20 @@ TYPE_CHECKING = False  # typing takes a while to load, in which Ctrl-C would end
 if TYPE_CHECKING:
     from typing import Any
 
-    from pipeline.api import calibrate, fit, from_view, joints, read, represent, to_dataframe, to_xarray
-    from pipeline.reconstruct import CallablePackage
+    from pipeline.api import fit, from_view, joints, read, represent, to_dataframe, to_xarray
     from pipeline.validation import InvalidInput
 
     __version__: str
-    reconstruct: CallablePackage
 
 __all__ = [
-    "InvalidInput", "calibrate", "fit", "from_view", "joints", "read", "reconstruct", "represent", "to_dataframe",
-    "to_xarray",
+    "InvalidInput", "fit", "from_view", "joints", "read", "represent", "to_dataframe", "to_xarray",
 ]  # fmt: skip
 
 
 def __getattr__(name: str) -> Any:
-    """Return a function of `pipeline.api`, or the package `reconstruct`; not loaded before somebody asks."""
+    """Return a function of `pipeline.api`, loaded when it is needed."""
     import importlib
 
-    if name == "reconstruct":
-        return importlib.import_module("pipeline.reconstruct")
     if name == "__version__":
         return importlib.import_module("pipeline.resources").version()
     if name in __all__:
