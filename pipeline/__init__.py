@@ -20,10 +20,7 @@ and `studies`, whose parts stand by subject, no circle)::
       camera                 orthographic projection                           zhang2007 3.5, 3.16, B.2, B.3
       reconstruction         coefficients from one known view                  zhang2007 3.6-3.15, A.1-A.5
       viewpoint              view angle and coefficients together              zhang2007 4.5, 4.6, B.1-B.3
-      anatomical             mirror images, constant bones, error bars         beside zhang2007 3.2
       errors                 errors of a reconstruction                        zhang2007 4.1-4.4
-      joint_angles           flexion of hips, knees, shoulders and elbows
-      sagittal_angles        signed angles in the plane of progression
       walking                steady walking, treadmill equivalent              zhang2007 section 2
       posture, aspace        postures as 37 numbers; their eigenvectors        mozerov2006 1-5
       synchronization        pairs of performances, the median sequence        mozerov2006 6-19
@@ -36,7 +33,6 @@ and `studies`, whose parts stand by subject, no circle)::
       binary_quadratic       choice of candidates, with a certificate          park2011 12
       refinement             least reprojection error of the whole tree        park2011 4, 5
       articulated_trajectory a whole skeleton from the root to the leaves
-      keypoint_walk          from keypoints of one camera to a 3D walk with error bars
       reconstructibility     how accurately a limb can be reconstructed        park2011 13-18
       rigid                  rigid motion of clusters of points
       likeness               whether two recordings may show one person
@@ -49,14 +45,12 @@ and `studies`, whose parts stand by subject, no circle)::
     fetch/                 downloading the public recordings
     storage/               store, sealed folders, provenance, archive, tables
     pictures/ recordings/  the only matplotlib; the only rerun
-    video/                 film in: keypoints by two networks; the only OpenCV
     papers/                the papers as data: equations, claims, the rule of verdicts
 
     synthetic/             synthetic people: walkers, bending, limbs
-    pointlight/            walks as moving dots, disturbed as experiments ask for
     clips/                 types of clips, without a reader: walks, performances, varied motion; their usable parts
     ingestion/             data sets and their recordings: the only door to formats, mappings and fetch
-    api                    the library: read, joints, represent, fit, calibrate, from_view, to_dataframe, to_xarray
+    api                    the library: read, joints, represent, fit, from_view, to_dataframe, to_xarray
     studies/               options, dataset, model, sweeps, figures and measures of each study
       study, experiment      base classes of the options; the experiment that a preset composes
       figure_inputs          inputs of a figure: experiment, clips, results of the stages
@@ -65,7 +59,6 @@ and `studies`, whose parts stand by subject, no circle)::
       walks/                 zhang2004, zhang2007
       actions/               mozerov2006
       limbs/                 park2011
-      keypoints/             walks from simulated keypoints of one camera
       registry               the list of studies
       rows, measures         rows of published tables; functions of them
       evaluation, ledger     measures by name; verdicts on the papers' claims
@@ -75,7 +68,6 @@ and `studies`, whose parts stand by subject, no circle)::
       presentation           names and heights of people in recordings
     stages/                ingest, dataset, model, sweep, figure; further populations, the one shown
     report/                the page over all figures, with players that compute in the browser; the only jinja2
-    reconstruct/           one person's keypoints in, a 3D walk out
     cli/                   composing options (the only Hydra), commands, progress, summary
     __main__               python -m pipeline
 
