@@ -18,16 +18,17 @@ import pytest
 
 import gait_pipeline
 import pipeline
-from pipeline import calibrate, fit, from_view, joints, read, represent, to_dataframe, to_xarray
+from pipeline import fit, joints, read, represent, to_dataframe, to_xarray
 from pipeline.core import camera, errors, fourier
 from pipeline.core.linear_model import LinearModel
-from pipeline.formats import c3d
 from pipeline.formats.points import trc
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.synthetic import walkers
 from pipeline.validation import InvalidInput
 from tests.pages import blocks
+from walk3d import calibrate, from_view
+from walk3d.export.c3d import write as write_c3d
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -191,7 +192,7 @@ def test_the_ten_lines_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyP
     )
     (tmp_path / "my_walks").mkdir()
     for k, walk in enumerate(made.positions_mm):
-        c3d.write(tmp_path / "my_walks" / f"p{k}.c3d", WALKER15.joints, walk, 40.0)
+        write_c3d(tmp_path / "my_walks" / f"p{k}.c3d", WALKER15.joints, walk, 40.0)
     (code,) = (block for block in blocks("README.md", "py") if "from pipeline import" in block)
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}

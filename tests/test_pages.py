@@ -16,7 +16,6 @@ from pipeline.cli.compose import compose
 from pipeline.cli.main import COMMANDS
 from pipeline.cli.presets import listed, presets
 from pipeline.core import camera_paths
-from pipeline.formats import c3d
 from pipeline.formats.points import trc
 from pipeline.skeleton import WALKER15
 from pipeline.storage import tables
@@ -26,9 +25,10 @@ from pipeline.studies.registry import all_measures, options
 from pipeline.synthetic import limbs, walkers
 from pipeline.synthetic.bending import bending_performances
 from pipeline.validation import InvalidInput
-from tests.core.keypoint_walk.walkers import clip
 from tests.pages import PAGES, blocks
-from tests.reconstruct.walks import ERROR, alphapose, in_layout
+from tests.walk3d.film.reconstruct.walks import ERROR, alphapose, in_layout
+from tests.walk3d.film.walk.walkers import clip
+from walk3d.export.c3d import write as write_c3d
 
 MEASURES = all_measures()
 
@@ -69,13 +69,13 @@ def test_the_examples_on_files_run(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     )
     (tmp_path / "my_walks").mkdir()
     for k, walk in enumerate(people.positions_mm):
-        c3d.write(tmp_path / "my_walks" / f"p{k}.c3d", WALKER15.joints, walk, 40.0)
+        write_c3d(tmp_path / "my_walks" / f"p{k}.c3d", WALKER15.joints, walk, 40.0)
     (tmp_path / "my_laboratory").mkdir()
     theirs = walkers.walking_population(
         np.random.default_rng(9), male=2, female=1, duration_s=3.0, frame_rate_hz=40.0
     )
     for k, walk in enumerate(theirs.positions_mm):
-        c3d.write(tmp_path / "my_laboratory" / f"q{k}.c3d", WALKER15.joints, walk, 40.0)
+        write_c3d(tmp_path / "my_laboratory" / f"q{k}.c3d", WALKER15.joints, walk, 40.0)
     (tmp_path / "my_bends").mkdir()
     for k, bend in enumerate(bending_performances(np.random.default_rng(1), performances=6).positions_mm):
         trc.write(tmp_path / "my_bends" / f"r{k}.trc", WALKER15.joints, bend, 30.0)

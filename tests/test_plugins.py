@@ -102,7 +102,7 @@ def test_a_users_file_adds_a_method_to_a_figure_of_a_paper(ridge: Path) -> None:
 
 def test_ridge_regression_has_the_error_that_numpy_gives(ridge: Path) -> None:
     """Against the normal equations with one penalty after the other, each left-out walk fitted anew."""
-    from tests.studies.walks.test_anatomical_method import inputs
+    from tests.walk3d.anatomy.study.test_method import inputs
 
     plugins.load_files([ridge])
     module = sys.modules["plugin_ridge"]

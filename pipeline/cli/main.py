@@ -85,8 +85,6 @@ COMMANDS = {
     "figures": "pipeline.cli.main:make_all",
     "status": "pipeline.cli.main:show_status",
     "fetch": "pipeline.cli.commands:fetch",
-    "reconstruct": "pipeline.cli.reconstruct:reconstruct",
-    "model": "pipeline.cli.training:train_model",
     "report": "pipeline.cli.commands:report",
     "claims": "pipeline.cli.commands:claims",
     "sensitivity": "pipeline.cli.sensitivity:sensitivity",
@@ -96,8 +94,6 @@ COMMANDS = {
     "archive": "pipeline.cli.commands:keep",
     "verify": "pipeline.cli.verify:verify",
     "inspect": "pipeline.cli.inspect:look",
-    "export": "pipeline.cli.export:export_motion",
-    "pointlight": "pipeline.cli.pointlight:point_lights",
 }
 """Place of the function of each command, imported when it is called; its docstring is the help."""
 

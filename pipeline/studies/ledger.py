@@ -14,7 +14,6 @@ from pipeline import papers
 from pipeline.clips import one_person
 from pipeline.core import bootstrap
 from pipeline.storage import tables
-from pipeline.storage.agreement import TIMING as TIMING  # no claim uses it
 from pipeline.storage.sealed_folders import read_manifest
 from pipeline.studies import evaluation
 from pipeline.studies.replicated import DRAW, INGEST, POPULATION, Replicates, replicate

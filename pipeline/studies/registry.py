@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from pipeline import plugins
-from pipeline.studies import actions, evaluation, keypoints, limbs, measures, walks
+from pipeline.studies import actions, evaluation, limbs, measures, walks
 from pipeline.studies.study import NoSweep, Study
 from pipeline.validation import InvalidInput
 
-STUDIES: tuple[Study, ...] = (walks.STUDY, actions.STUDY, limbs.STUDY, keypoints.STUDY)
+STUDIES: tuple[Study, ...] = (walks.STUDY, actions.STUDY, limbs.STUDY)
 """The package's own."""
 
 GROUPS = ("dataset", "model", "sweep", "figure")

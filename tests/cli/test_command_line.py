@@ -28,12 +28,12 @@ from pipeline.cli.main import COMMANDS
 from pipeline.cli.options import filled
 from pipeline.cli.presets import presets
 from pipeline.formats.points import csv, trc
-from pipeline.reconstruct.writing import Reconstruct
 from pipeline.skeleton import WALKER15
 from pipeline.storage import sealed_folders, store, tables
 from pipeline.synthetic.walkers import WalkingPopulation, walking_population
 from pipeline.validation import InvalidInput
 from tests.processes import forked, is_complete, python
+from walk3d.film.reconstruct.writing import Reconstruct
 
 ROOT = Path(__file__).resolve().parents[2]
 FIXTURES = ROOT / "tests" / "fixtures"

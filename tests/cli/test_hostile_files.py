@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 
 from pipeline.cli.main import main
-from pipeline.reconstruct import model_file
 from pipeline.report import document, players
 from pipeline.report.light import keep_light
 from pipeline.storage import archive
@@ -25,6 +24,7 @@ from pipeline.storage.store import Store
 from pipeline.validation import InvalidInput
 from tests.processes import WAIT_S
 from tests.report.planted import CLAIM, plant
+from walk3d.film.reconstruct import model_file
 
 FIGURE = "zhang2007_fig5"
 

@@ -14,14 +14,14 @@ from pathlib import Path
 import numpy as np
 
 from pipeline import formats
-from pipeline.core.anatomical import BONES, PAIRS
-from pipeline.core.keypoint_walk.calibration import CYCLE_KINDS
-from pipeline.core.keypoint_walk.training import BLOCKS, SIZE
-from pipeline.core.sagittal_angles import KINDS
-from pipeline.formats import keypoints
-from pipeline.reconstruct import model_file
 from tests.formats.contract import FIXTURES
 from tests.formats.points.test_sections import NEXUS_WITH_DEVICES, OPTITRACK
+from walk3d.anatomy.prior import BONES, PAIRS
+from walk3d.film import keypoints
+from walk3d.film.reconstruct import model_file
+from walk3d.film.walk.calibration import CYCLE_KINDS
+from walk3d.film.walk.sagittal_angles import KINDS
+from walk3d.film.walk.training import BLOCKS, SIZE
 
 Damage = Callable[[bytes, np.random.Generator], bytes]
 

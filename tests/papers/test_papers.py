@@ -32,8 +32,9 @@ from pipeline.papers import (
 )
 from pipeline.papers import loading as papers_loading
 from pipeline.papers.explanations import of_run
+from pipeline.storage.agreement import TIMING
 from pipeline.studies import evaluation, rows
-from pipeline.studies.ledger import TIMING, judge, numbers_of
+from pipeline.studies.ledger import judge, numbers_of
 from pipeline.studies.registry import all_measures
 from pipeline.validation import InvalidInput
 from tests.call_graph import CallGraph

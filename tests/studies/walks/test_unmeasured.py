@@ -15,12 +15,12 @@ from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.model import EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierDataset, FourierSamples
 from pipeline.studies.study import Grid, SweepInputs
-from pipeline.studies.walks.anatomical_model import AnatomicalModel
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors, MissingVariance, Truth
 from pipeline.studies.walks.methods import PUBLISHED
 from pipeline.studies.walks.nested import nested_choice
 from pipeline.studies.walks.unknown_view import UnknownView
 from pipeline.validation import InvalidInput
+from walk3d.anatomy.study.model import AnatomicalModel
 
 R, HEAD = 2, WALKER15.index("head")
 SIGMA2 = np.array([1.0, 40.0, 200.0, 600.0])
