@@ -556,7 +556,10 @@ def imports() -> dict[str, set[str]]:
             continue
         mine = found.setdefault(first, set())
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] in ("pipeline", "walk3d"):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] in (
+                "pipeline",
+                "walk3d",
+            ):
                 names = [(node.module or "").split(".")]
                 if len(names[0]) == 1:
                     names = [[*names[0], alias.name] for alias in node.names]

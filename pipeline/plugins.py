@@ -42,8 +42,8 @@ class Plugin:
         Methods of reconstruction.
     studies : sequence of Study, or str
         Studies: datasets, models, sweeps, figures and measures.
-    claims : sequence of Path or mapping, or str
-        Files of claims; or claims by name, as such a file has them.
+    claims : sequence of Path, str or mapping, or str
+        Files of claims; or claims by name, as a mapping or a YAML text.
     commands : mapping of str to str
         Commands of the command line, each with the place of its function.
     conf : Path, optional

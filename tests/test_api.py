@@ -193,7 +193,7 @@ def test_the_ten_lines_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyP
     (tmp_path / "my_walks").mkdir()
     for k, walk in enumerate(made.positions_mm):
         write_c3d(tmp_path / "my_walks" / f"p{k}.c3d", WALKER15.joints, walk, 40.0)
-    (code,) = (block for block in blocks("README.md", "py") if "from pipeline import" in block)
+    (code,) = (block for block in blocks("README.md", "py") if "from gait_pipeline import" in block)
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
     exec(compile(code, "README.md", "exec"), names)

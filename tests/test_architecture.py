@@ -526,9 +526,7 @@ def test_a_stage_is_thin(module: str) -> None:
     assert lines(SOURCES[module]) <= 120
 
 
-@pytest.mark.parametrize(
-    "preset", sorted((ROOT / "conf" / "experiment").glob("*.yaml")), ids=lambda p: p.stem
-)
+@pytest.mark.parametrize("preset", sorted(ROOT.glob("**/conf/experiment/*.yaml")), ids=lambda p: p.stem)
 def test_a_preset_holds_only_what_differs(preset: Path) -> None:
     assert lines(preset) <= 15
 

@@ -114,7 +114,7 @@ def test_recordings_are_inspected_and_exported(base: Path, walks: Path) -> None:
 
 
 def test_the_first_example_in_python_runs(base: Path, walks: Path) -> None:
-    (code,) = (block for block in blocks("README.md", "py") if "from pipeline import" in block)
+    (code,) = (block for block in blocks("README.md", "py") if "from gait_pipeline import" in block)
     said = run(base, walks, "-c", code + "\nprint(coefficients.shape)")
     assert (said.stdout.strip(), said.stderr) == ("(5, 15, 3)", "")
 

@@ -142,8 +142,8 @@ def from_view(
         return known
     if not isinstance(model, WalkersModel):
         raise InvalidInput("must be what fit(walks) returns", "model", received=repr(model))
-    own = linear_model.flatten(np.array(getattr(model, "laboratory", ())).reshape(-1, 5, 15, 3))
-    if (abs(own - sample_of(walk)).max(axis=1) < SAME_WALK_MM).any():
+    own = [linear_model.flatten(each[None])[0] for each in getattr(model, "laboratory", ())]
+    if any(abs(each - sample_of(walk)).max() < SAME_WALK_MM for each in own):
         raise InvalidInput("must be learnt from other walks", "model", received="this one among them")
     angle = np.radians(require_range("view_angle_deg", view_angle_deg))
     return _of_unknown_laboratory(model, walk, angle, np.isin(WALKER15.joints, list(hidden)))

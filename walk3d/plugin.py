@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from pipeline.plugins import Plugin
 
 PLUGIN = Plugin(
+    conf=Path(__file__).parent / "conf",
     methods="walk3d.anatomy.method:METHODS",
     studies="walk3d.studies:STUDIES",
     commands={

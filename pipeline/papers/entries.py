@@ -35,13 +35,22 @@ class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[mi
 def read_mapping(path: Path) -> dict[str, Any]:
     """Return the mapping in a YAML file.  Raises InvalidInput if it cannot be read or repeats a key."""
     try:
-        content = yaml.load(path.read_text("utf-8"), Loader=_Loader)
-    except InvalidInput as error:
-        raise InvalidInput(error.what, f"{path.name}, {error.where}") from error
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        text = path.read_text("utf-8")
+    except (OSError, UnicodeDecodeError) as error:
         raise InvalidInput(f"cannot be read: {error}", path.name) from error
+    return parsed_mapping(text, path.name)
+
+
+def parsed_mapping(text: str, where: str) -> dict[str, Any]:
+    """Return the mapping in a YAML text.  Raises InvalidInput if it is not one or repeats a key."""
+    try:
+        content = yaml.load(text, Loader=_Loader)
+    except InvalidInput as error:
+        raise InvalidInput(error.what, f"{where}, {error.where}") from error
+    except yaml.YAMLError as error:
+        raise InvalidInput(f"cannot be read: {error}", where) from error
     if not isinstance(content, dict):
-        raise InvalidInput("is not a mapping", path.name)
+        raise InvalidInput("is not a mapping", where)
     return content
 
 

@@ -241,8 +241,10 @@ def _paper(
     if paper.page.figure:
         require_choice(f"{file}, page, figure", paper.page.figure, figures)
     for item in paper.measured:
-        if not item.name.startswith(f"{key}_"):
-            raise InvalidInput(f"the name does not begin with {key}_", f"{file}, {item.name}")
+        if not item.name.startswith(tuple(f"{name}_" for name in (key, *figures))):
+            raise InvalidInput(
+                f"the name does not begin with {key}_ or a figure's name", f"{file}, {item.name}"
+            )
         if item.figure:
             require_choice(f"{file}, {item.name}, figure", item.figure, figures)
     conditions = {claim.name for claim in paper.claims if claim.kind is Kind.CONDITION}

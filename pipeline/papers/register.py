@@ -16,7 +16,7 @@ from typing import Any
 
 from pipeline import plugins
 from pipeline.papers.claims import Claim, Quantity
-from pipeline.papers.entries import read_mapping
+from pipeline.papers.entries import parsed_mapping, read_mapping
 from pipeline.papers.loading import Paper, load
 from pipeline.validation import InvalidInput, require_choice
 
@@ -30,10 +30,11 @@ def all_papers() -> dict[str, Paper]:
 def _load(_: object) -> dict[str, Paper]:
     added: dict[str, Any] = {}
     for name, claims in plugins.contributions("claims"):
-        if isinstance(claims, Mapping):
-            added[name] = {"claims": {**added.get(name, {}).get("claims", {}), **claims}}
+        if isinstance(claims, Path):
+            added[claims.stem] = read_mapping(claims)
         else:
-            added[Path(claims).stem] = read_mapping(Path(claims))
+            own = claims if isinstance(claims, Mapping) else parsed_mapping(str(claims), f"claims of {name}")
+            added[name] = {"claims": {**added.get(name, {}).get("claims", {}), **own}}
     return load([folder / "paper" for folder in plugins.conf_folders()], added)
 
 

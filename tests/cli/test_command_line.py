@@ -24,7 +24,7 @@ import pandas as pd
 import pytest
 
 from pipeline.cli import main as command_line
-from pipeline.cli.main import COMMANDS
+from pipeline.cli.main import commands
 from pipeline.cli.options import filled
 from pipeline.cli.presets import presets
 from pipeline.formats.points import csv, trc
@@ -87,7 +87,7 @@ def test_help_names_every_figure_command_and_exit_status(say: Callable) -> None:
     said = say("--help")
     assert said.status == 0
     assert said.out == say().out == say("-h").out == say("help").out
-    for word in (*presets(), *COMMANDS, "-m", "Exit status"):
+    for word in (*presets(), *commands(), "-m", "Exit status"):
         assert word in said.out
     assert "{figures}" not in said.out
     assert max(map(len, said.out.splitlines())) <= 120

@@ -19,7 +19,7 @@ import pytest
 
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import make_figure
-from pipeline.cli.main import COMMANDS
+from pipeline.cli.main import commands
 from pipeline.fetch import NEEDED_COLUMNS
 from pipeline.ingestion.data import RecordedData
 from pipeline.processes import CAN_FORK
@@ -141,7 +141,7 @@ CALLS = [
 
 
 def test_every_command_says_how_it_writes_and_is_tried() -> None:
-    assert set(WRITES) == set(COMMANDS)
+    assert set(WRITES) == set(commands())
     assert {name for name, how in WRITES.items() if how} == set(CASES)
 
 

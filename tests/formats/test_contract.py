@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from pipeline import formats
-from pipeline.formats import c3d
 from pipeline.formats.contract import motion_capture
 from pipeline.formats.points import csv, trc
 from pipeline.validation import InvalidInput
 from tests.formats.contract import FIXTURES, READABLE, check_contract
+from walk3d.export.c3d import write as write_c3d
 
 readable = pytest.mark.parametrize("path", READABLE, ids=[path.name for path in READABLE])
 
@@ -177,7 +177,8 @@ def test_gaps_may_be_written_as_a_number_that_is_no_place(tmp_path: Path, suffix
     positions[5:8, 1] = positions[18:, 1] = positions[:, 2] = number
     positions[4, 0] = 300.0  # all the same, but a place, and but once
     path, names = tmp_path / f"walk.{suffix}", ["LASI", "RASI", "SACR", "LTHI", "LKNE", "RKNE"]
-    {"csv": csv, "trc": trc, "c3d": c3d}[suffix].write(path, names, positions, 100.0)
+    write = {"csv": csv.write, "trc": trc.write, "c3d": write_c3d}[suffix]
+    write(path, names, positions, 100.0)
     motion = formats.read(path)
     assert motion.names == ("LASI", "RASI", "LTHI", "LKNE", "RKNE")
     assert np.argwhere(~motion.valid).tolist() == [[5, 1], [6, 1], [7, 1], [18, 1], [19, 1]]

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import yaml
 
-from pipeline import papers
+from pipeline import papers, plugins
 from pipeline.core.bootstrap import LEVEL
 from pipeline.palette import COLOURS, ROLES, name_on_dark
 from pipeline.storage import tables
@@ -25,7 +25,7 @@ from pipeline.studies.replicated import OVER_PEOPLE
 from pipeline.validation import InvalidInput
 
 ROOT = Path(__file__).parents[2]
-PRESETS = sorted((ROOT / "conf/experiment").glob("*.yaml"))
+PRESETS = [*plugins.conf_files("experiment").values()]
 ARCHIVE = ROOT / "results/archive/light"
 
 NUMBERS = (

@@ -182,7 +182,7 @@ def test_lists_of_a_class_are_no_options_and_a_default_without_a_type_is_refused
 
 @pytest.mark.parametrize("group", registry.GROUPS)
 def test_a_word_chooses_one_option_of_one_study(group: str) -> None:
-    words = list(chain.from_iterable(getattr(study, f"{group}s") for study in registry.STUDIES))
+    words = list(chain.from_iterable(getattr(study, f"{group}s") for study in registry.studies()))
     assert len(set(words)) == len(words)
     found = registry.options(group)
     assert set(found) - {"none"} == set(words)

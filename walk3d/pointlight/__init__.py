@@ -3,7 +3,7 @@
 A display is made in steps, each a pure function that takes and returns `PointLights`, random ones with a generator:
 
 >>> import numpy as np
->>> from pipeline import pointlight
+>>> from walk3d import pointlight
 >>> coefficients, stride_hz = pointlight.synthetic_walker()
 >>> lights = pointlight.walker(coefficients, stride_hz, view_angle_rad=np.pi / 2, frame_rate_hz=60.0)
 >>> lights = pointlight.inverted(pointlight.scrambled(lights, np.random.default_rng(1)))
