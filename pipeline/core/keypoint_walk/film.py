@@ -13,7 +13,7 @@ import numpy as np
 
 from pipeline.core.keypoint_walk.objective import FOCAL_SD
 from pipeline.core.keypoint_walk.prior import Prior
-from pipeline.core.keypoint_walk.reconstruction import FeetTogether, Reconstruction, reconstruct_followed
+from pipeline.core.keypoint_walk.reconstruction import Reconstruction, reconstruct_followed
 from pipeline.core.keypoint_walk.start import apart
 from pipeline.core.keypoint_walk.tracks import moving_parts, straight_stretches
 from pipeline.core.keypoint_walk.verdict import MOST_DISTANCE, SLOW_STRIDE_HZ, Judgement, Verdict, judge
@@ -133,7 +133,7 @@ class Film:
         except InvalidInput as refusal:
             judgement, together = (
                 Judgement(Verdict.not_a_walk, (str(refusal),)),
-                isinstance(refusal, FeetTogether),
+                refusal.code == "feet_together",
             )
         first, last = self.first + start, self.first + stop - 1
         return Stretch(first, last, pixels, found, judgement, together)

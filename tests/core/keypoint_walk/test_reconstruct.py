@@ -8,7 +8,6 @@ import pytest
 from pipeline.core.keypoint_walk import errors, reconstruct, reconstruct_followed, view_angle_deg
 from pipeline.core.keypoint_walk.objective import FOCAL_SD, HEADING, LOG_F
 from pipeline.core.keypoint_walk.path import median_of_seen
-from pipeline.core.keypoint_walk.reconstruction import FeetTogether
 from pipeline.core.keypoint_walk.verdict import Verdict, judge
 from pipeline.skeleton import WALKER15
 from pipeline.synthetic.keypoints import DetectorError, Filming, SimulatedKeypoints, simulate_keypoints
@@ -168,7 +167,7 @@ def test_nothing_is_refined_of_feet_that_move_together() -> None:
     given = np.ones(pixels.shape[:2]), sim.frame_rate_hz, sim.focal_px, prior()
     assert reconstruct(pixels, *given).starts.ankles_together > 0.9
     assert reconstruct(sim.pixels, *given, most_together=0.5).starts.ankles_together < 0.0
-    with pytest.raises(FeetTogether, match="the feet move together"):
+    with pytest.raises(InvalidInput, match="the feet move together"):
         reconstruct_followed(pixels, *given)
 
 
