@@ -118,13 +118,14 @@ def fit(
             expected="(R, D), R > 1",
             received=samples.shape,
             code="too_few_people",
+            shape=samples.shape,
         )
     require_count("the number of components", n_components)
     require_choice("the divisor", divisor, ("R-1", "R"))
     if not np.isfinite(samples).all():
+        walker = np.argwhere(~np.isfinite(samples))[0][0]
         raise InvalidInput(
-            f"walker {np.argwhere(~np.isfinite(samples))[0][0]} has values that are not finite",
-            code="not_finite",
+            f"walker {walker} has values that are not finite", code="not_finite", walker=walker
         )
     if scale_last is not None:
         require_range("the scale of the last number", scale_last, above=0)
@@ -213,6 +214,8 @@ def leave_one_out(
             expected=f"groups {samples.shape[:1]}, mirrors {samples.shape}",
             received=f"groups {labels.shape}" + ("" if mirrors is None else f", mirrors {np.shape(mirrors)}"),
             code="mismatch",
+            groups=labels.shape,
+            mirrors=np.shape(mirrors),
         )
     if len(np.unique(labels)) < 3:
         raise InvalidInput(

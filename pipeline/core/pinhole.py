@@ -65,6 +65,7 @@ class Pinhole:
                     received=value.shape,
                     code="wrong_shape",
                     array=name,
+                    shape=value.shape,
                 )
             if value.ndim > len(shape):
                 frames.add(len(value))
@@ -76,6 +77,7 @@ class Pinhole:
                 expected="one number of frames",
                 received=" and ".join(map(str, sorted(frames))),
                 code="frames_disagree",
+                frames=sorted(frames),
             )
         _check_intrinsics(self.intrinsics)
         _check_rotation(self.rotation)

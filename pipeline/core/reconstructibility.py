@@ -232,6 +232,7 @@ def _checked(basis: np.ndarray, trajectory: np.ndarray) -> tuple[np.ndarray, np.
             expected="no singular value above 1",
             received=f"{longest:g}",
             code="not_orthonormal",
+            norm=longest,
         )
     return basis, c
 

@@ -33,7 +33,6 @@ class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[mi
                     f"the mapping on line {line}",
                     code="duplicate_key",
                     key=key,
-                    line=line,
                 )
         return super().construct_mapping(node, deep=deep)
 

@@ -36,7 +36,7 @@ def registry(*modules: ModuleType) -> Registry:
                 continue
             if name in found:
                 raise InvalidInput(
-                    f"two measures are called {name!r}", module.__name__, code="duplicate_name", name=name
+                    f"two measures are called {name!r}", module.__name__, code="duplicate_name"
                 )
             found[name] = function
     return found

@@ -83,6 +83,8 @@ class Experiment(Options):
                     group,
                     wanted.__name__,
                     code="cannot_combine",
+                    option=type(option).__name__,
+                    wanted=wanted.__name__,
                 )
         self.data.require(self.dataset.corpus)
         self.data.validate()

@@ -48,8 +48,6 @@ def options(group: str) -> Mapping[str, type[Any]]:
     for study in studies():
         for word, kind in getattr(study, f"{group}s").items():
             if word in classes:
-                raise InvalidInput(
-                    f"two studies have a {group} {word!r}", study.name, code="duplicate_name", name=word
-                )
+                raise InvalidInput(f"two studies have a {group} {word!r}", study.name, code="duplicate_name")
             classes[word] = kind
     return classes

@@ -286,6 +286,8 @@ class Figure(Options, ABC):
                 f"sweep.{self.sequence}",
                 received=f"start {grid.start:g}, step {grid.step:g}",
                 code="not_whole",
+                start=grid.start,
+                step=grid.step,
             )
 
 

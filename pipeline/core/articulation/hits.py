@@ -181,6 +181,8 @@ def on_sphere(rays: Rays, radius: float, *, adjust: Adjustment = Adjustment.per_
             expected="a frame with image, camera and parent",
             received=f"{(~given).sum()} of {len(given)} frames missing, {given.sum()} behind the camera",
             code="no_ray_hits",
+            missing=(~given).sum(),
+            behind=given.sum(),
         )
     used = _adjusted(distance[reachable], float(radius), adjust)
     half = _half(used, distance)

@@ -164,6 +164,7 @@ def programme_of(
             expected="columns of spectral norm at most 1",
             received=f"{norm:.6g}",
             code="not_orthonormal",
+            norm=norm,
         )
     lengths = np.linalg.norm(half_chord, axis=1)
     kind = np.zeros(frames, np.int8)

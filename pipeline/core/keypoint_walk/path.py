@@ -155,7 +155,6 @@ def lowest_hz(duration_s: float) -> float:
             "the clip is shorter than half a stride",
             received=f"{duration_s:.2f} s",
             code="too_short",
-            duration_s=duration_s,
         )
     return lowest
 

@@ -292,7 +292,6 @@ def registered() -> dict[str, Method]:
                 origin,
                 "another name",
                 code="duplicate_name",
-                name=method.name,
             )
         if not method.style.colour:
             colour = _FREE_COLOURS[(len(methods) - len(PUBLISHED)) % len(_FREE_COLOURS)]

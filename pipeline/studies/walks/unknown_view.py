@@ -104,6 +104,7 @@ class UnknownView(Sweep):
                     "sweep.methods",
                     "a method with `estimate`",
                     code="needs_known_view",
+                    method=method.name,
                 )
             if self.angle_range_deg != WHOLE_CIRCLE_DEG:
                 raise InvalidInput(

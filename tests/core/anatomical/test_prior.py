@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from pipeline.core import anatomical, fourier
 from pipeline.core.anatomical import Shrinkage
 from pipeline.skeleton import WALKER15
-from pipeline.validation import InvalidInput
+from tests.rejects import rejects
 from tests.strategies import seeds, walkers
 
 PLAIN = Shrinkage(mirror=False, within_harmonic=0.0, diagonal=0.0, extra_variance=0.0)
@@ -94,7 +94,7 @@ def test_lengths_are_distances_of_the_synthesised_joints() -> None:
 def test_a_walk_that_is_not_finite_is_refused() -> None:
     people = walkers(np.random.default_rng(0), 3)
     people[1, 0, 0, 0] = np.nan
-    with pytest.raises(InvalidInput, match="the walks"):
+    with rejects("not_finite", "the walks", index=(1, 0, 0, 0)):
         anatomical.fit(people, equal(3), Shrinkage())
 
 

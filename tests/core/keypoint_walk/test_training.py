@@ -13,8 +13,8 @@ from pipeline.core.keypoint_walk.training import HEIGHT_MM
 from pipeline.core.sagittal_angles import ANGLES
 from pipeline.skeleton import WALKER15
 from pipeline.synthetic.keypoints import Filming, simulate_keypoints
-from pipeline.validation import InvalidInput
 from tests.core.keypoint_walk.walkers import CLEAN, RATE, motions, prior, walks
+from tests.rejects import rejects
 
 KNEES = [number for number, angle in enumerate(ANGLES) if angle.endswith("knee")]
 
@@ -78,7 +78,7 @@ def test_a_detector_without_bias_gives_nothing_back() -> None:
 
 
 def test_one_person_is_no_population() -> None:
-    with pytest.raises(InvalidInput, match="two people or more"):
+    with rejects("too_few_people", count=1):
         train([walks()[0], walks()[0]], np.array([1, 1]))
 
 
@@ -93,7 +93,7 @@ def test_a_compact_model_keeps_the_variance_and_leading_eigenwalkers() -> None:
             1 - 1e-9
         )
     assert small.components.shape == (5, whole.covariance.shape[0])
-    with pytest.raises(InvalidInput, match="eigenwalkers"):
+    with rejects("out_of_range", "the number of eigenwalkers", value=7):
         compact(whole, 7)
 
 
