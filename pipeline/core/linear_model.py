@@ -215,7 +215,7 @@ def leave_one_out(
             received=f"groups {labels.shape}" + ("" if mirrors is None else f", mirrors {np.shape(mirrors)}"),
             code="mismatch",
             groups=labels.shape,
-            mirrors=np.shape(mirrors),
+            mirrors=None if mirrors is None else np.shape(mirrors),
         )
     if len(np.unique(labels)) < 3:
         raise InvalidInput(
