@@ -24,8 +24,8 @@ from pipeline.studies import published
 from pipeline.studies.registry import all_measures, options
 from pipeline.synthetic import limbs, walkers
 from pipeline.synthetic.bending import bending_performances
-from pipeline.validation import InvalidInput
 from tests.pages import PAGES, blocks
+from tests.rejects import rejects
 from tests.walk3d.film.reconstruct.walks import ERROR, alphapose, in_layout
 from tests.walk3d.film.walk.walkers import clip
 from walk3d.export.c3d import write as write_c3d
@@ -299,31 +299,31 @@ def test_published_figures_are_measured_and_replace_those_of_the_same_data(folde
 
 
 @pytest.mark.parametrize(
-    ("changes", "complaint"),
+    ("changes", "code"),
     [
-        ({"scale": "smoke"}, "not of one commit, data set and scale"),
-        ({"provenance": {"commit": "b" * 40, "dirty": False}}, "not of one commit"),
-        ({"provenance": {"commit": "a" * 40, "dirty": True}}, "by a checkout with changes"),
+        ({"scale": "smoke"}, "mixed_figures"),
+        ({"provenance": {"commit": "b" * 40, "dirty": False}}, "mixed_figures"),
+        ({"provenance": {"commit": "a" * 40, "dirty": True}}, "uncommitted_changes"),
     ],
 )
-def test_figures_that_do_not_belong_together_are_refused(folder: Path, changes: dict, complaint: str) -> None:
+def test_figures_that_do_not_belong_together_are_refused(folder: Path, changes: dict, code: str) -> None:
     write_manifest(folder / "zhang2007_fig3", FACTS | changes)
-    with pytest.raises(InvalidInput, match=complaint):
+    with rejects(code):
         published.measured(folder, ["zhang2007_fig3", "zhang2007_fig5"], LAYOUT, MEASURES)
-    with pytest.raises(InvalidInput, match="nothing is published"):
+    with rejects("nothing_published"):
         published.measured(folder, ["zhang2007_fig6"], LAYOUT, MEASURES)
 
 
 def test_small_figures_and_damaged_values_do_not_reach_the_documentation(folder: Path) -> None:
     for figure in ("zhang2007_fig3", "zhang2007_fig5"):
         write_manifest(folder / figure, FACTS | {"scale": "smoke"})
-    with pytest.raises(InvalidInput, match=r"scale must be full \(got smoke\)"):
+    with rejects("unknown_choice", "scale", value="smoke"):
         published.measured(folder, ["zhang2007_fig3", "zhang2007_fig5"], LAYOUT, MEASURES)
     damaged = {"data": ["cmu"], "name": ["one"], "value": np.array(["1O"])}
-    with pytest.raises(InvalidInput, match=r"published.csv: a value is no number"):
+    with rejects("not_a_number", "published.csv"):
         published.rendered(LAYOUT, damaged)
 
 
 def test_a_place_without_a_table_is_refused() -> None:
-    with pytest.raises(InvalidInput, match="the markers in the text"):
+    with rejects("markers_differ"):
         published.insert("no place", {"walks": "| |"})

@@ -60,7 +60,12 @@ def claim(name: str) -> Claim:
     """
     found = quantity(name)
     if not isinstance(found, Claim):
-        raise InvalidInput(f"no claim {name!r}", expected="a name of the ledger, as `make claims` lists them")
+        raise InvalidInput(
+            f"no claim {name!r}",
+            expected="a name of the ledger, as `make claims` lists them",
+            code="unknown_claim",
+            name=name,
+        )
     return found
 
 
@@ -74,7 +79,7 @@ def published(name: str) -> float:
     """
     number = claim(name).published
     if number is None:
-        raise InvalidInput("the claim has no number", name)
+        raise InvalidInput("the claim has no number", name, code="no_published_number")
     return number
 
 
@@ -90,7 +95,9 @@ def quantity(name: str) -> Claim | Quantity:
         for item in one.measured:
             if item.name == name:
                 return item
-    raise InvalidInput(f"no claim and no quantity {name!r}", expected="a name of conf/paper")
+    raise InvalidInput(
+        f"no claim and no quantity {name!r}", expected="a name of conf/paper", code="unknown_claim", name=name
+    )
 
 
 def locate(dotted: str) -> tuple[Path, int]:
@@ -109,6 +116,8 @@ def locate(dotted: str) -> tuple[Path, int]:
     try:
         thing = plugins.resolve(dotted)
     except (ImportError, AttributeError, ValueError) as error:
-        raise InvalidInput(f"there is no {dotted}", received=str(error)) from error
+        raise InvalidInput(
+            f"there is no {dotted}", received=str(error), code="unknown_object", name=dotted
+        ) from error
     thing = inspect.unwrap(getattr(thing, "py_func", getattr(thing, "fget", None) or thing))
     return Path(inspect.getfile(thing)), inspect.getsourcelines(thing)[1]

@@ -89,7 +89,12 @@ def require_clean(folder: Path) -> None:
     """Raise InvalidInput if figures of switches below a folder were made by a checkout with changes."""
     for below in (path for path in visible(folder, "*") if path.is_dir()):
         if not made_by(below)[1]:
-            raise InvalidInput("figures were made by a checkout with changes", below.name, "a clean one")
+            raise InvalidInput(
+                "figures were made by a checkout with changes",
+                below.name,
+                "a clean one",
+                code="uncommitted_changes",
+            )
 
 
 def keep_numbers(path: Path, numbers: Sequence[Numbers], data_name: str, group: str) -> None:

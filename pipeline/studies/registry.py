@@ -23,7 +23,10 @@ def studies() -> tuple[Study, ...]:
     for origin, study in added:
         if not isinstance(study, Study):
             raise InvalidInput(
-                "studies must be values of the class Study", origin, received=type(study).__name__
+                "studies must be values of the class Study",
+                origin,
+                received=type(study).__name__,
+                code="wrong_type",
             )
     return (*STUDIES, *(study for _, study in added))
 
@@ -45,6 +48,6 @@ def options(group: str) -> Mapping[str, type[Any]]:
     for study in studies():
         for word, kind in getattr(study, f"{group}s").items():
             if word in classes:
-                raise InvalidInput(f"two studies have a {group} {word!r}", study.name)
+                raise InvalidInput(f"two studies have a {group} {word!r}", study.name, code="duplicate_name")
             classes[word] = kind
     return classes

@@ -92,6 +92,7 @@ class AnatomicalApproach:
                 "the anatomical method needs every joint to find the view",
                 str(self._data.clip[walk]),
                 "data.pattern= that leaves it out",
+                code="joints_not_measured",
             )
         walker = anatomical.by_joint(self._data.coefficients[walk])
         shown = np.einsum("aij,kjb->akib", anatomical.image_axes(view_rad)[:, :2], walker)

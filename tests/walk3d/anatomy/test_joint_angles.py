@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pipeline.skeleton import WALKER15
-from pipeline.validation import InvalidInput
+from tests.rejects import rejects
 from walk3d.anatomy.joint_angles import JOINT_ANGLES, angle_errors, flexion, joints_of
 
 HANGING = {
@@ -84,7 +84,7 @@ def test_what_has_no_direction_has_no_angle() -> None:
     alone = flexion(pose(left_wrist=HANGING["left_elbow"]))
     assert np.isnan(alone[JOINT_ANGLES.index("elbow"), 0])
     assert np.isnan(alone).sum() == 1
-    with pytest.raises(InvalidInput, match="positions"):
+    with rejects("wrong_shape", "positions", shape=(14, 3)):
         flexion(np.zeros((14, 3)))
 
 

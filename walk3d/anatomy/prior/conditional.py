@@ -69,7 +69,9 @@ def inverse(matrix: np.ndarray) -> np.ndarray:
     factor, failed = lapack.dpotrf(matrix.T, lower=1)
     if failed:
         raise InvalidInput(
-            "a covariance of unknown coefficients is not positive definite", expected="tau above 0"
+            "a covariance of unknown coefficients is not positive definite",
+            expected="tau above 0",
+            code="not_positive_definite",
         )
     half, _ = lapack.dpotri(factor, lower=1, overwrite_c=1)
     whole = half + half.T  # each has zeros in place of the other triangle
@@ -285,7 +287,9 @@ def _factorise(covariance: np.ndarray) -> None:
     _, failed = lapack.dpotrf(covariance.T, lower=1, overwrite_a=1)
     if failed:
         raise InvalidInput(
-            "the observed coefficients have no variance", expected="a noise variance or tau above 0"
+            "the observed coefficients have no variance",
+            expected="a noise variance or tau above 0",
+            code="no_variance",
         )
 
 
@@ -334,7 +338,9 @@ def expect_from_walks(
             _, shares, failed = lapack.dposv(matrix.T, right, lower=1, overwrite_a=1)
             if failed:
                 raise InvalidInput(
-                    "walks that depend on each other need more noise", expected="a larger sigma²"
+                    "walks that depend on each other need more noise",
+                    expected="a larger sigma²",
+                    code="too_little_noise",
                 )
             found[s, a] = hidden[0] + shares.T @ hidden[1:]
     return found

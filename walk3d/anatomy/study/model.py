@@ -83,19 +83,28 @@ class AnatomicalModel(Model):
                 str(dataset.clip[walk]),
                 "data.pattern= that leaves it out",
                 f"no {', '.join(joints)}",
+                code="joints_not_measured",
+                joints=joints,
             )
         if (count := len(np.unique(dataset.person))) < 4:
             raise InvalidInput(
                 "settings chosen without a person need at least four people",
                 expected="4 or more",
                 received=count,
+                code="too_few_people",
+                count=count,
             )
         return self.population(dataset)
 
     def population(self, dataset: FourierSamples) -> AnatomicalWalkers:
         """Return the prior of all people, and of each the walk that two harmonics describe best."""
         if dataset.frequency:
-            raise InvalidInput("the anatomical prior has no frequency", "dataset.frequency", "false")
+            raise InvalidInput(
+                "the anatomical prior has no frequency",
+                "dataset.frequency",
+                "false",
+                code="frequency_not_modelled",
+            )
         people = np.array(list(dict.fromkeys(dataset.person)))
         left = 1.0 - dataset.variance_fractions[:, :2].sum(axis=1)
         walks = [np.flatnonzero(dataset.person == person) for person in people]

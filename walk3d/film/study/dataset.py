@@ -67,7 +67,7 @@ class FilmedWalkersDataset(Dataset):
         if people < LEAST_PEOPLE:
             raise InvalidInput(
                 "people are filmed who were left out of the model", expected=f"{LEAST_PEOPLE} people or more",
-                received=people,
+                received=people, code="too_few_people", count=people,
             )  # fmt: skip
         walks = training_walks(clips)
         return FilmedWalkers(

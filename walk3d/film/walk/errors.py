@@ -106,7 +106,7 @@ def image_kept_mm(found: Reconstruction) -> np.ndarray:
     middle = [PELVIS] if seen[:, PELVIS].any() else _HIPS
     frames = np.flatnonzero(seen[:, middle].all(axis=1))
     if not len(frames):
-        raise InvalidInput("the pelvis is never seen")
+        raise InvalidInput("the pelvis is never seen", code="pelvis_not_seen")
     origin = metric[:, middle].mean(axis=1)
     every = np.arange(len(metric))
     pelvis = np.stack([np.interp(every, frames, origin[frames, axis]) for axis in (0, 1)], axis=-1)

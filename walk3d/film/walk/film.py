@@ -15,7 +15,7 @@ from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput
 from walk3d.film.walk.objective import FOCAL_SD
 from walk3d.film.walk.prior import Prior
-from walk3d.film.walk.reconstruction import FeetTogether, Reconstruction, reconstruct_followed
+from walk3d.film.walk.reconstruction import Reconstruction, reconstruct_followed
 from walk3d.film.walk.start import apart
 from walk3d.film.walk.tracks import moving_parts, straight_stretches
 from walk3d.film.walk.verdict import MOST_DISTANCE, SLOW_STRIDE_HZ, Judgement, Verdict, judge
@@ -133,7 +133,7 @@ class Film:
         except InvalidInput as refusal:
             judgement, together = (
                 Judgement(Verdict.not_a_walk, (str(refusal),)),
-                isinstance(refusal, FeetTogether),
+                refusal.code == "feet_together",
             )
         first, last = self.first + start, self.first + stop - 1
         return Stretch(first, last, pixels, found, judgement, together)

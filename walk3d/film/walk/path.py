@@ -111,6 +111,7 @@ def distance_profile(
             "nobody stands upright in the image",
             expected="heads above feet, image rows counted downwards",
             received=f"{good.sum()} of {len(times)} frames",
+            code="not_upright",
         )
     inverse = np.where(good, 1.0 / np.where(good, scale, 1.0), 0.0)
     waves = wander_basis(times, cosines)
@@ -150,7 +151,11 @@ def lowest_hz(duration_s: float) -> float:
     """
     lowest = max(SEARCH_HZ[0], 0.8 / duration_s)
     if lowest >= SEARCH_HZ[1]:
-        raise InvalidInput("the clip is shorter than half a stride", received=f"{duration_s:.2f} s")
+        raise InvalidInput(
+            "the clip is shorter than half a stride",
+            received=f"{duration_s:.2f} s",
+            code="too_short",
+        )
     return lowest
 
 
@@ -183,7 +188,7 @@ def straighten(
     seen = often_seen(weights)
     trunk = [j for j in TRUNK if seen[j]] or np.flatnonzero(seen).tolist()
     if not trunk:
-        raise InvalidInput("no joint is seen in a fifth of the frames")
+        raise InvalidInput("no joint is seen in a fifth of the frames", code="joints_rarely_seen")
     duration = times[-1] - times[0]
     order = 3 if duration * typical_hz >= 1.8 else 2
     unit = times / max(duration / 2.0, 1e-9)

@@ -58,10 +58,6 @@ LABELS_UNSURE = 100.0
 """A difference of cost between labellings below which both are returned."""
 
 
-class FeetTogether(InvalidInput):
-    """Somebody whose feet move together, who does not walk."""
-
-
 @dataclass(frozen=True)
 class Candidate(Place):
     """One place to which a start led.
@@ -242,10 +238,9 @@ def reconstruct(
 
     Raises
     ------
-    FeetTogether
-        If the ankles move together.
     InvalidInput
-        If the arrays do not fit, too little is seen, nobody stands upright, or no walker looks like this.
+        If the ankles move together (then `code` is ``"feet_together"``), the arrays do not fit, too little is seen,
+        no person stands upright, or no walker looks like this.
     """
     pixels, weights = _seen(pixels, weights, prior)
     require_range("the frame rate", frame_rate_hz, above=0, unit="Hz")
@@ -269,13 +264,14 @@ def reconstruct(
         none = np.zeros(len(times), bool)
         begun = list(begin(pixels, {"legs": none, "arms": none}))
         if (together := begun[0].starts.ankles_together) > most_together:
-            raise FeetTogether(
+            raise InvalidInput(
                 "the feet move together",
                 expected=f"a correlation of {most_together:g} or less",
                 received=f"{together:.2f}",
+                code="feet_together",
             )
         if min(one.starts.least_distance for one in begun) > most_distance:
-            raise InvalidInput("a walker looks like this from no side")
+            raise InvalidInput("a walker looks like this from no side", code="no_view_fits")
         _race(begun)
         if relabel and both_labellings and _at_odds(begun[np.argmin(_costs(begun))].fit()[0]):
             begun += (legs_exchanged := list(begin(pixels, {"legs": ~none, "arms": none})))
@@ -294,7 +290,13 @@ def _seen(pixels: np.ndarray, weights: np.ndarray, prior: Prior) -> tuple[np.nda
     pixels = require_shape("pixels", np.asarray(pixels, float), ("T", JOINTS, 2))
     weights = require_shape("weights", np.asarray(weights, float), (len(pixels), JOINTS))
     if len(pixels) < 8:
-        raise InvalidInput("the clip is too short", expected="8 frames or more", received=len(pixels))
+        raise InvalidInput(
+            "the clip is too short",
+            expected="8 frames or more",
+            received=len(pixels),
+            code="too_short",
+            frames=len(pixels),
+        )
     seen = np.isfinite(pixels).all(axis=-1) & (weights > 0)
     weights = require_finite("weights", np.where(seen, weights, 0.0))
     return np.where(seen[..., None], pixels, 0.0), weights * prior.detector.seen

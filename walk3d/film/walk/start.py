@@ -217,7 +217,9 @@ def find_starts(
     seen = prior.detector.seen & often_seen(weights)
     names = ", ".join(np.array(WALKER15.joints)[seen]) or "none"
     if seen.sum() < 4:
-        raise InvalidInput("fewer than four joints are seen in a fifth of the frames", received=names)
+        raise InvalidInput(
+            "fewer than four joints are seen in a fifth of the frames", received=names, code="too_few_joints"
+        )
     shown, weights = weights > 0, weights * seen
     heights = prior.mean[:, 2, 0]
     typical = np.exp(model.log_frequency[0])
@@ -231,7 +233,12 @@ def find_starts(
     down = image[0, seen, 0, 1] - image[0, seen, 0, 1].mean()
     size = -(down @ z) / (z @ z)
     if size <= 0.2:
-        raise InvalidInput("nobody stands upright in the image", expected="heads above feet", received=names)
+        raise InvalidInput(
+            "nobody stands upright in the image",
+            expected="heads above feet",
+            received=names,
+            code="not_upright",
+        )
     phases = 2.0 * np.pi * np.arange(PHASES) / PHASES
     velocity = path.velocity_mm_s / size
     speed = 2.0 * np.pi * frequencies * belt_speed(prior)

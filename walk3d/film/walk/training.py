@@ -155,7 +155,9 @@ def moments(walks: Sequence[TrainingWalk], people: np.ndarray) -> Moments:
     """
     people = require_shape("people", people, (len(walks),))
     if (count := len(np.unique(people))) < 2:
-        raise InvalidInput("a model of walkers needs two people or more", received=count)
+        raise InvalidInput(
+            "a model of walkers needs two people or more", received=count, code="too_few_people", count=count
+        )
     weights = anatomical.person_weights(people)
     walkers = require_finite("walkers", np.stack([walk.walker for walk in walks]))
     both = np.concatenate([walkers, anatomical.mirror_image(walkers)]).reshape(2 * len(walks), -1)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from pipeline.core import fourier
 from pipeline.skeleton import WALKER15
-from pipeline.validation import InvalidInput
+from tests.rejects import rejects
 from tests.strategies import seeds, walkers
 from walk3d.anatomy import prior as anatomical
 from walk3d.anatomy.prior import Shrinkage
@@ -95,7 +95,7 @@ def test_lengths_are_distances_of_the_synthesised_joints() -> None:
 def test_a_walk_that_is_not_finite_is_refused() -> None:
     people = walkers(np.random.default_rng(0), 3)
     people[1, 0, 0, 0] = np.nan
-    with pytest.raises(InvalidInput, match="the walks"):
+    with rejects("not_finite", "the walks", index=(1, 0, 0, 0)):
         anatomical.fit(people, equal(3), Shrinkage())
 
 

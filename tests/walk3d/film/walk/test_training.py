@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pipeline.skeleton import WALKER15
-from pipeline.validation import InvalidInput
+from tests.rejects import rejects
 from tests.walk3d.film.walk.walkers import CLEAN, RATE, motions, prior, walks
 from walk3d.anatomy.prior import BONES, PAIRS, bone_lengths, definitions, mirror_image, stance_rows
 from walk3d.film.simulation.keypoints import Filming, simulate_keypoints
@@ -78,7 +78,7 @@ def test_a_detector_without_bias_gives_nothing_back() -> None:
 
 
 def test_one_person_is_no_population() -> None:
-    with pytest.raises(InvalidInput, match="two people or more"):
+    with rejects("too_few_people", count=1):
         train([walks()[0], walks()[0]], np.array([1, 1]))
 
 
@@ -93,7 +93,7 @@ def test_a_compact_model_keeps_the_variance_and_leading_eigenwalkers() -> None:
             1 - 1e-9
         )
     assert small.components.shape == (5, whole.covariance.shape[0])
-    with pytest.raises(InvalidInput, match="eigenwalkers"):
+    with rejects("out_of_range", "the number of eigenwalkers", value=7):
         compact(whole, 7)
 
 

@@ -389,6 +389,7 @@ def require_mirrored_grid(name: str, grid: Grid) -> None:
             name,
             "start -90, stop 90 and a step that divides 90",
             ", ".join(f"{value:g}" for value in values[:4]),
+            code="not_mirrored",
         )
 
 
