@@ -263,7 +263,7 @@ def lines_of(chart: Chart, tables: Mapping[str, Any]) -> list[Line]:
     for lines in (chart, *chart.also):
         table = tables.get(lines.table) if isinstance(lines.table, str) else lines.table
         if table is None:
-            raise InvalidInput("no such table", lines.table, ", ".join(tables))
+            raise InvalidInput("no such table", lines.table, ", ".join(tables), code="no_table")
         found += _lines(chart, lines, table, len(found))
     if (
         chart.words
@@ -330,7 +330,7 @@ def _known(ends: Ends | None, kept: np.ndarray) -> Ends | None:
         return None
     low, high = (end[kept] for end in ends)
     if (low > high).any():
-        raise InvalidInput("an interval whose ends are swapped", expected="low ≤ high")
+        raise InvalidInput("an interval whose ends are swapped", expected="low ≤ high", code="swapped_ends")
     known = np.isfinite(low) & np.isfinite(high)
     return (np.where(known, low, np.nan), np.where(known, high, np.nan)) if known.any() else None
 
@@ -388,7 +388,11 @@ def from_json(plain: Mapping[str, Any], where: str = "") -> Chart:
         AttributeError,
     ) as error:  # a field that there is no more, or another value
         raise InvalidInput(
-            "a chart of another version of this software", where, "the figure, made again", error
+            "a chart of another version of this software",
+            where,
+            "the figure, made again",
+            error,
+            code="other_version",
         ) from None
 
 

@@ -31,9 +31,6 @@ MAX_UNPACKED_BYTES = 2**23
 MAX_JSON_BYTES, MAX_JSON_VALUES, MAX_DEPTH = 2**26, 2**22, 64
 """Bounds of a JSON file: the manifest of 10 000 walkers has 6 MB, and none of ours is more than eight deep."""
 
-MISSING = "the file is missing"
-"""Complaint about a file that does not exist."""
-
 _STRING = re.compile(r'"(?:[^"\\]++|\\.)*+"?', re.DOTALL)
 
 
@@ -68,13 +65,15 @@ def read_file(path: Path, *, at_most: int = MAX_TABLE_BYTES) -> bytes:
             size = os.fstat(file.fileno()).st_size
             content = file.read(size + 1) if size <= at_most else b""
     except (FileNotFoundError, NotADirectoryError):
-        raise InvalidInput(MISSING, path) from None
+        raise InvalidInput("the file is missing", path, code="missing_file") from None
     except (OSError, ValueError) as error:
         raise InvalidInput(
-            f"the file cannot be read: {getattr(error, 'strerror', '') or error}", path
+            f"the file cannot be read: {getattr(error, 'strerror', '') or error}", path, code="unreadable"
         ) from error
     if max(size, len(content)) > at_most:
-        raise InvalidInput(f"the file is larger than {at_most} bytes", path)
+        raise InvalidInput(
+            f"the file is larger than {at_most} bytes", path, code="too_large", at_most=at_most
+        )
     return content
 
 
@@ -90,11 +89,18 @@ def unpacked(content: bytes, path: Path, *, at_most: int = MAX_UNPACKED_BYTES) -
     try:
         made = member.decompress(content, at_most + 1)
     except zlib.error as error:
-        raise InvalidInput(f"the file cannot be read: {error}", path) from error
+        raise InvalidInput(f"the file cannot be read: {error}", path, code="broken_gzip") from error
     if len(made) > at_most:
-        raise InvalidInput(f"the file is larger than {at_most} bytes once unpacked", path)
+        raise InvalidInput(
+            f"the file is larger than {at_most} bytes once unpacked",
+            path,
+            code="too_large_unpacked",
+            at_most=at_most,
+        )
     if not member.eof or member.unused_data:
-        raise InvalidInput("the file cannot be read: the compressed data end too early or too late", path)
+        raise InvalidInput(
+            "the file cannot be read: the compressed data end too early or too late", path, code="broken_gzip"
+        )
     return made
 
 
@@ -108,7 +114,9 @@ def as_written(where: object) -> Iterator[None]:
     except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
         words = f"{type(error).__name__}: {error}"
         what = "the files have other content than this version writes"
-        raise InvalidInput(what, where, "the figure, made again", f"{words:.160}") from error
+        raise InvalidInput(
+            what, where, "the figure, made again", f"{words:.160}", code="other_version"
+        ) from error
 
 
 def read_json(path: Path, kind: Any = Any, content: bytes | None = None) -> Any:
@@ -125,16 +133,20 @@ def read_json(path: Path, kind: Any = Any, content: bytes | None = None) -> Any:
         opens, closes = np.isin(outside, list(b"[{")), np.isin(outside, list(b"]}"))
         depth = (np.cumsum(opens, dtype=np.int64) - np.cumsum(closes, dtype=np.int64)).max(initial=0)
         if depth > MAX_DEPTH:
-            raise InvalidInput(f"the file is nested more than {MAX_DEPTH} deep", path)
+            raise InvalidInput(f"the file is nested more than {MAX_DEPTH} deep", path, code="too_deep")
         if opens.sum() + (outside == ord(",")).sum() > MAX_JSON_VALUES:
-            raise InvalidInput(f"the file holds more than {MAX_JSON_VALUES} values", path)
+            raise InvalidInput(
+                f"the file holds more than {MAX_JSON_VALUES} values", path, code="too_many_values"
+            )
         value = json.loads(text)
     except InvalidInput:
         raise
     except ValueError as error:
-        raise InvalidInput("the file cannot be understood: it is not JSON", path) from error
+        raise InvalidInput("the file cannot be understood: it is not JSON", path, code="not_json") from error
     if not fits(value, kind):
-        raise InvalidInput("the file cannot be understood: it has other entries than expected", path)
+        raise InvalidInput(
+            "the file cannot be understood: it has other entries than expected", path, code="other_entries"
+        )
     return value
 
 
@@ -147,22 +159,24 @@ def read_arrays(path: Path, content: bytes | None = None) -> dict[str, np.ndarra
         As `read_file`; and if it is damaged, compressed, or an array needs more memory than the file has bytes.
     """
     content = read_file(path, at_most=MAX_BYTES) if content is None else content
-    arrays = {}
+    arrays, code = {}, "not_understood"
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             entries = archive.infolist()
             if sum(entry.file_size for entry in entries) > len(content):
+                code = "compressed"
                 raise ValueError("it is compressed")
             for entry in entries:
                 member = io.BytesIO(archive.read(entry))
                 major, _ = np.lib.format.read_magic(member)
                 shape, _, dtype = getattr(np.lib.format, f"read_array_header_{major}_0")(member)
                 if math.prod(shape) * max(dtype.itemsize, 1) > entry.file_size:
+                    code = "truncated"
                     raise ValueError(f"{entry.filename} is truncated")
                 member.seek(0)
                 name = entry.filename.removesuffix(".npy")
                 arrays[name] = np.lib.format.read_array(member, allow_pickle=False)
     except (KeyError, ValueError, AttributeError, NotImplementedError, EOFError, RuntimeError, zipfile.BadZipFile,
             zlib.error) as error:  # fmt: skip
-        raise InvalidInput(f"the file cannot be understood: {error!r:.160}", path) from error
+        raise InvalidInput(f"the file cannot be understood: {error!r:.160}", path, code=code) from error
     return arrays

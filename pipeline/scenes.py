@@ -95,7 +95,9 @@ class Split:
 
     def __init__(self, *parts: View | Split, shares: Sequence[float] | None = None) -> None:
         if shares is not None and len(shares) != len(parts):
-            raise InvalidInput("as many shares as parts", expected=len(parts), received=len(shares))
+            raise InvalidInput(
+                "as many shares as parts", expected=len(parts), received=len(shares), code="other_length"
+            )
         self.parts, self.shares = parts, shares
 
 

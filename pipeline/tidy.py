@@ -34,7 +34,7 @@ def column(table: Table, name: str) -> np.ndarray:
         If the table has no such column.
     """
     if name not in table:
-        raise InvalidInput("the table has no such column", name)
+        raise InvalidInput("the table has no such column", name, code="no_column")
     return np.asarray(table[name])
 
 
@@ -98,12 +98,14 @@ def groups(
         labels = column(table, by).astype(float).astype(str)  # a file writes 30 for 30.0
     lengths = {len(values) for values in (*taken.values(), labels)}
     if len(lengths) > 1:
-        raise InvalidInput("columns of different lengths", ", ".join(columns))
+        raise InvalidInput("columns of different lengths", ", ".join(columns), code="other_length")
     chosen = rows_where(table, where or {}, len(labels))
     order = (keys if by else []) or list(dict.fromkeys(labels[chosen].tolist()))
     chosen &= np.isin(labels, order)
     if not chosen.any():
-        raise InvalidInput("no row of the table is left", columns[-1], received=dict(where or {}))
+        raise InvalidInput(
+            "no row of the table is left", columns[-1], received=dict(where or {}), code="no_rows"
+        )
     result = {}
     for key in order:
         rows = np.flatnonzero(chosen & (labels == key))

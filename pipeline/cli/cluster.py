@@ -127,9 +127,13 @@ class _Queue:
         try:
             import submitit
         except ModuleNotFoundError as error:
-            raise InvalidInput("submitit is not installed", "launch", "make cluster") from error
+            raise InvalidInput(
+                "submitit is not installed", "launch", "make cluster", code="not_installed"
+            ) from error
         if shutil.which("sbatch") is None:
-            raise InvalidInput("there is no sbatch here", "launch", "a login node of a Slurm cluster")
+            raise InvalidInput(
+                "there is no sbatch here", "launch", "a login node of a Slurm cluster", code="no_sbatch"
+            )
         self._submitit, self.folder, self._options = submitit, folder, options
 
     def submit(self, task: Task, folder: Path, after: Sequence[str]) -> _Job:
@@ -153,7 +157,10 @@ class _Queue:
             return _Job(task, executor.submit(work))
         except (subprocess.CalledProcessError, self._submitit.core.utils.FailedJobError) as error:
             raise InvalidInput(
-                "Slurm refused a job", task.name, received=" ".join(str(error).split()[-40:])
+                "Slurm refused a job",
+                task.name,
+                received=" ".join(str(error).split()[-40:]),
+                code="job_refused",
             ) from None
 
     def adopted(self, task: Task, waiting: dict[str, str]) -> _Job | None:

@@ -32,7 +32,9 @@ def figures_for(arguments: Sequence[str], among: Sequence[str] = ()) -> tuple[Ex
         If the arguments name figures.
     """
     if split_named(arguments)[0]:
-        raise InvalidInput("this is done for all figures", "experiment", "no experiment=")
+        raise InvalidInput(
+            "this is done for all figures", "experiment", "no experiment=", code="for_all_figures"
+        )
     found = compose_figures(among, arguments)
     return found[0], [one.name for one in found if not lacking(one)]
 
@@ -49,7 +51,7 @@ def fetch(arguments: Sequence[str]) -> int:
     only = [item for item in arguments if "=" not in item]
     data = compose(["experiment=zhang2007_fig2", "data=optical", *options]).data
     if not isinstance(data, RecordedData):
-        raise InvalidInput("must be optical, cmu or hdm05", "data", received=data.name)
+        raise InvalidInput("must be optical, cmu or hdm05", "data", received=data.name, code="not_recorded")
     out = open_console()
     with Progress(
         TextColumn("{task.description}"),
@@ -158,7 +160,9 @@ def readme(arguments: Sequence[str]) -> int:
 def view(arguments: Sequence[str]) -> int:
     """Open a figure's recording in the rerun viewer."""
     if not arguments or "=" in arguments[0]:
-        raise InvalidInput("no figure is named", expected="view FIGURE", received=" ".join(arguments))
+        raise InvalidInput(
+            "no figure is named", expected="view FIGURE", received=" ".join(arguments), code="no_figure_named"
+        )
     path, first = Path(arguments[0]), ""
     if path.suffix != ".rrd":
         name = require_choice("the figure", arguments[0], presets())
@@ -166,7 +170,7 @@ def view(arguments: Sequence[str]) -> int:
         path = one.published_in / name / "recording.rrd"
         first = f"`make {name} DATA={one.data.name} SCALE={one.scale.name}` first"
     if not path.is_file():
-        raise InvalidInput("no such recording yet", path, first)
+        raise InvalidInput("no such recording yet", path, first, code="no_recording")
     if sys.platform.startswith("linux") and not (
         os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     ):
@@ -175,6 +179,7 @@ def view(arguments: Sequence[str]) -> int:
             path,
             "a desktop session; or a browser: `make report` writes a page with players, and "
             f"`.venv/bin/rerun --serve-web --bind 127.0.0.1 {path}` prints an address that shows it",
+            code="no_screen",
         )
     # A process of its own, since only `recordings` imports rerun.
     return subprocess.run(
@@ -242,5 +247,5 @@ def _latest_run(scratch: Path) -> Path:
     """Return the folder of the latest run with changed options."""
     runs = [path for path in visible(scratch, "*") if path.is_dir()]
     if not runs:
-        raise InvalidInput("no run with changed options is there", scratch)
+        raise InvalidInput("no run with changed options is there", scratch, code="no_run")
     return runs[-1]

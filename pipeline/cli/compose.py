@@ -101,7 +101,7 @@ def with_options(experiment: Experiment, kept: Mapping[str, Any]) -> Experiment:
         found = _whole({**canonical(experiment), **kept})
     except (KeyError, StopIteration, TypeError, AttributeError, ValueError) as error:
         what = "options are not those of this version"
-        raise InvalidInput(what, experiment.name, received=error) from error
+        raise InvalidInput(what, experiment.name, received=error, code="other_version") from error
     for name in FOLDERS & vars(found.data).keys():
         setattr(found.data, name, getattr(experiment.data, name))
     return replace(found, results=experiment.results, workers=experiment.workers)
@@ -139,13 +139,18 @@ def on_this_machine(experiment: Experiment) -> Experiment:
             # Named after the user's folder, so that two do not share results.
             data.name = "folder_" + re.sub(r"[^\w.-]+", "_", Path(data.path).resolve().name)
         elif data.name != "folder" and data.name in plugins.conf_files("data"):
-            raise InvalidInput("must not be that of another data set", "data.name", received=data.name)
+            raise InvalidInput(
+                "must not be that of another data set",
+                "data.name",
+                received=data.name,
+                code="name_of_other_data",
+            )
     experiment.workers = processes_for(experiment.workers)
     if not experiment.results.strip() or experiment.results.startswith(
         "~"
     ):  # which a shell leaves in an option
         received = experiment.results.strip() or "nothing"
-        raise InvalidInput("must name a folder", "results", received=received)
+        raise InvalidInput("must name a folder", "results", received=received, code="no_folder_named")
     # The folder of a figure is made of these three.
     require_name("name", experiment.name)
     require_name("data.name", data.name)

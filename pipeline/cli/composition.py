@@ -104,7 +104,8 @@ def composed(overrides: Sequence[str]) -> Experiment:
             if isinstance(error, OmegaConfBaseException | InvalidInput):
                 raise
             where = _not_utf8() if isinstance(error, UnicodeDecodeError) else "conf"
-            raise InvalidInput(str(error), where) from None  # of a file there that is broken
+            # A file there is broken.
+            raise InvalidInput(str(error), where, code="broken_options") from None
         return _typed(chosen, overrides)
 
 
@@ -121,9 +122,11 @@ def _not_utf8() -> str:
 def _typed(composed: Any, overrides: Sequence[str]) -> Experiment:
     missing = OmegaConf.missing_keys(composed)
     if "name" in missing:
-        raise InvalidInput("no experiment is chosen", expected="experiment=" + "|".join(presets()))
+        raise InvalidInput(
+            "no experiment is chosen", expected="experiment=" + "|".join(presets()), code="no_experiment"
+        )
     if missing:
-        raise InvalidInput("a value is missing", ", ".join(sorted(missing)))
+        raise InvalidInput("a value is missing", ", ".join(sorted(missing)), code="missing_value")
     OmegaConf.resolve(composed)
     experiment: Experiment = OmegaConf.to_object(composed)  # type: ignore[assignment]
     _refuse_additions(experiment, "")
@@ -133,7 +136,7 @@ def _typed(composed: Any, overrides: Sequence[str]) -> Experiment:
     files = [name.strip("[]' ") for name in split_named(overrides)[0]]
     if files and experiment.name not in files and not any(item.startswith("name=") for item in overrides):
         where = f"conf/experiment/{files[-1]}.yaml, name"
-        raise InvalidInput("must be that of the file", where, files[-1], experiment.name)
+        raise InvalidInput("must be that of the file", where, files[-1], experiment.name, code="other_name")
     return experiment
 
 
@@ -144,7 +147,9 @@ def _refuse_additions(options: Any, path: str) -> None:
     known = [field.name for field in fields(options)]
     for name, value in vars(options).items():
         if name not in known:
-            raise InvalidInput("there is no such option", path + name, "one of " + ", ".join(known))
+            raise InvalidInput(
+                "there is no such option", path + name, "one of " + ", ".join(known), code="unknown_option"
+            )
         _refuse_additions(value, f"{path}{name}.")
 
 
@@ -157,22 +162,25 @@ def in_words(error: Exception) -> Exception:
         options = " or ".join(o for o in error.options or () if not o.startswith("base_"))
         if group == "hydra/launcher":
             options += "; joblib needs the extra `joblib`, submitit_* the extra `cluster`"
-        return InvalidInput("there is no such option", group, options, name)
+        return InvalidInput("there is no such option", group, options, name, code="unknown_option")
     if isinstance(error, OverrideParseException):
         return InvalidInput(
-            "this is not an override", expected="option=value", received=repr(error.override or error.message)
+            "this is not an override",
+            expected="option=value",
+            received=repr(error.override or error.message),
+            code="not_an_override",
         )
     cause = error if isinstance(error, OmegaConfBaseException) else error.__cause__
     if isinstance(cause, OmegaConfBaseException) and cause.full_key:
         if isinstance(cause, ConfigAttributeError | ConfigKeyError) and is_dataclass(cause.object_type):
             names = [field.name for field in fields(cause.object_type)]
             known = "one of " + ", ".join(names) if names else "none: there are no options here"
-            return InvalidInput("there is no such option", cause.full_key, known)
-        return InvalidInput(str(cause).splitlines()[0], cause.full_key)
+            return InvalidInput("there is no such option", cause.full_key, known, code="unknown_option")
+        return InvalidInput(str(cause).splitlines()[0], cause.full_key, code="invalid_value")
     lines = str(error).splitlines()
     first = " ".join(lines[: 2 if lines[0].endswith(":") else 1])
     several = "one value; several values are a multirun: -m in front" if first.startswith("Ambiguous") else ""
-    return InvalidInput(first, expected=several)
+    return InvalidInput(first, expected=several, code="not_composed")
 
 
 def run_hydra(
@@ -217,7 +225,7 @@ def run_hydra(
         refused = make(experiment, settings.overrides.task, folder)
         if refused and variant:
             # The other variants are made; the launcher passes this one's error to the caller.
-            raise InvalidInput(refused, settings.job.override_dirname)
+            raise InvalidInput(refused, settings.job.override_dirname, code="refused")
         status = 1 if refused else 0
 
     os.environ["HYDRA_FULL_ERROR"] = "1"  # errors reach the caller

@@ -336,6 +336,7 @@ def _run(arguments: Sequence[str]) -> int:
             "the command is unknown",
             expected="an override (option=value) or one of " + ", ".join(commands()),
             received=first,
+            code="unknown_command",
         )
     if not any(item.startswith("-") and item not in ("-m", "--multirun") for item in arguments):
         _announce("the figure", arguments)
@@ -357,7 +358,7 @@ def _run(arguments: Sequence[str]) -> int:
     moment = _moment()
     results = next((item[8:] for item in reversed(arguments) if item.startswith("results=")), "results")
     if not results.strip(" \"'"):
-        raise InvalidInput("must name a folder", "results", received="nothing")
+        raise InvalidInput("must name a folder", "results", received="nothing", code="no_folder_named")
     try:
         arguments = [*arguments, f"hydra.sweep.dir=${{results}}/scratch/{moment}"]
         return run_hydra(arguments, _make_variant, on_this_machine)

@@ -40,14 +40,21 @@ def filled(kind: type[Options], overrides: Sequence[str]) -> Options:
     for item in overrides:
         key, equals, text = item.partition("=")
         if not equals:
-            raise InvalidInput("this is not an override", expected="option=value", received=repr(item))
+            raise InvalidInput(
+                "this is not an override",
+                expected="option=value",
+                received=repr(item),
+                code="not_an_override",
+            )
         *groups, name = key.split(".")
         owner: Any = options
         for group in groups:
             owner = getattr(owner, _known(owner, group, key))
         hint = get_type_hints(type(owner))[_known(owner, name, key)]
         if is_dataclass(hint):
-            raise InvalidInput("names several options", key, f"{key}.{_names(hint)[0]}=…")
+            raise InvalidInput(
+                "names several options", key, f"{key}.{_names(hint)[0]}=…", code="several_options"
+            )
         setattr(owner, name, _value(key, hint, text))
     require_bounds("", options)
     return options
@@ -62,7 +69,7 @@ def _known(owner: Any, name: str, key: str) -> str:
     if name not in known:
         within = [f"{group}.{name}" for group in known if name in _names(getattr(owner, group))]
         expected = " or ".join(within) or "one of " + ", ".join(known)
-        raise InvalidInput("there is no such option", key, expected)
+        raise InvalidInput("there is no such option", key, expected, code="unknown_option")
     return name
 
 
@@ -71,7 +78,7 @@ def _value(key: str, kind: Any, text: str) -> Any:
     kind = required(kind)
     if get_origin(kind) is list:
         if text[:1] + text[-1:] != "[]":
-            raise InvalidInput("must be a list", key, "[a,b]", text)
+            raise InvalidInput("must be a list", key, "[a,b]", text, code="not_a_list")
         (of,) = get_args(kind)
         return [_value(key, of, part.strip()) for part in text[1:-1].split(",") if part.strip()]
     if kind is bool:
@@ -84,4 +91,4 @@ def _value(key: str, kind: Any, text: str) -> Any:
         return kind(text)
     except ValueError:
         whole = "a whole number" if kind is int else "a number"
-        raise InvalidInput(f"must be {whole}", key, received=text) from None
+        raise InvalidInput(f"must be {whole}", key, received=text, code="not_a_number") from None

@@ -41,7 +41,9 @@ def quoted(overrides: Sequence[str]) -> list[str]:
 def _quoted(item: str, plain: str) -> str:
     key, equals, value = item.partition("=")
     if not key:
-        raise InvalidInput("this is not an override", expected="option=value", received=repr(item))
+        raise InvalidInput(
+            "this is not an override", expected="option=value", received=repr(item), code="not_an_override"
+        )
     if key == "skeleton" and equals:
         key = "skeleton.mapping"
     if key in _NAMES:

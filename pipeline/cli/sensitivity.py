@@ -153,7 +153,9 @@ def _measured(
             try:
                 make_figure(experiment, figure, store=Store(Path(experiment.results)))
             except InvalidInput as error:
-                raise InvalidInput(str(error), f"{switch.name}, {figure_name}") from None
+                raise InvalidInput(
+                    str(error), f"{switch.name}, {figure_name}", code=error.code, **error.values
+                ) from None
         smoke = any(read_manifest(folder / figure, FIGURE)["scale"] == SMOKE for figure in switch.figures)
         made = {**plain_tables, **read_folder(folder, switch.figures)}
         claims = [
@@ -172,7 +174,7 @@ def _measured(
         without, with_it = (numbers_of(names, known, measures) for known in (plain_tables, made))
         numbers.append(interventions.Numbers(**vars(switch), scale=scale, without=without, with_it=with_it))
     if not rows:
-        raise InvalidInput("no claim rests on the figures of this group", name)
+        raise InvalidInput("no claim rests on the figures of this group", name, code="no_claim")
     return rows, numbers
 
 

@@ -24,7 +24,9 @@ def verify(arguments: Sequence[str]) -> int:
     """
     own, named = apart(arguments, ("rerun", "only", "plugins"))
     if not named:
-        raise InvalidInput("no archive is named", expected="verify results/archive/<date>-<commit>")
+        raise InvalidInput(
+            "no archive is named", expected="verify results/archive/<date>-<commit>", code="no_archive_named"
+        )
     status = 0
     for folder in [one for path in map(Path, named) for one in _archives(path)]:
         complaints = archive.verify(folder)
@@ -52,7 +54,9 @@ def computed_again(folder: Path, only: str = "") -> list[str]:
         if "figure" in (manifest := read_manifest(one.parent, FIGURE)) and only in ("", one.parent.name)
     }
     if not kept:
-        raise InvalidInput("no figure to compute again", folder, received=only or "none in it")
+        raise InvalidInput(
+            "no figure to compute again", folder, received=only or "none in it", code="no_figure"
+        )
     out, failures = open_console(), []
     here = provenance.provenance()["commit"]
     if others := {m["provenance"].get("commit", "unknown") for m in kept.values()} - {here}:

@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from pipeline.reading import MISSING, read_file
+from pipeline.reading import read_file
 from pipeline.validation import InvalidInput
 
 TIMEOUT_S = 30.0
@@ -144,7 +144,7 @@ class Transfer:
             try:
                 return read_file(place / row["path"])
             except InvalidInput as error:
-                raise _Failed(_NOT_THERE if error.what == MISSING else error.what) from error
+                raise _Failed(_NOT_THERE if error.code == "missing_file" else error.what) from error
         try:
             url = urllib.parse.urlsplit(place)
         except ValueError:

@@ -82,7 +82,9 @@ def _checked(chart: Chart, lines: list[Line]) -> list[Line]:
     for line in lines:
         if chart.log_y and line.y.min() <= 0:
             where = f"{chart.quantity}, {line.key}"
-            raise InvalidInput("numbers without a logarithm on a logarithmic axis", where)
+            raise InvalidInput(
+                "numbers without a logarithm on a logarithmic axis", where, code="not_positive"
+            )
     return lines
 
 

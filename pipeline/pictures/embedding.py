@@ -30,7 +30,9 @@ def reduced(path: Path, width: int) -> tuple[bytes, int, int]:
         Image.DecompressionBombError,
         Image.DecompressionBombWarning,
     ) as error:
-        raise InvalidInput("the picture cannot be read", path, "the figure, made again", error) from error
+        raise InvalidInput(
+            "the picture cannot be read", path, "the figure, made again", error, code="unreadable"
+        ) from error
     if picture.width > width:
         size = (width, round(picture.height * width / picture.width))
         picture = picture.resize(size, Image.Resampling.LANCZOS)

@@ -68,7 +68,7 @@ def draw_walking(
         require_finite(f"{path}, walker", part) for part in (seen, original, reconstructed)
     )
     if len(original) % len(seen):
-        raise InvalidInput("a walker that does not go around", path, "whole cycles")
+        raise InvalidInput("a walker that does not go around", path, "whole cycles", code="not_whole_cycles")
     pairs = np.asarray(bones)
     if still is not None:
         seen, original, again = seen[[still % len(seen)]], original[[still]], again[[still]]

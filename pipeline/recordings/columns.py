@@ -50,10 +50,14 @@ def body(
     """
     x = require_shape(f"{entity}, positions", positions_mm, ("T", "J", space)).astype(float)
     if not x.size or np.isinf(x).any() or np.isnan(x).all():
-        raise InvalidInput("positions infinite or all missing", entity, received=f"shape {x.shape}")
+        raise InvalidInput(
+            "positions infinite or all missing", entity, received=f"shape {x.shape}", code="not_finite"
+        )
     pairs = np.asarray(bones)
     if pairs.ndim != 2 or pairs.shape[1] != 2 or pairs.min() < 0 or pairs.max() >= x.shape[1]:
-        raise InvalidInput("bones that are not pairs of joints", entity, f"0…{x.shape[1] - 1}")
+        raise InvalidInput(
+            "bones that are not pairs of joints", entity, f"0…{x.shape[1] - 1}", code="not_pairs_of_joints"
+        )
     joints = (x * METRES * ([1, -1] if space == 2 else [1, 1, 1])).astype(np.float32)
     low, high = (tuple(f(joints, axis=(0, 1)).tolist()) for f in (np.nanmin, np.nanmax))
     return joints, joints[:, pairs], Extent(low, high)
@@ -64,15 +68,18 @@ def time_column(entity: str, timeline: str, values: Any, rows: int) -> rr.TimeCo
     where = f"{entity} on {timeline}"
     v = vector(where, values)
     if len(v) != rows or (np.diff(v) <= 0).any():
+        expected, received = f"{rows} increasing values", f"{len(v)} values"
         raise InvalidInput(
-            "an index that does not fit", where, f"{rows} increasing values", f"{len(v)} values"
-        )  # fmt: skip
+            "an index that does not fit", where, expected, received, code="not_increasing", rows=rows
+        )
     if timeline == "time":
         nanoseconds = np.rint(v * 1e9).astype(np.int64).astype("timedelta64[ns]")
         return rr.TimeColumn(timeline, duration=nanoseconds)
     cut = v[np.abs(v - np.rint(v)) > 1e-6]  # rerun would truncate these silently
     if cut.size:
-        raise InvalidInput("a sequence that is not of integers", where, received=f"{cut[0]:g}")
+        raise InvalidInput(
+            "a sequence that is not of integers", where, received=f"{cut[0]:g}", code="not_whole"
+        )
     return rr.TimeColumn(timeline, sequence=np.rint(v).astype(np.int64))
 
 
@@ -80,7 +87,7 @@ def vector(where: str, values: Any) -> np.ndarray:
     """Return a vector (N,) of finite numbers, N at least 1, as float64."""
     v = require_finite(where, require_shape(where, values, ("N",))).astype(float)
     if not v.size:
-        raise InvalidInput("no values", where)
+        raise InvalidInput("no values", where, code="no_values")
     return v
 
 

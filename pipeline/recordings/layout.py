@@ -102,7 +102,11 @@ def _view(view: View, timeline: str, extents: Extents) -> rrb.View:
     for path in (*(view.contents or (view.origin,)), *getattr(view, "shown", ())):
         if not _below(path, extents):
             raise InvalidInput(
-                f"nothing to show at {path!r}", view.name, received=", ".join(sorted(extents)[:8])
+                f"nothing to show at {path!r}",
+                view.name,
+                received=", ".join(sorted(extents)[:8]),
+                code="nothing_to_show",
+                path=path,
             )
     contents = [f"/{path}/**" for path in view.contents] or "$origin/**"
     common: dict[str, Any] = {"origin": f"/{view.origin}", "name": view.name, "contents": contents}
@@ -174,7 +178,9 @@ def _ordered(view: View, limits: tuple[float, float]) -> tuple[float, float]:
     if low == high:
         return low - 1.0, high + 1.0
     if not (np.isfinite([low, high]).all() and low < high):
-        raise InvalidInput("a range that is empty", view.name, "low < high", f"{low}, {high}")
+        raise InvalidInput(
+            "a range that is empty", view.name, "low < high", f"{low}, {high}", code="empty_range"
+        )
     return low, high
 
 
@@ -187,7 +193,7 @@ def _box(
     below = (extents[entity] for path in paths for entity in _below(path, extents))
     boxes = [box for box in below if box and len(box.low) == axes]
     if not boxes:
-        raise InvalidInput(f"nothing that a {type(view).__name__} can show", view.name)
+        raise InvalidInput(f"nothing that a {type(view).__name__} can show", view.name, code="nothing_shown")
     low = np.min([box.low for box in boxes], axis=0)
     high = np.max([box.high for box in boxes], axis=0)
     size = np.where(high > low, high - low, np.maximum(1.0, np.abs(high)))  # a constant still gets an axis

@@ -107,13 +107,15 @@ class Recording:
         if kind is not None:
             return
         if not self._layout:
-            raise InvalidInput("the recording has no layout", self.name, "a call of blueprint")
+            raise InvalidInput(
+                "the recording has no layout", self.name, "a call of blueprint", code="no_layout"
+            )
         with self.path.open("rb") as written:
             written.seek(-min(self.path.stat().st_size, len(_FOOTER) + 4), os.SEEK_END)
             # The library only logs that the disk is full.
             if _FOOTER not in written.read():
                 what = "cannot write results: the recording was cut short"
-                raise InvalidInput(what, self.path.name, "space on the disk")
+                raise InvalidInput(what, self.path.name, "space on the disk", code="truncated")
 
     def skeleton(
         self,
@@ -255,7 +257,9 @@ class Recording:
         half = np.zeros(len(values)) if sd is None else vector(f"{entity}, sd", sd)
         if half.shape != values.shape or half.min() < 0:
             expected = f"{len(values)} numbers of at least 0"
-            raise InvalidInput("a standard deviation that does not fit", entity, expected)
+            raise InvalidInput(
+                "a standard deviation that does not fit", entity, expected, code="invalid_deviation"
+            )
         low, high = (values - half).min(), (values + half).max()
         extent = Extent((places[0], low), (places[-1], high))
         style: dict[str, Any] = {"names": label, "colors": rgb(entity, colour), "widths": width * _LINE_WIDTH}
@@ -343,7 +347,9 @@ class Recording:
         """
         a = require_finite(entity, require_shape(entity, array, ("R", "C"))).astype(np.float32)
         if not a.size:
-            raise InvalidInput("a matrix without numbers", entity, received=f"shape {a.shape}")
+            raise InvalidInput(
+                "a matrix without numbers", entity, received=f"shape {a.shape}", code="no_values"
+            )
         span = (float(a.min()), float(a.max()))
         self._add(entity, rr.DepthImage(a, colormap="viridis", depth_range=span))
         for name, (path, colour) in (paths or {}).items():
@@ -382,9 +388,11 @@ class Recording:
         """Add an entity, which may be used only once: what stays of it would hide the rest."""
         if not re.fullmatch(r"[\w.-]+(/[\w.-]+)*", entity, re.ASCII):
             expected = "words with / between"
-            raise InvalidInput("the path of an entity is not safe", repr(entity), expected)
+            raise InvalidInput(
+                "the path of an entity is not safe", repr(entity), expected, code="unsafe_path"
+            )
         if entity in self._extents:
-            raise InvalidInput("the entity has been used already", entity)
+            raise InvalidInput("the entity has been used already", entity, code="duplicate_name")
         times = [time_column(entity, self.timeline, at, rows)] if rows else []
         self._extents[entity] = extent
         for look in looks:

@@ -68,7 +68,9 @@ def draw_first_screen(results: Published, to: Path) -> list[Path]:
     """
     figure = results.figures.get(FIGURE)
     if figure is None:
-        raise InvalidInput("the pictures need a figure that is not made", results.data, FIGURE)
+        raise InvalidInput(
+            "the pictures need a figure that is not made", results.data, FIGURE, code="not_made"
+        )
     to.mkdir(parents=True, exist_ok=True)
     written = _walker(figure, to)
     table = figure.table("table")
@@ -121,7 +123,7 @@ def _walker(figure: PublishedFigure, to: Path) -> list[Path]:
     methods = arrays["methods"].tolist()
     if not views.size or "map" not in methods:
         raise InvalidInput("nobody was reconstructed from the picture's view", figure.name,
-                           f"map at {VIEW_DEG:g}°", ", ".join(methods))  # fmt: skip
+                           f"map at {VIEW_DEG:g}°", ", ".join(methods), code="no_such_view")  # fmt: skip
     view, angle = views[0], np.radians(VIEW_DEG)
     method = methods.index("map")
     of = errors_of_walkers(figure.table("table_people") or {}, arrays["walker"], VIEW_DEG)

@@ -102,7 +102,11 @@ def keep_light(folder: Path, target: Path, figures: Sequence[str], **traced: Any
         total = sum(sizes.values()) + (inside / archive.CHECKSUMS).stat().st_size
         if total > MOST_BYTES:
             raise InvalidInput(
-                "the light archive would be too large", target, f"at most {MOST_BYTES} bytes", total
+                "the light archive would be too large",
+                target,
+                f"at most {MOST_BYTES} bytes",
+                total,
+                code="too_large",
             )
     kinds: Counter[str] = Counter()
     for name, size in sizes.items():

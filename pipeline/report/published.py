@@ -168,7 +168,7 @@ def read_published(folder: Path, figures: Sequence[str]) -> Published:
         else:
             made[name] = PublishedFigure(name, folder / name, read_manifest(folder / name))
     if not made:
-        raise InvalidInput("nothing is published", folder, "one figure or more")
+        raise InvalidInput("nothing is published", folder, "one figure or more", code="nothing_published")
     claims = folder / "claims.csv"
     files = [claims] if claims.is_file() else visible(folder, "*/claims.csv")
     with as_written(folder / "claims.csv"):

@@ -106,7 +106,7 @@ def compare_again(kept: Path, made: Path) -> list[Agreement]:
         for name, most in _stated(kept).items():
             allowed[name] = min(most, allowed.get(name, most))
         if not allowed:
-            raise InvalidInput("no table to compare", kept)
+            raise InvalidInput("no table to compare", kept, code="no_table")
         found = [_compared(kept, made, name, most) for name, most in allowed.items()]
         if (kept / CLAIMS).is_file() or (made / CLAIMS).is_file():
             found.append(_verdicts(kept, made, max(allowed.values())))
@@ -124,7 +124,10 @@ def _stated(kept: Path) -> dict[str, float]:
                 most = np.nan
             if not is_relative(row["table"]):
                 raise InvalidInput(
-                    "must be a plain path below its folder", f"{DIGITS}: table", received=row["table"]
+                    "must be a plain path below its folder",
+                    f"{DIGITS}: table",
+                    received=row["table"],
+                    code="not_plain_path",
                 )
             stated[row["table"]] = require_range(f"{DIGITS}: {row['table']}", most, at_least=0)
     return stated
@@ -145,7 +148,13 @@ def _verdicts(kept: Path, made: Path, most: float) -> Agreement:
     )
     for folder, rows in ((kept, before), (made, now)):
         if lacking := [name for name in ANSWERS for row in rows.values() if name not in row]:
-            raise InvalidInput("claims of another rule", folder / CLAIMS, ", ".join(dict.fromkeys(lacking)))
+            raise InvalidInput(
+                "claims of another rule",
+                folder / CLAIMS,
+                ", ".join(dict.fromkeys(lacking)),
+                code="other_rule",
+                lacking=sorted(set(lacking)),
+            )
     largest = 0.0
     wrong = [f"{claim}: not in the archive" for claim in now if claim not in before]
     for claim, row in before.items():

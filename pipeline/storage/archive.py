@@ -76,13 +76,16 @@ def keep(
                 "the archive already holds other results of this date and commit",
                 f"{name}/{data}",
                 "the same files, or none",
+                code="other_content",
             )
         return target
     with publish(target, having="archive") as publication:
         write_files(publication.folder, files)
         for figure in figures:
             if complaints := folders.complaints_about(publication.folder / figure):
-                raise InvalidInput(f"changed while it was being archived: {complaints[0]}", figure)
+                raise InvalidInput(
+                    f"changed while it was being archived: {complaints[0]}", figure, code="changed"
+                )
         facts = {"archive": name, "data": data, "date": traced["date"], "commit": traced["commit"]}
         seal(publication, facts)
     return target
@@ -119,7 +122,9 @@ def figures_of_run(run: Path) -> tuple[str, list[str]]:
     data = {str(folders.read_manifest(figure).get("data")) for figure in found}
     if len(data) != 1:
         what = "figures of several data sets" if data else "no finished figure is there"
-        raise InvalidInput(what, run, received=", ".join(sorted(data)))
+        raise InvalidInput(
+            what, run, received=", ".join(sorted(data)), code="mixed_data" if data else "no_figure"
+        )
     return data.pop(), [figure.relative_to(run).as_posix() for figure in found]
 
 
@@ -161,21 +166,27 @@ def traced_files(
         If the tree is dirty; or a result is missing, unfinished, damaged, of another scale or made by other sources.
     """
     if not re.fullmatch(r"\d{4}-\d{2}-\d{2}", date):
-        raise InvalidInput("the archive's date is not a date", expected="2026-01-31", received=date)
+        raise InvalidInput(
+            "the archive's date is not a date", expected="2026-01-31", received=date, code="not_a_date"
+        )
     if not re.fullmatch(r"[0-9a-f]{40}", commit):
         raise InvalidInput(
-            "the archive needs a commit", expected="40 hexadecimal digits", received=commit or "none"
+            "the archive needs a commit",
+            expected="40 hexadecimal digits",
+            received=commit or "none",
+            code="not_a_commit",
         )
     if dirty is not False:
         raise InvalidInput(
             "the tree differs from its commit, so the results could not be traced: commit first",
             expected="a clean tree",
             received=f"dirty = {dirty}",
+            code="uncommitted_changes",
         )
     if not lock.is_file():
-        raise InvalidInput("the lock file is missing", lock.name)
+        raise InvalidInput("the lock file is missing", lock.name, code="missing_file")
     if not figures:
-        raise InvalidInput("no figure is expected, so there is nothing to keep", source)
+        raise InvalidInput("no figure is expected, so there is nothing to keep", source, code="no_figure")
     for figure in sorted(set(figures)):
         check_figure(source / figure, commit=commit, lock=lock, scale=scale, current=figure in current)
     beside = {path.name: path for path in folders.visible(source, "*.csv") if path.is_file()}
@@ -191,7 +202,7 @@ def verify(archive: Path) -> list[str]:
         If the folder is no archive, or its list of checksums cannot be understood.
     """
     if not (archive / CHECKSUMS).is_file():
-        raise InvalidInput("this is no archive", archive, f"a folder with {CHECKSUMS}")
+        raise InvalidInput("this is no archive", archive, f"a folder with {CHECKSUMS}", code="no_archive")
     sums = _read_sums(archive)
     problems = []
     for name, expected in sorted(sums.items()):
@@ -227,9 +238,9 @@ def check_figure(folder: Path, *, commit: str, lock: Path, scale: str, current: 
     """
     where = f"{folder.parent.parent.name}/{folder.parent.name}/{folder.name}"
     if not folder.is_dir():
-        raise InvalidInput("the figure has not been made", where)
+        raise InvalidInput("the figure has not been made", where, code="not_made")
     if complaints := folders.complaints_about(folder):
-        raise InvalidInput(f"the result is unfinished or damaged: {complaints[0]}", where)
+        raise InvalidInput(f"the result is unfinished or damaged: {complaints[0]}", where, code="unfinished")
     manifest = folders.read_manifest(folder)
     made = manifest.get("provenance", {})
     stated = (
@@ -255,7 +266,9 @@ def check_figure(folder: Path, *, commit: str, lock: Path, scale: str, current: 
     )
     for name, expected, received, complaint in stated:
         if received != expected:
-            raise InvalidInput(complaint, where, f"{name} {expected}", f"{name} {received}")
+            raise InvalidInput(
+                complaint, where, f"{name} {expected}", f"{name} {received}", code="other_origin", fact=name
+            )
 
 
 def _listed(folder: Path) -> list[str]:
@@ -270,7 +283,10 @@ def _read_sums(archive: Path) -> dict[str, str]:
         text = read_file(archive / CHECKSUMS).decode("utf-8", errors="replace")
     except InvalidInput as error:
         raise InvalidInput(
-            error.what.replace("the file", "the list of checksums", 1), archive / CHECKSUMS
+            error.what.replace("the file", "the list of checksums", 1),
+            archive / CHECKSUMS,
+            code=error.code,
+            **error.values,
         ) from error
     for number, line in enumerate(text.splitlines(), start=1):
         match = re.fullmatch(r"([0-9a-f]{64})  (\S.*)", line)
@@ -279,6 +295,7 @@ def _read_sums(archive: Path) -> dict[str, str]:
                 "the list of checksums cannot be understood",
                 f"{archive.name}/{CHECKSUMS}, line {number}",
                 "64 hexadecimal digits, two spaces, a name inside the archive",
+                code="not_understood",
             )
         sums[match[2]] = match[1]
     return sums

@@ -123,9 +123,13 @@ def fixed(arrays: Mapping[str, Any], stage: str) -> Mapping[str, np.ndarray]:
                 stage,
                 "numbers, booleans or text",
                 f"{type(value).__name__} of {array.dtype}",
+                code="not_storable",
+                array=name,
             )
         if not re.fullmatch(r"\w[\w.\-/]*", name) or name.endswith(".npy"):
-            raise InvalidInput("an array has no usable name", stage, received=repr(name))
+            raise InvalidInput(
+                "an array has no usable name", stage, received=repr(name), code="unusable_name"
+            )
         contiguous = array.flags.c_contiguous or array.flags.f_contiguous
         made[name] = (array if contiguous else array.copy(order="C")).view()
         made[name].setflags(write=False)

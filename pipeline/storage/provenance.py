@@ -117,6 +117,7 @@ def require_plugins(used: Iterable[Mapping[str, str]], where: object) -> list[st
                 " code of an archive is run",
                 where,
                 "plugins=FILE",
+                code="plugin_not_loaded",
             )
     return [here[each["sha256"]] for each in wanted]
 

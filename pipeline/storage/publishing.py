@@ -118,30 +118,32 @@ def require_new(path: Path, *, replace: Replace = False, sources: Iterable[str |
         If its folder is missing or published, or what stands there may not be replaced.
     """
     if not path.parent.is_dir():
-        raise InvalidInput("cannot write results: there is no such folder", path.parent)
+        raise InvalidInput("cannot write results: there is no such folder", path.parent, code="no_folder")
     _require_outside(path)
     expected = "another name"
     if path.is_symlink():
-        reason = "it is a symbolic link"
+        reason, why = "it is a symbolic link", "link"
     elif not os.path.lexists(path):
         return
     elif not path.is_file():
-        reason = "it is no file"
+        reason, why = "it is no file", "no_file"
     elif any(Path(source).exists() and path.samefile(source) for source in sources):
-        reason = "it is what is read"
+        reason, why = "it is what is read", "source"
     elif callable(replace):
         if replace(read_file(path)):
             return
-        reason, expected = "this program did not write it", "that it is moved away"
+        reason, why, expected = "this program did not write it", "not_ours", "that it is moved away"
     elif replace:
         return
     else:
-        reason, expected = "the file exists", "another name, or replace=true"
-    raise InvalidInput(f"{reason}, so it is not replaced", path, expected)
+        reason, why, expected = "the file exists", "exists", "another name, or replace=true"
+    raise InvalidInput(f"{reason}, so it is not replaced", path, expected, code="not_replaced", why=why)
 
 
 def _require_outside(path: Path) -> None:
     """Require that no folder above a path is a published one."""
     for folder in (above := path.parent.resolve(), *above.parents):
         if is_sealed(folder):
-            raise InvalidInput("must not be inside a published folder", path, received=folder)
+            raise InvalidInput(
+                "must not be inside a published folder", path, received=folder, code="inside_published"
+            )

@@ -24,7 +24,7 @@ def bill_of_materials(lock: Path, commit: str) -> bytes:
     """
     pinned = re.findall(r"^([A-Za-z0-9._-]+)==([^\s;\\]+)", lock.read_text("utf-8"), re.MULTILINE)
     if not pinned:
-        raise InvalidInput("no package is pinned", lock.name, "name==version")
+        raise InvalidInput("no package is pinned", lock.name, "name==version", code="nothing_pinned")
     packages = [
         {"type": "library", "bom-ref": purl, "name": name, "version": version, "purl": purl}
         for name, version in pinned

@@ -126,12 +126,12 @@ def canonical(value: Any, where: str = "options") -> Any:
         return {TYPE: type(value).__name__, **canonical(parts, where)}
     if isinstance(value, Mapping):
         if strange := [k for k in value if not isinstance(k, str)]:
-            raise InvalidInput("a key cannot be kept", where, "text", repr(strange[0]))
+            raise InvalidInput("a key cannot be kept", where, "text", repr(strange[0]), code="key_not_text")
         return {key: canonical(value[key], f"{where}.{key}") for key in sorted(value)}
     if isinstance(value, list | tuple):
         return [canonical(item, f"{where}[{i}]") for i, item in enumerate(value)]
     if isinstance(value, float) and not np.isfinite(value):
-        raise InvalidInput("the number is not finite", where, received=repr(value))
+        raise InvalidInput("the number is not finite", where, received=repr(value), code="not_finite")
     if value is None or isinstance(value, bool | int | float | str):
         return value
     raise InvalidInput(
@@ -139,6 +139,8 @@ def canonical(value: Any, where: str = "options") -> Any:
         where,
         "a number, text, enum, list, mapping or dataclass",
         type(value).__name__,
+        code="not_storable",
+        type=type(value).__name__,
     )
 
 
@@ -187,7 +189,13 @@ def write_manifest(folder: Path, facts: Mapping[str, Any]) -> None:
     manifest["seal"] = digest(compact(manifest))
     content = json.dumps(manifest, sort_keys=True, indent=1).encode() + b"\n"
     if len(content) > MAX_JSON_BYTES:
-        raise InvalidInput("the manifest would be too large", folder, f"{MAX_JSON_BYTES} bytes", len(content))
+        raise InvalidInput(
+            "the manifest would be too large",
+            folder,
+            f"{MAX_JSON_BYTES} bytes",
+            len(content),
+            code="too_large",
+        )
     write_bytes(folder / MANIFEST, content)
     sync(folder)
 
@@ -210,18 +218,23 @@ def read_manifest(folder: Path, needed: Iterable[str] = ()) -> dict[str, Any]:
     try:
         manifest: dict[str, Any] = read_json(folder / MANIFEST, _Manifest)
     except InvalidInput as error:
-        raise InvalidInput(error.what.replace("the file", MANIFEST, 1), folder) from None
+        raise InvalidInput(
+            error.what.replace("the file", MANIFEST, 1), folder, code=error.code, **error.values
+        ) from None
     seal = manifest.pop("seal")
     try:
-        complaint = "" if digest(compact(manifest)) == seal else "was changed"
+        sealed = digest(compact(manifest)) == seal
     except ValueError:
-        complaint = "cannot be understood: it has numbers that are not finite"
+        what = f"{MANIFEST} cannot be understood: it has numbers that are not finite"
+        raise InvalidInput(what, folder, code="not_finite") from None
+    if not sealed:
+        raise InvalidInput(f"{MANIFEST} was changed", folder, code="changed")
     if lacking := [name for name in needed if name not in manifest]:
-        complaint = complaint or f"has no entry {lacking[0]!r}"
+        what = f"{MANIFEST} has no entry {lacking[0]!r}"
+        raise InvalidInput(what, folder, code="missing_key", key=lacking[0])
     if outside := [name for name in manifest["files"] if not is_relative(name)]:
-        complaint = complaint or f"lists a name that is not a plain path below its folder: {outside[0]!r:.80}"
-    if complaint:
-        raise InvalidInput(f"{MANIFEST} {complaint}", folder)
+        what = f"{MANIFEST} lists a name that is not a plain path below its folder: {outside[0]!r:.80}"
+        raise InvalidInput(what, folder, code="not_plain_path", name=outside[0])
     return manifest
 
 
@@ -250,15 +263,15 @@ def require_replaceable(folder: Path, *, having: str = "") -> None:
         If anything else stands there.
     """
     while edition := _edition(folder):
-        reason = "it is a symbolic link"
+        reason, why = "it is a symbolic link", "link"
         if not folder.is_symlink():
             try:
                 found = read_manifest(folder)
                 if not having or having in found:
                     return
-                reason = f"{MANIFEST} without {having!r}: of another command"
+                reason, why = f"{MANIFEST} without {having!r}: of another command", "other_command"
             except InvalidInput as complaint:
-                reason = complaint.what
+                reason, why = complaint.what, complaint.code
             with suppress(FileNotFoundError, NotADirectoryError):
                 if not any(folder.iterdir()):
                     return
@@ -271,6 +284,8 @@ def require_replaceable(folder: Path, *, having: str = "") -> None:
         folder,
         f"nothing, or a folder with its sealed {MANIFEST}",
         reason,
+        code="not_replaced",
+        why=why,
     )
 
 
@@ -342,7 +357,9 @@ def swap_in(temporary: Path, folder: Path) -> None:
             require_replaceable(folder)
             if taken := [name for name in _not_listed(folder) if os.path.lexists(temporary / name)]:
                 raise InvalidInput(
-                    "this program did not write this file, and needs its name", folder / taken[0]
+                    "this program did not write this file, and needs its name",
+                    folder / taken[0],
+                    code="not_ours",
                 )
             with suppress(FileNotFoundError):
                 folder.replace(aside)
@@ -456,4 +473,8 @@ def writing(target: Path, *, only: set[int] | None = None) -> Iterator[None]:
     except OSError as error:
         if only is not None and error.errno not in only:
             raise
-        raise InvalidInput(f"cannot write results: {error.strerror or error} ({target})") from error
+        raise InvalidInput(
+            f"cannot write results: {error.strerror or error} ({target})",
+            code="cannot_write",
+            errno=error.errno,
+        ) from error

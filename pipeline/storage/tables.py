@@ -59,16 +59,24 @@ def write(
     """
     arrays = {name: _column(name, columns[name], path.name) for name in columns}
     if not arrays:
-        raise InvalidInput("the table has no columns", path.name)
+        raise InvalidInput("the table has no columns", path.name, code="no_columns")
     lengths = {name: len(array) for name, array in arrays.items()}
     if len(set(lengths.values())) > 1:
         raise InvalidInput(
             "the columns differ in length",
             path.name,
             received=", ".join(f"{name} {length}" for name, length in lengths.items()),
+            code="other_length",
+            lengths=lengths,
         )
     if missing := [name for name in sort_by if name not in arrays]:
-        raise InvalidInput(f"cannot sort by {missing[0]!r}", path.name, "one of " + ", ".join(arrays))
+        raise InvalidInput(
+            f"cannot sort by {missing[0]!r}",
+            path.name,
+            "one of " + ", ".join(arrays),
+            code="no_column",
+            column=missing[0],
+        )
     if sort_by and len(arrays[sort_by[0]]):
         keys = [arrays[name] for name in reversed(sort_by)]
         order = np.lexsort(
@@ -225,7 +233,7 @@ def needed(a: np.ndarray, b: np.ndarray, absolute: float) -> np.ndarray:
 def _column(name: str, values: Any, where: str) -> np.ndarray:
     """Return a column as an array (N,) of a plain type."""
     if not name:
-        raise InvalidInput("a column has no name", where)
+        raise InvalidInput("a column has no name", where, code="no_name")
     if getattr(values, "dtype", None) == "str" and len(values):  # of a DataFrame: each text is looked at once
         codes, texts = values.factorize()
         if codes.min() >= 0:
@@ -233,7 +241,10 @@ def _column(name: str, values: Any, where: str) -> np.ndarray:
     array = np.asarray(values)
     if array.ndim != 1:
         raise InvalidInput(
-            f"the column {name!r} is not one-dimensional", where, received=f"shape {array.shape}"
+            f"the column {name!r} is not one-dimensional",
+            where,
+            received=f"shape {array.shape}",
+            code="wrong_shape",
         )
     kinds = set(map(type, values)) if array.dtype.kind in "OU" else set()
     mixed = not all(issubclass(kind, str) for kind in kinds)
@@ -245,11 +256,15 @@ def _column(name: str, values: Any, where: str) -> np.ndarray:
             where,
             "numbers, booleans or text",
             "text and other things" if array.dtype.kind == "U" else str(array.dtype),
+            code="mixed_types",
         )
     texts = set(array.tolist()) if kinds else set()
     if broken := [v for v in texts if any(c in v for c in "\r\n\0")]:
         raise InvalidInput(
-            f"the column {name!r} holds text of several lines", where, received=repr(min(broken))
+            f"the column {name!r} holds text of several lines",
+            where,
+            received=repr(min(broken)),
+            code="several_lines",
         )
     if any(text != _escaped(text) for text in texts):
         array = np.array([*map(_escaped, array.tolist())])
@@ -298,7 +313,9 @@ def _cells(path: Path, sha256: str | None = None) -> dict[str, Sequence[str]]:
         if path.suffix == ".gz":
             content = unpacked(packed, path)
     except InvalidInput as error:
-        raise InvalidInput(error.what.replace("the file", "the table", 1), path) from error
+        raise InvalidInput(
+            error.what.replace("the file", "the table", 1), path, code=error.code, **error.values
+        ) from error
     try:
         if sha256 is not None and (received := digest(packed)) != sha256:
             raise InvalidInput(
@@ -306,13 +323,18 @@ def _cells(path: Path, sha256: str | None = None) -> dict[str, Sequence[str]]:
                 path,
                 f"sha256 {sha256[:12]}…",
                 f"{received[:12]}…",
+                code="changed",
             )
         text = content.decode("utf-8-sig")
         lines = text.removesuffix("\n").split("\n")
         commas = set(map(methodcaller("count", ","), lines))
         if max(commas) >= _MAX_COLUMNS:
             raise InvalidInput(
-                "the table has too many columns", path, f"{_MAX_COLUMNS} or fewer", max(commas) + 1
+                "the table has too many columns",
+                path,
+                f"{_MAX_COLUMNS} or fewer",
+                max(commas) + 1,
+                code="too_many_columns",
             )
         if len(commas) == 1 and 0 not in commas and '"' not in text and "\r" not in text:
             cells, width = ",".join(lines).split(","), commas.pop() + 1
@@ -329,19 +351,24 @@ def _cells(path: Path, sha256: str | None = None) -> dict[str, Sequence[str]]:
                         f"{path.name}, line {reader.line_num}",
                         f"{len(header)} cells",
                         len(row),
+                        code="row_length",
+                        expected_cells=len(header),
+                        cells=len(row),
                     )
                 rows.append(row)
             columns = [[row[i] for row in rows] for i in range(len(header))]
     except UnicodeDecodeError as error:
-        raise InvalidInput("the table is not UTF-8 text", f"{path.name}, byte {error.start}") from error
+        raise InvalidInput(
+            "the table is not UTF-8 text", f"{path.name}, byte {error.start}", code="not_utf8"
+        ) from error
     except csv.Error as error:
         raise InvalidInput(
-            f"the table is not CSV: {error}", f"{path.name}, line {reader.line_num}"
+            f"the table is not CSV: {error}", f"{path.name}, line {reader.line_num}", code="not_csv"
         ) from error
     if not any(header):
-        raise InvalidInput("the table is empty", path.name, "a line of column names")
+        raise InvalidInput("the table is empty", path.name, "a line of column names", code="empty_table")
     if twice := [name for name, count in Counter(header).items() if count > 1]:
-        raise InvalidInput(f"two columns are called {twice[0]!r}", path.name)
+        raise InvalidInput(f"two columns are called {twice[0]!r}", path.name, code="duplicate_name")
     if "'" in text:
         header, columns = [*map(_restored, header)], [[*map(_restored, column)] for column in columns]
     return dict(zip(header, columns, strict=True))

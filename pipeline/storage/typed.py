@@ -120,7 +120,9 @@ def _require_axes(name: str, array: np.ndarray, axes: list[str], text: bool, siz
             fit = fit and (not array.size or sizes.setdefault(sum_of[2], one) == one)
     if array.size and not fit:
         expected = f"({', '.join(axes)}{',' * (len(axes) == 1)}) of {'text' if text else 'numbers'}"
-        raise InvalidInput("has another shape", name, expected, f"{array.shape} of {array.dtype}")
+        raise InvalidInput(
+            "has another shape", name, expected, f"{array.shape} of {array.dtype}", code="wrong_shape"
+        )
 
 
 def unpack(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any) -> Any:
@@ -144,7 +146,7 @@ def unpack(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any) -> Any:
     except (KeyError, TypeError, AttributeError, IndexError, ValueError) as error:
         if isinstance(error, InvalidInput):
             raise
-        raise InvalidInput(f"does not fit {kind.__name__}: {error!r:.160}") from error
+        raise InvalidInput(f"does not fit {kind.__name__}: {error!r:.160}", code="does_not_fit") from error
 
 
 def _unpacked(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str) -> Any:
@@ -182,5 +184,5 @@ def _unpacked(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str
         if below:
             return {name[len(prefix) :]: arrays[name] for name in arrays if name.startswith(prefix)}
     if not fits(notes, kind):
-        raise InvalidInput("is missing or of another type", path, kind)
+        raise InvalidInput("is missing or of another type", path, kind, code="wrong_type")
     return tuple(notes) if origin is tuple else notes
