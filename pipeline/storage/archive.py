@@ -175,6 +175,7 @@ def traced_files(
             expected="40 hexadecimal digits",
             received=commit or "none",
             code="not_a_commit",
+            commit=commit,
         )
     if dirty is not False:
         raise InvalidInput(
@@ -267,7 +268,13 @@ def check_figure(folder: Path, *, commit: str, lock: Path, scale: str, current: 
     for name, expected, received, complaint in stated:
         if received != expected:
             raise InvalidInput(
-                complaint, where, f"{name} {expected}", f"{name} {received}", code="other_origin", fact=name
+                complaint,
+                where,
+                f"{name} {expected}",
+                f"{name} {received}",
+                code="other_origin",
+                fact=name,
+                made=received,
             )
 
 

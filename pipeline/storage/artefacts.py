@@ -125,6 +125,7 @@ def fixed(arrays: Mapping[str, Any], stage: str) -> Mapping[str, np.ndarray]:
                 f"{type(value).__name__} of {array.dtype}",
                 code="not_storable",
                 array=name,
+                type=type(value).__name__,
             )
         if not re.fullmatch(r"\w[\w.\-/]*", name) or name.endswith(".npy"):
             raise InvalidInput(

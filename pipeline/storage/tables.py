@@ -245,18 +245,22 @@ def _column(name: str, values: Any, where: str) -> np.ndarray:
             where,
             received=f"shape {array.shape}",
             code="wrong_shape",
+            column=name,
         )
     kinds = set(map(type, values)) if array.dtype.kind in "OU" else set()
     mixed = not all(issubclass(kind, str) for kind in kinds)
     if array.dtype.kind == "O" and not mixed:
         array = array.astype(str)  # as a DataFrame holds text, or a column without rows
     if array.dtype.kind not in "biufU" or mixed:
+        received = "text and other things" if array.dtype.kind == "U" else str(array.dtype)
         raise InvalidInput(
             f"the column {name!r} is not of one plain type",
             where,
             "numbers, booleans or text",
-            "text and other things" if array.dtype.kind == "U" else str(array.dtype),
+            received,
             code="mixed_types",
+            column=name,
+            type=received,
         )
     texts = set(array.tolist()) if kinds else set()
     if broken := [v for v in texts if any(c in v for c in "\r\n\0")]:
@@ -265,6 +269,7 @@ def _column(name: str, values: Any, where: str) -> np.ndarray:
             where,
             received=repr(min(broken)),
             code="several_lines",
+            column=name,
         )
     if any(text != _escaped(text) for text in texts):
         array = np.array([*map(_escaped, array.tolist())])
@@ -352,7 +357,7 @@ def _cells(path: Path, sha256: str | None = None) -> dict[str, Sequence[str]]:
                         f"{len(header)} cells",
                         len(row),
                         code="row_length",
-                        expected_cells=len(header),
+                        columns=len(header),
                         cells=len(row),
                     )
                 rows.append(row)
@@ -368,7 +373,9 @@ def _cells(path: Path, sha256: str | None = None) -> dict[str, Sequence[str]]:
     if not any(header):
         raise InvalidInput("the table is empty", path.name, "a line of column names", code="empty_table")
     if twice := [name for name, count in Counter(header).items() if count > 1]:
-        raise InvalidInput(f"two columns are called {twice[0]!r}", path.name, code="duplicate_name")
+        raise InvalidInput(
+            f"two columns are called {twice[0]!r}", path.name, code="duplicate_name", column=twice[0]
+        )
     if "'" in text:
         header, columns = [*map(_restored, header)], [[*map(_restored, column)] for column in columns]
     return dict(zip(header, columns, strict=True))

@@ -121,7 +121,13 @@ def _require_axes(name: str, array: np.ndarray, axes: list[str], text: bool, siz
     if array.size and not fit:
         expected = f"({', '.join(axes)}{',' * (len(axes) == 1)}) of {'text' if text else 'numbers'}"
         raise InvalidInput(
-            "has another shape", name, expected, f"{array.shape} of {array.dtype}", code="wrong_shape"
+            "has another shape",
+            name,
+            expected,
+            f"{array.shape} of {array.dtype}",
+            code="wrong_shape",
+            axes=axes,
+            text=text,
         )
 
 
@@ -146,7 +152,9 @@ def unpack(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any) -> Any:
     except (KeyError, TypeError, AttributeError, IndexError, ValueError) as error:
         if isinstance(error, InvalidInput):
             raise
-        raise InvalidInput(f"does not fit {kind.__name__}: {error!r:.160}", code="does_not_fit") from error
+        raise InvalidInput(
+            f"does not fit {kind.__name__}: {error!r:.160}", code="does_not_fit", type=kind.__name__
+        ) from error
 
 
 def _unpacked(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str) -> Any:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from pipeline.pictures.walking import draw_walking
-from pipeline.validation import InvalidInput
+from tests.rejects import rejects
 
 BONES = ((0, 1), (1, 2))
 LIMB = np.array([[0.0, 1700.0], [50.0, 900.0], [-200.0, 0.0]])
@@ -51,5 +51,5 @@ def test_the_still_picture_is_one_frame(tmp_path: Path) -> None:
 
 
 def test_turns_of_broken_cycles_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match="does not go around"):
+    with rejects("not_whole_cycles", "a.svg"):
         draw(tmp_path / "a.svg", seen=STEPS[:3], words=WORDS)

@@ -77,7 +77,7 @@ def read_column(
             keys = pa.array(range(len(batch))) if index is None else batch.column(index)
             tables.append(pa.table({"index": keys, "value": batch.column(component)}))
     if not tables:
-        raise InvalidInput(f"no column {component} on {index or 'no timeline'}", where=f"{path}, {entity}")
+        raise InvalidInput(f"no column {component} on {index or 'no timeline'}", where=f"{path}, {entity}", code="no_column")
     table = pa.concat_tables(tables).sort_by("index").combine_chunks()
     keys = table["index"].to_numpy()
     if keys.dtype.kind == "m":
@@ -121,14 +121,14 @@ def digest(path: Path) -> str:
 
 def _reader(path: Path) -> RrdReader:
     if not Path(path).is_file():
-        raise InvalidInput("no such recording", where=str(path))
+        raise InvalidInput("no such recording", where=str(path), code="no_recording")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", RerunWarning)
             reader = RrdReader(path)
             reader.store()  # needs the footer, which only a finished file has
     except (RerunWarning, ValueError, RuntimeError, OSError) as error:
-        raise InvalidInput("not a complete recording", where=str(path), received=str(error)) from error
+        raise InvalidInput("not a complete recording", where=str(path), received=str(error), code="damaged") from error
     return reader
 
 
@@ -143,7 +143,7 @@ def _dense(array: pa.Array, where: str) -> np.ndarray:
         rows = len(array)
         flat = array.flatten()
         if not rows or len(flat) % rows or len(set(array.value_lengths().to_pylist())) != 1:
-            raise InvalidInput("rows of different lengths", where=where)
+            raise InvalidInput("rows of different lengths", where=where, code="other_length")
         shape.append(rows if not shape else rows // int(np.prod(shape)))
         array = flat
     values = array.to_numpy(zero_copy_only=False)

@@ -36,10 +36,10 @@ def verify(path: Path) -> None:
     try:
         run = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
     except subprocess.TimeoutExpired as error:
-        raise InvalidInput("the check did not end in time", where=str(path)) from error
+        raise InvalidInput("the check did not end in time", where=str(path), code="too_slow") from error
     if run.returncode:
         said = (run.stderr or run.stdout).strip().splitlines() or ["no reason given"]
-        raise InvalidInput("the recording is damaged", where=str(path), received=said[-1].strip())
+        raise InvalidInput("the recording is damaged", where=str(path), received=said[-1].strip(), code="damaged")
 
 
 def screenshot(
@@ -71,7 +71,7 @@ def screenshot(
         stops, or time runs out.
     """
     if not Path(path).is_file():
-        raise InvalidInput("no such recording", where=str(path))
+        raise InvalidInput("no such recording", where=str(path), code="no_recording")
     deadline = time.monotonic() + TIMEOUT_S
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
@@ -107,6 +107,8 @@ def screenshot(
                 where=str(path),
                 expected="a Vulkan driver, such as the package mesa-vulkan-drivers",
                 received=(words or [str(error)])[0],
+                code="viewer_stopped",
+                panicked=bool(words),
             ) from error
         finally:
             viewer.kill()

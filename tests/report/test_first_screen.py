@@ -10,7 +10,7 @@ import pytest
 from pipeline.report import first_screen
 from pipeline.report.first_screen import draw_first_screen
 from pipeline.report.published import read_published
-from pipeline.validation import InvalidInput
+from tests.rejects import rejects
 from tests.report.planted import CLAIM, plant
 
 VIEWS = [0, 30]
@@ -104,17 +104,17 @@ def test_the_walker_nearest_to_the_medians_is_drawn(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("figure", "views", "complaint"),
+    ("figure", "views", "code", "where"),
     [
-        ("zhang2007_fig6", VIEWS, "not made"),
-        ("zhang2007_fig5", [30, 45], "nobody was reconstructed from the picture's view"),
+        ("zhang2007_fig6", VIEWS, "not_made", "synthetic"),
+        ("zhang2007_fig5", [30, 45], "no_such_view", "zhang2007_fig5"),
     ],
 )
 def test_pictures_without_their_figure_are_refused(
-    tmp_path: Path, figure: str, views: list[int], complaint: str
+    tmp_path: Path, figure: str, views: list[int], code: str, where: str
 ) -> None:
     folder = tmp_path / "synthetic" / "smoke"
     known = arrays() | {"demonstration_view_deg": np.array(views, dtype=float)}
     plant(folder / figure, table=table(), arrays=known, claims=CLAIM)
-    with pytest.raises(InvalidInput, match=complaint):
+    with rejects(code, where):
         draw_first_screen(read_published(folder, [figure]), tmp_path / "pictures")

@@ -14,7 +14,7 @@ from pipeline.report import document, light
 from pipeline.report.light import keep_light
 from pipeline.storage import archive, tables
 from pipeline.storage.sealed_folders import digest, file_digest, write_manifest
-from pipeline.validation import InvalidInput
+from tests.rejects import rejects
 from tests.report.planted import CLAIM, plant
 
 FACTS: dict[str, Any] = {"date": "2026-11-22", "commit": "f" * 40, "dirty": False}
@@ -150,7 +150,7 @@ def test_it_is_written_again_but_never_over_something_else(results: Path, lock: 
     assert {path: path.read_bytes() for path in target.rglob("*") if path.is_file()} == before
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "notes.txt").write_text("mine")
-    with pytest.raises(InvalidInput):
+    with rejects("not_replaced", "mine", why="missing_file"):
         keep_light(results, tmp_path / "mine", FIGURES, lock=lock, **FACTS)
     assert [path.name for path in (tmp_path / "mine").iterdir()] == ["notes.txt"]
 
@@ -187,12 +187,16 @@ def test_its_own_manifest_is_part_of_it(results: Path, lock: Path, tmp_path: Pat
 
 
 @pytest.mark.parametrize(
-    ("facts", "words"), [({"dirty": True}, "commit first"), ({"commit": "e" * 40}, "by another commit")]
+    ("facts", "code", "values"),
+    [
+        ({"dirty": True}, "uncommitted_changes", {}),
+        ({"commit": "e" * 40}, "other_origin", {"fact": "commit"}),
+    ],
 )
 def test_results_that_cannot_be_traced_are_refused(
-    results: Path, lock: Path, tmp_path: Path, facts: dict[str, Any], words: str
+    results: Path, lock: Path, tmp_path: Path, facts: dict[str, Any], code: str, values: dict[str, str]
 ) -> None:
-    with pytest.raises(InvalidInput, match=words):
+    with rejects(code, **values):
         keep_light(results, tmp_path / "light", FIGURES, lock=lock, **{**FACTS, **facts})
     assert not (tmp_path / "light").exists()
 
@@ -201,7 +205,7 @@ def test_results_of_another_commit_with_the_same_sources_are_kept(
     results: Path, lock: Path, tmp_path: Path
 ) -> None:
     facts = {**FACTS, "commit": "e" * 40}
-    with pytest.raises(InvalidInput, match="zhang2007_fig5: the result was made by another commit"):
+    with rejects("other_origin", "zhang2007_fig5", fact="commit"):
         keep_light(results, tmp_path / "light", FIGURES, lock=lock, current=["mozerov2006_fig1"], **facts)
     keep_light(results, tmp_path / "light", FIGURES, lock=lock, current=FIGURES, **facts)
     assert archive.verify(tmp_path / "light") == []
@@ -215,7 +219,7 @@ def test_one_too_large_is_refused(
     results: Path, lock: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("pipeline.report.light.MOST_BYTES", 50_000)
-    with pytest.raises(InvalidInput, match="too large"):
+    with rejects("too_large", "light"):
         keep_light(results, tmp_path / "light", FIGURES, lock=lock, **FACTS)
     assert not (tmp_path / "light").exists()
 
@@ -230,9 +234,9 @@ def test_a_run_with_changed_options_is_kept_under_its_name(tmp_path: Path, lock:
     assert kept == tmp_path / "archive" / "my_variant" / "synthetic"
     assert archive.verify(kept) == []
     assert (kept / "1_model.components=20" / "zhang2007_fig5" / "table.csv").is_file()
-    with pytest.raises(InvalidInput, match="plain name"):
+    with rejects("not_plain_name"):
         archive.keep(run, tmp_path / "archive", figures, name="../elsewhere", **facts)
-    with pytest.raises(InvalidInput, match="no finished figure"):
+    with rejects("no_figure", "nothing"):
         archive.figures_of_run(tmp_path / "nothing")
 
 

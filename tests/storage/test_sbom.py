@@ -7,11 +7,9 @@ import json
 import re
 from pathlib import Path
 
-import pytest
-
 from pipeline.storage.provenance import LOCK
 from pipeline.storage.sbom import bill_of_materials
-from pipeline.validation import InvalidInput
+from tests.rejects import rejects
 
 ALLOWED = {
     "bill": {"bomFormat", "specVersion", "version", "metadata", "components", "dependencies"},
@@ -48,5 +46,5 @@ def test_every_pinned_package_is_named_once_with_its_version_and_nothing_else() 
 
 def test_a_lock_file_without_a_pin_is_refused(tmp_path: Path) -> None:
     (tmp_path / "requirements.lock").write_text("numpy\n")
-    with pytest.raises(InvalidInput, match="no package is pinned"):
+    with rejects("nothing_pinned", "requirements.lock"):
         bill_of_materials(tmp_path / "requirements.lock", "c" * 40)
