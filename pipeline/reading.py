@@ -65,10 +65,13 @@ def read_file(path: Path, *, at_most: int = MAX_TABLE_BYTES) -> bytes:
             size = os.fstat(file.fileno()).st_size
             content = file.read(size + 1) if size <= at_most else b""
     except (FileNotFoundError, NotADirectoryError):
-        raise InvalidInput("the file is missing", path, code="missing_file") from None
+        raise InvalidInput("the file is missing", path, code="no_file") from None
     except (OSError, ValueError) as error:
         raise InvalidInput(
-            f"the file cannot be read: {getattr(error, 'strerror', '') or error}", path, code="unreadable"
+            f"the file cannot be read: {getattr(error, 'strerror', '') or error}",
+            path,
+            code="unreadable",
+            errno=getattr(error, "errno", None),
         ) from error
     if max(size, len(content)) > at_most:
         raise InvalidInput(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import gzip
 import io
 import os
@@ -45,9 +46,8 @@ SPECIAL: dict[str, Callable[[Path], None]] = {
 def test_what_is_not_a_regular_file_is_rejected_and_not_waited_for(tmp_path: Path, kind: str) -> None:
     path = tmp_path / "manifest.json"
     SPECIAL[kind](path)
-    with rejects("unreadable", "manifest.json") as caught:
+    with rejects("unreadable", "manifest.json", errno=errno.EINVAL):
         read_file(path)
-    assert caught.value.values["errno"] in (errno.EINVAL, errno.ENXIO)
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="pipes of Linux")
@@ -65,7 +65,7 @@ def test_a_pipe_that_takes_the_name_of_a_file_is_not_waited_for(
 
 def test_a_missing_and_a_large_file_are_rejected_before_they_are_read(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
-    with rejects("missing_file", "a.csv"):
+    with rejects("no_file", "a.csv"):
         read_file(path)
     path.write_bytes(b"12345")
     assert read_file(path, at_most=5) == b"12345"
@@ -73,7 +73,7 @@ def test_a_missing_and_a_large_file_are_rejected_before_they_are_read(tmp_path: 
         read_file(path, at_most=4)
     with path.open("wb") as file:
         file.truncate(2**43)  # eight terabytes, of which none is on the disk
-    with rejects("too_large", "a.csv", at_most=MAX_TABLE_BYTES):
+    with rejects("too_large", "a.csv", at_most=2**30):
         read_file(path)
 
 

@@ -190,7 +190,8 @@ class FigureWalkers:
                 f"{shown}; or make the figure with sweep.demonstration_views_deg; or any, of zhang2007_fig5"
             )
             raise InvalidInput("the figure holds no reconstruction from this view", "view_angle_deg",
-                               expected, f"{view_angle_deg:g}", code="no_such_view")  # fmt: skip
+                               expected, f"{view_angle_deg:g}", code="no_such_view",
+                               views_deg=self._arrays["demonstration_view_deg"].tolist())  # fmt: skip
         samples, person = self._arrays["samples"], self._arrays["person"]
         fold = linear_model.fit(
             samples[person != person[r]], model["components"], divisor=model["divisor"]["name"]

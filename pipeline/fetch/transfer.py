@@ -144,7 +144,7 @@ class Transfer:
             try:
                 return read_file(place / row["path"])
             except InvalidInput as error:
-                raise _Failed(_NOT_THERE if error.code == "missing_file" else error.what) from error
+                raise _Failed(_NOT_THERE if error.code == "no_file" else error.what) from error
         try:
             url = urllib.parse.urlsplit(place)
         except ValueError:

@@ -185,7 +185,7 @@ def traced_files(
             code="uncommitted_changes",
         )
     if not lock.is_file():
-        raise InvalidInput("the lock file is missing", lock.name, code="missing_file")
+        raise InvalidInput("the lock file is missing", lock.name, code="no_file")
     if not figures:
         raise InvalidInput("no figure is expected, so there is nothing to keep", source, code="no_figure")
     for figure in sorted(set(figures)):

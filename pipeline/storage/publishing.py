@@ -126,7 +126,7 @@ def require_new(path: Path, *, replace: Replace = False, sources: Iterable[str |
     elif not os.path.lexists(path):
         return
     elif not path.is_file():
-        reason, why = "it is no file", "no_file"
+        reason, why = "it is no file", "not_a_file"
     elif any(Path(source).exists() and path.samefile(source) for source in sources):
         reason, why = "it is what is read", "source"
     elif callable(replace):

@@ -216,7 +216,9 @@ def test_an_interval_is_drawn_where_it_is_known_and_the_line_everywhere(tmp_path
         ({"log_y": True, "times": -1.0}, "not_positive", ""),
     ],
 )
-def test_charts_that_do_not_fit_are_refused(tmp_path: Path, change: dict[str, Any], code: str, where: str) -> None:
+def test_charts_that_do_not_fit_are_refused(
+    tmp_path: Path, change: dict[str, Any], code: str, where: str
+) -> None:
     with rejects(code, where):
         of_table(tmp_path / "a", replace(ERROR, **change))
     assert list(tmp_path.iterdir()) == []

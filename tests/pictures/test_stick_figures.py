@@ -5,7 +5,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from pipeline.charts import Chart, Sheet
 from pipeline.pictures.motions import draw_motion

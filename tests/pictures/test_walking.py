@@ -7,7 +7,6 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from pipeline.pictures.walking import draw_walking
 from tests.rejects import rejects

@@ -77,7 +77,9 @@ def read_column(
             keys = pa.array(range(len(batch))) if index is None else batch.column(index)
             tables.append(pa.table({"index": keys, "value": batch.column(component)}))
     if not tables:
-        raise InvalidInput(f"no column {component} on {index or 'no timeline'}", where=f"{path}, {entity}", code="no_column")
+        raise InvalidInput(
+            f"no column {component} on {index or 'no timeline'}", where=f"{path}, {entity}", code="no_column"
+        )
     table = pa.concat_tables(tables).sort_by("index").combine_chunks()
     keys = table["index"].to_numpy()
     if keys.dtype.kind == "m":
@@ -128,7 +130,9 @@ def _reader(path: Path) -> RrdReader:
             reader = RrdReader(path)
             reader.store()  # needs the footer, which only a finished file has
     except (RerunWarning, ValueError, RuntimeError, OSError) as error:
-        raise InvalidInput("not a complete recording", where=str(path), received=str(error), code="damaged") from error
+        raise InvalidInput(
+            "not a complete recording", where=str(path), received=str(error), code="damaged"
+        ) from error
     return reader
 
 

@@ -39,7 +39,9 @@ def verify(path: Path) -> None:
         raise InvalidInput("the check did not end in time", where=str(path), code="too_slow") from error
     if run.returncode:
         said = (run.stderr or run.stdout).strip().splitlines() or ["no reason given"]
-        raise InvalidInput("the recording is damaged", where=str(path), received=said[-1].strip(), code="damaged")
+        raise InvalidInput(
+            "the recording is damaged", where=str(path), received=said[-1].strip(), code="damaged"
+        )
 
 
 def screenshot(

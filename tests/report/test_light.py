@@ -150,7 +150,7 @@ def test_it_is_written_again_but_never_over_something_else(results: Path, lock: 
     assert {path: path.read_bytes() for path in target.rglob("*") if path.is_file()} == before
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "notes.txt").write_text("mine")
-    with rejects("not_replaced", "mine", why="missing_file"):
+    with rejects("not_replaced", "mine", why="no_file"):
         keep_light(results, tmp_path / "mine", FIGURES, lock=lock, **FACTS)
     assert [path.name for path in (tmp_path / "mine").iterdir()] == ["notes.txt"]
 

@@ -94,7 +94,7 @@ def test_a_claim_that_only_the_new_figure_has_is_named(kept: Path, tmp_path: Pat
     tables.write(kept / "claims.csv", {name: values[:1] for name, values in CLAIM.items()})
     assert compare_again(kept, made)[1].complaints == ("two: not in the archive",)
     (kept / "claims.csv").unlink()
-    with rejects("missing_file", "claims.csv"):
+    with rejects("no_file", "claims.csv"):
         compare_again(kept, made)
 
 
@@ -131,5 +131,5 @@ def test_other_rows_are_a_difference_and_no_tables_are_refused(kept: Path, tmp_p
     with rejects("no_table", "zhang2007_fig6"):
         compare_again(empty, kept)
     shutil.rmtree(kept)
-    with rejects("missing_file", "table.csv"):
+    with rejects("no_file", "table.csv"):
         compare_again(figure(tmp_path / "again" / "zhang2007_fig5"), kept)

@@ -170,7 +170,7 @@ def test_verify_notices_a_file_changed_together_with_its_checksum(make: Make, ke
         ({"date": "today"}, "not_a_date", "", {}),
         ({"figures": []}, "no_figure", "", {}),
         ({"figures": [*FIGURES, "zhang2004_fig2"]}, "not_made", "zhang2004_fig2", {}),
-        ({"lock": Path("no/such.lock")}, "missing_file", "such.lock", {}),
+        ({"lock": Path("no/such.lock")}, "no_file", "such.lock", {}),
     ],
 )
 def test_what_cannot_be_traced_is_refused(

@@ -928,11 +928,11 @@ def _a_file(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "why"),
     [
-        (_no_manifest, "missing_file"),
+        (_no_manifest, "no_file"),
         (_edited, "changed"),
         (_of_another_program, "other_entries"),
         (_linked, "link"),
-        (_a_file, "missing_file"),
+        (_a_file, "no_file"),
     ],
 )
 @pytest.mark.parametrize("when", ["before", "meanwhile"])
@@ -1069,7 +1069,7 @@ def test_source_link_folder_and_published_file_are_never_replaced(tmp_path: Path
         (other, "not_replaced", {"why": "source"}),
         (link, "not_replaced", {"why": "link"}),
         (tmp_path / "nowhere.csv", "not_replaced", {"why": "link"}),
-        (tmp_path / "folder.csv", "not_replaced", {"why": "no_file"}),
+        (tmp_path / "folder.csv", "not_replaced", {"why": "not_a_file"}),
         (tmp_path / "figure" / "table.csv", "inside_published", {}),
         (tmp_path / "figure" / "new.csv", "inside_published", {}),
         (tmp_path / "no" / "new.csv", "no_folder", {}),

@@ -164,7 +164,7 @@ def test_a_broken_table_is_refused(
 
 
 def test_a_missing_table_is_refused(tmp_path: Path) -> None:
-    with rejects("missing_file", "t.csv"):
+    with rejects("no_file", "t.csv"):
         tables.read(tmp_path / "t.csv")
 
 

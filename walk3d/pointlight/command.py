@@ -116,7 +116,11 @@ def make(arguments: Sequence[str]) -> tuple[Path, str]:
     for name, other in _WITH.items():
         if any(item.startswith(f"{name}=") for item in arguments) and not getattr(options, other):
             raise InvalidInput(
-                "would change nothing alone", name, f"{other}=… beside it", code="needs_other_option"
+                "would change nothing alone",
+                name,
+                f"{other}=… beside it",
+                code="needs_other_option",
+                other=other,
             )
     if Path(options.to).suffix.lower() in (".mp4", ".mov", ".webm", ".avi"):
         raise InvalidInput(

@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -152,7 +153,7 @@ def test_a_recording_is_exported_as_so_many_cycles(recording: Path, tmp_path: Pa
         (["synthetic", "shown=8"], "needs_other_option", "shown", {"other": "lifetime_frames"}),
         (["synthetic", "harmonics=1"], "changes_nothing", "harmonics", {"kind": "synthetic"}),
         (["RECORDING", "walker=ben"], "changes_nothing", "walker", {"kind": "recording"}),
-        (["no/such/file.c3d"], "XXX", "file.c3d", {}),
+        (["no/such/file.c3d"], "no_file", "file.c3d", {}),
     ],
 )
 def test_what_cannot_be_shown_is_refused(
