@@ -18,10 +18,11 @@ from pipeline.core.linear_model import LinearModel
 from pipeline.core.reconstruction import from_known_views
 from pipeline.formats import read as read
 from pipeline.ingestion.corpus import joints_of
-from pipeline.ingestion.exchanged_labels import REMARK
+from pipeline.ingestion.exchanged_labels import EXCHANGED
 from pipeline.shortened import shortened
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.body import accepted
+from pipeline.skeleton.complaint import remarks_of
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import UpAxis
 from pipeline.validation import InvalidInput, require_choice, require_range
@@ -75,7 +76,9 @@ def joints(
         is not an axis, or the joints are not a person's.
     """
     if not isinstance(motion, MotionCapture):
-        raise InvalidInput("must be what read(path) returns", "motion", received=repr(motion))
+        raise InvalidInput(
+            "must be what read(path) returns", "motion", received=repr(motion), code="wrong_type"
+        )
     if require_choice("up", up, [*UpAxis]) != UpAxis.auto:
         motion = replace(motion, up=UpAxis(up))
     motion, positions, valid = joints_of(motion, mappings.chosen(skeleton), subject)
@@ -117,9 +120,10 @@ def represent(
     motion, positions, valid = joints_of(motion, mappings.chosen(skeleton), subject)
     walk = walk_in(Path(path).name, positions, motion.frame_rate_hz, valid, motion.up)
     if walk.positions is None:
-        raise InvalidInput(str(walk.row["reason"]), Path(path).name)
+        code, values = walk.row["code"], walk.row["values"]
+        raise InvalidInput(str(walk.row["reason"]), Path(path).name, code=code, **values)
     doubts = [complaint.sentence for complaint in motion.complaints]
-    doubts += [note for note in motion.notes if REMARK in note]
+    doubts += remarks_of(EXCHANGED, motion.notes)
     for doubt in filter(None, (walk.row["reason"], *doubts)):
         warnings.warn(f"{Path(path).name}: {doubt}", stacklevel=2)
     return fourier.represent(walking.set_origin(walk.positions, origin="pelvis_mean"), motion.frame_rate_hz)
@@ -160,12 +164,16 @@ def calibrate(
         not from `fit`.
     """
     if not isinstance(model, WalkersModel):
-        raise InvalidInput("must be what fit(walks) returns", "model", received=repr(model))
+        raise InvalidInput(
+            "must be what fit(walks) returns", "model", received=repr(model), code="wrong_type"
+        )
     if not walks:
-        raise InvalidInput("needs a walk or more", "walks", received="none")
+        raise InvalidInput("needs a walk or more", "walks", received="none", code="no_walks")
     names = np.array([*people] or range(len(walks)))
     if len(names) != len(walks):
-        raise InvalidInput("must be a name to each walk", "people", received=len(names))
+        raise InvalidInput(
+            "must be a name to each walk", "people", received=len(names), code="wrong_count", count=len(names)
+        )
     for walk in walks:
         _require_other(model, walk)
     of_person = [
@@ -179,7 +187,9 @@ def _sample(walk: FourierRepresentation) -> np.ndarray:
     """The walk (D,), if it is one."""
     coefficients = getattr(walk, "coefficients", np.empty(0))
     if coefficients.shape != (5, 15, 3):
-        raise InvalidInput("must be what represent(path) returns", "walk", received=repr(walk))
+        raise InvalidInput(
+            "must be what represent(path) returns", "walk", received=repr(walk), code="wrong_type"
+        )
     return coefficients.ravel()
 
 
@@ -188,7 +198,9 @@ def _require_other(model: WalkersModel, walk: FourierRepresentation) -> None:
     sample = _sample(walk)
     known = [model.samples, *(linear_model.flatten(own[None]) for own in model.laboratory)]
     if any((abs(each - sample).max(axis=1) < SAME_WALK_MM).any() for each in known):
-        raise InvalidInput("must be learnt from other walks", "model", received="this one among them")
+        raise InvalidInput(
+            "must be learnt from other walks", "model", received="this one among them", code="same_walk"
+        )
 
 
 def from_view(
@@ -229,14 +241,18 @@ def from_view(
         require_choice("hidden", joint, WALKER15.joints)
     seen = np.array([joint not in hidden for joint in WALKER15.joints])
     if not seen.any():
-        raise InvalidInput("must leave a joint that is seen", "hidden", received="all")
+        raise InvalidInput("must leave a joint that is seen", "hidden", received="all", code="nothing_seen")
     require_range("noise_variance_mm2", noise_variance_mm2, above=0)
     if not isinstance(model, LinearModel):
-        raise InvalidInput("must be what fit(walks) returns", "model", received=repr(model))
+        raise InvalidInput(
+            "must be what fit(walks) returns", "model", received=repr(model), code="wrong_type"
+        )
     sample = _sample(walk)
     size = np.linalg.norm(sample) / np.linalg.norm(model.mean)
     if not 1 / _LARGEST_RATIO < size < _LARGEST_RATIO:
-        raise InvalidInput("must be in mm, as the model is", "walk", received=f"{size:.3g} of its size")
+        raise InvalidInput(
+            "must be in mm, as the model is", "walk", received=f"{size:.3g} of its size", code="wrong_unit"
+        )
     angle = np.radians(require_range("view_angle_deg", view_angle_deg))
     unknown = require_choice("laboratory", laboratory, ("known", "unknown")) == "unknown"
     if isinstance(model, WalkersModel):
@@ -244,7 +260,9 @@ def from_view(
         if unknown or model.laboratory:
             return _of_unknown_laboratory(model, walk, angle, ~seen)
     elif unknown:
-        raise InvalidInput("must be what fit(walks) returns", "model", received=repr(model))
+        raise InvalidInput(
+            "must be what fit(walks) returns", "model", received=repr(model), code="wrong_type"
+        )
     found = from_known_views(
         linear_model.of_measured(model, seen),
         linear_model.without_joints(sample, seen),

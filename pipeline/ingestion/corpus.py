@@ -94,11 +94,11 @@ def read_clip(clip: Clip) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
         If the file is missing, differs from the table, changed since it was found, cannot be read, or gives no legs.
     """
     if clip.path is None:
-        raise InvalidInput("not on this machine", expected="`make data` to fetch it")
+        raise InvalidInput("not on this machine", expected="`make data` to fetch it", code="not_fetched")
     if clip.mismatch:
-        raise InvalidInput(clip.mismatch)
+        raise InvalidInput(clip.mismatch, code="another_file")
     if _digest(clip.path) != clip.sha256:
-        raise InvalidInput("the file changed during this run", clip.name)
+        raise InvalidInput("the file changed during this run", clip.name, code="file_changed")
     stated: dict[str, Any] = {"frame_rate_hz": clip.frame_rate_hz or None, "units": clip.units or None}
     motion = formats.read(clip.path, **stated, up=clip.up)
     known = [clip.mapping] if clip.mapping else list(mappings.shipped().values())
@@ -126,7 +126,7 @@ def joints_of(
         chosen.
     """
     if not motion.valid.any():
-        raise InvalidInput("no sample of any point was measured")
+        raise InvalidInput("no sample of any point was measured", code="nothing_measured")
     known = list(mappings.shipped().values()) if mapping is None else [mapping]
     motion = mappings.of_one_person(motion, known, subject)
     notes = list(motion.notes)
@@ -138,6 +138,8 @@ def joints_of(
                 "no mapping that ships gives legs and pelvis of this recording",
                 expected="`python -m pipeline inspect FILE write=my_lab.yaml`, then skeleton=my_lab.yaml",
                 received=f"nearest {fit.mapping.name}, without {lacking}",
+                code="no_mapping",
+                mapping=fit.mapping.name,
             )
         mapping = fit.mapping
         notes.append(f"Recognised as {mapping.name}.")
@@ -213,6 +215,7 @@ def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple
             f"no recording of {action or 'an action without a name'} by these sources is listed",
             listing.table,
             ", ".join(sources),
+            code="nothing_listed",
         )
     same = {subject: group[0] for group in listing.same_person for subject in group}
     paths = [fetch.resolve(row, raw=listing.raw, mirror=listing.mirror) for row in rows]
@@ -237,6 +240,7 @@ def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple
             f"none of the {len(clips)} recordings is on this machine",
             listing.raw,
             "`make data` to fetch them, or data.mirror= (or MOCAP_MIRROR) naming a folder that has them",
+            code="not_fetched",
         )
     absent = [clip for clip in clips if not clip.path]
     return sorted(present, key=lambda c: (c.source, c.person, c.name)), absent
@@ -302,11 +306,15 @@ def folder_clips(
     folder = Path(path)
     if not path or not folder.is_dir():
         expected = "the folder of the recordings; data.pattern=NAME chooses among them"
-        raise InvalidInput("must be a folder that exists", "data.path", expected, path or "nothing")
+        raise InvalidInput(
+            "must be a folder that exists", "data.path", expected, path or "nothing", code="no_folder"
+        )
     try:
         files = sorted(p for p in folder.glob(pattern) if p.is_file() and not p.name.startswith("."))
     except (ValueError, NotImplementedError, IndexError):  # how glob refuses differs between Pythons
-        raise InvalidInput("must be a pattern such as **/*.c3d", "data.pattern", received=pattern) from None
+        raise InvalidInput(
+            "must be a pattern such as **/*.c3d", "data.pattern", received=pattern, code="bad_pattern"
+        ) from None
     readable = [p for p in files if formats.is_recording(p)]
     if not readable:
         raise InvalidInput(
@@ -314,11 +322,14 @@ def folder_clips(
             f"{path}/{pattern}",
             "files ending in " + " ".join(formats.READERS),
             ", ".join(sorted({p.suffix or p.name for p in files})[:5]) or "an empty folder",
+            code="no_recordings",
         )
     try:
         names = re.compile(person)
     except re.error as error:
-        raise InvalidInput(f"not a regular expression: {error}", "data.person", received=person) from None
+        raise InvalidInput(
+            f"not a regular expression: {error}", "data.person", received=person, code="bad_pattern"
+        ) from None
     clips = []
     for file in readable:
         name = file.relative_to(folder).as_posix()
@@ -388,7 +399,9 @@ def _sha256_of(path: Path) -> str:
         stat = path.stat()
         return _sha256_of_version(path, stat.st_size, stat.st_mtime_ns)
     except OSError as error:
-        raise InvalidInput(f"cannot be read: {error.strerror}", error.filename or path) from None
+        raise InvalidInput(
+            f"cannot be read: {error.strerror}", error.filename or path, code="unreadable"
+        ) from None
 
 
 @functools.cache

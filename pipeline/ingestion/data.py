@@ -146,7 +146,9 @@ class RecordedData(Recordings):
     def require(self, corpus: Corpus) -> None:
         """Raise InvalidInput if no source is named for this kind of clips."""
         if not self.named(corpus).sources:
-            raise InvalidInput(f"the data set {self.name} holds no {corpus.words}", "data")
+            raise InvalidInput(
+                f"the data set {self.name} holds no {corpus.words}", "data", code="no_clips_of_this_kind"
+            )
 
     def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:
         """Return the request for the recordings of the table, those that are not on this machine last."""
@@ -210,6 +212,8 @@ class FolderData(Recordings):
                     "data.person",
                     WHOSE,
                     f"{first}, {clip.name}",
+                    code="unclear_person",
+                    clips=[first, clip.name],
                 )
         return self.request_for(corpus, self.choose(corpus, clips), workers, skeleton.missing)
 
