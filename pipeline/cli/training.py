@@ -49,6 +49,7 @@ def train_model(arguments: Sequence[str]) -> int:
             f"output=… or more than {2 * training.components} people",
             people,
             code="few_people",
+            needed=2 * training.components + 1,
             people=people,
         )
     else:

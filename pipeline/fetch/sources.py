@@ -162,11 +162,14 @@ def _selected(rows: list[dict[str, str]], only: Sequence[str] | None) -> list[di
     for wanted in only:
         found = {r["path"] for r in rows if r["source"] == wanted or fnmatch.fnmatchcase(r["path"], wanted)}
         if not found:
+            sources = sorted({r["source"] for r in rows})
             raise InvalidInput(
                 "the table of sources has nothing of that name",
-                expected="a source (" + ", ".join(sorted({r["source"] for r in rows})) + ") or a path",
+                expected=f"a source ({', '.join(sources)}) or a path",
                 received=wanted,
                 code="nothing_listed",
+                sources=sources,
+                wanted=wanted,
             )
         chosen |= found
     return [row for row in rows if row["path"] in chosen]

@@ -22,12 +22,16 @@ from pipeline.formats.points.csv import bids
 from pipeline.ingestion import static_trial
 from pipeline.ingestion.exchanged_labels import exchanged_back
 from pipeline.skeleton import WALKER15
-from pipeline.skeleton.complaint import Complaint
+from pipeline.skeleton.complaint import Complaint, Remark
 from pipeline.skeleton.mapped_joints import map_joints, up_axis
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping, UpAxis
 from pipeline.skeleton.source_points import SourcePoints
 from pipeline.validation import InvalidInput, listed
+
+_NO_FAULT = Remark("")
+_UNPRINTABLE = Remark("the file's name contains unprintable characters: rename it", "unprintable_name")
+_NOBODY = Remark("data.person finds nobody in the file's name", "unclear_person")
 
 
 @dataclass(frozen=True)
@@ -49,7 +53,7 @@ class Clip:
         Empty: the file's own.
     subject : str
         Who, in a file of several people.
-    mismatch : str
+    mismatch : Remark
         Why the file is not the recording that the table lists; empty if it is.
     statics : tuple of Path
         What may be its static trial, for markers that it lacks.
@@ -66,7 +70,7 @@ class Clip:
     mapping: SourceMapping | None
     frame_rate_hz: float
     units: str
-    mismatch: str = ""
+    mismatch: Remark = _NO_FAULT
     subject: str = ""
     statics: tuple[Path, ...] = ()
     up: UpAxis = UpAxis.auto
@@ -96,7 +100,7 @@ def read_clip(clip: Clip) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
     if clip.path is None:
         raise InvalidInput("not on this machine", expected="`make data` to fetch it", code="not_fetched")
     if clip.mismatch:
-        raise InvalidInput(clip.mismatch, code="another_file")
+        raise InvalidInput(clip.mismatch, code=clip.mismatch.code)
     if _digest(clip.path) != clip.sha256:
         raise InvalidInput("the file changed during this run", clip.name, code="file_changed")
     stated: dict[str, Any] = {"frame_rate_hz": clip.frame_rate_hz or None, "units": clip.units or None}
@@ -230,7 +234,7 @@ def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple
             mapping=listing.skeletons[row["skeleton"]],
             frame_rate_hz=float(row["frame_rate_hz"]),
             units="",
-            mismatch=_mismatch(path, row["path"], digests) if path else "",
+            mismatch=_mismatch(path, row["path"], digests) if path else _NO_FAULT,
         )
         for row, path in zip(rows, paths, strict=True)
     ]
@@ -246,22 +250,21 @@ def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple
     return sorted(present, key=lambda c: (c.source, c.person, c.name)), absent
 
 
-def _mismatch(path: Path, name: str, digests: Mapping[str, str]) -> str:
+def _mismatch(path: Path, name: str, digests: Mapping[str, str]) -> Remark:
     """Return how a file, or the skeleton read with it, differs from what the table lists; empty if it does not."""
     top = path.parents[len(PurePosixPath(name).parts) - 1]
     for file in _read_together(path):
         listed_as = Path(os.path.relpath(file, top)).as_posix()
         expected, received = digests.get(listed_as, ""), _sha256_of(file)
         if received != expected:
-            return str(
-                InvalidInput(
-                    "the file is not the recording that the table lists (`make data` fetches it again)",
-                    listed_as,
-                    f"sha256 {expected[:12]}…" if expected else "a file that the table lists",
-                    f"{received[:12]}…",
-                )
+            sentence = InvalidInput(
+                "the file is not the recording that the table lists (`make data` fetches it again)",
+                listed_as,
+                f"sha256 {expected[:12]}…" if expected else "a file that the table lists",
+                f"{received[:12]}…",
             )
-    return ""
+            return Remark(str(sentence), "another_file")
+    return _NO_FAULT
 
 
 def folder_clips(
@@ -351,11 +354,7 @@ def folder_clips(
                 units=units,
                 subject=subject,
                 up=up,
-                mismatch="the file's name contains unprintable characters: rename it"
-                if plain != name
-                else ""
-                if found
-                else "data.person finds nobody in the file's name",
+                mismatch=_UNPRINTABLE if plain != name else _NO_FAULT if found else _NOBODY,
             )
         )
     statics = static_trial.candidates({clip.path: clip.person for clip in clips if clip.path})

@@ -101,6 +101,8 @@ def read_and_prepare(
                 f"{row['clip']} of {row['person']}",
                 "a recording of one person under one name",
                 code="same_points",
+                clip=others[0]["clip"],
+                person=others[0]["person"],
             )
             prepared = refused(row, reason)
         found.append(prepared)

@@ -110,7 +110,9 @@ def accepted(
     complaints = check(positions, valid, frame_rate_hz, walk=walk, up=up)
     for complaint in complaints:
         if complaint.rejects:
-            raise InvalidInput(complaint.sentence, code=complaint.code, **complaint.values)
+            raise InvalidInput(
+                complaint.sentence, code=complaint.code, joints=[*complaint.where], **complaint.values
+            )
     return [complaint.sentence for complaint in complaints]
 
 
