@@ -14,7 +14,7 @@ VIDEO  := $(VENV)/.ready-video
 PIP    := $(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes
 # Small figures that call every compiled loop: `make install` has them compiled in the background, and kept.
 LOOPS  := park2011_fig3c,park2011_fig4,mozerov2006_fig4,mozerov2006_tracking
-FIGURES := $(notdir $(basename $(wildcard conf/experiment/*.yaml)))
+FIGURES := $(notdir $(basename $(wildcard conf/experiment/*.yaml walk3d/conf/experiment/*.yaml)))
 # With LAUNCH=slurm the figures are jobs of a cluster.
 AS_JOBS := $(if $(filter-out local,$(LAUNCH)),launch=$(LAUNCH))
 # One BLAS thread: many small solves are several times slower with more.

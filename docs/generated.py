@@ -12,7 +12,7 @@ import re
 import textwrap
 import types
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import MISSING, Field, fields, is_dataclass
 from enum import Enum
 from functools import cache, partial
@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
 ROOT = Path(__file__).resolve().parent.parent
-PACKAGE = ROOT / "pipeline"
+PACKAGE, OURS = ROOT / "pipeline", ROOT / "walk3d"
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
@@ -45,10 +45,10 @@ def _experiments() -> dict[str, Any]:
 def option_classes() -> Iterator[tuple[str, str, type[Any], list[str]]]:
     """Yield each class of options: title, what stands before its names, class, presets that use it."""
     from pipeline.ingestion.data import DATA_SETS
-    from pipeline.reconstruct.training import Training
-    from pipeline.reconstruct.writing import Reconstruct
     from pipeline.studies.experiment import Experiment
     from pipeline.studies.registry import GROUPS, options
+    from walk3d.film.reconstruct.training import Training
+    from walk3d.film.reconstruct.writing import Reconstruct
 
     yield "Every figure", "", Experiment, ["every figure"]
     for name, kind in DATA_SETS.items():
@@ -463,12 +463,11 @@ LIBRARY = {
         "joints",
         "represent",
         "fit",
-        "calibrate",
         "from_view",
         "to_dataframe",
         "to_xarray",
-        "reconstruct",
     ],
+    "walk3d": ["reconstruct", "calibrate", "from_view"],
     "pipeline.core.fourier": ["FourierRepresentation", "represent", "synthesise"],
     "pipeline.core.linear_model": ["LinearModel", "fit", "leave_one_out"],
     "pipeline.core.reconstruction": ["least_squares", "maximum_a_posteriori", "from_known_views"],
@@ -483,10 +482,10 @@ LIBRARY = {
     "pipeline.core.pinhole": ["Pinhole"],
     "pipeline.core.limb_chain": ["Chain"],
     "pipeline.core.articulated_trajectory": ["reconstruct", "Options"],
-    "pipeline.core.keypoint_walk": ["reconstruct"],
+    "walk3d.film.walk": ["reconstruct"],
     "pipeline.formats": ["read"],
-    "pipeline.pointlight": ["walker", "scrambled", "inverted", "with_noise"],
-    "pipeline.synthetic.keypoints": ["simulate_keypoints"],
+    "walk3d.pointlight": ["walker", "scrambled", "inverted", "with_noise"],
+    "walk3d.film.simulation.keypoints": ["simulate_keypoints"],
 }
 """Functions and classes that are kept stable, by module."""
 
@@ -499,7 +498,7 @@ def library() -> str:
         parts.append(f"## {module}\n\n{_first_sentence(loaded)}\n")
         for name in names:
             thing = getattr(loaded, name)
-            target = type(thing).__call__ if isinstance(thing, types.ModuleType) else thing
+            target = thing
             # Names without their modules, types without quotes, choices as they are written; numbers as they are.
             signature = re.sub(
                 r"\bself, |\b[a-zA-Z_][\w.]*\.(?=[a-zA-Z_])", "", str(inspect.signature(target))
@@ -542,19 +541,29 @@ def _escaped(text: str) -> str:
 # --- the drawing of the imports ---------------------------------------------------------------------------
 
 
+def _drawn(parts: Sequence[str]) -> str:
+    """Return the box of a module: ``core`` for pipeline.core.camera, ``walk3d.film`` for walk3d.film.video."""
+    return ".".join(parts[:2]) if parts[0] == "walk3d" else parts[1]
+
+
 @cache
 def imports() -> dict[str, set[str]]:
-    """Return for each package or module of `pipeline` those that it imports, read from the sources."""
+    """Return the imports of each package or module of both packages, read from the sources."""
     found: dict[str, set[str]] = {}
-    for path in PACKAGE.rglob("*.py"):
-        first = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
-        if first in ("__init__", "__main__"):
+    for path in [*PACKAGE.rglob("*.py"), *OURS.rglob("*.py")]:
+        first = _drawn(path.relative_to(ROOT).with_suffix("").parts)
+        if first.rpartition(".")[2] in ("__init__", "__main__"):
             continue
         mine = found.setdefault(first, set())
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "pipeline":
-                inner = (node.module or "").split(".")[1:]
-                mine.update(inner[:1] or [alias.name for alias in node.names])
+            if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] in (
+                "pipeline",
+                "walk3d",
+            ):
+                names = [(node.module or "").split(".")]
+                if len(names[0]) == 1:
+                    names = [[*names[0], alias.name] for alias in node.names]
+                mine.update(_drawn(parts) for parts in names)
     return {name: {other for other in others if other in found} - {name} for name, others in found.items()}
 
 
@@ -633,8 +642,8 @@ def packages() -> str:
     """Return a table of the packages with the first sentence of each, from the base upwards."""
     rows = []
     for name in [*sorted(GROUND), *(name for level in levels() for name in level)]:
-        path = PACKAGE / name / "__init__.py"
-        path = path if path.is_file() else PACKAGE / f"{name}.py"
+        place = ROOT.joinpath(*name.split(".")) if name.startswith("walk3d") else PACKAGE / name
+        path = place / "__init__.py" if place.is_dir() else place.with_suffix(".py")
         said = (ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "").split("\n\n")[0]
         rows.append((name, re.sub(r"\s+", " ", said)))
     return _table(["package", "is"], rows)

@@ -14,24 +14,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pipeline import (
-        InvalidInput,
-        calibrate,
-        fit,
-        from_view,
-        joints,
-        read,
-        reconstruct,
-        represent,
-        to_dataframe,
-        to_xarray,
-    )
+    from pipeline import InvalidInput, fit, from_view, joints, read, represent, to_dataframe, to_xarray
 
     __version__: str
 
 __all__ = [
-    "InvalidInput", "calibrate", "fit", "from_view", "joints", "read", "reconstruct", "represent", "to_dataframe",
-    "to_xarray",
+    "InvalidInput", "fit", "from_view", "joints", "read", "represent", "to_dataframe", "to_xarray",
 ]  # fmt: skip
 
 _INIT = Path(__file__).resolve().parent.parent / "pipeline" / "__init__.py"

@@ -5,6 +5,7 @@ and `studies`, whose parts stand by subject, no circle)::
 
     validation             InvalidInput: what, where, expected, received; the shared checks
     shortened              short representations of results
+    reading                files of our own, read as foreign ones: regular, bounded, of an expected type
     skeleton               joints, world frame, units, how source points become joints
     resources              files that travel with the package
     plugins                what installed packages and users' files add
@@ -20,10 +21,7 @@ and `studies`, whose parts stand by subject, no circle)::
       camera                 orthographic projection                           zhang2007 3.5, 3.16, B.2, B.3
       reconstruction         coefficients from one known view                  zhang2007 3.6-3.15, A.1-A.5
       viewpoint              view angle and coefficients together              zhang2007 4.5, 4.6, B.1-B.3
-      anatomical             mirror images, constant bones, error bars         beside zhang2007 3.2
       errors                 errors of a reconstruction                        zhang2007 4.1-4.4
-      joint_angles           flexion of hips, knees, shoulders and elbows
-      sagittal_angles        signed angles in the plane of progression
       walking                steady walking, treadmill equivalent              zhang2007 section 2
       posture, aspace        postures as 37 numbers; their eigenvectors        mozerov2006 1-5
       synchronization        pairs of performances, the median sequence        mozerov2006 6-19
@@ -36,7 +34,6 @@ and `studies`, whose parts stand by subject, no circle)::
       binary_quadratic       choice of candidates, with a certificate          park2011 12
       refinement             least reprojection error of the whole tree        park2011 4, 5
       articulated_trajectory a whole skeleton from the root to the leaves
-      keypoint_walk          from keypoints of one camera to a 3D walk with error bars
       reconstructibility     how accurately a limb can be reconstructed        park2011 13-18
       rigid                  rigid motion of clusters of points
       likeness               whether two recordings may show one person
@@ -49,14 +46,12 @@ and `studies`, whose parts stand by subject, no circle)::
     fetch/                 downloading the public recordings
     storage/               store, sealed folders, provenance, archive, tables
     pictures/ recordings/  the only matplotlib; the only rerun
-    video/                 film in: keypoints by two networks; the only OpenCV
     papers/                the papers as data: equations, claims, the rule of verdicts
 
     synthetic/             synthetic people: walkers, bending, limbs
-    pointlight/            walks as moving dots, disturbed as experiments ask for
     clips/                 types of clips, without a reader: walks, performances, varied motion; their usable parts
     ingestion/             data sets and their recordings: the only door to formats, mappings and fetch
-    api                    the library: read, joints, represent, fit, calibrate, from_view, to_dataframe, to_xarray
+    api                    the library: read, joints, represent, fit, from_view, to_dataframe, to_xarray
     studies/               options, dataset, model, sweeps, figures and measures of each study
       study, experiment      base classes of the options; the experiment that a preset composes
       figure_inputs          inputs of a figure: experiment, clips, results of the stages
@@ -65,7 +60,6 @@ and `studies`, whose parts stand by subject, no circle)::
       walks/                 zhang2004, zhang2007
       actions/               mozerov2006
       limbs/                 park2011
-      keypoints/             walks from simulated keypoints of one camera
       registry               the list of studies
       rows, measures         rows of published tables; functions of them
       evaluation, ledger     measures by name; verdicts on the papers' claims
@@ -75,7 +69,6 @@ and `studies`, whose parts stand by subject, no circle)::
       presentation           names and heights of people in recordings
     stages/                ingest, dataset, model, sweep, figure; further populations, the one shown
     report/                the page over all figures, with players that compute in the browser; the only jinja2
-    reconstruct/           one person's keypoints in, a 3D walk out
     cli/                   composing options (the only Hydra), commands, progress, summary
     __main__               python -m pipeline
 
@@ -84,7 +77,7 @@ the name.  Arrays are ordered (walker, harmonic or frame, joint, space).  World:
 +y, +x to the walker's right; view angle 0 is the frontal view, -90 degrees the left profile; image right is then the
 walker's right, so a video taken from the front has to be mirrored.
 
-The package `reconstruct` may be called, with a file of keypoints.  What cannot be used raises `InvalidInput`.
+What cannot be used raises `InvalidInput`.
 """
 
 from __future__ import annotations
@@ -93,25 +86,20 @@ TYPE_CHECKING = False  # typing takes a while to load, in which Ctrl-C would end
 if TYPE_CHECKING:
     from typing import Any
 
-    from pipeline.api import calibrate, fit, from_view, joints, read, represent, to_dataframe, to_xarray
-    from pipeline.reconstruct import CallablePackage
+    from pipeline.api import fit, from_view, joints, read, represent, to_dataframe, to_xarray
     from pipeline.validation import InvalidInput
 
     __version__: str
-    reconstruct: CallablePackage
 
 __all__ = [
-    "InvalidInput", "calibrate", "fit", "from_view", "joints", "read", "reconstruct", "represent", "to_dataframe",
-    "to_xarray",
+    "InvalidInput", "fit", "from_view", "joints", "read", "represent", "to_dataframe", "to_xarray",
 ]  # fmt: skip
 
 
 def __getattr__(name: str) -> Any:
-    """Return a function of `pipeline.api`, or the package `reconstruct`; not loaded before somebody asks."""
+    """Return a function of `pipeline.api`, loaded when it is needed."""
     import importlib
 
-    if name == "reconstruct":
-        return importlib.import_module("pipeline.reconstruct")
     if name == "__version__":
         return importlib.import_module("pipeline.resources").version()
     if name in __all__:

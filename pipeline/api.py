@@ -12,7 +12,7 @@ import numpy as np
 
 from pipeline import mappings
 from pipeline.clips.walks import walk_in
-from pipeline.core import anatomical, camera, fourier, linear_model, walking
+from pipeline.core import camera, fourier, linear_model, walking
 from pipeline.core.fourier import FourierRepresentation
 from pipeline.core.linear_model import LinearModel
 from pipeline.core.reconstruction import from_known_views
@@ -44,12 +44,9 @@ class WalkersModel(LinearModel):
     Attributes
     ----------
     samples : (R, D)
-    laboratory : sequence of (5, 15, 3)
-        Walks of another laboratory's people, by `calibrate`; the model is then one for people of that laboratory.
     """
 
     samples: np.ndarray = field(kw_only=True)
-    laboratory: Sequence[np.ndarray] = ()
 
 
 def joints(
@@ -137,54 +134,12 @@ def fit(walks: Sequence[FourierRepresentation], components: int = 30) -> Walkers
     InvalidInput
         If there are fewer than two, or one is not of two harmonics.
     """
-    samples = np.array([_sample(walk) for walk in walks])
+    samples = np.array([sample_of(walk) for walk in walks])
     return WalkersModel(**vars(linear_model.fit(samples, components)), samples=samples)
 
 
-def calibrate(
-    model: WalkersModel, walks: Sequence[FourierRepresentation], people: Sequence[str] = ()
-) -> WalkersModel:
-    """Return the model for people of another laboratory, of whom a few are known in 3D.
-
-    Where that laboratory puts its joints, and how tall its people are, is what these walks differ by from the model's
-    average walker, as far as persons do not differ by as much.  `from_view` then reconstructs its other people.
-
-    Parameters
-    ----------
-    model : WalkersModel
-        Of other laboratories.
-    walks : sequence of FourierRepresentation
-    people : sequence of str
-        Whose each walk is; if not given, everybody's own.
-
-    Raises
-    ------
-    InvalidInput
-        If there is no walk, not a name to each, one of the model's own or not as `from_view` needs it, or the model is
-        not from `fit`.
-    """
-    if not isinstance(model, WalkersModel):
-        raise InvalidInput(
-            "must be what fit(walks) returns", "model", received=repr(model), code="wrong_type"
-        )
-    if not walks:
-        raise InvalidInput("needs a walk or more", "walks", received="none", code="no_walks")
-    names = np.array([*people] or range(len(walks)))
-    if len(names) != len(walks):
-        raise InvalidInput(
-            "must be a name to each walk", "people", received=len(names), code="wrong_count", count=len(names)
-        )
-    for walk in walks:
-        _require_other(model, walk)
-    of_person = [
-        np.mean([walk.coefficients for walk, who in zip(walks, names, strict=True) if who == name], axis=0)
-        for name in dict.fromkeys(names.tolist())
-    ]
-    return replace(model, laboratory=of_person)
-
-
-def _sample(walk: FourierRepresentation) -> np.ndarray:
-    """The walk (D,), if it is one."""
+def sample_of(walk: FourierRepresentation) -> np.ndarray:
+    """Return a walk as a sample (D,).  Raises InvalidInput if it is not one."""
     coefficients = getattr(walk, "coefficients", np.empty(0))
     if coefficients.shape != (5, 15, 3):
         raise InvalidInput(
@@ -193,11 +148,10 @@ def _sample(walk: FourierRepresentation) -> np.ndarray:
     return coefficients.ravel()
 
 
-def _require_other(model: WalkersModel, walk: FourierRepresentation) -> None:
-    """Require that a walk is none of those that the model was learnt from."""
-    sample = _sample(walk)
-    known = [model.samples, *(linear_model.flatten(own[None]) for own in model.laboratory)]
-    if any((abs(each - sample).max(axis=1) < SAME_WALK_MM).any() for each in known):
+def require_other(model: WalkersModel, walk: FourierRepresentation) -> None:
+    """Require a walk that the model was not learnt from.  Raises InvalidInput."""
+    sample = sample_of(walk)
+    if (abs(model.samples - sample).max(axis=1) < SAME_WALK_MM).any():
         raise InvalidInput(
             "must be learnt from other walks", "model", received="this one among them", code="same_walk"
         )
@@ -210,7 +164,6 @@ def from_view(
     *,
     hidden: Sequence[str] = (),
     noise_variance_mm2: float = 70.0,
-    laboratory: str = "known",
 ) -> np.ndarray:
     """Return the Fourier coefficients (5, 15, 3), mm, that one view of a walk tells, by the walkers' prior.
 
@@ -225,17 +178,12 @@ def from_view(
         Joints that the image does not show: all three of their coordinates are reconstructed.
     noise_variance_mm2 : float
         sigma² of [zhang2007 3.12].
-    laboratory : {"known", "unknown"}
-        Whether the walker was measured as those of the model; ``unknown``: joints may lie elsewhere and people be of
-        another size, and bones keep their lengths (the anatomical method, with a noise of its own).  A model that
-        was calibrated is for its own laboratory, and always so.
 
     Raises
     ------
     InvalidInput
-        If an unknown laboratory is asked of a model that is not from `fit`, the angle is not finite, the noise variance
-        not above 0, a hidden joint is not one of the fifteen or none is seen, walk and model are not in one unit, or
-        `fit` learnt the model from this walk, too: it would be no reconstruction.
+        If the angle is not finite, the noise variance not above 0, a hidden joint is not one of the fifteen or none is
+        seen, walk and model are not in one unit, or `fit` learnt the model from this walk, too.
     """
     for joint in hidden:
         require_choice("hidden", joint, WALKER15.joints)
@@ -247,22 +195,15 @@ def from_view(
         raise InvalidInput(
             "must be what fit(walks) returns", "model", received=repr(model), code="wrong_type"
         )
-    sample = _sample(walk)
+    sample = sample_of(walk)
     size = np.linalg.norm(sample) / np.linalg.norm(model.mean)
     if not 1 / _LARGEST_RATIO < size < _LARGEST_RATIO:
         raise InvalidInput(
             "must be in mm, as the model is", "walk", received=f"{size:.3g} of its size", code="wrong_unit"
         )
     angle = np.radians(require_range("view_angle_deg", view_angle_deg))
-    unknown = require_choice("laboratory", laboratory, ("known", "unknown")) == "unknown"
     if isinstance(model, WalkersModel):
-        _require_other(model, walk)
-        if unknown or model.laboratory:
-            return _of_unknown_laboratory(model, walk, angle, ~seen)
-    elif unknown:
-        raise InvalidInput(
-            "must be what fit(walks) returns", "model", received=repr(model), code="wrong_type"
-        )
+        require_other(model, walk)
     found = from_known_views(
         linear_model.of_measured(model, seen),
         linear_model.without_joints(sample, seen),
@@ -272,24 +213,6 @@ def from_view(
     expected = linear_model.unflatten(model.mean + found.coefficients[0] @ model.components)
     completed = camera.combine(camera.project(walk.coefficients, angle), found.missing[0], angle)
     return np.where(seen[:, None], completed, expected)
-
-
-def _of_unknown_laboratory(
-    model: WalkersModel, walk: FourierRepresentation, angle: float, hidden: np.ndarray
-) -> np.ndarray:
-    """Return the coefficients (5, 15, 3) of a walk of another laboratory, of which the model may know people."""
-    walkers = linear_model.unflatten(model.samples)
-    weights = np.full(len(walkers), 1.0 / len(walkers))
-    learnt = anatomical.fit(walkers, weights, anatomical.Shrinkage())
-    prior = anatomical.unfamiliar(learnt, anatomical.Differences(), known=model.laboratory)
-    conditional = anatomical.condition(prior, np.array([angle]), noise=anatomical.Noise(), hidden=hidden)
-    axes = anatomical.image_axes(np.array([angle]))[0]
-    turned = np.einsum("ij,kjb->kib", axes, anatomical.by_joint(walk.coefficients))
-    whole = turned.ravel().copy()
-    observed = whole[None, None, ~conditional.unknown]
-    found = anatomical.fit_lengths(conditional, observed, anatomical.tolerances(prior))
-    whole[conditional.unknown] = found.unknown[0, 0]
-    return anatomical.by_block(np.einsum("ij,kib->kjb", axes, whole.reshape(turned.shape)))
 
 
 def to_dataframe(

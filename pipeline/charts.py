@@ -13,13 +13,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import Any
+from typing import Any, get_type_hints
 
 import numpy as np
 
 from pipeline import tidy
 from pipeline.palette import CYCLE, Style, Styles, style_keys, style_of
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, fits
 
 Ends = tuple[np.ndarray, np.ndarray]
 
@@ -370,14 +370,23 @@ def from_json(plain: Mapping[str, Any], where: str = "") -> Chart:
     Raises
     ------
     InvalidInput
-        If another version of this software wrote them.
+        If another version of this software wrote them, or a value is not of the field's type.
     """
-    values = dict(plain)
     try:
+        values = dict(plain)
         values["also"] = [Lines(**_restored(one)) for one in values.get("also", [])]
         values["references"] = [Reference(**one) for one in values.get("references", [])]
-        return Chart(**_restored(values))
-    except TypeError as error:  # a field that there is no more
+        made = Chart(**_restored(values))
+        for one in (made, *made.also, *made.references):
+            hints = get_type_hints(type(one))
+            if wrong := [name for name, value in vars(one).items() if not fits(value, hints[name])]:
+                raise TypeError(f"{wrong[0]} is of another type")
+        return made
+    except (
+        TypeError,
+        ValueError,
+        AttributeError,
+    ) as error:  # a field that there is no more, or another value
         raise InvalidInput(
             "a chart of another version of this software", where, "the figure, made again", error
         ) from None

@@ -42,8 +42,8 @@ class Plugin:
         Methods of reconstruction.
     studies : sequence of Study, or str
         Studies: datasets, models, sweeps, figures and measures.
-    claims : sequence of Path or mapping, or str
-        Files of claims; or claims by name, as such a file has them.
+    claims : sequence of Path, str or mapping, or str
+        Files of claims; or claims by name, as a mapping or a YAML text.
     commands : mapping of str to str
         Commands of the command line, each with the place of its function.
     conf : Path, optional
@@ -116,7 +116,7 @@ def _installed() -> tuple[tuple[Loaded, ...], Mapping[str, str]]:
         try:
             plugin = point.load()
             if not isinstance(plugin, Plugin):
-                raise _invalid("must be a value of the class Plugin", point.value)
+                raise _invalid("must be a value of the class Plugin", point.value, code="wrong_type")
         except Exception as error:
             failures[point.name] = _why(error)
         else:
@@ -153,19 +153,29 @@ def load_files(paths: Iterable[str | Path]) -> None:
         name = path.stem
         try:
             if not path.is_file() or path.suffix != ".py":
-                raise _invalid("must be an existing Python file", "plugins", received=str(path))
+                raise _invalid(
+                    "must be an existing Python file", "plugins", received=str(path), code="not_a_file"
+                )
             content = path.read_bytes()
         except OSError as error:
-            raise _invalid(f"the plug-in cannot be read: {error.strerror}", path) from None
+            raise _invalid(f"the plug-in cannot be read: {error.strerror}", path, code="unreadable") from None
         if len(content) > LARGEST_FILE:
-            raise _invalid("the plug-in is too large", path, f"at most {LARGEST_FILE} bytes", len(content))
+            raise _invalid(
+                "the plug-in is too large",
+                path,
+                f"at most {LARGEST_FILE} bytes",
+                len(content),
+                code="too_large",
+            )
         known = _files.get(name)
         if known and known.file == path.resolve() and digest_of(known) == hashlib.sha256(content).hexdigest():
             continue
         module = _module_of(name, path, content)
         plugin = getattr(module, OBJECT, None)
         if not isinstance(plugin, Plugin):
-            raise _invalid(f"the file has no plug-in: end it with {OBJECT} = Plugin(methods=[…])", path)
+            raise _invalid(
+                f"the file has no plug-in: end it with {OBJECT} = Plugin(methods=[…])", path, code="no_plugin"
+            )
         _files[name] = Loaded(name, plugin, module.__name__, file=path.resolve())
         _digests[module.__name__] = hashlib.sha256(content).hexdigest()
 
@@ -186,7 +196,9 @@ def _module_of(name: str, path: Path, content: bytes) -> ModuleType:
     except Exception as error:
         del sys.modules[module_name]
         line = next((f"line {frame.lineno}" for frame in _frames(error) if frame.filename == str(path)), "")
-        raise _invalid(f"the plug-in cannot be loaded ({_why(error)})", f"{path} {line}".strip()) from None
+        raise _invalid(
+            f"the plug-in cannot be loaded ({_why(error)})", f"{path} {line}".strip(), code="plugin_fails"
+        ) from None
     return module
 
 
@@ -256,7 +268,9 @@ def contributions(kind: str) -> list[tuple[str, Any]]:
         If a plug-in, or the place that it names, cannot be imported.
     """
     for name, why in failures().items():
-        raise _invalid(f"the plug-in {name!r} cannot be loaded ({why}); repair or uninstall it")
+        raise _invalid(
+            f"the plug-in {name!r} cannot be loaded ({why}); repair or uninstall it", code="plugin_fails"
+        )
     values = []
     for each in loaded():
         added = getattr(each.plugin, kind)
@@ -265,7 +279,9 @@ def contributions(kind: str) -> list[tuple[str, Any]]:
                 added = resolve(added)
             except Exception as error:
                 raise _invalid(
-                    f"the {kind} of the plug-in {each.name!r} cannot be loaded ({_why(error)})", added
+                    f"the {kind} of the plug-in {each.name!r} cannot be loaded ({_why(error)})",
+                    added,
+                    code="plugin_fails",
                 ) from error
         values += [(each.name, value) for value in added]
     return values
@@ -301,7 +317,9 @@ def conf_files(group: str) -> dict[str, Path]:
     for folder in conf_folders():
         for path in (folder / group).glob("*.yaml"):
             if path.stem in files:
-                raise _invalid("two files have this name", path, received=files[path.stem])
+                raise _invalid(
+                    "two files have this name", path, received=files[path.stem], code="duplicate_name"
+                )
             files[path.stem] = path
     return dict(sorted(files.items()))
 

@@ -38,10 +38,6 @@ _DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG
 _LIBRARY: Any = ctypes.CDLL(None) if CAN_FORK else None
 
 
-Divide = Callable[[Callable[[Any], Any], list[Any], int], list[Any]]
-"""As `map_processes`, but part of the work may be done elsewhere."""
-
-
 class _Share:
     """What this process knows of the spare cores.
 
@@ -54,14 +50,11 @@ class _Share:
         Cores that were lent and have not come back: the next spare ones are not taken but returned.
     helper : bool
         Whether this process is a helper, which forks no others.
-    divide : callable or None
-        Called in place of the next `map_processes`, which is work of several jobs.
     """
 
     spare: Semaphore | None = None
     not_returned = 0
     helper = False
-    divide: Divide | None = None
 
 
 def usable_cores() -> int:
@@ -142,16 +135,6 @@ def one_thread() -> AbstractContextManager[object]:
     return threadpool_limits(limits=1)
 
 
-@contextmanager
-def divided_by(divide: Divide | None) -> Iterator[None]:
-    """Let `divide` do what is asked of `map_processes` meanwhile."""
-    before, _Share.divide = _Share.divide, divide
-    try:
-        yield
-    finally:
-        _Share.divide = before
-
-
 def map_processes(function: Callable[[Item], Result], items: Iterable[Item], workers: int) -> list[Result]:
     """``[function(item) for item in items]``, on up to `workers` processes; the same for any number.
 
@@ -164,9 +147,6 @@ def map_processes(function: Callable[[Item], Result], items: Iterable[Item], wor
         This process and its helpers; fewer if figures that run side by side leave no core.
     """
     tasks = list(items)
-    if divide := _Share.divide:
-        with divided_by(None):  # what the function itself maps is not divided once more
-            return divide(function, tasks, workers)
     with one_thread():
         most = min(workers, len(tasks)) - 1
         if most < 1 or _Share.helper or not CAN_FORK:

@@ -10,12 +10,24 @@ from __future__ import annotations
 
 import operator
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field, fields, is_dataclass
 from functools import partial
 from itertools import pairwise
-from typing import Annotated, Any, TypeVar, dataclass_transform, get_args, get_origin, get_type_hints
+from types import UnionType
+from typing import (
+    Annotated,
+    Any,
+    Literal,
+    TypeVar,
+    Union,
+    dataclass_transform,
+    get_args,
+    get_origin,
+    get_type_hints,
+    is_typeddict,
+)
 
 import numpy as np
 
@@ -379,6 +391,70 @@ def require_name(name: str, value: str) -> str:
             "must be a plain name, not a path", name, received=repr(value), code="not_plain_name"
         )
     return value
+
+
+_PLAIN_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|-inf", re.IGNORECASE)
+
+
+def harmless(text: str) -> str:
+    """Return a text that no spreadsheet takes for a formula: one that may be a formula gets an apostrophe in front.
+
+    Examples
+    --------
+    >>> harmless("LKNE"), harmless("=1+1"), harmless("-1.5"), harmless("-1 to 2")
+    ('LKNE', "'=1+1", '-1.5', "'-1 to 2")
+    """
+    formula = text.lstrip()[:1] in ("=", "+", "-", "@") and not _PLAIN_NUMBER.fullmatch(text)
+    return f"'{text}" if formula else text
+
+
+def is_relative(name: object) -> bool:
+    """Return whether a value is a plain relative path below its folder: no root, drive, ``..``, ``.`` or backslash.
+
+    Examples
+    --------
+    >>> is_relative("fig5/table.csv"), is_relative("../table.csv"), is_relative("a//b"), is_relative("C:/a")
+    (True, False, False, False)
+    """
+    if not isinstance(name, str) or re.search(r"[\\:\x00-\x1f\x7f]", name):
+        return False
+    return not {"", ".", ".."} & {*name.split("/")}
+
+
+def fits(value: Any, kind: Any) -> bool:
+    """Return whether a value that comes from JSON fits a type hint; a whole number fits float, a list fits tuple.
+
+    Examples
+    --------
+    >>> fits({"a": [1, 2.5]}, dict[str, list[float]]), fits({"a": 1}, dict[str, str]), fits(None, int | None)
+    (True, False, True)
+    """
+    origin, inner = get_origin(kind) or kind, get_args(kind)
+    if origin is Any or isinstance(origin, TypeVar):
+        return True
+    if origin is Annotated:
+        return fits(value, inner[0])
+    if origin in (Union, UnionType):
+        return any(fits(value, part) for part in inner)
+    if origin is Literal:
+        return value in inner
+    if is_typeddict(origin):
+        hints = get_type_hints(origin)
+        entries = isinstance(value, dict) and value.keys() >= origin.__required_keys__
+        return entries and all(fits(value[name], hints[name]) for name in hints.keys() & value.keys())
+    if origin is tuple and isinstance(value, list | tuple) and inner and inner[-1] is not Ellipsis:
+        return len(value) == len(inner) and all(map(fits, value, inner))
+    if origin in (list, tuple, Sequence):
+        return isinstance(value, list | tuple) and all(
+            fits(item, part) for part in inner[:1] for item in value
+        )
+    if origin in (dict, Mapping):
+        return isinstance(value, dict) and all(
+            fits(item, part) for part in inner[1:] for item in value.values()
+        )
+    if origin is float:
+        origin = int | float
+    return isinstance(value, origin) and (origin in (bool, object) or not isinstance(value, bool))
 
 
 def _array(name: str, values: Any) -> np.ndarray:

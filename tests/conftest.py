@@ -14,6 +14,7 @@ import gc
 gc.disable()  # until tests are collected: little of what is loaded and collected is ever let go
 
 import getpass
+import shutil
 import signal
 import sys
 import tempfile
@@ -219,3 +220,15 @@ def mocap_mirror() -> Path:
     if not mirror:
         pytest.skip("needs the recordings: set MOCAP_MIRROR")
     return Path(mirror)
+
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
+
+
+@pytest.fixture(scope="session")
+def browser() -> str:
+    """A browser's name; tests that ask for it are skipped where there is none."""
+    found = next((name for name in BROWSERS if shutil.which(name)), "")
+    if not found:
+        pytest.skip("needs Chromium")
+    return found

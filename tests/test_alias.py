@@ -55,7 +55,7 @@ walks = [represent("a.c3d"), represent("b.c3d")]
 completed = from_view(fit(walks), walks[0], 30.0, hidden=["left_wrist"])
 rate: float = walks[0].frequency_hz
 try:
-    walk, summary = pipeline.reconstruct("film.json", frame_rate_hz=30)
+    walk, summary = walk3d.reconstruct("film.json", frame_rate_hz=30)
     print(walk.best, summary["verdict"])
 except InvalidInput as error:
     print(error)

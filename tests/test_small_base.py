@@ -11,13 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.formats import c3d
 from pipeline.skeleton import WALKER15
 from pipeline.synthetic import walkers
-from tests.core.keypoint_walk.walkers import clip
 from tests.pages import blocks
 from tests.processes import ROOT, WAIT_S
-from tests.reconstruct.walks import ERROR, alphapose, in_layout
+from tests.walk3d.film.reconstruct.walks import ERROR, alphapose, in_layout
+from tests.walk3d.film.walk.walkers import clip
+from walk3d.export.c3d import write as write_c3d
 
 BASE = ("numpy", "scipy", "pyyaml", "threadpoolctl")
 
@@ -56,7 +56,7 @@ def walks(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
     (folder / "my_walks").mkdir()
     for k, walk in enumerate(made.positions_mm):
-        c3d.write(folder / "my_walks" / f"p{k}.c3d", WALKER15.joints, walk, 40.0)
+        write_c3d(folder / "my_walks" / f"p{k}.c3d", WALKER15.joints, walk, 40.0)
     alphapose(folder / "film.json", in_layout(clip(60.0, ERROR), "coco17"))
     return folder
 
@@ -114,7 +114,7 @@ def test_recordings_are_inspected_and_exported(base: Path, walks: Path) -> None:
 
 
 def test_the_first_example_in_python_runs(base: Path, walks: Path) -> None:
-    (code,) = (block for block in blocks("README.md", "py") if "from pipeline import" in block)
+    (code,) = (block for block in blocks("README.md", "py") if "from gait_pipeline import" in block)
     said = run(base, walks, "-c", code + "\nprint(coefficients.shape)")
     assert (said.stdout.strip(), said.stderr) == ("(5, 15, 3)", "")
 

@@ -1,1 +1,28 @@
-"""3D walks from one camera: what this project builds on the methods of the four papers."""
+"""3D walks from one camera: what this project builds on the methods of the four papers.
+
+anatomy/      the anatomical prior, with error bars; its studies and claims
+film/         keypoints or a film of one camera to a walk in 3D; detectors' formats; its studies and claims
+pointlight/   walks as moving dots, for experiments
+export/       motion as C3D, TRC, BVH, CSV and NPZ
+api           the library
+plugin        what the package adds to `pipeline`
+"""
+
+from __future__ import annotations
+
+TYPE_CHECKING = False  # typing takes a while to load
+if TYPE_CHECKING:
+    from typing import Any
+
+    from walk3d.api import calibrate, from_view, reconstruct
+
+__all__ = ["calibrate", "from_view", "reconstruct"]
+
+
+def __getattr__(name: str) -> Any:
+    """Return a function of `walk3d.api`, loaded when it is needed."""
+    import importlib
+
+    if name in __all__:
+        return getattr(importlib.import_module("walk3d.api"), name)
+    raise AttributeError(f"module 'walk3d' has no attribute {name!r}")

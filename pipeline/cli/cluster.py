@@ -1,4 +1,4 @@
-"""Figures as jobs of a cluster: one job for each figure, and for each part of the work that several figures need.
+"""Figures as jobs of a cluster: a job for each figure, each stage that several figures share, and populations.
 
 All jobs are submitted at once, and Slurm begins each after those whose artefacts it reads: nothing has to stay on the
 login node.  What finds an artefact missing, because its job was lost, makes it.  submitit writes the scripts of jobs,

@@ -16,7 +16,7 @@ from pipeline.cli.presets import apart, listed, presets, split_named
 from pipeline.cli.status import CURRENT, status
 from pipeline.cli.summary import claim_rows, claims_table, counts_by_kind, open_console
 from pipeline.storage import archive, provenance, tables
-from pipeline.storage.sealed_folders import MANIFEST, read_manifest
+from pipeline.storage.sealed_folders import FIGURE, MANIFEST, read_manifest, visible
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.ledger import judge_folder, write_claims
 from pipeline.studies.registry import all_measures
@@ -231,14 +231,16 @@ def _current(figures: Sequence[str], folder: Path, arguments: Sequence[str], *, 
     Results are archived after `make readme`, whose tables are a commit of their own.
     """
     there = [name for name in figures if (folder / name / MANIFEST).is_file()]
-    others = [name for name in there if read_manifest(folder / name)["provenance"].get("commit") != commit]
+    others = [
+        name for name in there if read_manifest(folder / name, FIGURE)["provenance"].get("commit") != commit
+    ]
     known = compose_figures(others, arguments) if others else []
     return [one.name for one in known if status(one, folder / one.name).state == CURRENT]
 
 
 def _latest_run(scratch: Path) -> Path:
     """Return the folder of the latest run with changed options."""
-    runs = sorted(path for path in scratch.iterdir() if path.is_dir()) if scratch.is_dir() else []
+    runs = [path for path in visible(scratch, "*") if path.is_dir()]
     if not runs:
         raise InvalidInput("no run with changed options is there", scratch)
     return runs[-1]

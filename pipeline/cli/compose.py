@@ -46,12 +46,16 @@ def built_figures() -> list[str]:
     return [name for name in dict.fromkeys([*every, *existing]) if name in existing]
 
 
+_NOT_APPLICABLE = ("no_clips_of_this_kind", "truth_not_known")
+"""Codes of data sets that do not have what an experiment needs."""
+
+
 def lacking(experiment: Experiment) -> str:
     """Return why the data set has no clips for this experiment; empty if it has."""
     try:
         experiment.validate()
     except InvalidInput as error:
-        if error.where == "data":
+        if error.code in _NOT_APPLICABLE:
             return str(error)
     return ""
 
@@ -95,7 +99,7 @@ def with_options(experiment: Experiment, kept: Mapping[str, Any]) -> Experiment:
     """
     try:
         found = _whole({**canonical(experiment), **kept})
-    except (KeyError, StopIteration, TypeError) as error:
+    except (KeyError, StopIteration, TypeError, AttributeError, ValueError) as error:
         what = "options are not those of this version"
         raise InvalidInput(what, experiment.name, received=error) from error
     for name in FOLDERS & vars(found.data).keys():

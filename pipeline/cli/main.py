@@ -6,9 +6,6 @@
   python -m pipeline -m experiment=FIGURE model.components=10,20,30        variants (Hydra multirun)
 
   python -m pipeline fetch [data=optical]                 download the recordings of data/sources.csv
-  python -m pipeline reconstruct FILE_OR_FOLDER [input.frame_rate_hz=30] [output.path=DIR]
-                                                          a 3D walk from 2D keypoints of one camera
-  python -m pipeline model [data=optical] [output=DIR]    train the model that reconstructs walks
   python -m pipeline report [data=...] [scale=...]        one page over all figures, results/DATA/SCALE/index.html
   python -m pipeline claims [data=...] [scale=...]        the papers' claims beside our numbers
   python -m pipeline sensitivity [data=...] [GROUP]       each switch of conf/sensitivity.yaml: which verdict it moves
@@ -21,8 +18,7 @@
   python -m pipeline verify ARCHIVE                       re-hash an archive and name the files that changed
                      [rerun=1 [only=FIGURE]]              compute its figures again and compare the digits that hold
   python -m pipeline inspect PATH [write=my_lab.yaml]     what recordings hold, which mapping fits, what to type next
-  python -m pipeline export SOURCE [walker=…] to=FILE     a walker of a figure, or a recording, as C3D, TRC, BVH, CSV
-  python -m pipeline pointlight SOURCE [to=walker.svg]    a walker as moving dots, for experiments: SVG, CSV, GIF, PTD
+{commands}
   python -m pipeline COMMAND --help, python -m pipeline --version
 
 {figures}
@@ -85,8 +81,6 @@ COMMANDS = {
     "figures": "pipeline.cli.main:make_all",
     "status": "pipeline.cli.main:show_status",
     "fetch": "pipeline.cli.commands:fetch",
-    "reconstruct": "pipeline.cli.reconstruct:reconstruct",
-    "model": "pipeline.cli.training:train_model",
     "report": "pipeline.cli.commands:report",
     "claims": "pipeline.cli.commands:claims",
     "sensitivity": "pipeline.cli.sensitivity:sensitivity",
@@ -96,13 +90,11 @@ COMMANDS = {
     "archive": "pipeline.cli.commands:keep",
     "verify": "pipeline.cli.verify:verify",
     "inspect": "pipeline.cli.inspect:look",
-    "export": "pipeline.cli.export:export_motion",
-    "pointlight": "pipeline.cli.pointlight:point_lights",
 }
 """Place of the function of each command, imported when it is called; its docstring is the help."""
 
-LIGHT = ("reconstruct", "inspect", "export", "pointlight", "equations")
-"""Commands that start at once; the others load the libraries of every study to compose experiments."""
+LIGHT = ("inspect", "equations")
+"""Commands of `COMMANDS` that start at once; the others load the libraries of every study to compose experiments."""
 
 
 def commands() -> dict[str, str]:
@@ -160,13 +152,21 @@ def _cannot_write(error: OSError) -> int:
     return 1
 
 
+def _first_words(docstring: str) -> str:
+    """Return the first line of a command's help up to its usage, in at most 60 characters."""
+    return textwrap.shorten(docstring.splitlines()[0].split(":")[0], 60, placeholder=" …")
+
+
 def help_text() -> str:
     """Return the module's docstring with the figures filled in."""
     lines = ["Figures:"]
     for name in presets():
         words = f"  {name:<26} {first_comment(name)}"
         lines += textwrap.wrap(words, 118, subsequent_indent=" " * 29, break_long_words=False)
-    return (__doc__ or "").replace("{figures}", "\n".join(lines))
+    added = [name for name in commands() if name not in COMMANDS]
+    first = [f"  {'python -m pipeline ' + name:<55} {_first_words(_help_of(name))}" for name in added]
+    text = (__doc__ or "").replace("{figures}", "\n".join(lines))
+    return text.replace("{commands}\n", "".join(f"{line}\n" for line in first))
 
 
 def destination(experiment: Experiment, overrides: Sequence[str], moment: str) -> Path:
@@ -326,7 +326,7 @@ def _run(arguments: Sequence[str]) -> int:
         if {"--help", "-h"} & set(others):
             print(_help_of(first))
             return 0
-        if first not in LIGHT:
+        if first in COMMANDS and first not in LIGHT:
             _announce(first, others)
         return command(first)(others)
     if first.find("=") < 1 and not first.startswith("-"):

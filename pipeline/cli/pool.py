@@ -16,12 +16,12 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from importlib import import_module
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
+from pipeline import plugins
 from pipeline.cli.progress import Display
 from pipeline.cli.summary import Failure, Made
 from pipeline.processes import CAN_FORK, cores_not_returned, die_with_parent, share_cores
@@ -95,7 +95,7 @@ def make_side_by_side(jobs: Jobs, make: Make, display: Display, *, processes: in
             for slot in range(processes):
                 begin(slot)
             for module in _OF_MOST_FIGURES if queue else ():
-                import_module(module)
+                plugins.resolve(module)
             for figure in queue:
                 figure_code(jobs[figure][0])  # the sources are parsed once for all of them
             while workers:

@@ -18,7 +18,7 @@ from pipeline.cli.summary import open_console
 from pipeline.papers import Kind, Verdict
 from pipeline.storage import tables
 from pipeline.storage.provenance import PROJECT
-from pipeline.storage.sealed_folders import read_manifest
+from pipeline.storage.sealed_folders import FIGURE, read_manifest
 from pipeline.storage.store import Store
 from pipeline.studies import interventions
 from pipeline.studies.interventions import Switch
@@ -154,7 +154,7 @@ def _measured(
                 make_figure(experiment, figure, store=Store(Path(experiment.results)))
             except InvalidInput as error:
                 raise InvalidInput(str(error), f"{switch.name}, {figure_name}") from None
-        smoke = any(read_manifest(folder / figure)["scale"] == SMOKE for figure in switch.figures)
+        smoke = any(read_manifest(folder / figure, FIGURE)["scale"] == SMOKE for figure in switch.figures)
         made = {**plain_tables, **read_folder(folder, switch.figures)}
         claims = [
             claim

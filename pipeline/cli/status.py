@@ -13,7 +13,7 @@ from rich.text import Text
 
 from pipeline.stages import chain
 from pipeline.stages.sources import figure_code
-from pipeline.storage.sealed_folders import canonical, complaints_about, read_manifest
+from pipeline.storage.sealed_folders import FIGURE, canonical, complaints_about, read_manifest, visible
 from pipeline.storage.store import Plan
 from pipeline.studies.experiment import Experiment
 
@@ -53,7 +53,9 @@ def status(experiment: Experiment, folder: Path) -> Status:
     InvalidInput
         If the data set has no clips for it, or an option cannot be kept.
     """
-    complaints = complaints_about(folder, hashes=False) if folder.is_dir() else ["not made yet"]
+    complaints = (
+        complaints_about(folder, hashes=False, needed=FIGURE) if folder.is_dir() else ["not made yet"]
+    )
     manifest = {} if complaints else read_manifest(folder)
     before = {
         name: (stage["key"], stage.get("content", "")) for name, stage in manifest.get("stages", {}).items()
@@ -111,14 +113,14 @@ def states() -> dict[str, str] | None:
 
 def latest(folder: Path) -> str:
     """Return the number of the last job of a task, empty if there was none."""
-    numbers = [int(path.name.removesuffix(_SUBMITTED)) for path in folder.glob(f"[0-9]*{_SUBMITTED}")]
-    return str(max(numbers)) if numbers else ""
+    names = (path.name.removesuffix(_SUBMITTED) for path in folder.glob(f"[0-9]*{_SUBMITTED}"))
+    return max((name for name in names if name.isdecimal()), key=int, default="")
 
 
 def jobs_of(results: Path) -> dict[str, str]:
     """Return what is known of the last job of each task below ``jobs``: queued, running or ended, and its log."""
     found: dict[str, str] = {}
-    names = {path.name: number for path in sorted((results / JOBS).glob("*")) if (number := latest(path))}
+    names = {path.name: number for path in visible(results / JOBS, "*") if (number := latest(path))}
     seen = (states() or {}) if names else {}
     words = {"PENDING": "queued", "CONFIGURING": "queued"}
     for name, number in names.items():

@@ -1,4 +1,4 @@
-"""The work of several figures as tasks: what several of them need, or is long, is a task of its own.
+"""The work of several figures as tasks: each figure, each stage that several figures share, blocks of populations.
 
 A task leaves artefacts in the store, and the tasks that need it find them there by their keys: it may run in any
 process of any machine that sees the store, more than once, or not at all.
@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from pipeline.cli.divided import DividedStore
 from pipeline.clips.options import SyntheticPeople
 from pipeline.processes import map_processes
 from pipeline.stages import chain, ingest, populations
@@ -23,10 +22,6 @@ from pipeline.studies.experiment import Experiment
 from pipeline.studies.study import NoSweep
 
 SAMPLES, SWEPT, FIGURE = "population", "population_sweep", "figure"
-_DIVIDED = ("ingest", "sweep")
-"""Stages that several tasks may compute together."""
-_MOST_PARTS = 100
-"""Of a stage of fewer people."""
 _SAMPLES_S = 0.012
 """Processor time of the samples of one synthetic walker, about."""
 
@@ -45,8 +40,6 @@ class Task:
         Last stage of the chain; or `SAMPLES` or `SWEPT`, of further populations; or `FIGURE`.
     populations : tuple of int
         Their numbers.
-    part : (int, int)
-        Of a stage that several tasks compute together: the number of this one, and how many there are.
     needs : tuple of str
         Tasks whose artefacts it reads.
     cost_s : float
@@ -57,15 +50,12 @@ class Task:
     experiment: Experiment
     through: str
     populations: tuple[int, ...]
-    part: tuple[int, int]
     needs: tuple[str, ...]
     cost_s: float
 
     def run(self, store: Store) -> bool:
         """Run a task that is no figure's own; return whether something was, or with a `Plan` is to be, computed."""
         if self.through in chain.STAGES:
-            if self.part[1] > 1 and not isinstance(store, Plan):
-                store = DividedStore(store.results, *self.part)
             made = chain.run(self.experiment, store, through=self.through)
             return any(kept.artefact.computed for kept in made)
 
@@ -85,7 +75,7 @@ def plan(experiments: Sequence[Experiment], *, task_s: float) -> list[Task]:
     ----------
     experiments : sequence of Experiment
     task_s : float
-        Processor time of a block of populations, and of a part of a long stage, about.
+        Processor time of a block of populations, about.
     """
     keys = [_keys(one) for one in experiments]
     users: dict[str, list[int]] = defaultdict(list)
@@ -96,16 +86,12 @@ def plan(experiments: Sequence[Experiment], *, task_s: float) -> list[Task]:
 
     def add(
         one: Experiment, through: str, key: str, needs: tuple[str, ...], *, populations: tuple[int, ...] = ()
-    ) -> tuple[str, ...]:
-        """Enter the work on a stage, or on a block of populations, and return the names of its tasks."""
+    ) -> str:
+        """Enter the work on a stage, or on a block of populations, and return the name of its task."""
         name = f"{through}_{key[:8]}" + (f"_{populations[0] + 1}" if populations else "")
         cost_s = max(len(populations), 1) * _each_s(one, through)
-        parts = min(math.ceil(cost_s / task_s), max(_people(one), _MOST_PARTS)) if through in _DIVIDED else 1
-        names = [f"{name}_{part + 1}" if parts > 1 else name for part in range(parts)]
-        for part, each in enumerate(names):
-            task = Task(each, one, through, populations, (part, parts), needs, cost_s / parts)
-            tasks.setdefault(each, task)
-        return tuple(names)
+        tasks.setdefault(name, Task(name, one, through, populations, needs, cost_s))
+        return name
 
     figures = []
     for one, of_figure in zip(experiments, keys, strict=True):
@@ -116,17 +102,15 @@ def plan(experiments: Sequence[Experiment], *, task_s: float) -> list[Task]:
             shared = len(users[key]) > 1
             if through in chain.STAGES:
                 last = through not in following or users[key] != users[of_figure[following[through]]]
-                if (shared and last) or (through in _DIVIDED and _each_s(one, through) > task_s):
-                    needs = add(one, through, key, needs)
+                if shared and last:
+                    needs = (add(one, through, key, needs),)
                 continue
             blocks = _blocks(populations.count(one), _each_s(one, through), task_s)
             if shared or len(blocks) > 1:
-                made = tuple(
-                    name for block in blocks for name in add(one, through, key, samples, populations=block)
-                )
+                made = tuple(add(one, through, key, samples, populations=block) for block in blocks)
                 samples = made if through == SAMPLES else samples
                 needs = (*needs, *made)
-        figures.append(Task(one.name, one, FIGURE, (), (0, 1), needs, _cost_s(one)))
+        figures.append(Task(one.name, one, FIGURE, (), needs, _cost_s(one)))
     return [*tasks.values(), *figures]
 
 

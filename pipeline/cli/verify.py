@@ -11,7 +11,7 @@ from pipeline.cli.figures import make_figures
 from pipeline.cli.presets import apart
 from pipeline.cli.summary import open_console
 from pipeline.storage import agreement, archive, provenance
-from pipeline.storage.sealed_folders import MANIFEST, read_manifest
+from pipeline.storage.sealed_folders import FIGURE, MANIFEST, read_manifest, visible
 from pipeline.validation import InvalidInput
 
 
@@ -40,7 +40,7 @@ def verify(arguments: Sequence[str]) -> int:
 
 def _archives(path: Path) -> list[Path]:
     """Return an archive, or those in a folder of light archives, which has one for each data set."""
-    inside = sorted(one.parent for one in path.glob(f"*/{archive.CHECKSUMS}"))
+    inside = [one.parent for one in visible(path, f"*/{archive.CHECKSUMS}")]
     return [path] if (path / archive.CHECKSUMS).is_file() or not inside else inside
 
 
@@ -48,14 +48,14 @@ def computed_again(folder: Path, only: str = "") -> list[str]:
     """Compute the figures of an archive again, print how each table agrees, and return what does not."""
     kept = {
         one.parent: manifest
-        for one in sorted(folder.rglob(f"*/{MANIFEST}"))
-        if "figure" in (manifest := read_manifest(one.parent)) and only in ("", one.parent.name)
+        for one in visible(folder, f"**/*/{MANIFEST}")
+        if "figure" in (manifest := read_manifest(one.parent, FIGURE)) and only in ("", one.parent.name)
     }
     if not kept:
         raise InvalidInput("no figure to compute again", folder, received=only or "none in it")
     out, failures = open_console(), []
     here = provenance.provenance()["commit"]
-    if others := {m["provenance"]["commit"] for m in kept.values()} - {here}:
+    if others := {m["provenance"].get("commit", "unknown") for m in kept.values()} - {here}:
         out.print(
             f"made by {', '.join(sorted(other[:12] for other in others))}, computed again by {here[:12]}",
             soft_wrap=True,

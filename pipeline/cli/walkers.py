@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,11 +17,12 @@ from pipeline.clips.walks import walk_in
 from pipeline.core import camera, fourier, linear_model, reconstruction
 from pipeline.formats.budget import read_one
 from pipeline.ingestion.corpus import joints_of
+from pipeline.reading import as_written, read_arrays, read_json
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.source_mapping import UpAxis
 from pipeline.storage import tables
 from pipeline.storage.publishing import require_new
-from pipeline.storage.sealed_folders import read_manifest
+from pipeline.storage.sealed_folders import FIGURE, read_manifest
 from pipeline.validation import InvalidInput, require_choice, require_range
 
 SUMMARY = "summary.json"
@@ -132,9 +133,8 @@ class FigureWalkers:
         if not path.is_file():
             raise InvalidInput("this is no folder of a figure", folder, "arrays.npz in it", code="no_figure")
         try:
-            with np.load(path, allow_pickle=False) as stored:
-                self._arrays = {name: stored[name] for name in stored.files}
-        except (ValueError, OSError, KeyError):
+            self._arrays = read_arrays(path)
+        except InvalidInput:
             raise InvalidInput("is damaged", path, "the figure, made anew", code="unreadable") from None
         if lacking := needed - set(self._arrays):
             received = f"arrays.npz without {', '.join(sorted(lacking))}"
@@ -143,8 +143,9 @@ class FigureWalkers:
 
     def original(self, name: str) -> Walk:
         """Return a walker as recorded; the first if none is named."""
-        r, facts = self._index(name), ("walker", "original", "stride_hz", "unmeasured")
-        return Walk(*(self._arrays[fact][r] for fact in facts))
+        with as_written(self._folder):
+            r, facts = self._index(name), ("walker", "original", "stride_hz", "unmeasured")
+            return Walk(*(self._arrays[fact][r] for fact in facts))
 
     def reconstructed(self, name: str, method: str, view_angle_deg: float | None) -> Walk:
         """Return a walker as reconstructed from a view: from any, where the figure holds what the model learns from.
@@ -155,18 +156,19 @@ class FigureWalkers:
         view_angle_deg : float, optional
             By default the figure's first demonstration.
         """
-        walk, views = self.original(name), self._arrays["demonstration_view_deg"]
-        methods = self._arrays["methods"].tolist()
-        m = methods.index(require_choice("method", method, methods))
-        wanted = views[0] if view_angle_deg is None else view_angle_deg
-        near = np.flatnonzero(np.abs(views - wanted) < 1e-6)
-        missing = (
-            self._arrays["missing"][m, self._index(name), near[0]]
-            if near.size
-            else self._from_view(self._index(name), methods[m], wanted)
-        )
-        angle = np.radians(wanted)
-        again = camera.combine(camera.project(walk.coefficients, angle), missing, angle)
+        walk = self.original(name)
+        with as_written(self._folder):
+            views, methods = self._arrays["demonstration_view_deg"], self._arrays["methods"].tolist()
+            m = methods.index(require_choice("method", method, methods))
+            wanted = views[0] if view_angle_deg is None else view_angle_deg
+            near = np.flatnonzero(np.abs(views - wanted) < 1e-6)
+            missing = (
+                self._arrays["missing"][m, self._index(name), near[0]]
+                if near.size
+                else self._from_view(self._index(name), methods[m], wanted)
+            )
+            angle = np.radians(wanted)
+            again = camera.combine(camera.project(walk.coefficients, angle), missing, angle)
         return replace(walk, name=f"{walk.name}, {method} from {wanted:g}°", coefficients=again)
 
     def _index(self, name: str) -> int:
@@ -178,7 +180,7 @@ class FigureWalkers:
         require_range("view_angle_deg", view_angle_deg, at_least=-180, at_most=180)
         shown = ", ".join(f"{view:g}" for view in self._arrays["demonstration_view_deg"])
         stored = {"samples", "person", "residual_covariance_mm2"} <= set(self._arrays)
-        options = read_manifest(self._folder)["configuration"] if stored else {}
+        options = read_manifest(self._folder, FIGURE)["configuration"] if stored else {}
         model, sweep = options.get("model", {}), options.get("sweep", {})
         as_computed = stored and self._arrays["samples"].shape[1] == 225 and model.get("mirror") is False
         if not as_computed:
@@ -253,7 +255,7 @@ def keypoint_walk(folder: Path, *, harmonics: int = 2) -> Walk:
 
 def _stretches(path: Path) -> list[tuple[float, str]]:
     """Strides and locomotion of each stretch in a ``summary.json``; 0 strides of one that is no walk."""
-    summary = json.loads(path.read_bytes())
+    summary = read_json(path, dict[str, Any])
     if summary["verdict"] == "not_a_walk":
         what = "`reconstruct` found no walk, so that there is no motion"
         raise InvalidInput(

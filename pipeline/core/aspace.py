@@ -109,7 +109,10 @@ def learn(
     samples = _all_postures(performances)
     if not np.ptp(samples, axis=0).any():
         raise InvalidInput(
-            "the postures are all the same: they span no space", received=f"{len(samples)} postures"
+            "the postures are all the same: they span no space",
+            received=f"{len(samples)} postures",
+            code="identical_postures",
+            count=len(samples),
         )
     model = linear_model.fit(samples, samples.shape[1])
     b = smallest_dimensions(model.eigenvalues, model.total_variance, variance)
@@ -121,15 +124,23 @@ def learn(
 
 def _all_postures(performances: Sequence[np.ndarray]) -> np.ndarray:
     if not len(performances):
-        raise InvalidInput("no performances", expected="one or more", received="none")
+        raise InvalidInput("no performances", expected="one or more", received="none", code="no_performances")
     given = [np.asarray(p, float) for p in performances]
     for number, performance in enumerate(given):
         where = f"performance {number}"
         require_shape(where, performance, ("F", given[0].shape[-1]))
         if not np.isfinite(performance).all():
             frame = int(np.argwhere(~np.isfinite(performance))[0][0])
-            raise InvalidInput(f"posture {frame} has values that are not finite", where)
+            raise InvalidInput(
+                f"posture {frame} has values that are not finite", where, code="not_finite", frame=frame
+            )
     samples = np.concatenate(given)
     if len(samples) < 2:
-        raise InvalidInput("one posture alone spans no space", expected="2 or more", received=len(samples))
+        raise InvalidInput(
+            "one posture alone spans no space",
+            expected="2 or more",
+            received=len(samples),
+            code="too_few_postures",
+            count=len(samples),
+        )
     return samples

@@ -99,7 +99,9 @@ def percentile_interval(replicates: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     (2.5, 97.5)
     """
     if not len(replicates):
-        raise InvalidInput("there are no replicates", expected="one or more", received="0")
+        raise InvalidInput(
+            "there are no replicates", expected="one or more", received="0", code="no_replicates"
+        )
     low, high = np.percentile(replicates, [50.0 * (1.0 - LEVEL), 50.0 * (1.0 + LEVEL)], axis=0)
     return low, high
 

@@ -114,13 +114,18 @@ def fit(
     samples = np.asarray(samples, float)
     if samples.ndim != 2 or len(samples) < 2:
         raise InvalidInput(
-            "a linear model needs at least two walkers", expected="(R, D), R > 1", received=samples.shape
+            "a linear model needs at least two walkers",
+            expected="(R, D), R > 1",
+            received=samples.shape,
+            code="too_few_people",
+            shape=samples.shape,
         )
     require_count("the number of components", n_components)
     require_choice("the divisor", divisor, ("R-1", "R"))
     if not np.isfinite(samples).all():
+        walker = np.argwhere(~np.isfinite(samples))[0][0]
         raise InvalidInput(
-            f"walker {np.argwhere(~np.isfinite(samples))[0][0]} has values that are not finite"
+            f"walker {walker} has values that are not finite", code="not_finite", walker=walker
         )
     if scale_last is not None:
         require_range("the scale of the last number", scale_last, above=0)
@@ -208,12 +213,17 @@ def leave_one_out(
             "groups or mirrors do not match the walkers",
             expected=f"groups {samples.shape[:1]}, mirrors {samples.shape}",
             received=f"groups {labels.shape}" + ("" if mirrors is None else f", mirrors {np.shape(mirrors)}"),
+            code="mismatch",
+            groups=labels.shape,
+            mirrors=None if mirrors is None else np.shape(mirrors),
         )
     if len(np.unique(labels)) < 3:
         raise InvalidInput(
             "leave-one-out needs at least three people",
             expected="3 or more",
             received=len(np.unique(labels)),
+            code="too_few_people",
+            count=len(np.unique(labels)),
         )
     rows, of = samples, labels
     if mirrors is not None:

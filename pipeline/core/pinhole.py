@@ -63,6 +63,9 @@ class Pinhole:
                     f"the array {name!r} of a camera has the wrong shape",
                     expected=f"({words}{',' * (len(shape) == 1)}) or (F, {words})",
                     received=value.shape,
+                    code="wrong_shape",
+                    array=name,
+                    shape=value.shape,
                 )
             if value.ndim > len(shape):
                 frames.add(len(value))
@@ -73,6 +76,8 @@ class Pinhole:
                 "the parts of a camera disagree in their frames",
                 expected="one number of frames",
                 received=" and ".join(map(str, sorted(frames))),
+                code="frames_disagree",
+                frames=sorted(frames),
             )
         _check_intrinsics(self.intrinsics)
         _check_rotation(self.rotation)
@@ -166,13 +171,21 @@ class Pinhole:
         if values.ndim < 1 + (frames is not None) or values.shape[-1] != last:
             wanted = f"(…, {last})" if frames is None else f"({frames}, …, {last})"
             raise InvalidInput(
-                "points for a camera have the wrong shape", expected=wanted, received=values.shape
+                "points for a camera have the wrong shape",
+                expected=wanted,
+                received=values.shape,
+                code="wrong_shape",
+                shape=values.shape,
             )
         if frames is None:
             return values, values.reshape(-1, last)
         if len(values) != frames:
             raise InvalidInput(
-                "points and cameras disagree in their frames", expected=frames, received=len(values)
+                "points and cameras disagree in their frames",
+                expected=frames,
+                received=len(values),
+                code="frames_disagree",
+                frames=len(values),
             )
         return values, values.reshape(frames, -1, last)
 
@@ -228,7 +241,11 @@ def look_at(
     right = np.cross(ahead, [0.0, 0.0, 1.0])
     distance, across = np.linalg.norm(ahead, axis=-1), np.linalg.norm(right, axis=-1)
     if (across <= 1e-9 * np.maximum(distance, 1e-300)).any():
-        raise InvalidInput("a camera looks along the vertical, or at itself", expected="a target to its side")
+        raise InvalidInput(
+            "a camera looks along the vertical, or at itself",
+            expected="a target to its side",
+            code="along_vertical",
+        )
     ahead = ahead / distance[..., None]
     right = right / across[..., None]
     return Pinhole(
@@ -242,11 +259,18 @@ def _check_intrinsics(intrinsics: np.ndarray) -> None:
     )
     focal = given[:, [0, 1], [0, 1]]
     if not (focal > 0).all():
-        raise InvalidInput("a focal length is not positive", expected="px > 0", received=f"{focal.min():g}")
+        raise InvalidInput(
+            "a focal length is not positive",
+            expected="px > 0",
+            received=f"{focal.min():g}",
+            code="out_of_range",
+            value=focal.min(),
+        )
     if given[:, [1, 2, 2], [0, 0, 1]].any() or (given[:, 2, 2] != 1).any():
         raise InvalidInput(
             "the intrinsics are not those of a camera",
             expected="zeros below the diagonal and a last row of 0, 0, 1",
+            code="invalid_intrinsics",
         )
 
 
@@ -258,8 +282,12 @@ def _check_rotation(rotation: np.ndarray) -> None:
             "the rotation of a camera is not one",
             expected="R R^T = I",
             received=f"{off:.3g} away from it",
+            code="not_rotation",
         )
     if (np.linalg.det(given) < 0).any():
         raise InvalidInput(
-            "the rotation of a camera is a reflection", expected="a determinant of +1", received="-1"
+            "the rotation of a camera is a reflection",
+            expected="a determinant of +1",
+            received="-1",
+            code="reflection",
         )

@@ -108,7 +108,9 @@ def reconstructibility(
     require_shape("half chord", half_chord, require_shape("middle", middle, ("F", 3)).shape)
     require_shape("signs", signs, middle.shape[:1])
     if not (np.abs(signs) == 1.0).all():
-        raise InvalidInput("must be +1 or -1", "signs", received=signs[np.abs(signs) != 1.0][0])
+        raise InvalidInput(
+            "must be +1 or -1", "signs", received=signs[np.abs(signs) != 1.0][0], code="not_signs"
+        )
     truth, impostor = middle + signs[:, None] * half_chord, middle - signs[:, None] * half_chord
     if require_choice("reading", reading, Reading) == Reading.angle:
         across = require_shape("axis", axis, truth.shape)
@@ -119,7 +121,9 @@ def reconstructibility(
 def of_clip(limbs: Sequence[Reconstructibility]) -> Reconstructibility:
     """Reconstructibility of all limbs of a clip together: their parts outside the basis, squared and summed."""
     if not limbs:
-        raise InvalidInput("a clip of no limbs has no reconstructibility", expected="a limb at least")
+        raise InvalidInput(
+            "a clip of no limbs has no reconstructibility", expected="a limb at least", code="no_limbs"
+        )
     truth, impostor = (np.hypot.reduce([getattr(x, name) for x in limbs]) for name in ("truth", "impostor"))
     return _compared(truth, impostor, 0.0)
 
@@ -202,9 +206,16 @@ def _checked(basis: np.ndarray, trajectory: np.ndarray) -> tuple[np.ndarray, np.
             "basis and trajectory do not fit",
             expected="(F, K), and (F,) or (F, D)",
             received=f"{basis.shape} and {c.shape}",
+            code="mismatch",
         )
     if len(c) < 3:
-        raise InvalidInput("too few frames to tell smooth from not", expected="3 or more", received=len(c))
+        raise InvalidInput(
+            "too few frames to tell smooth from not",
+            expected="3 or more",
+            received=len(c),
+            code="too_few_frames",
+            frames=len(c),
+        )
     c = c.reshape(len(c), -1)
     bad = ~(np.isfinite(c).all(axis=1) & np.isfinite(basis).all(axis=1))
     if bad.any():
@@ -212,6 +223,7 @@ def _checked(basis: np.ndarray, trajectory: np.ndarray) -> tuple[np.ndarray, np.
             "a trajectory or its basis has a number that is not finite",
             f"frame {bad.argmax()}",
             "only the frames in which the limb was seen",
+            code="not_finite",
         )
     longest = np.linalg.norm(basis, 2) if basis.size else 0.0
     if longest > 1.0 + 1e-9:
@@ -219,6 +231,8 @@ def _checked(basis: np.ndarray, trajectory: np.ndarray) -> tuple[np.ndarray, np.
             "the basis is not orthonormal",
             expected="no singular value above 1",
             received=f"{longest:g}",
+            code="not_orthonormal",
+            norm=longest,
         )
     return basis, c
 
@@ -232,7 +246,7 @@ def _compared(truth: float, impostor: float, size: float) -> Reconstructibility:
 
 def _confidence(value: float, red_below: float, green_above: float) -> Confidence:
     if np.isnan(value):
-        raise InvalidInput("must be a number", "margin", received="nan")
+        raise InvalidInput("must be a number", "margin", received="nan", code="not_finite")
     return "red" if value < red_below else "green" if value > green_above else "amber"
 
 
@@ -276,6 +290,7 @@ def estimated(truth: np.ndarray, impostor: np.ndarray, choices: np.ndarray) -> n
             "truth, impostor and choices do not fit",
             expected="two of one shape, and 0 or 1 for each frame",
             received=f"{truth.shape}, {impostor.shape} and {b.shape}",
+            code="mismatch",
         )
     return np.where(b.reshape(-1, *[1] * (truth.ndim - 1)) == 1, impostor, truth)
 
@@ -305,7 +320,9 @@ def choice_residual(
     basis, x = _checked(basis, truth)
     _, c = _checked(basis, impostor)
     if np.abs(basis.T @ basis - np.eye(basis.shape[1])).max(initial=0.0) > 1e-9:
-        raise InvalidInput("the basis is not orthonormal", expected="Theta^T Theta = I")
+        raise InvalidInput(
+            "the basis is not orthonormal", expected="Theta^T Theta = I", code="not_orthonormal"
+        )
     inside_x, inside_c = basis @ (basis.T @ x), basis @ (basis.T @ c)
     within = estimated(inside_x, inside_c, choices)
     beyond = estimated(x - inside_x, c - inside_c, choices)

@@ -47,12 +47,19 @@ def interpolate(values: np.ndarray, at: np.ndarray) -> np.ndarray:
     values, at = np.asarray(values), np.asarray(at)
     last = len(values) - 1
     if last < 0:
-        raise InvalidInput("there are no samples to interpolate", expected="one or more", received="0")
+        raise InvalidInput(
+            "there are no samples to interpolate", expected="one or more", received="0", code="no_samples"
+        )
     beyond = ~((at >= -_ROUNDING) & (at <= last + _ROUNDING))  # NaN is neither
     if beyond.any():
         place = int(beyond.argmax())
         raise InvalidInput(
-            "a position is beyond the samples", f"position {place}", f"0 to {last}", f"{at[place]:g}"
+            "a position is beyond the samples",
+            f"position {place}",
+            f"0 to {last}",
+            f"{at[place]:g}",
+            code="beyond_samples",
+            position=at[place],
         )
     at = np.clip(at, 0, last)
     before = at.astype(int)

@@ -317,11 +317,17 @@ def _stacked(theta: np.ndarray, observed: np.ndarray, ridge: np.ndarray | None) 
             "basis and observed frames do not fit each other",
             expected="shapes (F, K), (F,) bool",
             received=f"{theta.shape}, {seen.shape} {seen.dtype}",
+            code="mismatch",
         )
     frames, components = theta.shape
     count = int(seen.sum())
     if count == 0:
-        raise InvalidInput("all frames are missing", expected="observed frames", received=f"none of {frames}")
+        raise InvalidInput(
+            "all frames are missing",
+            expected="observed frames",
+            received=f"none of {frames}",
+            code="all_missing",
+        )
     rows = theta[seen]
     if ridge is not None:
         weights = np.asarray(ridge, float)
@@ -336,6 +342,9 @@ def _stacked(theta: np.ndarray, observed: np.ndarray, ridge: np.ndarray | None) 
         raise InvalidInput(
             f"{count} of {frames} frames were observed, which do not determine {components} components",
             expected="fewer components, a soft basis, or shorter gaps",
+            code="undetermined",
+            observed=count,
+            components=components,
         )
     return count, rows
 
@@ -348,4 +357,5 @@ def _check_finite(values: np.ndarray, frames: np.ndarray) -> None:
             "the trajectory is not finite",
             f"frame {frames[np.argmax(wrong)]}",
             "finite numbers in the observed frames",
+            code="not_finite",
         )

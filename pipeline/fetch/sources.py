@@ -8,14 +8,16 @@ from __future__ import annotations
 
 import csv
 import fnmatch
+import io
 import re
 import urllib.request
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any
 
 from pipeline.fetch.transfer import FetchReport, Progress, Transfer
-from pipeline.validation import InvalidInput
+from pipeline.reading import read_file
+from pipeline.validation import InvalidInput, is_relative
 
 NEEDED_COLUMNS = ("path", "source", "bytes", "sha256", "address", "origin")
 
@@ -105,10 +107,10 @@ def read_sources(sources: Path) -> list[dict[str, str]]:
         If the table cannot be read or lacks a column, or a path, size or digest is invalid or listed twice.
     """
     try:
-        with sources.open(newline="", encoding="utf-8") as stream:
+        with io.StringIO(read_file(sources).decode("utf-8"), newline="") as stream:
             reader = csv.DictReader(stream, strict=True)
             header, rows = reader.fieldnames or (), list(reader)
-    except (OSError, csv.Error, UnicodeDecodeError) as error:
+    except (InvalidInput, csv.Error, UnicodeDecodeError) as error:
         raise InvalidInput(f"cannot read the table of sources: {error}", code="unreadable") from error
     where = sources.name
     if missing := [name for name in NEEDED_COLUMNS if name not in header]:
@@ -142,9 +144,7 @@ def read_sources(sources: Path) -> list[dict[str, str]]:
 
 def _check_path(path: str, where: str) -> None:
     """Require a relative path that stays inside the folder."""
-    parts = PurePosixPath(path).parts
-    strange = not parts or path.startswith("/") or ".." in parts or re.search(r"[\\:\0]", path)
-    if strange or path != str(PurePosixPath(path)) or path.endswith(".part"):
+    if not is_relative(path) or path.endswith(".part"):
         raise InvalidInput(
             "a path must stay inside the data folder",
             where,

@@ -18,6 +18,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from pipeline.reading import MISSING, read_file
 from pipeline.validation import InvalidInput
 
 TIMEOUT_S = 30.0
@@ -109,7 +110,7 @@ class Transfer:
         with _disk(target):
             if target.is_dir():
                 return "failed", "a folder stands in its place"
-            if target.is_file() and _digest(target.read_bytes()) == row["sha256"]:
+            if target.is_file() and _digest(read_file(target)) == row["sha256"]:
                 return "present", ""
             if target.exists() or target.is_symlink():
                 return "failed", "another file is in its place: move it away"
@@ -141,11 +142,9 @@ class Transfer:
         """Return the content of a file in a mirror or at an address."""
         if isinstance(place, Path):
             try:
-                return (place / row["path"]).read_bytes()
-            except FileNotFoundError:
-                raise _Failed(_NOT_THERE) from None
-            except OSError as error:
-                raise _Failed(f"cannot be read ({error.strerror})") from error
+                return read_file(place / row["path"])
+            except InvalidInput as error:
+                raise _Failed(_NOT_THERE if error.what == MISSING else error.what) from error
         try:
             url = urllib.parse.urlsplit(place)
         except ValueError:

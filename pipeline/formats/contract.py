@@ -12,7 +12,7 @@ import numpy as np
 
 from pipeline.formats.budget import count_bytes
 from pipeline.skeleton.recorded import MotionCapture
-from pipeline.validation import InvalidInput, listed
+from pipeline.validation import InvalidInput, harmless, listed
 
 LARGEST = 1e9
 """Largest length (mm) or angle that is read; a damaged file may hold larger ones, which would overflow later."""
@@ -193,17 +193,6 @@ def leave_out_placeholders(positions: np.ndarray, notes: list[str], millimetres:
     for number, times in sorted(Counter(found).items()):
         where = "lie exactly at the origin" if number == 0 else f"are {number:.6g} in every coordinate"
         notes.append(f"{times} samples {where} and are taken as missing.")
-
-
-def harmless(name: str) -> str:
-    """Return a name that no spreadsheet takes for a formula.
-
-    Examples
-    --------
-    >>> harmless("LKNE"), harmless("=1+1")
-    ('LKNE', "'=1+1")
-    """
-    return f"'{name}" if name.lstrip()[:1] in ("=", "+", "-", "@") else name
 
 
 def _tell_apart(names: list[str], positions_mm: np.ndarray, notes: list[str]) -> None:

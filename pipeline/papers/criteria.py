@@ -16,14 +16,19 @@ def measure(content: Mapping[str, Any], figure: str, where: str) -> Measure:
     """Return a measure from a mapping of its name to its arguments."""
     if len(content) != 1 or not all(isinstance(arguments, Mapping) for arguments in content.values()):
         raise InvalidInput(
-            "must be one name with its arguments", where, received=", ".join(map(str, content)) or "nothing"
+            "must be one name with its arguments",
+            where,
+            received=", ".join(map(str, content)) or "nothing",
+            code="not_one_measure",
         )
     ((name, given),) = content.items()
     arguments = {}
     for argument, value in given.items():
         if argument == "table" or argument.endswith("_table"):
             if not (isinstance(value, str) and value.rpartition("/")[2].startswith("table")):
-                raise InvalidInput("is not a table", f"{where}, {argument}", received=repr(value))
+                raise InvalidInput(
+                    "is not a table", f"{where}, {argument}", received=repr(value), code="not_a_table"
+                )
             owner, _, table = value.rpartition("/")
             arguments[argument] = (owner or figure) + ("" if table == "table" else f"/{table}")
         else:
@@ -37,7 +42,7 @@ def _argument(value: Any, figure: str, where: str) -> Any:
     if isinstance(value, Sequence) and not isinstance(value, str):
         return tuple(_argument(item, figure, where) for item in value)
     if not isinstance(value, str | int | float):
-        raise InvalidInput("is no argument of a measure", where, received=repr(value))
+        raise InvalidInput("is no argument of a measure", where, received=repr(value), code="wrong_type")
     return value
 
 
@@ -54,6 +59,7 @@ def interval(content: Mapping[str, Any], published: float | None, where: str) ->
             "must be exactly, within (of a published number), or at_least or above, at_most or below",
             where,
             received=", ".join(values) or "nothing",
+            code="invalid_bounds",
         )
     interval = Interval(
         values.get("at_least", values.get("above", -math.inf)),
@@ -62,7 +68,9 @@ def interval(content: Mapping[str, Any], published: float | None, where: str) ->
         high_open="below" in values,
     )
     if interval.low >= interval.high:
-        raise InvalidInput("the ends contradict each other", where, received=interval)
+        raise InvalidInput(
+            "the ends contradict each other", where, received=interval, code="contradictory_bounds"
+        )
     return interval
 
 
@@ -70,10 +78,12 @@ def check_bounds(claim: Claim, where: str) -> None:
     """Refuse bounds that the paper's own number would not meet, or wider ones that are not wider."""
     inner, outer = claim.agrees, claim.close
     if inner is not None and claim.published is not None and claim.published not in inner:
-        raise InvalidInput("the published number does not agree with itself", where)
+        raise InvalidInput(
+            "the published number does not agree with itself", where, code="published_outside_bounds"
+        )
     if (
         inner is not None
         and outer is not None
         and (outer == inner or outer.low > inner.low or outer.high < inner.high)
     ):
-        raise InvalidInput("what is close is not wider than what agrees", where)
+        raise InvalidInput("what is close is not wider than what agrees", where, code="close_not_wider")

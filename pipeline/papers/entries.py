@@ -28,27 +28,41 @@ class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[mi
         for key, times in Counter(keys).items():
             if times > 1:
                 line = node.start_mark.line + 1
-                raise InvalidInput(f"the key {key!r} is there twice", f"the mapping on line {line}")
+                raise InvalidInput(
+                    f"the key {key!r} is there twice",
+                    f"the mapping on line {line}",
+                    code="duplicate_key",
+                    key=key,
+                )
         return super().construct_mapping(node, deep=deep)
 
 
 def read_mapping(path: Path) -> dict[str, Any]:
     """Return the mapping in a YAML file.  Raises InvalidInput if it cannot be read or repeats a key."""
     try:
-        content = yaml.load(path.read_text("utf-8"), Loader=_Loader)
+        text = path.read_text("utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InvalidInput(f"cannot be read: {error}", path.name, code="unreadable") from error
+    return parsed_mapping(text, path.name)
+
+
+def parsed_mapping(text: str, where: str) -> dict[str, Any]:
+    """Return the mapping in a YAML text.  Raises InvalidInput if it is not one or repeats a key."""
+    try:
+        content = yaml.load(text, Loader=_Loader)
     except InvalidInput as error:
-        raise InvalidInput(error.what, f"{path.name}, {error.where}") from error
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise InvalidInput(f"cannot be read: {error}", path.name) from error
+        raise InvalidInput(error.what, f"{where}, {error.where}", code=error.code, **error.values) from error
+    except yaml.YAMLError as error:
+        raise InvalidInput(f"cannot be read: {error}", where, code="unreadable") from error
     if not isinstance(content, dict):
-        raise InvalidInput("is not a mapping", path.name)
+        raise InvalidInput("is not a mapping", where, code="not_a_mapping")
     return content
 
 
 def mapping(value: Any, where: str) -> dict[str, Any]:
     """Return a mapping with names as keys; YAML reads the word null as None."""
     if not isinstance(value, Mapping):
-        raise InvalidInput("is not a mapping", where, received=repr(value))
+        raise InvalidInput("is not a mapping", where, received=repr(value), code="not_a_mapping")
     return {"null" if key is None else str(key): item for key, item in value.items()}
 
 
@@ -87,10 +101,10 @@ def record(
     for name, field in of_file.items():
         default = field.default is not MISSING or field.default_factory is not MISSING
         if name not in given and (not default or name in needed):
-            raise InvalidInput(f"no {name!r}", where)
+            raise InvalidInput(f"no {name!r}", where, code="missing_key", key=name)
     if unknown := [name for name in given if name not in of_file]:
         expected = "one of " + ", ".join(sorted(of_file))
-        raise InvalidInput(f"unknown key {unknown[0]!r}", where, expected)
+        raise InvalidInput(f"unknown key {unknown[0]!r}", where, expected, code="unknown_key", key=unknown[0])
     for name, value in given.items():
         read = (readers or {}).get(name) or _READERS.get(hints[name]) or choice(hints[name])
         known[name] = read(value, f"{where}, {name}")
@@ -107,7 +121,7 @@ def text(value: Any, where: str) -> str:
 def names(value: Any, where: str) -> tuple[str, ...]:
     """Return a list of texts."""
     if not isinstance(value, list) or not all(isinstance(name, str) for name in value):
-        raise InvalidInput("is of the wrong type", where, "text", repr(value))
+        raise InvalidInput("is of the wrong type", where, "text", repr(value), code="wrong_type")
     return tuple(value)
 
 
@@ -118,13 +132,13 @@ def number(value: Any, where: str) -> float:
             raise ValueError
         return float(Fraction(value)) if isinstance(value, str) and "/" in value else float(value)
     except (TypeError, ValueError, ZeroDivisionError):
-        raise InvalidInput("is not a number", where, received=repr(value)) from None
+        raise InvalidInput("is not a number", where, received=repr(value), code="not_a_number") from None
 
 
 def whole(value: Any, where: str) -> int:
     """Return a whole number."""
     if not isinstance(value, int) or isinstance(value, bool):
-        raise InvalidInput("is of the wrong type", where, "a whole number", repr(value))
+        raise InvalidInput("is of the wrong type", where, "a whole number", repr(value), code="wrong_type")
     return value
 
 

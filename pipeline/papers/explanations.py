@@ -9,6 +9,7 @@ other condition as well: another camera, the better mirror of every limb, a base
 from __future__ import annotations
 
 import csv
+import io
 import math
 import string
 from collections.abc import Callable, Mapping
@@ -17,6 +18,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from pipeline.papers.intervals import Estimate
+from pipeline.reading import read_file
 
 ANY_DATA = "any"
 """Key of the explanation for data sets that have none of their own."""
@@ -146,7 +148,7 @@ def read_runs(path: Path) -> dict[tuple[str, str, str], Run]:
         return {}
     facts: dict[tuple[str, str, str], tuple[tuple[str, ...], str]] = {}
     numbers: dict[tuple[str, str, str], dict[str, dict[str, Estimate]]] = {}
-    with path.open(encoding="utf-8", newline="") as lines:
+    with io.StringIO(read_file(path).decode("utf-8"), newline="") as lines:
         for row in csv.DictReader(lines):
             key = (row["data"], row["group"], row["switch"])
             facts[key] = (tuple(row["overrides"].split()), row["scale"])

@@ -164,10 +164,12 @@ def load(folders: Sequence[Path], added: Mapping[str, Mapping[str, Any]] | None 
         for item in paper.measured:
             where = f"{paper.key}.yaml, {item.name}"
             if names[item.name] > 1:
-                raise InvalidInput("the name is there twice", where)
+                raise InvalidInput("the name is there twice", where, code="duplicate_name")
             if isinstance(item, Claim):
                 if item.same_as and item.same_as not in names:
-                    raise InvalidInput(f"no claim {item.same_as!r}", where)
+                    raise InvalidInput(
+                        f"no claim {item.same_as!r}", where, code="unknown_claim", name=item.same_as
+                    )
                 _check_explanations(item, set(names), where)
     return {paper.key: paper for paper in sorted(papers, key=lambda paper: (paper.year, paper.key))}
 
@@ -191,7 +193,9 @@ def read_baselines(path: Path) -> dict[str, Baseline]:
         better = {"better": lambda value, where: BETTER[require_choice(where, value, list(BETTER))]}
         made = found[name] = record(Baseline, plain, where, readers=better, measures=name)
         if bool(made.name) != bool(made.replace or made.value is not None):
-            raise InvalidInput("a baseline has its name and its words or its value", where)
+            raise InvalidInput(
+                "a baseline has its name and its words or its value", where, code="incomplete_baseline"
+            )
     return found
 
 
@@ -202,7 +206,9 @@ def _check_explanations(claim: Claim, known: set[str], where: str) -> None:
         asked = [(of_run(name) or ("", name))[1] for name in placeholders(explanation.text)]
         for name in (*asked, *explanation.beside):
             if name and name != "value" and name not in known:
-                raise InvalidInput(f"no claim and no quantity {name!r}", where_why)
+                raise InvalidInput(
+                    f"no claim and no quantity {name!r}", where_why, code="unknown_claim", name=name
+                )
 
 
 def _paper(
@@ -241,15 +247,24 @@ def _paper(
     if paper.page.figure:
         require_choice(f"{file}, page, figure", paper.page.figure, figures)
     for item in paper.measured:
-        if not item.name.startswith(f"{key}_"):
-            raise InvalidInput(f"the name does not begin with {key}_", f"{file}, {item.name}")
+        if not item.name.startswith(tuple(f"{name}_" for name in (key, *figures))):
+            raise InvalidInput(
+                f"the name does not begin with {key}_ or a figure's name",
+                f"{file}, {item.name}",
+                code="wrong_prefix",
+            )
         if item.figure:
             require_choice(f"{file}, {item.name}, figure", item.figure, figures)
     conditions = {claim.name for claim in paper.claims if claim.kind is Kind.CONDITION}
     for figure, named in rests_on.items():
         require_choice(f"{file}, rests_on, figure", figure, figures)
         for condition in set(names(named, f"{file}, rests_on, {figure}")) - conditions:
-            raise InvalidInput(f"no claim {condition!r} is a condition", f"{file}, rests_on")
+            raise InvalidInput(
+                f"no claim {condition!r} is a condition",
+                f"{file}, rests_on",
+                code="not_a_condition",
+                name=condition,
+            )
     resting = [
         claim if claim.name in conditions else replace(claim, rests_on=tuple(rests_on.get(claim.figure, ())))
         for claim in paper.claims
@@ -267,7 +282,7 @@ def _equation(key: str, content: Any, file: str) -> Equation:
     }
     equation = record(Equation, plain, where, readers=readers, paper=key)
     if not (equation.used or equation.note):
-        raise InvalidInput("nothing uses it, and no note says why", where)
+        raise InvalidInput("nothing uses it, and no note says why", where, code="unexplained_equation")
     return equation
 
 
@@ -321,14 +336,22 @@ def _claim(
         rests_on=(),
     )
     if compared and not measures:
-        raise InvalidInput("no 'class'", where)
+        raise InvalidInput("no 'class'", where, code="missing_key", key="class")
     if compared:
         require_choice(f"{where}, class", measures, list(baselines))
     if not judged and (claim.figure or claim.measure or claim.agrees):
-        raise InvalidInput("has a figure, a measure or bounds although it is untestable", where)
+        raise InvalidInput(
+            "has a figure, a measure or bounds although it is untestable",
+            where,
+            code="untestable_with_measure",
+        )
     criteria.check_bounds(claim, f"{where}, bounds")
     if claim.baseline and claim.baseline.replace and claim.of_baseline is None:
-        raise InvalidInput(f"its measure names nothing that the baseline of {measures!r} replaces", where)
+        raise InvalidInput(
+            f"its measure names nothing that the baseline of {measures!r} replaces",
+            where,
+            code="baseline_replaces_nothing",
+        )
     return claim
 
 
@@ -351,12 +374,16 @@ def _explanation(content: Any, where: str, runs: Runs) -> Explanation:
     why = record(_Why, content, where, readers={"run": run})
     given = [support for support in Support if getattr(why, support)]
     if len(given) != 1:
-        raise InvalidInput("must have one text", where, " or ".join(Support), ", ".join(given) or "none")
+        raise InvalidInput(
+            "must have one text", where, " or ".join(Support), ", ".join(given) or "none", code="not_one_text"
+        )
     support, words = given[0], str(getattr(why, given[0]))
     if (support is Support.TESTED) != bool(why.run or why.beside) or (why.run and why.beside):
-        raise InvalidInput("what is tested needs its run, or what is measured beside it", where)
+        raise InvalidInput(
+            "what is tested needs its run, or what is measured beside it", where, code="no_support"
+        )
     if not why.run and any(of_run(name) for name in placeholders(words)):
-        raise InvalidInput("quotes a run, and names none", where)
+        raise InvalidInput("quotes a run, and names none", where, code="run_not_named")
     return Explanation(support=support, text=words, run=why.run, beside=why.beside)
 
 
@@ -365,7 +392,9 @@ def _like(name: str, all_claims: Mapping[str, Any], where: str) -> dict[str, Any
     body, trail = mapping(all_claims[name], where), {name}
     while (other := body.pop("like", None)) is not None:
         if other not in all_claims or other in trail:
-            raise InvalidInput("must be another claim", f"{where}, like", received=other)
+            raise InvalidInput(
+                "must be another claim", f"{where}, like", received=other, code="unknown_claim", name=other
+            )
         trail.add(other)
         body = {**all_claims[other], **body}
     return body

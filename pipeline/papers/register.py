@@ -16,7 +16,7 @@ from typing import Any
 
 from pipeline import plugins
 from pipeline.papers.claims import Claim, Quantity
-from pipeline.papers.entries import read_mapping
+from pipeline.papers.entries import parsed_mapping, read_mapping
 from pipeline.papers.loading import Paper, load
 from pipeline.validation import InvalidInput, require_choice
 
@@ -30,10 +30,11 @@ def all_papers() -> dict[str, Paper]:
 def _load(_: object) -> dict[str, Paper]:
     added: dict[str, Any] = {}
     for name, claims in plugins.contributions("claims"):
-        if isinstance(claims, Mapping):
-            added[name] = {"claims": {**added.get(name, {}).get("claims", {}), **claims}}
+        if isinstance(claims, Path):
+            added[claims.stem] = read_mapping(claims)
         else:
-            added[Path(claims).stem] = read_mapping(Path(claims))
+            own = claims if isinstance(claims, Mapping) else parsed_mapping(str(claims), f"claims of {name}")
+            added[name] = {"claims": {**added.get(name, {}).get("claims", {}), **own}}
     return load([folder / "paper" for folder in plugins.conf_folders()], added)
 
 
@@ -59,7 +60,12 @@ def claim(name: str) -> Claim:
     """
     found = quantity(name)
     if not isinstance(found, Claim):
-        raise InvalidInput(f"no claim {name!r}", expected="a name of the ledger, as `make claims` lists them")
+        raise InvalidInput(
+            f"no claim {name!r}",
+            expected="a name of the ledger, as `make claims` lists them",
+            code="unknown_claim",
+            name=name,
+        )
     return found
 
 
@@ -73,7 +79,7 @@ def published(name: str) -> float:
     """
     number = claim(name).published
     if number is None:
-        raise InvalidInput("the claim has no number", name)
+        raise InvalidInput("the claim has no number", name, code="no_published_number")
     return number
 
 
@@ -89,7 +95,9 @@ def quantity(name: str) -> Claim | Quantity:
         for item in one.measured:
             if item.name == name:
                 return item
-    raise InvalidInput(f"no claim and no quantity {name!r}", expected="a name of conf/paper")
+    raise InvalidInput(
+        f"no claim and no quantity {name!r}", expected="a name of conf/paper", code="unknown_claim", name=name
+    )
 
 
 def locate(dotted: str) -> tuple[Path, int]:
@@ -108,6 +116,8 @@ def locate(dotted: str) -> tuple[Path, int]:
     try:
         thing = plugins.resolve(dotted)
     except (ImportError, AttributeError, ValueError) as error:
-        raise InvalidInput(f"there is no {dotted}", received=str(error)) from error
+        raise InvalidInput(
+            f"there is no {dotted}", received=str(error), code="unknown_object", name=dotted
+        ) from error
     thing = inspect.unwrap(getattr(thing, "py_func", getattr(thing, "fget", None) or thing))
     return Path(inspect.getfile(thing)), inspect.getsourcelines(thing)[1]

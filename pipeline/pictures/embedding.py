@@ -11,14 +11,26 @@ from typing import Any
 
 from PIL import Image
 
+from pipeline.reading import read_file
+from pipeline.validation import InvalidInput
+
 _QUALITY = 74
 _SIZE = re.compile(rb'<svg [^>]*?width="([\d.]+)pt" height="([\d.]+)pt"')
 
 
 def reduced(path: Path, width: int) -> tuple[bytes, int, int]:
     """Return a PNG as WebP, at most so many pixels wide, with its width and height."""
-    with Image.open(path) as stored:
-        picture = stored.convert("RGB")
+    try:
+        with Image.open(io.BytesIO(read_file(path)), formats=["PNG"]) as stored:
+            picture = stored.convert("RGB")
+    except (
+        OSError,
+        ValueError,
+        SyntaxError,
+        Image.DecompressionBombError,
+        Image.DecompressionBombWarning,
+    ) as error:
+        raise InvalidInput("the picture cannot be read", path, "the figure, made again", error) from error
     if picture.width > width:
         size = (width, round(picture.height * width / picture.width))
         picture = picture.resize(size, Image.Resampling.LANCZOS)
@@ -47,7 +59,7 @@ def packed_vector(path: Path, most_bytes: int) -> dict[str, Any] | None:
 
     None if it would be larger.
     """
-    content = path.read_bytes()
+    content = read_file(path)
     size = _SIZE.search(content)
     text = base64.b64encode(gzip.compress(content, mtime=0)).decode()
     if size is None or len(text) > most_bytes:

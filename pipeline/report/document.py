@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipeline import papers
+from pipeline.reading import as_written
 from pipeline.report import entries, ledger_picture, players, templates, verdicts
 from pipeline.report.published import Published, read_published
 from pipeline.report.templates import packed_json
@@ -71,13 +72,14 @@ def write_page(
     """
     results = read_published(folder, figures)
     to, width = to or folder, entries.PICTURE_WIDTH
-    text, pictures = _render(results, to, width, motion)
-    # Pictures become smaller until it fits; their bytes go with the area.
-    while len(text.encode()) > MOST_BYTES and pictures and width > LEAST_WIDTH:
-        room = pictures - (len(text.encode()) - MOST_BYTES)
-        share = max(room, 1) / pictures
-        width = max(LEAST_WIDTH, int(0.97 * width * share**0.5))
+    with as_written(folder):
         text, pictures = _render(results, to, width, motion)
+        # Pictures become smaller until it fits; their bytes go with the area.
+        while len(text.encode()) > MOST_BYTES and pictures and width > LEAST_WIDTH:
+            room = pictures - (len(text.encode()) - MOST_BYTES)
+            share = max(room, 1) / pictures
+            width = max(LEAST_WIDTH, int(0.97 * width * share**0.5))
+            text, pictures = _render(results, to, width, motion)
     content = text.encode()
     if len(content) > MOST_BYTES:
         raise InvalidInput(
@@ -102,8 +104,10 @@ def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str
     style = templates.style()
     script = templates.scripts(_SCRIPTS)
     if motion:
-        walkers, no_walkers = players.walkers(results.figures.get("zhang2007_fig5"))
-        clips, no_clips = players.clips(results.figures.get("park2011_fig4"))
+        with as_written(results.folder / "zhang2007_fig5"):
+            walkers, no_walkers = players.walkers(results.figures.get("zhang2007_fig5"))
+        with as_written(results.folder / "park2011_fig4"):
+            clips, no_clips = players.clips(results.figures.get("park2011_fig4"))
     else:
         walkers, clips = {}, {}
         no_walkers = no_clips = (
@@ -120,10 +124,10 @@ def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str
         if reason and key in of_papers
     ]
     terms = entries.terms_of(results)
-    figures = {
-        name: entries.figure_entry(figure, results, terms, to, width)
-        for name, figure in results.figures.items()
-    }
+    figures = {}
+    for name, figure in results.figures.items():
+        with as_written(figure.folder):
+            figures[name] = entries.figure_entry(figure, results, terms, to, width)
     shown = [
         entries.paper_entry(papers.all_papers()[key], results, figures)
         for key in papers.all_papers()

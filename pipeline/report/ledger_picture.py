@@ -7,7 +7,6 @@ distance from their middle, over half of theirs.  So an interval right of the li
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,34 +14,14 @@ from typing import Any
 import numpy as np
 
 from pipeline import papers
-from pipeline.papers import Kind
+from pipeline.papers import Interval, Kind
 from pipeline.report.published import Published, numbered_rows
 from pipeline.report.verdicts import answers, beyond_tone, reason, tone
 from pipeline.storage import tables
 from pipeline.storage.provenance import PROJECT
+from pipeline.storage.sealed_folders import visible
 
 CLAIMS, SWITCHES = "claims.csv", "sensitivity.csv"
-
-_ENDS = re.compile(r"(at least|over|at most|under|exactly) (\S+)")
-
-
-def ends_of(bounds: str) -> tuple[float, float]:
-    """Return lower and upper end of bounds in the ledger's words, infinite where there is none.
-
-    Examples
-    --------
-    >>> ends_of("at least 20"), ends_of("93 to 97"), ends_of("over 0 and under 100"), ends_of("exactly 15")
-    ((20.0, inf), (93.0, 97.0), (0.0, 100.0), (15.0, 15.0))
-    """
-    if " to " in bounds:
-        low, high = bounds.split(" to ")
-        return float(low), float(high)
-    found = {word: float(end) for word, end in _ENDS.findall(bounds)}
-    exact = found.get("exactly")
-    return (
-        found.get("at least", found.get("over", -np.inf if exact is None else exact)),
-        found.get("at most", found.get("under", np.inf if exact is None else exact)),
-    )
 
 
 class Abscissa:
@@ -50,29 +29,31 @@ class Abscissa:
 
     Parameters
     ----------
-    row : mapping
-        Of ``claims.csv``.
+    bounds : Interval
+        Values that agree with the paper.
+    close : Interval, optional
+        Wider bounds.
+    others : sequence of float
+        Values of the baseline and of the paper.
 
     Examples
     --------
-    >>> gain = Abscissa({"bounds": "at least 20", "published": 30.0, "baseline_value": 0.0})
+    >>> gain = Abscissa(Interval(low=20.0), others=[30.0, 0.0])
     >>> gain.place(20.0), gain.place(30.0), gain.place(0.0)
     (0.0, 0.5, -1.0)
-    >>> cover = Abscissa({"bounds": "93 to 97"})
+    >>> cover = Abscissa(Interval(93.0, 97.0))
     >>> cover.place(95.0), cover.interval(94.0, 98.0)
     (1.0, (-0.5, 1.0))
     """
 
-    def __init__(self, row: Mapping[str, Any]) -> None:
-        self.low, self.high = ends_of(str(row.get("bounds") or ""))
+    def __init__(
+        self, bounds: Interval, close: Interval | None = None, *, others: Sequence[float] = ()
+    ) -> None:
+        self.low, self.high = bounds.low, bounds.high
         bound = self.low if np.isfinite(self.low) else self.high
-        away = [
-            abs(value - bound)
-            for name in ("baseline_value", "published")
-            if isinstance(value := row.get(name), int | float)
-        ]
-        close = [end for end in ends_of(str(row.get("close_bounds") or "")) if np.isfinite(end)]
-        lengths = (max(away, default=0.0), *(abs(end - bound) for end in close), abs(bound))
+        wider = (close.low, close.high) if close else ()
+        distances = [abs(end - bound) for end in wider if np.isfinite(end)]
+        lengths = (max((abs(value - bound) for value in others), default=0.0), *distances, abs(bound))
         self.unit = next((length for length in lengths if length > 0.0 and np.isfinite(length)), 1.0)
 
     def place(self, value: float) -> float:
@@ -90,6 +71,29 @@ class Abscissa:
         return ends[0], 1.0 if np.isfinite(middle) and low <= middle <= high else ends[1]
 
 
+def abscissae(rows: Sequence[Mapping[str, Any]]) -> dict[str, Abscissa]:
+    """Return the abscissa of each claim that has bounds, from the claims of this version by name.
+
+    A row whose claim this version does not have, or has with other bounds, was judged by bounds that only its words
+    give: it has no abscissa.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+        Of ``claims.csv``.
+    """
+    claims = {claim.name: claim for paper in papers.all_papers().values() for claim in paper.claims}
+    axes = {}
+    for row in rows:
+        claim = claims.get(row["claim"])
+        if claim and claim.agrees and str(claim.agrees) == row.get("bounds"):
+            others = (row.get("baseline_value"), row.get("published"))
+            axes[claim.name] = Abscissa(
+                claim.agrees, claim.close, others=[v for v in others if isinstance(v, int | float)]
+            )
+    return axes
+
+
 def ledger_picture(results: Published, *, listed: Path | None = None) -> dict[str, Any]:
     """Return what the page's script draws of the ledger; empty if there are no claims.
 
@@ -101,11 +105,7 @@ def ledger_picture(results: Published, *, listed: Path | None = None) -> dict[st
     """
     if not results.claims:
         return {}
-    axes = {
-        row["claim"]: Abscissa(row)
-        for row in results.claims
-        if np.isfinite(ends_of(str(row.get("bounds") or ""))).any()
-    }
+    axes = abscissae(results.claims)
     order = {kind: number for number, kind in enumerate(Kind)}
     rows = sorted(results.claims, key=lambda row: order.get(row.get("kind") or Kind.RESULT, 0))
     figures = list(results.figures)
@@ -156,24 +156,28 @@ def _words(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _placed(row: Mapping[str, Any], axes: Mapping[str, Abscissa]) -> dict[str, Any]:
-    """Return numbers, places and answers of a claim's row; nothing if it has no number."""
+    """Return numbers, places and answers of a claim's row; nothing if it has no number, no places without an axis."""
     value, axis = row.get("value"), axes.get(row["claim"])
-    if axis is None or not isinstance(value, int | float):
+    if not isinstance(value, int | float):
         return {}
     agreement, beyond = answers(row)
     made = _numbers(axis, value, row.get("value_low"), row.get("value_high"), agreement)
     if beyond_tone(beyond):
         made |= {"beyond": beyond}
     if isinstance(simple := row.get("baseline_value"), int | float):
-        made |= {"simple": _short(simple), "ring": _at(axis.place(simple))}
+        made |= {"simple": _short(simple)} | ({"ring": _at(axis.place(simple))} if axis else {})
     return made
 
 
-def _numbers(axis: Abscissa, value: float, low: Any, high: Any, agreement: str) -> dict[str, Any]:
-    """Return a value, its interval if it has one, their places, and what is said of it."""
-    made = {"value": _short(value), "at": _at(axis.place(value)), "said": agreement, "tone": tone(agreement)}
+def _numbers(axis: Abscissa | None, value: float, low: Any, high: Any, agreement: str) -> dict[str, Any]:
+    """Return a value, its interval if it has one, their places on the axis, and the verdict."""
+    made = {"value": _short(value), "said": agreement, "tone": tone(agreement)}
+    if axis:
+        made["at"] = _at(axis.place(value))
     if isinstance(low, int | float) and isinstance(high, int | float):
-        made |= {"ends": [_short(low), _short(high)], "reach": list(map(_at, axis.interval(low, high)))}
+        made["ends"] = [_short(low), _short(high)]
+        if axis:
+            made["reach"] = list(map(_at, axis.interval(low, high)))
     return made
 
 
@@ -190,8 +194,8 @@ def _at(place: float) -> float:
 def _other_sets(results: Published) -> dict[str, Sequence[Mapping[str, Any]]]:
     """Return the claims of other data sets: of published results beside these, else of the light archives."""
     found: dict[str, Sequence[Mapping[str, Any]]] = {}
-    light = sorted((PROJECT / "results" / "archive" / "light").glob(f"*/{CLAIMS}"))
-    near = sorted(results.folder.parent.parent.glob(f"*/{results.scale}/{CLAIMS}"))
+    light = visible(PROJECT / "results" / "archive" / "light", f"*/{CLAIMS}")
+    near = visible(results.folder.parent.parent, f"*/{results.scale}/{CLAIMS}")
     for path in [*near, *(light if results.scale == "full" else ())]:
         data = path.parent.parent.name if path in near else path.parent.name
         if data not in (results.data, *found):

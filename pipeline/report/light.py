@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.pictures.embedding import reduced
+from pipeline.reading import MAX_UNPACKED_BYTES, read_file
 from pipeline.report import document
 from pipeline.report.published import Published, read_published
 from pipeline.storage import agreement, archive, crate, tables
@@ -73,9 +74,9 @@ def keep_light(folder: Path, target: Path, figures: Sequence[str], **traced: Any
         _write_left_out(inside / LEFT_OUT, results, kept)
         agreement.write_rule(inside, results.figures)
         drawn = folder.parent.parent / document.TUTORIAL
-        for path in sorted(drawn.glob("*/*.svg")) if results.data == "synthetic" else ():
+        for path in folders.visible(drawn, "*/*.svg") if results.data == "synthetic" else ():
             (inside / document.TUTORIAL).mkdir(exist_ok=True)
-            (inside / document.TUTORIAL / path.name).write_bytes(path.read_bytes())
+            (inside / document.TUTORIAL / path.name).write_bytes(read_file(path))
         document.write_page(folder, figures, to=inside, motion=not results.recorded)
         commands = {
             name: {"title": figure.title, "command": f"make {name} DATA={results.data}"}
@@ -120,12 +121,14 @@ def _smallest_first(results: Published, folder: Path) -> tuple[Files, Files]:
     for name, figure in results.figures.items():
         for file in figure.files:
             if file.endswith((".csv", ".json")):
-                content = (folder / name / file).read_bytes()
+                content = read_file(folder / name / file)
+                if len(content) > MAX_UNPACKED_BYTES:
+                    continue
                 large = len(content) > PLAIN_BYTES and file not in (folders.MANIFEST, agreement.CLAIMS)
                 text = gzip.compress(content, mtime=0) if large else content
                 texts.append((f"{name}/{file}{'.gz' if large else ''}", text))
             elif file.endswith(".rrd"):
-                recordings.append((f"{name}/{file}", (folder / name / file).read_bytes()))
+                recordings.append((f"{name}/{file}", read_file(folder / name / file)))
 
     def order(item: tuple[str, bytes]) -> tuple[bool, int, str]:
         return (not item[0].endswith(folders.MANIFEST), len(item[1]), item[0])

@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 
 from pipeline.charts import Chart, from_json
+from pipeline.reading import as_written, read_arrays
 from pipeline.storage import tables
-from pipeline.storage.sealed_folders import complaints_about, read_manifest
+from pipeline.storage.sealed_folders import FIGURE, complaints_about, read_manifest, visible
 from pipeline.validation import InvalidInput
 
 
@@ -86,14 +87,13 @@ class PublishedFigure:
     @cached_property
     def arrays(self) -> dict[str, np.ndarray]:
         """The content of ``arrays.npz``."""
-        with np.load(self.folder / "arrays.npz", allow_pickle=False) as stored:
-            return {name: stored[name] for name in stored.files}
+        return read_arrays(self.folder / "arrays.npz")
 
     @cached_property
     def sources(self) -> list[str]:
         """Sources of its clips that are kept, sorted."""
         ingested = self.table("table_ingest")
-        if ingested is None:
+        if ingested is None or "source" not in ingested:
             return []
         kept = ingested["verdict"] == "kept" if "verdict" in ingested else slice(None)
         return sorted(set(map(str, ingested["source"][kept])))
@@ -163,16 +163,16 @@ def read_published(folder: Path, figures: Sequence[str]) -> Published:
     for name in figures:
         if not (folder / name).is_dir():
             missing[name] = "not made yet"
-        elif complaints := complaints_about(folder / name, hashes=False):
+        elif complaints := complaints_about(folder / name, hashes=False, needed=FIGURE):
             missing[name] = f"unfinished or damaged: {complaints[0]}"
         else:
             made[name] = PublishedFigure(name, folder / name, read_manifest(folder / name))
     if not made:
         raise InvalidInput("nothing is published", folder, "one figure or more")
     claims = folder / "claims.csv"
-    files = [claims] if claims.is_file() else [*folder.glob("*/claims.csv")]
-    rows = [row for path in files for row in numbered_rows(path)]
-    kept = [row for row in rows if row["figure"] in made]
+    files = [claims] if claims.is_file() else visible(folder, "*/claims.csv")
+    with as_written(folder / "claims.csv"):
+        kept = [row for path in files for row in numbered_rows(path) if row["figure"] in made]
     return Published(folder, folder.parent.name, folder.name, made, missing, kept)
 
 

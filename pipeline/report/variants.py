@@ -18,7 +18,7 @@ from pipeline.charts import Chart, Lines, Sheet
 from pipeline.palette import CYCLE, Style
 from pipeline.report.published import PublishedFigure, read_published
 from pipeline.storage import tables
-from pipeline.storage.sealed_folders import MANIFEST
+from pipeline.storage.sealed_folders import MANIFEST, visible
 
 VARIANTS = "variants.csv"
 _ASIDE = {"name", "results", "workers"}
@@ -54,8 +54,8 @@ def variants_of(run: Path) -> dict[str, list[Variant]]:
     """Return the finished variants of a run by figure, in the order of the jobs; figures with one are left out."""
     found: dict[str, list[PublishedFigure]] = {}
     claims: dict[Path, list[dict[str, Any]]] = {}
-    for folder in sorted((path.parent.parent for path in run.glob(f"*/*/{MANIFEST}")), key=_job):
-        for figure in sorted(path.parent.name for path in folder.glob(f"*/{MANIFEST}")):
+    for folder in sorted((path.parent.parent for path in visible(run, f"*/*/{MANIFEST}")), key=_job):
+        for figure in sorted(path.parent.name for path in visible(folder, f"*/{MANIFEST}")):
             results = read_published(folder, [figure])
             found.setdefault(figure, []).append(results.figures[figure])
             claims[folder / figure] = results.claims

@@ -60,6 +60,7 @@ def stored(
         [kept.artefact for kept in inputs],
         lambda: pack(compute()),
         code=sources_digest(sources),
+        fits=lambda found: unpack(result, found.arrays, found.notes),
     )
     if isinstance(store, Plan):
         return Stored(cast(Value, None), artefact)  # nothing is computed, and nobody looks

@@ -52,6 +52,8 @@ def run(experiment: Experiment, store: Store, population: int | None = None) -> 
             f"{refusal.what} (every reason is in {path})",
             expected=refusal.expected,
             received=refusal.received,
+            code=refusal.code,
+            **refusal.values,
         ) from None
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import pandas as pd
 
-from pipeline.ingestion.data import SyntheticData
+from pipeline.clips.options import SyntheticPeople
 from pipeline.processes import map_processes
 from pipeline.stages import ingest
 from pipeline.stages.artefacts import Stored, stored
@@ -21,7 +21,7 @@ from pipeline.studies.study import NoSweep, SweepInputs, Tables
 def count(experiment: Experiment) -> int:
     """Return how many further populations a figure has: none where its sweep reads clips, which are not kept."""
     data, figure = experiment.data, experiment.figure
-    if not isinstance(data, SyntheticData) or not figure.over_people or experiment.sweep.reads_clips:
+    if not isinstance(data, SyntheticPeople) or not figure.over_people or experiment.sweep.reads_clips:
         return 0
     return data.populations
 

@@ -12,8 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
+from pipeline.reading import as_written
 from pipeline.storage import tables
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import InvalidInput, is_relative, require_range
 
 DIGITS = "digits.csv"
 CLAIMS = "claims.csv"
@@ -100,15 +101,16 @@ def compare_again(kept: Path, made: Path) -> list[Agreement]:
     InvalidInput
         If there is no table to compare, one cannot be read, or a tolerance is no number.
     """
-    allowed = rule(kept)
-    for name, most in _stated(kept).items():
-        allowed[name] = min(most, allowed.get(name, most))
-    if not allowed:
-        raise InvalidInput("no table to compare", kept)
-    found = [_compared(kept, made, name, most) for name, most in allowed.items()]
-    if (kept / CLAIMS).is_file() or (made / CLAIMS).is_file():
-        found.append(_verdicts(kept, made, max(allowed.values())))
-    return found
+    with as_written(kept):
+        allowed = rule(kept)
+        for name, most in _stated(kept).items():
+            allowed[name] = min(most, allowed.get(name, most))
+        if not allowed:
+            raise InvalidInput("no table to compare", kept)
+        found = [_compared(kept, made, name, most) for name, most in allowed.items()]
+        if (kept / CLAIMS).is_file() or (made / CLAIMS).is_file():
+            found.append(_verdicts(kept, made, max(allowed.values())))
+        return found
 
 
 def _stated(kept: Path) -> dict[str, float]:
@@ -120,6 +122,10 @@ def _stated(kept: Path) -> dict[str, float]:
                 most = float(row["relative_difference_allowed"])
             except ValueError:
                 most = np.nan
+            if not is_relative(row["table"]):
+                raise InvalidInput(
+                    "must be a plain path below its folder", f"{DIGITS}: table", received=row["table"]
+                )
             stated[row["table"]] = require_range(f"{DIGITS}: {row['table']}", most, at_least=0)
     return stated
 

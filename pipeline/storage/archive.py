@@ -9,14 +9,15 @@ from __future__ import annotations
 import re
 import shutil
 from collections.abc import Collection, Mapping, Sequence
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any
 
+from pipeline.reading import read_file
 from pipeline.storage import provenance
 from pipeline.storage import sealed_folders as folders
 from pipeline.storage.publishing import Publication, publish
 from pipeline.storage.sbom import SBOM, bill_of_materials
-from pipeline.validation import InvalidInput, require_name
+from pipeline.validation import InvalidInput, is_relative, require_name
 
 CHECKSUMS = "SHA256SUMS"
 
@@ -114,7 +115,7 @@ def figures_of_run(run: Path) -> tuple[str, list[str]]:
     InvalidInput
         If nothing finished is there or the figures are of several data sets.
     """
-    found = sorted(path.parent for path in run.rglob(folders.MANIFEST)) if run.is_dir() else []
+    found = sorted(path.parent for path in folders.visible(run, f"**/{folders.MANIFEST}"))
     data = {str(folders.read_manifest(figure).get("data")) for figure in found}
     if len(data) != 1:
         what = "figures of several data sets" if data else "no finished figure is there"
@@ -177,7 +178,7 @@ def traced_files(
         raise InvalidInput("no figure is expected, so there is nothing to keep", source)
     for figure in sorted(set(figures)):
         check_figure(source / figure, commit=commit, lock=lock, scale=scale, current=figure in current)
-    beside = {path.name: path for path in sorted(source.glob("*.csv"))}
+    beside = {path.name: path for path in folders.visible(source, "*.csv") if path.is_file()}
     return {lock.name: lock, SBOM: bill_of_materials(lock, commit), **beside}
 
 
@@ -259,20 +260,21 @@ def check_figure(folder: Path, *, commit: str, lock: Path, scale: str, current: 
 
 def _listed(folder: Path) -> list[str]:
     """Return the names of the files that a figure's manifest lists, and of the manifest."""
-    names = sorted(folders.read_manifest(folder)["files"])
-    for name in names:
-        if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts:
-            raise InvalidInput("the manifest lists a file outside its folder", folder, received=name)
-    return [*names, folders.MANIFEST]
+    return [*sorted(folders.read_manifest(folder)["files"]), folders.MANIFEST]
 
 
 def _read_sums(archive: Path) -> dict[str, str]:
     """Return the sha256 of each file, by its name in the archive."""
     sums = {}
-    text = (archive / CHECKSUMS).read_text("utf-8", errors="replace")
+    try:
+        text = read_file(archive / CHECKSUMS).decode("utf-8", errors="replace")
+    except InvalidInput as error:
+        raise InvalidInput(
+            error.what.replace("the file", "the list of checksums", 1), archive / CHECKSUMS
+        ) from error
     for number, line in enumerate(text.splitlines(), start=1):
         match = re.fullmatch(r"([0-9a-f]{64})  (\S.*)", line)
-        if not match or match[2].startswith("/") or ".." in PurePosixPath(match[2]).parts:
+        if not match or not is_relative(match[2]):
             raise InvalidInput(
                 "the list of checksums cannot be understood",
                 f"{archive.name}/{CHECKSUMS}, line {number}",

@@ -14,7 +14,15 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.storage.sealed_folders import MANIFEST, compact, complaints_about, digest, read_manifest
+from pipeline.reading import MAX_BYTES, read_arrays, read_file
+from pipeline.storage.sealed_folders import (
+    ARTEFACT,
+    MANIFEST,
+    compact,
+    complaints_about,
+    digest,
+    read_manifest,
+)
 from pipeline.validation import InvalidInput
 
 ARRAYS = "arrays.npz"
@@ -85,18 +93,17 @@ def read_artefact(folder: Path) -> Artefact | None:
     try:
         if complaints := complaints_about(folder, hashes=False):
             raise Damaged(complaints[0])
-        manifest = read_manifest(folder)
+        manifest = read_manifest(folder, ARTEFACT)
         if f"{manifest['stage']}-{manifest['key']}" != folder.name:
             raise Damaged(f"{MANIFEST} belongs to {manifest['stage']}-{manifest['key']}")
-        content = (folder / ARRAYS).read_bytes()
-        if digest(content) != manifest["files"][ARRAYS]["sha256"]:
+        content = read_file(folder / ARRAYS, at_most=MAX_BYTES)
+        if ARRAYS not in manifest["files"] or digest(content) != manifest["files"][ARRAYS]["sha256"]:
             raise Damaged(f"{ARRAYS} sha256 differs")
-        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in archive.files}
+        arrays = read_arrays(folder / ARRAYS, content)
     except OSError as error:
         raise Damaged(f"cannot be read: {error.strerror}") from error
-    except (KeyError, ValueError, zipfile.BadZipFile) as error:
-        raise Damaged(f"cannot be understood: {error!r}") from error
+    except InvalidInput as error:
+        raise Damaged(error.what.replace("the file", ARRAYS, 1)) from error
     for array in arrays.values():
         array.setflags(write=False)
     facts = {name: manifest[name] for name in ("stage", "key", "notes", "seconds")}

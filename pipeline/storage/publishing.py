@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pipeline.reading import read_file
 from pipeline.storage.sealed_folders import (
     CANNOT_WRITE,
     is_sealed,
@@ -129,7 +130,7 @@ def require_new(path: Path, *, replace: Replace = False, sources: Iterable[str |
     elif any(Path(source).exists() and path.samefile(source) for source in sources):
         reason = "it is what is read"
     elif callable(replace):
-        if replace(path.read_bytes()):
+        if replace(read_file(path)):
             return
         reason, expected = "this program did not write it", "that it is moved away"
     elif replace:

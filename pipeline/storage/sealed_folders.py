@@ -17,15 +17,16 @@ import re
 import secrets
 import shutil
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from enum import Enum
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
-from pipeline.validation import InvalidInput
+from pipeline.reading import MAX_JSON_BYTES, open_regular, read_json
+from pipeline.validation import InvalidInput, is_relative
 
 MANIFEST = "manifest.json"
 TYPE = "<type>"
@@ -35,6 +36,53 @@ CANNOT_WRITE = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.EFBIG,
 FULL = {errno.ENOTEMPTY, errno.EEXIST}
 """Errors of a rename onto a folder that is not empty."""
 _ONE_DAY_S = 86400.0
+
+
+class _File(TypedDict):
+    bytes: int
+    sha256: str
+
+
+class _Stage(TypedDict):
+    key: str
+
+
+class _Provenance(TypedDict, total=False):
+    commit: str
+    dirty: bool | str
+    packages: dict[str, str]
+
+
+class _Facts(TypedDict, total=False):
+    """Entries that some manifests have, with their types."""
+
+    figure: str
+    paper: str
+    title: str
+    data: str
+    scale: str
+    caption: str
+    configuration: dict[str, Any]
+    code: str
+    stages: dict[str, _Stage]
+    inputs: dict[str, str] | list[str]
+    charts: list[dict[str, Any]]
+    provenance: _Provenance
+    stage: str
+    key: str
+    notes: Any
+    seconds: float
+    libraries: dict[str, str]
+
+
+class _Manifest(_Facts):
+    files: dict[str, _File]
+    seal: str
+
+
+FIGURE = ("figure", "data", "scale", "configuration", "provenance")
+ARTEFACT = ("stage", "key", "notes", "seconds", "options", "inputs", "code", "libraries")
+"""Entries that the manifest of a figure, and that of an artefact, must have."""
 
 
 def _process_space() -> str:
@@ -106,8 +154,8 @@ def digest(content: bytes) -> str:
 
 def file_digest(path: Path) -> str:
     """Return the sha256 of a file, in hexadecimal."""
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
+    with open_regular(path) as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()  # type: ignore[arg-type]
 
 
 def write_bytes(path: Path, content: bytes) -> None:
@@ -137,34 +185,44 @@ def write_manifest(folder: Path, facts: Mapping[str, Any]) -> None:
         files[relative] = {"bytes": path.stat().st_size, "sha256": file_digest(path)}
     manifest = {**canonical(facts, "manifest"), "files": files}
     manifest["seal"] = digest(compact(manifest))
-    write_bytes(folder / MANIFEST, json.dumps(manifest, sort_keys=True, indent=1).encode() + b"\n")
+    content = json.dumps(manifest, sort_keys=True, indent=1).encode() + b"\n"
+    if len(content) > MAX_JSON_BYTES:
+        raise InvalidInput("the manifest would be too large", folder, f"{MAX_JSON_BYTES} bytes", len(content))
+    write_bytes(folder / MANIFEST, content)
     sync(folder)
 
 
-def read_manifest(folder: Path) -> dict[str, Any]:
+def read_manifest(folder: Path, needed: Iterable[str] = ()) -> dict[str, Any]:
     """Return the content of a sealed ``manifest.json``, without the seal.
+
+    Parameters
+    ----------
+    folder : Path
+    needed : iterable of str
+        Entries that it must have, such as `FIGURE`.
 
     Raises
     ------
     InvalidInput
-        If it is missing, was changed, or was not written by `write_manifest`.
+        If it is missing, was changed, lacks an entry, lists a file that is not below its folder, or was not written by
+        `write_manifest`.
     """
     try:
-        manifest = json.loads((folder / MANIFEST).read_bytes())
-        seal = manifest.pop("seal")
-        known = all({"bytes", "sha256"} <= fact.keys() for fact in manifest["files"].values())
+        manifest: dict[str, Any] = read_json(folder / MANIFEST, _Manifest)
+    except InvalidInput as error:
+        raise InvalidInput(error.what.replace("the file", MANIFEST, 1), folder) from None
+    seal = manifest.pop("seal")
+    try:
         complaint = "" if digest(compact(manifest)) == seal else "was changed"
-    except (FileNotFoundError, NotADirectoryError):
-        complaint = "is missing"
-    except OSError as error:
-        complaint = f"cannot be read: {error.strerror}"
-    except (ValueError, KeyError, AttributeError, TypeError):
-        complaint = "cannot be understood"
-    else:
-        complaint = complaint if known else "cannot be understood"
+    except ValueError:
+        complaint = "cannot be understood: it has numbers that are not finite"
+    if lacking := [name for name in needed if name not in manifest]:
+        complaint = complaint or f"has no entry {lacking[0]!r}"
+    if outside := [name for name in manifest["files"] if not is_relative(name)]:
+        complaint = complaint or f"lists a name that is not a plain path below its folder: {outside[0]!r:.80}"
     if complaint:
         raise InvalidInput(f"{MANIFEST} {complaint}", folder)
-    return dict(manifest)
+    return manifest
 
 
 def is_sealed(folder: Path) -> bool:
@@ -216,7 +274,7 @@ def require_replaceable(folder: Path, *, having: str = "") -> None:
     )
 
 
-def complaints_about(folder: Path, *, hashes: bool = True) -> list[str]:
+def complaints_about(folder: Path, *, hashes: bool = True, needed: Iterable[str] = ()) -> list[str]:
     """Return what is wrong with a folder that `write_manifest` sealed; an empty list if nothing is.
 
     Parameters
@@ -224,9 +282,11 @@ def complaints_about(folder: Path, *, hashes: bool = True) -> list[str]:
     folder : Path
     hashes : bool
         Compare sha256, which reads every file; otherwise sizes, and sha256 of files that are newer than the manifest.
+    needed : iterable of str
+        As for `read_manifest`.
     """
     try:
-        files = read_manifest(folder)["files"].items()
+        files = read_manifest(folder, needed)["files"].items()
         sealed_ns = (folder / MANIFEST).stat().st_mtime_ns
     except InvalidInput as complaint:
         return [complaint.what]
@@ -240,6 +300,15 @@ def complaints_about(folder: Path, *, hashes: bool = True) -> list[str]:
         elif (hashes or path.stat().st_mtime_ns > sealed_ns) and file_digest(path) != fact["sha256"]:
             complaints.append(f"{name} sha256 differs")
     return complaints
+
+
+def visible(folder: Path, pattern: str) -> list[Path]:
+    """Return the paths below a folder that fit a pattern, sorted; none in or of a name that begins with a dot.
+
+    Such names are those of folders that are being written, and of programs that keep their own files here.
+    """
+    below = (path for path in folder.glob(pattern) if path != folder)
+    return sorted(p for p in below if not any(part.startswith(".") for part in p.relative_to(folder).parts))
 
 
 @contextmanager

@@ -48,6 +48,7 @@ from pipeline.storage.sealed_folders import (
     write_manifest,
     writing,
 )
+from pipeline.validation import InvalidInput
 
 _KEYED_LIBRARIES = ("numpy", "scipy")
 _UNREADABLE = (OSError, ValueError, KeyError, TypeError, AttributeError)
@@ -58,6 +59,8 @@ _LOCK = ".lock-"
 
 Compute = Callable[[], tuple[Mapping[str, Any], Mapping[str, Any]]]
 """Makes the arrays and notes of an artefact."""
+Fits = Callable[[Artefact], object]
+"""Raises InvalidInput for an artefact that is not what its stage returns."""
 
 
 class Store:
@@ -98,6 +101,7 @@ class Store:
         compute: Compute,
         *,
         code: str,
+        fits: Fits = lambda artefact: None,
     ) -> Artefact:
         """Return the artefact of a stage for these options and inputs; compute it if it is not in the cache.
 
@@ -113,6 +117,8 @@ class Store:
             Returns (arrays, notes).  Called at most once.
         code : str
             Digest of the sources.
+        fits : callable
+            Raises InvalidInput for an artefact that is not what the stage returns: it is damaged, and computed again.
 
         Raises
         ------
@@ -125,14 +131,14 @@ class Store:
         if known := self._memory.get(name):
             return dataclasses.replace(known, notes=copy.deepcopy(known.notes), computed=False, why="")
         folder = self.cache / name
-        found, damage = self._found(folder)
+        found, damage = self._found(folder, fits)
         if found is None:
             with writing(folder):
                 self.cache.mkdir(parents=True, exist_ok=True)
                 if not os.access(self.cache, os.W_OK | os.X_OK):  # before the work, not after it
                     raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
             with self._alone(name):
-                found, damaged_since = self._found(folder)  # another process may have been faster
+                found, damaged_since = self._found(folder, fits)  # another process may have been faster
                 if found is None:
                     why = damage or damaged_since or self._why(made_from)
                     found = self._made(folder, made_from, compute, why)
@@ -163,11 +169,13 @@ class Store:
                 held.enter_context(exclusive(path, self._waiting))
             yield
 
-    def _found(self, folder: Path) -> tuple[Artefact | None, str]:
+    def _found(self, folder: Path, fits: Fits) -> tuple[Artefact | None, str]:
         """Return an artefact, None if there is none; and what is wrong with one that was therefore set aside."""
         try:
-            return read_artefact(folder), ""
-        except Damaged as error:
+            if found := read_artefact(folder):
+                fits(found)
+            return found, ""
+        except (Damaged, InvalidInput) as error:
             self._set_aside(folder)
             return None, f"artefact damaged: {error}"
 
@@ -269,6 +277,7 @@ class Plan(Store):
         compute: Compute,
         *,
         code: str,
+        fits: Fits = lambda artefact: None,
     ) -> Artefact:
         """Return an artefact without arrays: `computed` if it is not in the cache, `why` it differs from before.
 

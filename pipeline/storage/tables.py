@@ -1,16 +1,16 @@
 """Tidy tables as CSV: one row per observation, units in the column names, equal bytes for equal numbers.
 
-A short or long row is refused: a parser that pads it would shift or invent values.
+A short or long row is refused: a parser that pads it would shift or invent values.  A text that a spreadsheet would run
+as a formula is written with an apostrophe in front, and read without it.
 """
 
 from __future__ import annotations
 
 import csv
-import gzip
 import io
 import math
 import re
-import zlib
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from operator import methodcaller
 from pathlib import Path
@@ -18,15 +18,17 @@ from typing import Any
 
 import numpy as np
 
+from pipeline.reading import read_file, unpacked
 from pipeline.storage.publishing import Replace, new_file
 from pipeline.storage.sealed_folders import digest, read_manifest, writing
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, harmless
 
 _INTEGER, _NUMBER = r"(?:0|-?[1-9]\d{0,17})", r"(?:-?(?:0|[1-9]\d*)(?:\.\d+)?(?:e[+-]?\d+)?|-?inf|)"
 _NO_INTEGER, _NO_NUMBER = (re.compile(rf"^(?!{cell}$)", re.MULTILINE) for cell in (_INTEGER, _NUMBER))
 """A cell of a column, of which each is a line."""
 _SHOWN_DIFFERENCES = 10
 _ROWS_AT_A_TIME = 50_000
+_MAX_COLUMNS = 10_000
 
 
 def write(
@@ -73,7 +75,7 @@ def write(
             [key.astype(str) if key.dtype.kind == "O" else key for key in keys]
         )  # stable, NaN last
         arrays = {name: array[order] for name, array in arrays.items()}
-    header = _lines([arrays])
+    header = _lines([map(_escaped, arrays)])
     ours: Replace = (lambda old: old.startswith(header)) if replace is None else replace
     with writing(path), new_file(path, replace=ours) as partial, partial.open("wb") as file:
         file.write(header)
@@ -244,12 +246,26 @@ def _column(name: str, values: Any, where: str) -> np.ndarray:
             "numbers, booleans or text",
             "text and other things" if array.dtype.kind == "U" else str(array.dtype),
         )
-    if kinds and (broken := [v for v in set(array.tolist()) if any(c in v for c in "\r\n\0")]):
+    texts = set(array.tolist()) if kinds else set()
+    if broken := [v for v in texts if any(c in v for c in "\r\n\0")]:
         raise InvalidInput(
             f"the column {name!r} holds text of several lines", where, received=repr(min(broken))
         )
+    if any(text != _escaped(text) for text in texts):
+        array = np.array([*map(_escaped, array.tolist())])
     # Adding zero turns -0.0, whose sign would depend on the order of summation, into 0.0.
     return array + 0.0 if array.dtype.kind == "f" else array
+
+
+def _escaped(text: str) -> str:
+    """Return a text with an apostrophe in front if a spreadsheet would run it, or would without its apostrophes."""
+    bare = text.lstrip("'")
+    return text if harmless(bare) == bare else f"'{text}"
+
+
+def _restored(text: str) -> str:
+    """Return the text that `_escaped` wrote."""
+    return text[1:] if text[:1] == "'" and _escaped(text[1:]) != text[1:] else text
 
 
 def _lines(rows: Iterable[Iterable[Any]]) -> bytes:
@@ -278,17 +294,26 @@ def _cell(value: Any) -> str:
 def _cells(path: Path, sha256: str | None = None) -> dict[str, Sequence[str]]:
     """Return the columns of a CSV file, every row as long as the header."""
     try:
-        content = path.read_bytes()
-        if sha256 is not None and (received := digest(content)) != sha256:
+        content = packed = read_file(path)
+        if path.suffix == ".gz":
+            content = unpacked(packed, path)
+    except InvalidInput as error:
+        raise InvalidInput(error.what.replace("the file", "the table", 1), path) from error
+    try:
+        if sha256 is not None and (received := digest(packed)) != sha256:
             raise InvalidInput(
                 "the table was changed after it was published",
                 path,
                 f"sha256 {sha256[:12]}…",
                 f"{received[:12]}…",
             )
-        text = (gzip.decompress(content) if path.suffix == ".gz" else content).decode("utf-8-sig")
+        text = content.decode("utf-8-sig")
         lines = text.removesuffix("\n").split("\n")
         commas = set(map(methodcaller("count", ","), lines))
+        if max(commas) >= _MAX_COLUMNS:
+            raise InvalidInput(
+                "the table has too many columns", path, f"{_MAX_COLUMNS} or fewer", max(commas) + 1
+            )
         if len(commas) == 1 and 0 not in commas and '"' not in text and "\r" not in text:
             cells, width = ",".join(lines).split(","), commas.pop() + 1
             header, columns = cells[:width], [cells[width + i :: width] for i in range(width)]
@@ -307,9 +332,6 @@ def _cells(path: Path, sha256: str | None = None) -> dict[str, Sequence[str]]:
                     )
                 rows.append(row)
             columns = [[row[i] for row in rows] for i in range(len(header))]
-    except (OSError, EOFError, zlib.error) as error:
-        what = f"cannot read the table: {getattr(error, 'strerror', '') or error}"
-        raise InvalidInput(what, path) from error
     except UnicodeDecodeError as error:
         raise InvalidInput("the table is not UTF-8 text", f"{path.name}, byte {error.start}") from error
     except csv.Error as error:
@@ -318,8 +340,10 @@ def _cells(path: Path, sha256: str | None = None) -> dict[str, Sequence[str]]:
         ) from error
     if not any(header):
         raise InvalidInput("the table is empty", path.name, "a line of column names")
-    if twice := [name for name in header if header.count(name) > 1]:
+    if twice := [name for name, count in Counter(header).items() if count > 1]:
         raise InvalidInput(f"two columns are called {twice[0]!r}", path.name)
+    if "'" in text:
+        header, columns = [*map(_restored, header)], [[*map(_restored, column)] for column in columns]
     return dict(zip(header, columns, strict=True))
 
 

@@ -8,13 +8,19 @@ the array says which one stands in each row, and the notes list each once.
 from __future__ import annotations
 
 import dataclasses
+import inspect
+import re
 import typing
 from collections.abc import Callable, Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
 
-from pipeline.validation import required
+from pipeline.validation import InvalidInput, fits, required
+
+_SHAPES = re.compile(r"^(\w+(?:, \w+)*) : (\(.*)$", re.MULTILINE)
+"""Fields of a docstring, and what it says of their shapes: ``mean, scale : (D,), (R, D)``."""
 
 
 def result_type(method: Callable[..., Any]) -> type:
@@ -85,7 +91,39 @@ def _parts(part: Any) -> dict[str, Any] | None:
     return None
 
 
-def unpack(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str = "") -> Any:
+@cache
+def _axes(kind: type) -> dict[str, tuple[list[str], bool]]:
+    """Return the axes of each array of a dataclass and whether it holds text, as the docstrings of the fields say."""
+    found: dict[str, tuple[list[str], bool]] = {}
+    for one in reversed(kind.__mro__):
+        for field, words in _SHAPES.findall(inspect.cleandoc(vars(one).get("__doc__") or "")):
+            names, shapes = field.split(", "), re.findall(r"\(([^()]*)\)", words)
+            for name, shape in zip(names, shapes * len(names) if len(shapes) == 1 else shapes, strict=False):
+                if len(shapes) in (1, len(names)):
+                    axes = [axis.strip() for axis in shape.split(",") if axis.strip()]
+                    found[name] = axes, "text" in words.split()
+    return found
+
+
+def _require_axes(name: str, array: np.ndarray, axes: list[str], text: bool, sizes: dict[str, int]) -> None:
+    """Raise InvalidInput if an array has other axes than documented, or text for numbers; a part may be stacked.
+
+    Axes called by one letter, ``N`` or ``N + 1``, have one size in all arrays of a dataclass: `sizes`, which is filled.
+    """
+    more = array.ndim - len(axes)
+    fit = more in ((0, 1) if "." in name else (0,)) and text == (array.dtype.kind in "US")
+    for size, axis in zip(array.shape[max(more, 0) :], axes, strict=False):
+        if axis.isdigit():
+            fit = fit and size == int(axis)
+        elif sum_of := re.fullmatch(r"(?:(\d+) \+ )?([A-Z])(?: \+ (\d+))?", axis):
+            one = size - int(sum_of[1] or sum_of[3] or 0)
+            fit = fit and (not array.size or sizes.setdefault(sum_of[2], one) == one)
+    if array.size and not fit:
+        expected = f"({', '.join(axes)}{',' * (len(axes) == 1)}) of {'text' if text else 'numbers'}"
+        raise InvalidInput("has another shape", name, expected, f"{array.shape} of {array.dtype}")
+
+
+def unpack(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any) -> Any:
     """Return the dataclass whose arrays and notes `pack` returned.
 
     Parameters
@@ -94,41 +132,55 @@ def unpack(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str = 
         The dataclass, or a generic alias of one.
     arrays, notes : mapping
         As `pack` returned them, also after a round trip through files.
-    path : str
-        Of a part of it.
+
+    Raises
+    ------
+    InvalidInput
+        If a part is missing or of another type, or an array has another shape than its field's docstring says:
+        whole numbers are sizes, and a letter is one size.
     """
-    kind = required(kind)
-    if path in arrays:
+    try:
+        return _unpacked(kind, arrays, notes, "")
+    except (KeyError, TypeError, AttributeError, IndexError, ValueError) as error:
+        if isinstance(error, InvalidInput):
+            raise
+        raise InvalidInput(f"does not fit {kind.__name__}: {error!r:.160}") from error
+
+
+def _unpacked(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str) -> Any:
+    """Return the part of a dataclass at a path."""
+    optional, kind = type(None) in typing.get_args(kind), required(kind)
+    origin: Any = typing.get_origin(kind) or kind
+    stacked = origin in (float, int, bool) and path in arrays and arrays[path].dtype.kind in "biuf"
+    if stacked or (path in arrays and origin in (np.ndarray, Any)):
         return arrays[path]
     prefix = f"{path}." if path else ""
-    origin: Any = typing.get_origin(kind) or kind
     if _is_table(origin) and notes is not None:
         columns = {name: arrays[prefix + name] for name, _ in notes}
         columns |= {
             name: np.array(texts, object)[columns[name]] for name, texts in notes if texts is not None
         }
         return origin(columns, copy=False)
-    if notes is None and not any(name.startswith(prefix) for name in arrays if path):
+    if optional and notes is None and not any(name.startswith(prefix) for name in arrays):
         return None
     if dataclasses.is_dataclass(origin):
-        hints = typing.get_type_hints(origin)
-        found = notes or {}
         build: Any = origin
-        return build(
-            **{
-                field.name: unpack(hints[field.name], arrays, found.get(field.name), prefix + field.name)
-                for field in dataclasses.fields(origin)
-            }
-        )
+        hints, axes, values = typing.get_type_hints(origin), _axes(build), {}
+        sizes: dict[str, int] = {}
+        for name in (field.name for field in dataclasses.fields(origin)):
+            value = _unpacked(hints[name], arrays, (notes or {}).get(name), prefix + name)
+            if isinstance(value, np.ndarray) and name in axes:
+                _require_axes(prefix + name, value, *axes[name], sizes)
+            values[name] = value
+        return build(**values)
     if origin in (dict, Mapping) and path:
         below = {name[len(prefix) :] for name in arrays if name.startswith(prefix)}
         inner = typing.get_args(kind)[1] if typing.get_args(kind) else Any
         if dataclasses.is_dataclass(typing.get_origin(inner) or inner):
             names = list(dict.fromkeys([*(notes or {}), *(name.split(".")[0] for name in sorted(below))]))
-            return {name: unpack(inner, arrays, (notes or {}).get(name), prefix + name) for name in names}
+            return {name: _unpacked(inner, arrays, (notes or {}).get(name), prefix + name) for name in names}
         if below:
             return {name[len(prefix) :]: arrays[name] for name in arrays if name.startswith(prefix)}
-        return dict(notes)
-    if origin is tuple and isinstance(notes, list):
-        return tuple(notes)
-    return notes
+    if not fits(notes, kind):
+        raise InvalidInput("is missing or of another type", path, kind)
+    return tuple(notes) if origin is tuple else notes

@@ -35,7 +35,9 @@ def registry(*modules: ModuleType) -> Registry:
             if get_type_hints(function).get("return") not in (float, Number, Count):
                 continue
             if name in found:
-                raise InvalidInput(f"two measures are called {name!r}", module.__name__)
+                raise InvalidInput(
+                    f"two measures are called {name!r}", module.__name__, code="duplicate_name"
+                )
             found[name] = function
     return found
 
@@ -50,12 +52,20 @@ def check(measure: Measure, registry: Registry, where: str) -> None:
     """
     for part in measure.parts:
         if part.name not in registry:
-            raise InvalidInput(f"no measure {part.name!r}", where, f"one of {', '.join(registry)}")
+            raise InvalidInput(
+                f"no measure {part.name!r}",
+                where,
+                f"one of {', '.join(registry)}",
+                code="unknown_measure",
+                name=part.name,
+            )
         function = registry[part.name]
         try:
             given = signature(function).bind(**part.arguments).arguments
         except TypeError as error:
-            raise InvalidInput(f"wrong arguments of {part.name}: {error}", where) from error
+            raise InvalidInput(
+                f"wrong arguments of {part.name}: {error}", where, code="wrong_arguments"
+            ) from error
         types = get_type_hints(function)
         for name, value in given.items():
             if not _fits(value, types[name]):
@@ -64,6 +74,8 @@ def check(measure: Measure, registry: Registry, where: str) -> None:
                     where,
                     getattr(types[name], "__name__", str(types[name])),
                     value,
+                    code="wrong_type",
+                    argument=name,
                 )
             if types[name] is Expression and value:
                 columns_of(value)

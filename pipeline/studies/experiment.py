@@ -68,7 +68,7 @@ class Experiment(Options):
         ------
         InvalidInput
             If an option is out of range, options do not belong together, or the data set has no clips for this
-            experiment (then `where` is ``"data"``).
+            experiment (then `code` is ``"no_clips_of_this_kind"`` or ``"truth_not_known"``).
         """
         require_range("workers", self.workers, at_least=1)
         require_range("cost_s", self.cost_s, above=0)
@@ -82,6 +82,9 @@ class Experiment(Options):
                     f"{type(self.figure).__name__} cannot be made with {type(option).__name__}",
                     group,
                     wanted.__name__,
+                    code="cannot_combine",
+                    option=type(option).__name__,
+                    wanted=wanted.__name__,
                 )
         self.data.require(self.dataset.corpus)
         self.data.validate()

@@ -13,7 +13,7 @@ from typing import Any
 from pipeline import papers
 from pipeline.papers.explanations import of_run
 from pipeline.storage import tables
-from pipeline.storage.sealed_folders import read_manifest
+from pipeline.storage.sealed_folders import read_manifest, visible
 from pipeline.validation import InvalidInput
 
 
@@ -78,16 +78,23 @@ def _tables(item: papers.Claim | papers.Quantity) -> tuple[str, ...]:
 
 def made_by(folder: Path) -> tuple[str, bool]:
     """Return the scale of the figures of a folder, several joined, and whether the checkout was a clean one."""
-    manifests = [read_manifest(path.parent) for path in sorted(folder.glob("*/manifest.json"))]
+    manifests = [
+        read_manifest(path.parent, ("scale", "provenance")) for path in visible(folder, "*/manifest.json")
+    ]
     scales = sorted({str(m["scale"]) for m in manifests})
-    return " ".join(scales), not any(m["provenance"]["dirty"] for m in manifests)
+    return " ".join(scales), not any(m["provenance"].get("dirty") for m in manifests)
 
 
 def require_clean(folder: Path) -> None:
     """Raise InvalidInput if figures of switches below a folder were made by a checkout with changes."""
-    for below in sorted(path for path in folder.iterdir() if path.is_dir()):
+    for below in (path for path in visible(folder, "*") if path.is_dir()):
         if not made_by(below)[1]:
-            raise InvalidInput("figures were made by a checkout with changes", below.name, "a clean one")
+            raise InvalidInput(
+                "figures were made by a checkout with changes",
+                below.name,
+                "a clean one",
+                code="uncommitted_changes",
+            )
 
 
 def keep_numbers(path: Path, numbers: Sequence[Numbers], data_name: str, group: str) -> None:

@@ -14,7 +14,6 @@ from pipeline import papers
 from pipeline.clips import one_person
 from pipeline.core import bootstrap
 from pipeline.storage import tables
-from pipeline.storage.agreement import TIMING as TIMING  # no claim uses it
 from pipeline.storage.sealed_folders import read_manifest
 from pipeline.studies import evaluation
 from pipeline.studies.replicated import DRAW, INGEST, POPULATION, Replicates, replicate
@@ -357,7 +356,9 @@ def judge_folder(
             scales.add(made_as.get("scale"))
             holds = f"{made_as.get('figure', figure)} of {made_as.get('data', data_name)}"
             if holds != (own := f"{figure} of {data_name}"):
-                raise InvalidInput("the folder holds another result", folder / figure, own, holds)
+                raise InvalidInput(
+                    "the folder holds another result", folder / figure, own, holds, code="other_result"
+                )
     made = read_folder(folder, sorted(read))
     return judge(claims, made, data_name, measures=measures, smoke=SMOKE in scales, overridden=overridden)
 

@@ -47,21 +47,24 @@ def measured(
     InvalidInput
         If nothing is published there, figures are small, or were made by different commits or by a changed checkout.
     """
-    manifests = [read_manifest(folder / figure) for figure in figures if (folder / figure).is_dir()]
-    made = {(m["data"], m["scale"], m["provenance"]["commit"]) for m in manifests}
+    needed = ("data", "scale", "provenance")
+    manifests = [read_manifest(folder / figure, needed) for figure in figures if (folder / figure).is_dir()]
+    made = {(m["data"], m["scale"], m["provenance"].get("commit", "unknown")) for m in manifests}
     if len(made) != 1:
         raise InvalidInput(
             "the figures are not of one commit, data set and scale" if made else "nothing is published",
             str(folder),
             received="; ".join(" ".join(map(str, item)) for item in sorted(made)),
+            code="mixed_figures" if made else "nothing_published",
         )
     data_name, scale, commit = made.pop()
     require_choice("scale", scale, ["full"])
-    if any(manifest["provenance"]["dirty"] for manifest in manifests):
+    if any(manifest["provenance"].get("dirty") for manifest in manifests):
         raise InvalidInput(
             "figures were made by a checkout with changes",
             str(folder),
             "a clean one (experiment=NAME,NAME,… makes figures again that are current)",
+            code="uncommitted_changes",
         )
     by_name = read_folder(folder, figures)
     values = numbers_of(names_quoted(layout), by_name, measures)
@@ -119,7 +122,7 @@ def filled(layout: Mapping[str, Any], published: Mapping[str, Any]) -> dict[str,
     """Return each table with its numbers, from the columns of the file; rows of which nothing is known are left out."""
     values: dict[str, dict[str, float]] = {}
     if np.asarray(published["value"]).dtype.kind not in "if":
-        raise InvalidInput("a value is no number", "results/published.csv")
+        raise InvalidInput("a value is no number", "results/published.csv", code="not_a_number")
     for data_name, name, value in zip(
         published["data"], published["name"], map(float, published["value"]), strict=True
     ):
@@ -215,6 +218,7 @@ def insert(text: str, made: Mapping[str, str]) -> str:
             "the markers in the text are not those of the tables",
             expected=", ".join(sorted(made)),
             received=", ".join(sorted(places)),
+            code="markers_differ",
         )
     return re.sub(
         r"(<!-- results:begin (\w+) -->\n).*?(<!-- results:end -->)",

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from pipeline import plugins
-from pipeline.studies import actions, evaluation, keypoints, limbs, measures, walks
+from pipeline.studies import actions, evaluation, limbs, measures, walks
 from pipeline.studies.study import NoSweep, Study
 from pipeline.validation import InvalidInput
 
-STUDIES: tuple[Study, ...] = (walks.STUDY, actions.STUDY, limbs.STUDY, keypoints.STUDY)
+STUDIES: tuple[Study, ...] = (walks.STUDY, actions.STUDY, limbs.STUDY)
 """The package's own."""
 
 GROUPS = ("dataset", "model", "sweep", "figure")
@@ -23,7 +23,10 @@ def studies() -> tuple[Study, ...]:
     for origin, study in added:
         if not isinstance(study, Study):
             raise InvalidInput(
-                "studies must be values of the class Study", origin, received=type(study).__name__
+                "studies must be values of the class Study",
+                origin,
+                received=type(study).__name__,
+                code="wrong_type",
             )
     return (*STUDIES, *(study for _, study in added))
 
@@ -45,6 +48,6 @@ def options(group: str) -> Mapping[str, type[Any]]:
     for study in studies():
         for word, kind in getattr(study, f"{group}s").items():
             if word in classes:
-                raise InvalidInput(f"two studies have a {group} {word!r}", study.name)
+                raise InvalidInput(f"two studies have a {group} {word!r}", study.name, code="duplicate_name")
             classes[word] = kind
     return classes

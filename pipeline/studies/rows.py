@@ -101,6 +101,7 @@ def _not_alike(table: Table, expression: str) -> InvalidInput:
         f"{expression!r} compares texts with numbers",
         f"table {table.attrs.get('name', '')}".rstrip(),
         received=", ".join(f"{name}: {table[name].dtype}" for name in columns_of(expression)),
+        code="mixed_types",
     )
 
 
@@ -120,7 +121,9 @@ def columns_of(expression: str) -> list[str]:
     try:
         nodes = list(ast.walk(ast.parse(expression, mode="eval")))
     except SyntaxError as error:
-        raise InvalidInput(f"{expression!r} is no expression", received=error) from error
+        raise InvalidInput(
+            f"{expression!r} is no expression", received=error, code="invalid_expression"
+        ) from error
     functions = [node.func for node in nodes if isinstance(node, ast.Call)]
     if not all(isinstance(node, _ALLOWED) for node in nodes) or any(
         not (isinstance(function, ast.Name) and function.id == "abs") for function in functions
@@ -128,6 +131,7 @@ def columns_of(expression: str) -> list[str]:
         raise InvalidInput(
             f"{expression!r} is not allowed",
             expected="comparisons and arithmetic of columns, numbers and texts",
+            code="forbidden_expression",
         )
     names = [node.id for node in nodes if isinstance(node, ast.Name) and node not in functions]
     return list(dict.fromkeys(names))
@@ -141,6 +145,8 @@ def require_columns(table: Table, *columns: str) -> None:
                 f"no column {column!r}",
                 f"table {table.attrs.get('name', '')}".rstrip(),
                 received=", ".join(map(str, table.columns)) or "no columns",
+                code="no_column",
+                column=column,
             )
 
 

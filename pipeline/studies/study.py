@@ -285,6 +285,9 @@ class Figure(Options, ABC):
                 "must have whole numbers as start and step for the recording's timeline, or figure.recording=false",
                 f"sweep.{self.sequence}",
                 received=f"start {grid.start:g}, step {grid.step:g}",
+                code="not_whole",
+                start=grid.start,
+                step=grid.step,
             )
 
 

@@ -213,7 +213,9 @@ def _chart(towards: np.ndarray, twist_rad: float) -> np.ndarray:
     """Return axes (rows), the first along `towards`, turned about it."""
     size = np.linalg.norm(towards) if towards.shape == (3,) else np.nan
     if not 0.0 < size < np.inf:
-        raise InvalidInput("must be a vector (3,), not zero", "middle", received=towards)
+        raise InvalidInput(
+            "must be a vector (3,), not zero", "middle", received=towards, code="not_a_direction"
+        )
     x = towards / size
     y = np.eye(3)[np.abs(x).argmin()]
     y = np.cross(x, y)

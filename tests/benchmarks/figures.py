@@ -11,6 +11,7 @@ import statistics
 import tempfile
 from pathlib import Path
 
+from pipeline import plugins
 from tests.benchmarks import children, pictures
 from tests.benchmarks.tables import Row
 
@@ -26,12 +27,13 @@ def run(
     for checkout in checkouts.values():
         if not (checkout / "pipeline" / "__main__.py").is_file():
             raise SystemExit("reference must be a checkout of this project")
-    wanted = (
-        figures.split(",") if figures else [p.stem for p in sorted((HERE / "conf/experiment").glob("*.yaml"))]
-    )
+    wanted = figures.split(",") if figures else list(plugins.conf_files("experiment"))
     rows = []
     for figure in wanted:
-        if not all((c / "conf/experiment" / f"{figure}.yaml").is_file() for c in checkouts.values()):
+        if not all(
+            any(c.glob(f"*/experiment/{figure}.yaml")) or any(c.glob(f"*/conf/experiment/{figure}.yaml"))
+            for c in checkouts.values()
+        ):
             continue
         used: dict[str, list[children.Used]] = {name: [] for name in checkouts}
         for _ in range(int(rounds)):

@@ -16,11 +16,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pipeline.reconstruct.clip import Input
-from pipeline.reconstruct.writing import Output, Reconstruct
-from pipeline.reconstruct.writing import run as reconstruct
 from tests.benchmarks.keypoint_offsets import JOINTS, centres, folder_of_film
 from tests.benchmarks.tables import Row
+from walk3d.film.reconstruct.clip import Input
+from walk3d.film.reconstruct.writing import Output, Reconstruct
+from walk3d.film.reconstruct.writing import run as reconstruct
 
 
 def run() -> list[Row]:

@@ -20,12 +20,12 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from pipeline.formats import keypoints
-from pipeline.reconstruct import layouts
-from pipeline.reconstruct.clip import FOCAL_SHARE
-from pipeline.reconstruct.image import in_pixels
 from pipeline.skeleton import WALKER15
 from tests.benchmarks.tables import Row
+from walk3d.film import keypoints
+from walk3d.film.reconstruct import layouts
+from walk3d.film.reconstruct.clip import FOCAL_SHARE
+from walk3d.film.reconstruct.image import in_pixels
 
 CENTRES = {
     "shoulder": "humerus", "elbow": "ulna", "wrist": "hand", "hip": "femur", "knee": "tibia", "ankle": "talus",

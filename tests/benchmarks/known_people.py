@@ -10,11 +10,19 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline.cli.compose import compose
-from pipeline.clips.filmed import belt_speed_mm_s, film, training_walks
 from pipeline.clips.kinds import WALKS, Walks
-from pipeline.core import anatomical, fourier
-from pipeline.core.anatomical.laboratories import COMMON
-from pipeline.core.keypoint_walk import (
+from pipeline.core import fourier
+from pipeline.seeding import derive_generator
+from pipeline.validation import InvalidInput
+from tests.benchmarks.tables import Row
+from walk3d.anatomy import prior as anatomical
+from walk3d.anatomy.prior.laboratories import COMMON
+from walk3d.film.reconstruct.own_laboratory import calibrated
+from walk3d.film.simulation.filmed import belt_speed_mm_s, film, training_walks
+from walk3d.film.simulation.keypoints import DetectorError, Filming
+from walk3d.film.study.clip import compare, reconstruct_clip
+from walk3d.film.study.conditions import Condition
+from walk3d.film.walk import (
     Detector,
     Prior,
     TrainingWalk,
@@ -24,14 +32,7 @@ from pipeline.core.keypoint_walk import (
     moments,
     prepare,
 )
-from pipeline.core.sagittal_angles import KINDS
-from pipeline.reconstruct.own_laboratory import calibrated
-from pipeline.seeding import derive_generator
-from pipeline.studies.keypoints.clip import compare, reconstruct_clip
-from pipeline.studies.keypoints.conditions import Condition
-from pipeline.synthetic.keypoints import DetectorError, Filming
-from pipeline.validation import InvalidInput
-from tests.benchmarks.tables import Row
+from walk3d.film.walk.sagittal_angles import KINDS
 
 LABORATORIES = ("biomechzoo", "cmu")
 HEADINGS_DEG = (0, 30, 60, 90)

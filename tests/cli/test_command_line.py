@@ -24,16 +24,16 @@ import pandas as pd
 import pytest
 
 from pipeline.cli import main as command_line
-from pipeline.cli.main import COMMANDS
+from pipeline.cli.main import commands
 from pipeline.cli.options import filled
 from pipeline.cli.presets import presets
 from pipeline.formats.points import csv, trc
-from pipeline.reconstruct.writing import Reconstruct
 from pipeline.skeleton import WALKER15
 from pipeline.storage import sealed_folders, store, tables
 from pipeline.synthetic.walkers import WalkingPopulation, walking_population
 from pipeline.validation import InvalidInput
 from tests.processes import forked, is_complete, python
+from walk3d.film.reconstruct.writing import Reconstruct
 
 ROOT = Path(__file__).resolve().parents[2]
 FIXTURES = ROOT / "tests" / "fixtures"
@@ -87,7 +87,7 @@ def test_help_names_every_figure_command_and_exit_status(say: Callable) -> None:
     said = say("--help")
     assert said.status == 0
     assert said.out == say().out == say("-h").out == say("help").out
-    for word in (*presets(), *COMMANDS, "-m", "Exit status"):
+    for word in (*presets(), *commands(), "-m", "Exit status"):
         assert word in said.out
     assert "{figures}" not in said.out
     assert max(map(len, said.out.splitlines())) <= 120
@@ -344,6 +344,22 @@ def ingest_report(results: Path) -> dict[str, Mapping[str, str]]:
     """Rows of the one ``table_ingest.csv`` below `results`, by clip."""
     (path,) = results.glob("scratch/*/*/table_ingest.csv")
     return {row["clip"]: row for row in tables.read_rows(path)}
+
+
+def test_a_file_name_that_is_a_formula_is_none_in_the_table_of_refused_clips(
+    say: Callable, people: WalkingPopulation, tmp_path: Path
+) -> None:
+    folder = tmp_path / "walks"
+    folder.mkdir()
+    name = "=HYPERLINK(1;2)_1.csv"
+    csv.write(folder / name, WALKER15.joints, np.repeat(people.positions_mm[0][:1], 300, axis=0), RATE_HZ)
+    said = say(*of_folder(folder, tmp_path / "results"))
+    path = tmp_path / "results" / "folder_walks" / "smoke" / "refused_walks.csv"
+    assert_one_sentence(said.err, f"every reason is in {path}")
+    cells = path.read_text("utf-8").replace("\n", ",").split(",")
+    assert f"'{name}" in cells
+    assert name not in cells
+    assert [row["clip"] for row in tables.read_rows(path)] == [name]
 
 
 def test_a_folder_of_walks_is_enough(say: Callable, walks: Path, tmp_path: Path) -> None:

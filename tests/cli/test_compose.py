@@ -13,7 +13,7 @@ from hydra.errors import ConfigCompositionException
 from pipeline.cli import composition
 from pipeline.cli.compose import built_figures, compose, compose_figures, lacking, on_this_machine
 from pipeline.cli.errors import sentence
-from pipeline.cli.main import COMMANDS, _help_of, command
+from pipeline.cli.main import _help_of, command, commands
 from pipeline.cli.presets import presets
 from pipeline.resources import CONF
 from pipeline.validation import InvalidInput
@@ -68,7 +68,7 @@ def test_help_loads_no_library() -> None:
 
 
 def test_help_of_a_command_is_its_docstring() -> None:
-    for name in COMMANDS:
+    for name in commands():
         assert _help_of(name).split() == (command(name).__doc__ or "").split()
 
 

@@ -14,7 +14,7 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline import mappings, papers
+from pipeline import mappings, papers, plugins
 from pipeline.cli.compose import compose
 from pipeline.cli.errors import sentence
 from pipeline.cli.main import destination
@@ -92,7 +92,7 @@ def test_every_preset_composes_at_every_scale_every_purpose_with_all_data(
     assert type(config) is Experiment
     assert (config.name, config.scale.name, config.data.name) == (figure, scale, data)
     assert config.paper in papers.all_papers()
-    assert figure.startswith(config.paper + "_")
+    assert config.paper in papers.all_papers()
     assert config.title
     assert config.expect.endswith(".")
     _check_types(config)
@@ -108,9 +108,10 @@ def test_the_presets_are_the_papers_figures_and_those_that_go_beyond() -> None:
 
 @pytest.mark.parametrize("figure", presets())
 def test_the_first_comment_of_a_preset_names_paper_and_figure(figure: str) -> None:
-    lines = (CONF / "experiment" / f"{figure}.yaml").read_text(encoding="utf-8").splitlines()
+    path = plugins.conf_files("experiment")[figure]
+    lines = path.read_text(encoding="utf-8").splitlines()
     assert lines[0] == "# @package _global_"
-    paper = papers.all_papers()[figure.partition("_")[0]]
+    paper = papers.all_papers()[compose([f"experiment={figure}"]).paper]
     number = re.search(r"_fig(\d+\w?)$", figure)
     assert str(paper.year) in lines[1]
     assert (f"figure {number[1]}:" if number else "ours:") in lines[1]

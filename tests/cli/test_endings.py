@@ -15,7 +15,7 @@ import pytest
 
 from pipeline.cli import pool
 from pipeline.cli.inspect import inspect
-from pipeline.cli.main import COMMANDS, main
+from pipeline.cli.main import commands, main
 from pipeline.processes import CAN_FORK, die_with_parent
 from pipeline.storage import sealed_folders
 from pipeline.validation import InvalidInput
@@ -90,7 +90,7 @@ def test_texts_of_others_cannot_steer_the_terminal_or_fill_it() -> None:
 
 
 def test_every_command_has_help(capsys: pytest.CaptureFixture[str]) -> None:
-    for name in COMMANDS:
+    for name in commands():
         assert main([name, "--help"]) == 0
         text = capsys.readouterr().out
         assert len(text.splitlines()[0]) > 20, name

@@ -19,18 +19,18 @@ import pytest
 
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import make_figure
-from pipeline.cli.main import COMMANDS
+from pipeline.cli.main import commands
 from pipeline.fetch import NEEDED_COLUMNS
 from pipeline.ingestion.data import RecordedData
 from pipeline.processes import CAN_FORK
-from pipeline.reconstruct import model_file
 from pipeline.storage import provenance
 from pipeline.storage.store import Store
 from tests.conftest import QUICK, Said
-from tests.core.keypoint_walk.walkers import clip
 from tests.processes import ROOT
-from tests.reconstruct.walks import ERROR, alphapose, in_layout
 from tests.report.planted import CLAIM, plant
+from tests.walk3d.film.reconstruct.walks import ERROR, alphapose, in_layout
+from tests.walk3d.film.walk.walkers import clip
+from walk3d.film.reconstruct import model_file
 
 FIGURE = "synthetic/smoke/zhang2007_fig5"
 COMMIT = "f" * 40
@@ -72,7 +72,7 @@ def listed(folder: Path, given: Path, patch: pytest.MonkeyPatch) -> None:
 
 
 def trained(folder: Path, given: Path, patch: pytest.MonkeyPatch) -> None:
-    patch.setattr("pipeline.cli.training.train", lambda *_: model_file.load())
+    patch.setattr("walk3d.film.training_command.train", lambda *_: model_file.load())
 
 
 def switched(folder: Path, given: Path, patch: pytest.MonkeyPatch) -> None:
@@ -141,7 +141,7 @@ CALLS = [
 
 
 def test_every_command_says_how_it_writes_and_is_tried() -> None:
-    assert set(WRITES) == set(COMMANDS)
+    assert set(WRITES) == set(commands())
     assert {name for name, how in WRITES.items() if how} == set(CASES)
 
 
@@ -151,7 +151,7 @@ def given(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("given")
     experiment = compose(["experiment=zhang2007_fig5", f"results={folder}", *QUICK])
     make_figure(experiment, folder / FIGURE, store=Store(folder))
-    from pipeline.cli.export import export
+    from walk3d.export.command import export
 
     export([str(folder / FIGURE), "motion=original", f"to={folder}/walk.c3d"])
     alphapose(folder / "keypoints.json", in_layout(clip(-30.0, ERROR), "coco17"))

@@ -59,29 +59,25 @@ def test_long_work_on_populations_is_cut_into_blocks(
         assert sorted(number for task in of for number in task.populations) == [0, 1, 2]
 
 
-def test_a_long_stage_is_cut_into_parts_by_what_it_costs(tmp_path: Path) -> None:
-    many = smoke("zhang2007_fig5", *QUIET, "data.population=10000", f"results={tmp_path}")
-    *tasks, figure = plan([many], task_s=60.0)
-    of = {through: [task for task in tasks if task.through == through] for through in ("ingest", "sweep")}
-    for parts in of.values():
-        assert [task.part for task in parts] == [(k, len(parts)) for k in range(len(parts))]
-        assert all(task.cost_s <= 60.0 for task in parts)
-        assert sum(task.cost_s for task in parts) > 60.0 * (len(parts) - 1)
-    assert {task.needs for task in of["sweep"]} == {tuple(task.name for task in of["ingest"])}
-    assert set(figure.needs) >= {task.name for task in of["sweep"]}
+def test_a_long_stage_is_one_task_and_one_that_a_figure_alone_needs_is_its_own_work(tmp_path: Path) -> None:
+    many = ("data.population=10000", "data.populations=0", "scale.populations=0", f"results={tmp_path}")
+    fig3, fig5 = (smoke(name, *QUIET[:2], *many) for name in ("zhang2007_fig3", "zhang2007_fig5"))
+    assert [task.through for task in plan([fig5], task_s=1e-9)] == [FIGURE]
+    shared = [task for task in plan([fig3, fig5], task_s=1e-9) if task.through != FIGURE]
+    assert [task.through for task in shared] == ["sweep"]
+    assert shared[0].cost_s > 60.0
 
 
 @pytest.mark.thorough
 def test_figures_after_their_tasks_have_the_tables_of_figures_alone(tmp_path: Path) -> None:
     apart, alone = tmp_path / "apart", tmp_path / "alone"
     tasks = tasks_of(apart, "zhang2007_fig3", "zhang2007_fig5", task_s=0.7)
-    assert len([task for task in tasks if task.through == "sweep"]) > 1
+    assert len([task for task in tasks if task.through == "sweep"]) == 1
     plan_of_nothing = Plan(apart, {})
     for task in tasks:
         if task.through != FIGURE:
-            if not task.part[0]:  # the others find what the first has made
-                assert task.run(plan_of_nothing), "it is to be computed"
-                assert task.run(Store(apart))
+            assert task.run(plan_of_nothing), "it is to be computed"
+            assert task.run(Store(apart))
             assert not task.run(plan_of_nothing), "it is there"
             assert not task.run(Store(apart))
             continue

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.core import camera, errors, fourier
-from pipeline.validation import InvalidInput
+from tests.rejects import rejects
 from tests.strategies import angles, seeds, walker
 
 
@@ -126,5 +125,5 @@ def test_a_relative_error_divides_by_the_variance_of_the_missing_dimension() -> 
 
 
 def test_an_unknown_kind_of_variance_is_refused() -> None:
-    with pytest.raises(InvalidInput, match=r"kind of variance must be temporal or overall"):
+    with rejects("unknown_choice", "the kind of variance", value="spatial"):
         errors.missing_variance(np.zeros((15, 3, 3)), np.zeros((15, 3)), np.zeros(1), kind="spatial")

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from pipeline.core.resampling import frames_at_rate, interpolate
-from pipeline.validation import InvalidInput
+from tests.rejects import rejects
 from tests.strategies import seeds
 
 shapes = st.sampled_from([(), (1,), (3,), (15, 3)])
@@ -95,17 +97,19 @@ def test_sums_of_steps_may_end_a_rounding_beyond() -> None:
 
 
 @pytest.mark.parametrize(
-    ("values", "at", "sentence"),
+    ("values", "at", "rejection"),
     [
-        (np.zeros((0, 3)), [0.0], "there are no samples"),
-        (np.zeros(4), [1.0, -0.1], r"position 1: a position is beyond the samples.*0 to 3.*-0\.1"),
-        (np.zeros((4, 2)), [3.1], r"position 0: a position is beyond the samples.*0 to 3.*3\.1"),
-        (np.zeros(4), [0.0, 1.0, np.nan], "position 2: a position is beyond the samples.*nan"),
-        (np.zeros(1), [0.5], "a position is beyond the samples.*0 to 0"),
+        (np.zeros((0, 3)), [0.0], rejects("no_samples")),
+        (np.zeros(4), [1.0, -0.1], rejects("beyond_samples", "position 1", position=-0.1)),
+        (np.zeros((4, 2)), [3.1], rejects("beyond_samples", "position 0", position=3.1)),
+        (np.zeros(4), [0.0, 1.0, np.nan], rejects("beyond_samples", "position 2")),
+        (np.zeros(1), [0.5], rejects("beyond_samples", "position 0", position=0.5)),
     ],
 )
-def test_positions_beyond_the_samples_are_refused(values: np.ndarray, at: list[float], sentence: str) -> None:
-    with pytest.raises(InvalidInput, match=sentence):
+def test_positions_beyond_the_samples_are_refused(
+    values: np.ndarray, at: list[float], rejection: AbstractContextManager
+) -> None:
+    with rejection:
         interpolate(values, np.array(at))
 
 

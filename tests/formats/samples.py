@@ -8,20 +8,22 @@ import json
 import zipfile
 import zlib
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from pipeline import formats
-from pipeline.core.anatomical import BONES, PAIRS
-from pipeline.core.keypoint_walk.calibration import CYCLE_KINDS
-from pipeline.core.keypoint_walk.training import BLOCKS, SIZE
-from pipeline.core.sagittal_angles import KINDS
-from pipeline.formats import keypoints
-from pipeline.reconstruct import model_file
+from pipeline.storage.sealed_folders import compact
 from tests.formats.contract import FIXTURES
 from tests.formats.points.test_sections import NEXUS_WITH_DEVICES, OPTITRACK
+from walk3d.anatomy.prior import BONES, PAIRS
+from walk3d.film import keypoints
+from walk3d.film.reconstruct import model_file
+from walk3d.film.walk.calibration import CYCLE_KINDS
+from walk3d.film.walk.sagittal_angles import KINDS
+from walk3d.film.walk.training import BLOCKS, SIZE
 
 Damage = Callable[[bytes, np.random.Generator], bytes]
 
@@ -43,10 +45,8 @@ class Sample:
         files = dict(self.files)
         if seed >= 0:
             files[self.damaged] = self.damage(files[self.damaged], rng)
-        if self.damaged == "model/model.npz":  # a digest would refuse all the rest unread
-            manifest = json.loads(files["model/manifest.json"])
-            digest = hashlib.sha256(files[self.damaged]).hexdigest()
-            files["model/manifest.json"] = json.dumps(manifest | {"sha256": digest}).encode()
+        if self.damaged.startswith("model/"):  # a digest or a seal would reject all the rest unread
+            files["model/manifest.json"] = _sealed(files["model/manifest.json"], files["model/model.npz"])
         for name, data in files.items():
             (folder / name).parent.mkdir(exist_ok=True)
             (folder / name).write_bytes(data)
@@ -253,6 +253,17 @@ def _keypoints() -> list[Sample]:
     return found
 
 
+def _sealed(manifest: bytes, data: bytes) -> bytes:
+    """Return a manifest of the model with the digest of its arrays and a right seal; one that is no JSON as it is."""
+    with suppress(ValueError, TypeError):
+        facts = json.loads(manifest)
+        digest = hashlib.sha256(data).hexdigest()
+        facts |= {"sha256": digest, "files": {"model.npz": {"bytes": len(data), "sha256": digest}}}
+        facts.pop("seal", None)
+        return json.dumps(facts | {"seal": hashlib.sha256(compact(facts)).hexdigest()}).encode()
+    return manifest
+
+
 def _model() -> list[Sample]:
     ones = np.ones
     data = packed(
@@ -268,7 +279,7 @@ def _model() -> list[Sample]:
         "walkers": 9,
         "people_by_source": {"x": 9},
     }
-    files = {"model/model.npz": data, "model/manifest.json": json.dumps(manifest).encode()}
+    files = {"model/model.npz": data, "model/manifest.json": _sealed(json.dumps(manifest).encode(), data)}
     return [
         Sample(name, files, f"model/{name}", model_file.load, "model", DAMAGE[Path(name).suffix])
         for name in ("model.npz", "manifest.json")

@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 
 from pipeline import formats
-from pipeline.core.keypoint_walk.tracks import find_tracks
-from pipeline.formats import keypoints
 from pipeline.formats.budget import LEAST, MOST, PER_BYTE, read_one, require_memory
-from pipeline.formats.keypoints import contract
 from pipeline.formats.text import read_text
 from tests.rejects import rejects
+from walk3d.film import keypoints
+from walk3d.film.keypoints import contract
+from walk3d.film.walk.tracks import find_tracks
 
 ENDS = "End Site\n{\nOFFSET 0 1 0\n}\n"
 BVH = (

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import inspect
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from pipeline import formats
-from pipeline.formats import c3d
 from pipeline.formats.contract import motion_capture
 from pipeline.formats.points import csv, trc
 from pipeline.validation import InvalidInput
 from tests.formats.contract import FIXTURES, READABLE, check_contract
 from tests.rejects import rejects
+from walk3d.export.c3d import write as write_c3d
 
 readable = pytest.mark.parametrize("path", READABLE, ids=[path.name for path in READABLE])
 
@@ -179,7 +180,8 @@ def test_gaps_may_be_written_as_a_number_that_is_no_place(tmp_path: Path, suffix
     positions[5:8, 1] = positions[18:, 1] = positions[:, 2] = number
     positions[4, 0] = 300.0  # all the same, but a place, and but once
     path, names = tmp_path / f"walk.{suffix}", ["LASI", "RASI", "SACR", "LTHI", "LKNE", "RKNE"]
-    {"csv": csv, "trc": trc, "c3d": c3d}[suffix].write(path, names, positions, 100.0)
+    write = {"csv": csv.write, "trc": trc.write, "c3d": write_c3d}[suffix]
+    write(path, names, positions, 100.0)
     motion = formats.read(path)
     assert motion.names == ("LASI", "RASI", "LTHI", "LKNE", "RKNE")
     assert np.argwhere(~motion.valid).tolist() == [[5, 1], [6, 1], [7, 1], [18, 1], [19, 1]]
@@ -191,3 +193,21 @@ def test_a_root_that_stays_at_the_origin_is_kept(tmp_path: Path) -> None:
     positions[:, 2] = 0.0
     trc.write(tmp_path / "walk.trc", list("abcdef"), positions, 100.0)
     assert formats.read(tmp_path / "walk.trc").valid.all()
+
+
+@pytest.mark.parametrize("wide", [False, True])
+def test_a_point_name_that_is_a_formula_is_none_in_a_table(tmp_path: Path, wide: bool) -> None:
+    names, positions = ["=1+1", "@x", "head"], np.arange(18.0).reshape(2, 3, 3)
+    csv.write(tmp_path / "a.csv", names, positions, 50.0, wide=wide)
+    trc.write(tmp_path / "a.trc", names, positions, 50.0)
+    cells = {
+        cell
+        for path in tmp_path.iterdir()
+        for line in path.read_text("utf-8").split("\n")
+        for cell in re.split("[,\t]", line)
+    }
+    assert not [cell for cell in cells if cell.startswith(("=", "@"))]
+    for path in tmp_path.iterdir():
+        motion = formats.read(path)
+        assert motion.names == ("'=1+1", "'@x", "head")
+        np.testing.assert_array_equal(motion.positions_mm, positions)

@@ -11,10 +11,8 @@ import pytest
 import pipeline
 from pipeline import formats
 from pipeline.cli.compose import compose
-from pipeline.cli.export import export
 from pipeline.cli.inspect import inspect
 from pipeline.clips.kinds import PERFORMANCES, WALKS
-from pipeline.formats.bvh import writing
 from pipeline.formats.points import trc
 from pipeline.ingestion.corpus import joints_of
 from pipeline.skeleton import WALKER15
@@ -22,6 +20,8 @@ from pipeline.skeleton.source_mapping import UpAxis
 from pipeline.synthetic.walkers import walking_population
 from tests.conftest import Said
 from tests.rejects import rejects
+from walk3d.export import bvh as writing
+from walk3d.export.command import export
 
 HZ = 60.0
 HEAD, PELVIS = WALKER15.index("head"), WALKER15.index("pelvis")

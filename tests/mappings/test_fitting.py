@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from pipeline import mappings
-from pipeline.formats.keypoints import detections
 from pipeline.ingestion.nearest_joints import propose
-from pipeline.reconstruct import layouts
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.mapped_joints import map_joints
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import UpAxis
 from tests.rejects import rejects
+from walk3d.film.keypoints import detections
+from walk3d.film.reconstruct import layouts
 
 HEIGHT = [1650, 1420, 1420, 1100, 860, 1420, 1100, 860, 950, 900, 480, 80, 900, 480, 80]
 SIDE = [0, 0, -180, -250, -270, 180, 250, 270, 0, -90, -90, -90, 90, 90, 90]

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from pipeline import formats
-from pipeline.formats import bvh, c3d
 from pipeline.formats.points import csv, trc
 from pipeline.ingestion.corpus import joints_of
 from pipeline.mappings import of_one_person, people, shipped
@@ -17,6 +16,8 @@ from pipeline.skeleton import WALKER15
 from pipeline.skeleton.recorded import MotionCapture
 from tests.formats.contract import check_contract, recording
 from tests.rejects import rejects
+from walk3d.export.bvh import write as write_bvh
+from walk3d.export.c3d import write as write_c3d
 
 JOINTS = WALKER15.joints
 STANDING = np.array(
@@ -124,13 +125,13 @@ def test_files_of_two_people(name: str, tmp_path: Path) -> None:
     names = [f"{one}:{joint}" for one in who for joint in JOINTS]
     parents = [parent + shift if parent >= 0 else -1 for shift in (0, 15) for parent in WALKER15.parents]
     if name == "a.c3d":
-        c3d.write(path, names, BOTH, 50.0)
+        write_c3d(path, names, BOTH, 50.0)
     elif name == "a.trc":
         trc.write(path, names, BOTH, 50.0)
     elif name == "wide.csv":
         csv.write(path, names, BOTH, 50.0, wide=True)
     elif name.endswith(".bvh"):
-        bvh.write(path, names, BOTH, 50.0, parents)
+        write_bvh(path, names, BOTH, 50.0, parents)
         if name == "same.bvh":
             path.write_text(path.read_text().replace("anna:", "").replace("ben:", ""))
             who = ("1", "2")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +12,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.report.ledger_picture import Abscissa, ends_of, ledger_picture
+from pipeline.papers import Interval
+from pipeline.report import ledger_picture as module
+from pipeline.report.ledger_picture import Abscissa, abscissae, ledger_picture
+from pipeline.report.light import keep_light
 from pipeline.report.published import Published, numbered_rows, read_published
 from pipeline.storage import tables
 from pipeline.storage.provenance import PROJECT
+from pipeline.storage.sealed_folders import digest
 from tests.report.planted import CLAIM, plant
 
 BOUNDED = {
@@ -87,23 +93,44 @@ def test_without_claims_there_is_no_picture(tmp_path: Path) -> None:
     assert ledger_picture(Published(tmp_path, "synthetic", "full", {}, {})) == {}
 
 
-BOUNDS = ("at least 20", "at most 20", "over 20", "10 to 30", "over 10 and under 30", "exactly 15")
+def test_a_claim_of_other_bounds_or_of_another_version_has_its_verdict_and_no_place(tmp_path: Path) -> None:
+    for number, change in enumerate(({"bounds": ["20 to 41"]}, {"claim": ["zhang2007_of_old"]})):
+        folder = tmp_path / str(number) / "synthetic" / "full"
+        plant(folder / "zhang2007_fig5", claims={**BOUNDED, **change}, scale="full")
+        drawn = ledger_picture(read_published(folder, ["zhang2007_fig5"]), listed=tmp_path / "none.csv")
+        (row,) = drawn["sets"]["synthetic"].values()
+        assert row == {
+            "value": 28.7793, "said": "agrees", "tone": "good", "ends": [22.5, 35.0], "beyond": "yes", "simple": -28.0
+        }  # fmt: skip
+
+
+def test_bounds_are_those_of_the_claim_not_read_from_words() -> None:
+    [axis] = abscissae(
+        [{"claim": "zhang2007_map_thirty_percent", "bounds": "20 to 40", "published": 30.0}]
+    ).values()
+    assert (axis.low, axis.high, axis.unit) == (20.0, 40.0, 10.0)
+
+
+BOUNDS = (
+    Interval(low=20.0),
+    Interval(high=20.0),
+    Interval(low=20.0, low_open=True),
+    Interval(10.0, 30.0),
+    Interval(10.0, 30.0, low_open=True, high_open=True),
+    Interval(15.0, 15.0),
+)
 
 
 @given(
     st.sampled_from(BOUNDS),
     st.floats(-100.0, 100.0),
     st.floats(0.0, 50.0),
-    st.one_of(st.none(), st.floats(-100.0, 100.0)),
+    st.lists(st.floats(-100.0, 100.0), max_size=1),
 )
 def test_an_interval_right_of_the_line_is_one_within_the_bounds(
-    bounds: str, low: float, width: float, baseline: float | None
+    bounds: Interval, low: float, width: float, others: list[float]
 ) -> None:
-    axis, (start, end), high = (
-        Abscissa({"bounds": bounds, "baseline_value": baseline}),
-        ends_of(bounds),
-        low + width,
-    )
+    axis, start, end, high = Abscissa(bounds, others=others), bounds.low, bounds.high, low + width
     left, right = axis.interval(low, high)
     assert left <= right <= 1.0 or not np.isfinite([start, end]).all()
     if start != end:
@@ -115,11 +142,55 @@ def test_an_interval_right_of_the_line_is_one_within_the_bounds(
 @pytest.mark.parametrize(
     "path", sorted((PROJECT / "results" / "archive" / "light").glob("*/claims.csv")), ids=str
 )
-def test_the_ledgers_that_are_kept_have_bounds_that_are_understood(path: Path) -> None:
-    rows = [row for row in numbered_rows(path) if row["bounds"]]
-    assert len(rows) > 100
+def test_claims_that_agree_in_the_ledgers_that_are_kept_lie_right_of_the_line(path: Path) -> None:
+    rows = numbered_rows(path)
+    axes = abscissae(rows)
+    assert len(axes) > 100
     for row in rows:
-        assert np.isfinite(ends_of(row["bounds"])).any(), row["bounds"]
-        if row["agreement"] == "agrees" and isinstance(row["value_low"], float):
-            left, _ = Abscissa(row).interval(row["value_low"], row["value_high"])
+        if row["claim"] in axes and row["agreement"] == "agrees" and isinstance(row["value_low"], float):
+            left, _ = axes[row["claim"]].interval(row["value_low"], row["value_high"])
             assert left >= -1e-9, row["claim"]
+
+
+DATA_SETS = {path.stem for path in (PROJECT / "conf" / "data").glob("*.yaml")}
+
+
+def menu(page: Path) -> list[str]:
+    """Names that the ledger of a page offers under "Data", that of its own first."""
+    packed = re.search(r'id="ledger-data">(.*?)</script>', page.read_text("utf-8"), re.DOTALL)
+    assert packed
+    return [*json.loads(packed[1])["sets"]]
+
+
+def test_the_menu_offers_data_sets_and_no_folder_that_is_being_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The page of a light archive is written in a temporary folder among the light archives."""
+    monkeypatch.setattr(module, "PROJECT", tmp_path)
+    lock = tmp_path / "requirements.lock"
+    lock.write_text("numpy==2.4.6\n")
+    light, facts = tmp_path / "results" / "archive" / "light", {"date": "2026-11-22", "commit": "f" * 40}
+    for data in ("optical", "synthetic"):
+        folder = tmp_path / "results" / data / "full"
+        plant(folder / "zhang2007_fig5", claims=BOUNDED, scale="full", lock_sha256=digest(lock.read_bytes()))
+        tables.write(folder / "claims.csv", BOUNDED)
+    for aside in (
+        light / ".tmp-1-abc",
+        light / ".old-1-abc-cmu",
+        tmp_path / "results" / ".tmp-2-abc" / "full",
+    ):
+        aside.mkdir(parents=True)
+        tables.write(aside / "claims.csv", BOUNDED)
+    for data, other in (("optical", "synthetic"), ("synthetic", "optical")):
+        results = tmp_path / "results" / data / "full"
+        keep_light(results, light / data, ["zhang2007_fig5"], lock=lock, dirty=False, **facts)
+        assert menu(light / data / "index.html") == [data, other]
+
+
+@pytest.mark.parametrize(
+    "page", sorted((PROJECT / "results" / "archive" / "light").glob("[!.]*/index.html")), ids=str
+)
+def test_the_menus_of_the_pages_that_are_kept_offer_data_sets(page: Path) -> None:
+    """`make archive LIGHT=1 DATA=…` renews a page."""
+    assert menu(page)[0] == page.parent.name
+    assert set(menu(page)) <= DATA_SETS

@@ -234,3 +234,17 @@ def test_a_run_with_changed_options_is_kept_under_its_name(tmp_path: Path, lock:
         archive.keep(run, tmp_path / "archive", figures, name="../elsewhere", **facts)
     with pytest.raises(InvalidInput, match="no finished figure"):
         archive.figures_of_run(tmp_path / "nothing")
+
+
+def test_a_table_that_would_be_too_large_unpacked_is_left_out(
+    results: Path, lock: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A compressed table above the bound could be kept, and not be read again."""
+    size = (results / "zhang2007_fig5" / "table_many.csv").stat().st_size
+    for bound, left_out in ((size, False), (size - 1, True)):
+        monkeypatch.setattr(light, "MAX_UNPACKED_BYTES", bound)
+        target = tmp_path / "light" / "synthetic"
+        keep_light(results, target, FIGURES, lock=lock, **FACTS)
+        assert (target / "zhang2007_fig5" / "table_many.csv.gz").is_file() is not left_out
+        files = {row["file"] for row in tables.read_rows(target / "left_out.csv")}
+        assert ("table_many.csv" in files) is left_out

@@ -12,7 +12,7 @@ import pytest
 
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import make_figure
-from pipeline.core import anatomical, errors, fourier, linear_model
+from pipeline.core import errors, fourier, linear_model
 from pipeline.core.articulation import ray_sphere
 from pipeline.core.camera_paths import around
 from pipeline.core.limb_chain import WALKER14
@@ -22,8 +22,9 @@ from pipeline.report.document import write_page
 from pipeline.report.published import read_published
 from pipeline.skeleton import WALKER15
 from pipeline.storage.store import Store
-from pipeline.studies.walks.sweeps.held_out import NORMAL_95, PHASES
 from tests.report.planted import plant
+from walk3d.anatomy import prior as anatomical
+from walk3d.anatomy.study.sweeps.held_out import NORMAL_95, PHASES
 
 FIGURES = ["zhang2007_fig4", "zhang2007_fig5", "zhang2007_joint_angles"]
 ALL_METHODS = "sweep.methods=[least_squares,map,anatomical]"

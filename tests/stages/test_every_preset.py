@@ -22,8 +22,8 @@ from pipeline.cli.presets import presets
 from pipeline.clips import performances, varied, walks
 from pipeline.skeleton import WALKER15
 from pipeline.storage import tables
+from pipeline.storage.agreement import TIMING
 from pipeline.storage.sealed_folders import complaints_about
-from pipeline.studies.ledger import TIMING
 from tests import golden_digits
 from tests.contents import GOLDEN, columns_of, contents, golden
 from tests.recordings import reading, viewer

@@ -94,7 +94,7 @@ def test_a_claim_that_only_the_new_figure_has_is_named(kept: Path, tmp_path: Pat
     tables.write(kept / "claims.csv", {name: values[:1] for name, values in CLAIM.items()})
     assert compare_again(kept, made)[1].complaints == ("two: not in the archive",)
     (kept / "claims.csv").unlink()
-    with pytest.raises(InvalidInput, match="cannot read the table"):
+    with pytest.raises(InvalidInput, match="the table is missing"):
         compare_again(kept, made)
 
 
@@ -131,5 +131,5 @@ def test_other_rows_are_a_difference_and_no_tables_are_refused(kept: Path, tmp_p
     with pytest.raises(InvalidInput, match="no table to compare"):
         compare_again(empty, kept)
     shutil.rmtree(kept)
-    with pytest.raises(InvalidInput, match="cannot read the table"):
+    with pytest.raises(InvalidInput, match="the table is missing"):
         compare_again(figure(tmp_path / "again" / "zhang2007_fig5"), kept)

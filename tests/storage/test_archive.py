@@ -308,5 +308,5 @@ def test_a_manifest_cannot_reach_outside_its_folder(tmp_path: Path, make: Make, 
     }
     compact = json.dumps(manifest, sort_keys=True, separators=(",", ":"))
     (figure / "manifest.json").write_text(json.dumps({**manifest, "seal": digest(compact.encode())}))
-    with pytest.raises(InvalidInput, match="outside its folder"):
+    with pytest.raises(InvalidInput, match=r"not a plain path below its folder: '\.\./claims\.csv'"):
         keep(source)

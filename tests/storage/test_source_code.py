@@ -89,12 +89,7 @@ def test_what_it_computes_with_changes_it(
 
 def test_a_word_in_the_command_line_and_another_study_leave_walks_alone() -> None:
     """The real package: what the model of walks is made of holds neither."""
-    reached: set[str] = set()
-    waiting = ["pipeline.studies.eigenwalkers.model"]
-    while waiting:
-        name = waiting.pop()
-        reached.add(name)
-        waiting += source_code._module(name)[1] - reached
+    reached = source_code.reached(["pipeline.studies.eigenwalkers.model"])
     assert "pipeline.core.linear_model" in reached
     foreign = (
         "pipeline.cli.",

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -12,8 +14,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pipeline.storage.store import Store
+from pipeline.stages.artefacts import Stored, stored
+from pipeline.storage.sealed_folders import read_manifest, write_manifest
+from pipeline.storage.store import Store, packed
 from pipeline.storage.typed import pack, result_type, unpack
+from pipeline.validation import InvalidInput
 
 
 @dataclass(frozen=True)
@@ -125,3 +130,95 @@ def test_a_table_without_rows_keeps_its_columns_and_one_of_texts_lists_each_once
 @dataclass(frozen=True)
 class Rows:
     table: pd.DataFrame
+
+
+@dataclass(frozen=True)
+class Shaped:
+    """Arrays with their shapes.
+
+    Attributes
+    ----------
+    positions : (N, 15, 3)
+    time, phase : (N,), (N, 2)
+    person : (P,) text
+    inner : Inner
+    """
+
+    positions: np.ndarray
+    time: np.ndarray
+    phase: np.ndarray
+    person: np.ndarray
+    inner: Inner
+    count: int = 3
+
+
+SHAPED = Shaped(
+    np.zeros((2, 15, 3)), np.array([0.0, 1.0]), np.ones((2, 2)), np.array(["a"]), Inner(np.zeros(2), "x")
+)
+
+
+def spoilt(**arrays: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    """What is kept of `SHAPED`, some arrays replaced, left out where None."""
+    kept, notes = pack(SHAPED)
+    return {name: array for name, array in (kept | arrays).items() if array is not None}, notes
+
+
+@pytest.mark.parametrize(
+    ("arrays", "notes", "complaint"),
+    [
+        ({"positions": np.zeros((2, 14, 3))}, {}, r"positions: has another shape \(expected \(N, 15, 3\)"),
+        ({"positions": np.zeros(3)}, {}, "positions: has another shape"),
+        ({"positions": np.array([[["a"] * 3] * 15])}, {}, "positions: has another shape"),
+        ({"phase": np.zeros(2)}, {}, "phase: has another shape"),
+        ({"person": np.zeros(2)}, {}, r"person: has another shape \(expected \(P,\) of text"),
+        ({"positions": None}, {}, "positions: is missing"),
+        ({"inner.values": None}, {}, r"inner\.values: is missing"),
+        ({"inner.words": np.zeros(2)}, {}, r"does not fit|words"),
+        ({}, {"count": "3"}, "count: is missing or of another type"),
+        ({}, {"count": None}, "count: is missing"),
+        ({"time": np.zeros(3)}, {}, r"time: has another shape \(expected \(N,\) of numbers, received \(3,\)"),
+        ({}, {"inner": [1]}, "does not fit Shaped"),
+        ({}, {"inner": {"words": 3}}, r"inner\.words: is missing or of another type"),
+    ],
+    ids=itertools.count(),
+)
+def test_what_is_of_another_shape_or_type_is_rejected(
+    arrays: dict[str, Any], notes: dict[str, Any], complaint: str
+) -> None:
+    kept, plain = spoilt(**arrays)
+    if "inner.words" in arrays:
+        del plain["inner"]["words"]
+    with pytest.raises(InvalidInput, match=complaint):
+        unpack(Shaped, kept, plain | notes)
+    assert_equal(unpack(Shaped, *spoilt()), SHAPED)
+
+
+def test_columns_of_a_table_have_one_length(tmp_path: Path) -> None:
+    arrays, notes = pack(Rows(pd.DataFrame({"clip": ["b", "a"], "error": [1.0, 2.0]})))
+    for change in ({"table.error": np.zeros(3)}, {"table.clip": np.array([0, 7], np.uint8)}):
+        with pytest.raises(InvalidInput, match="does not fit Rows"):
+            unpack(Rows, arrays | change, notes)
+
+
+@pytest.mark.parametrize(
+    "spoil", [{"positions": np.zeros((2, 14, 3))}, {"inner.values": None}], ids=["axes", "missing"]
+)
+def test_an_artefact_with_a_right_seal_and_another_shape_is_computed_again(
+    tmp_path: Path, spoil: dict[str, Any]
+) -> None:
+    def asked() -> Stored[Shaped]:
+        return stored(
+            Store(tmp_path), "model", {}, [], lambda: SHAPED, result=Shaped, sources=["pipeline.seeding"]
+        )
+
+    first = asked()
+    folder = tmp_path / "cache" / first.artefact.name
+    facts = read_manifest(folder)
+    del facts["files"]
+    (folder / "arrays.npz").write_bytes(packed(spoilt(**spoil)[0]))
+    write_manifest(folder, facts)
+    again = asked()
+    assert again.artefact.computed
+    assert re.match(r"artefact damaged: (positions|inner\.values): ", again.artefact.why)
+    assert_equal(again.value, SHAPED)
+    assert not asked().artefact.computed

@@ -13,7 +13,7 @@ from pipeline.storage import tables
 from pipeline.storage.sealed_folders import write_manifest
 from pipeline.studies import interventions
 from pipeline.studies.interventions import Numbers
-from pipeline.validation import InvalidInput
+from tests.rejects import rejects
 
 
 def numbers(switch: str, with_it: float) -> Numbers:
@@ -82,7 +82,7 @@ def test_figures_of_a_changed_checkout_are_not_kept(tmp_path: Path, dirty: bool)
     write_manifest(figure, {"scale": "full", "provenance": {"commit": "c" * 40, "dirty": dirty}})
     assert interventions.made_by(tmp_path / "few") == ("full", not dirty)
     if dirty:
-        with pytest.raises(InvalidInput, match="checkout with changes"):
+        with rejects("uncommitted_changes", "few"):
             interventions.require_clean(tmp_path)
     else:
         interventions.require_clean(tmp_path)

@@ -8,17 +8,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.core import anatomical, camera, fourier, linear_model
-from pipeline.core.anatomical import Prior
+from pipeline.core import camera, fourier, linear_model
 from pipeline.core.viewpoint.view_estimate import ViewEstimate
 from pipeline.palette import Style
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.walks.anatomical_model import AnatomicalModel
 from pipeline.studies.walks.methods import Fold as HeldOut
 from pipeline.studies.walks.methods import Method, Reconstruction, Walk
-from pipeline.studies.walks.sweeps.held_out import CANDIDATES, Fold, People, mirrored_grid
-from pipeline.studies.walks.sweeps.setting import anatomical_setting
 from pipeline.validation import InvalidInput
+from walk3d.anatomy import prior as anatomical
+from walk3d.anatomy.prior import Prior
+from walk3d.anatomy.study.model import AnatomicalModel
+from walk3d.anatomy.study.sweeps.held_out import CANDIDATES, Fold, People, mirrored_grid
+from walk3d.anatomy.study.sweeps.setting import anatomical_setting
 
 VIEWS_AT_A_TIME = 12
 """So many fit into the caches of a processor."""
@@ -91,6 +92,7 @@ class AnatomicalApproach:
                 "the anatomical method needs every joint to find the view",
                 str(self._data.clip[walk]),
                 "data.pattern= that leaves it out",
+                code="joints_not_measured",
             )
         walker = anatomical.by_joint(self._data.coefficients[walk])
         shown = np.einsum("aij,kjb->akib", anatomical.image_axes(view_rad)[:, :2], walker)

@@ -62,12 +62,19 @@ def learn(performances: np.ndarray) -> ActionModel:
     """
     performances = _checked(performances)
     if len(performances) < 2:
-        raise InvalidInput("one performance has no spread", expected="two or more", received="1")
+        raise InvalidInput(
+            "one performance has no spread",
+            expected="two or more",
+            received="1",
+            code="too_few_performances",
+            count=1,
+        )
     deviation = performances.std(axis=0, ddof=1)
     if not np.ptp(performances, axis=0).any():
         raise InvalidInput(
             "the performances are all identical, so there is no spread to learn",
             expected="performances that differ",
+            code="identical_performances",
         )
     floor = FLOOR_SHARE * np.sqrt((deviation**2).mean())
     return ActionModel(
@@ -110,6 +117,8 @@ def accepted(
             "the postures do not match the action model",
             expected=f"(…, {expected})",
             received=postures.shape,
+            code="wrong_shape",
+            shape=postures.shape,
         )
     return (np.abs(postures - mean) <= bound * deviation).all(axis=-1)
 
@@ -189,6 +198,8 @@ def acceptance_left_out(
                 f"without group {label}",
                 "two or more",
                 (~out).sum(),
+                code="too_few_performances",
+                count=(~out).sum(),
             )
         result[out] = accepted(learn(performances[~out]), performances[out], bound=bound)
     return result
@@ -203,7 +214,13 @@ def _samples_at(model: ActionModel, at: int | None) -> tuple[np.ndarray, np.ndar
 
 def _require_bound(bound: float) -> None:
     if not bound > 0.0:  # infinity is allowed: no bound
-        raise InvalidInput("must be above 0 standard deviations", "the bound", received=f"{bound:g}")
+        raise InvalidInput(
+            "must be above 0 standard deviations",
+            "the bound",
+            received=f"{bound:g}",
+            code="out_of_range",
+            value=bound,
+        )
 
 
 def _checked(performances: np.ndarray) -> np.ndarray:
@@ -211,14 +228,24 @@ def _checked(performances: np.ndarray) -> np.ndarray:
         performances = np.asarray(performances, float)
     except ValueError:
         raise InvalidInput(
-            "the performances are not of one length and dimension", expected="synchronized ones, (M, P, b)"
+            "the performances are not of one length and dimension",
+            expected="synchronized ones, (M, P, b)",
+            code="mismatch",
         ) from None
     if performances.ndim != 3 or not performances.size:
-        raise InvalidInput("no performances", expected="(M, P, b)", received=performances.shape)
+        raise InvalidInput(
+            "no performances",
+            expected="(M, P, b)",
+            received=performances.shape,
+            code="wrong_shape",
+            shape=performances.shape,
+        )
     wrong = ~np.isfinite(performances).all(axis=-1)
     if wrong.any():
         performance, posture = np.argwhere(wrong)[0]
         raise InvalidInput(
-            "a posture has a number that is not finite", f"performance {performance}, sample {posture}"
+            "a posture has a number that is not finite",
+            f"performance {performance}, sample {posture}",
+            code="not_finite",
         )
     return performances

@@ -97,7 +97,11 @@ def learn_action(
     """
     if len(postures) < 2:
         raise InvalidInput(
-            "one performance alone cannot be synchronized", expected="2 or more", received=len(postures)
+            "one performance alone cannot be synchronized",
+            expected="2 or more",
+            received=len(postures),
+            code="too_few_performances",
+            count=len(postures),
         )
     space = aspace.learn(postures, variance=variance, dimensions=dimensions)
     raw = tuple(space.project(p) for p in postures)

@@ -145,10 +145,20 @@ def prepared(
     require_range("frames", len(images), at_least=3)
     if not isinstance(camera, Pinhole):
         raise InvalidInput(
-            "must be a Pinhole", "camera", "intrinsics, rotation, centre", type(camera).__name__
+            "must be a Pinhole",
+            "camera",
+            "intrinsics, rotation, centre",
+            type(camera).__name__,
+            code="wrong_type",
         )
     if camera.frames not in (None, len(images)):
-        raise InvalidInput("must be one, or one for each frame", "camera", received=camera.frames)
+        raise InvalidInput(
+            "must be one, or one for each frame",
+            "camera",
+            received=camera.frames,
+            code="frames_disagree",
+            frames=camera.frames,
+        )
     require_shape("root", root, (len(images), 3))
     require_shape("lengths", lengths, (len(chain.limbs),))
     options = options or Options()
@@ -159,6 +169,7 @@ def prepared(
                 "frame_rate_hz",
                 "the clip's frame rate, or Options(basis=TrajectoryBasis(n))",
                 "neither",
+                code="no_frame_rate",
             )
         options = replace(options, basis=TrajectoryBasis.of_clip(len(images), frame_rate_hz))
     return Reconstruction(images, camera, root, lengths, chain, options)
@@ -297,6 +308,7 @@ class Reconstruction:
                     "all rays miss the limb",
                     expected="lengths in the unit of the root and of the cameras' centres",
                     received=f"a length of {length:g}, and {nearest:g} at least from the ray to its parent",
+                    code="rays_miss_limb",
                 )
             return choice
         except InvalidInput as refusal:
@@ -305,6 +317,8 @@ class Reconstruction:
                 f"limb {limb}" + (f", {refusal.where}" if refusal.where else ""),
                 refusal.expected,
                 refusal.received,
+                code=refusal.code,
+                **refusal.values,
             ) from None
 
     def refined(self, tree: LimbTree, max_iterations: int) -> Refinement:

@@ -98,7 +98,9 @@ class RayHits:
         """
         signs = np.asarray(signs, float)
         if signs.shape != self.status.shape or not (np.abs(signs) == 1.0).all():
-            raise InvalidInput("must be +1 or -1 for each frame", "signs", received=signs.shape)
+            raise InvalidInput(
+                "must be +1 or -1 for each frame", "signs", received=signs.shape, code="not_signs"
+            )
         return self.middle + signs[:, None] * self.half_chord
 
     def resolved(self) -> RayHits:
@@ -178,6 +180,9 @@ def on_sphere(rays: Rays, radius: float, *, adjust: Adjustment = Adjustment.per_
             "no ray meets the sphere in front of its camera",
             expected="a frame with image, camera and parent",
             received=f"{(~given).sum()} of {len(given)} frames missing, {given.sum()} behind the camera",
+            code="no_ray_hits",
+            missing=(~given).sum(),
+            behind=given.sum(),
         )
     used = _adjusted(distance[reachable], float(radius), adjust)
     half = _half(used, distance)

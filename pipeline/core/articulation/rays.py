@@ -103,7 +103,11 @@ def cast_rays(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> R
     ahead = np.where(parallel, np.inf, depth * size / np.where(parallel, 1.0, det))
     at_joint = np.hypot(np.linalg.norm(m, axis=1), ahead) < _AT_JOINT_MM
     if at_joint.any():
-        raise InvalidInput("the camera stands at the parent joint", f"frame {frames[at_joint.argmax()]}")
+        raise InvalidInput(
+            "the camera stands at the parent joint",
+            f"frame {frames[at_joint.argmax()]}",
+            code="camera_at_parent",
+        )
     rays = Rays(*(np.full((len(given), *shape), np.nan) for shape in ((3,), (3,), ())))
     rays.middle[given], rays.direction[given], rays.ahead[given] = m, v, ahead
     return rays
@@ -137,5 +141,6 @@ def _determinant(M: np.ndarray, p4: np.ndarray, parallel: np.ndarray, frames: np
             "the camera is neither perspective nor affine",
             f"frame {frames[wrong.argmax()]}",
             "a 3 x 4 matrix whose left part can be inverted, or whose last row is 0 0 0 1",
+            code="invalid_camera",
         )
     return det

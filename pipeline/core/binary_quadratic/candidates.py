@@ -138,6 +138,8 @@ def programme_of(
             "the basis is not one of frames by components",
             expected="shape (F, K), K <= F",
             received=basis.shape,
+            code="wrong_shape",
+            shape=basis.shape,
         )
     frames, components = basis.shape
     given = {"basis": basis, "middle": middle, "half_chord": half_chord}
@@ -148,6 +150,8 @@ def programme_of(
                 f"the {name} is missing",
                 "all frames" if missing.all() else f"frame {np.argmax(missing)}",
                 "finite numbers: leave missing frames out, and their rows of the basis",
+                code="not_finite",
+                array=name,
             )
     require_range("relax_below", relax_below, at_least=0.0, unit="mm")
     excess = np.eye(components) - basis.T @ basis
@@ -159,6 +163,8 @@ def programme_of(
             "the basis is not orthonormal, nor softer than that",
             expected="columns of spectral norm at most 1",
             received=f"{norm:.6g}",
+            code="not_orthonormal",
+            norm=norm,
         )
     lengths = np.linalg.norm(half_chord, axis=1)
     kind = np.zeros(frames, np.int8)

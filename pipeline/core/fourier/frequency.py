@@ -137,6 +137,8 @@ def fundamental_frequency(positions: np.ndarray, frame_rate_hz: float, *, harmon
             "the clip is too short for a walking cycle",
             expected=f"more than {1 / SEARCH_HZ[1]:.2f} s",
             received=f"{duration:.2f} s",
+            code="too_short",
+            duration_s=duration,
         )
     # Six candidates to the clip's resolution cannot step over the peak.
     count = int(np.ceil((SEARCH_HZ[1] - lowest) * duration * 6)) + 8
@@ -180,4 +182,6 @@ def require_rate(frame_rate_hz: float, frequency_hz: float, harmonics: int) -> N
             "the frame rate is too low for the harmonics",
             expected=f"more than {2 * harmonics * frequency_hz:.3g} Hz",
             received=f"{frame_rate_hz:g} Hz",
+            code="rate_too_low",
+            frame_rate_hz=frame_rate_hz,
         )

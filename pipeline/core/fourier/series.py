@@ -96,10 +96,16 @@ def represent(
             "the clip is shorter than its Fourier series",
             expected=f"more than {1 + 2 * harmonics} frames",
             received=len(positions),
+            code="too_short",
+            frames=len(positions),
         )
     if not np.isfinite(positions).all():
         frame, joint = np.argwhere(~np.isfinite(positions))[0][:2]
-        raise InvalidInput(f"a position is not finite at frame {frame}, joint {joint}")
+        raise InvalidInput(
+            f"a position is not finite at frame {frame}, joint {joint}",
+            code="not_finite",
+            index=(frame, joint),
+        )
     times = np.arange(len(positions)) / frame_rate_hz
     if frequency_hz is None:
         frequency_hz = fundamental_frequency(positions, frame_rate_hz, harmonics=harmonics)

@@ -162,5 +162,9 @@ def true_lengths(chain: Chain, positions: np.ndarray) -> np.ndarray:
     known = np.isfinite(lengths)
     if not known.any(axis=0).all():
         limb = chain.limbs[int(known.any(axis=0).argmin())]
-        raise InvalidInput(f"the limb to {limb!r} is known in no frame, so its length is not either")
+        raise InvalidInput(
+            f"the limb to {limb!r} is known in no frame, so its length is not either",
+            code="unknown_length",
+            limb=limb,
+        )
     return np.where(known, lengths, 0.0).sum(axis=0) / known.sum(axis=0)

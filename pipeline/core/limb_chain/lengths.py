@@ -97,7 +97,9 @@ def demanded_length(
     rays = cast_rays(cameras, pixels, parents)
     seen = rays.distance[rays.ahead > 0.0]
     if not seen.size:
-        raise InvalidInput("no ray asks for a length", expected="a frame with image, camera and parent")
+        raise InvalidInput(
+            "no ray asks for a length", expected="a frame with image, camera and parent", code="no_rays"
+        )
     return np.quantile(seen, quantile)
 
 

@@ -43,12 +43,10 @@ _TREES = {
 """What `kernels` needs to know of the tree of limbs."""
 
 _UNDEFINED = {
-    kernels.NOT_FINITE: "a posture has a number that is not finite",
-    kernels.NO_COSINES: "the cosines of a limb are all zero",
-    kernels.NO_STANCE: frames.undefined(frames.HIP_UPRIGHT),
-    kernels.NO_HIP: frames.undefined(frames.TORSO_ALONG_HIP),
-    kernels.NO_SHOULDER: frames.undefined(frames.SHOULDER_ALONG_TORSO),
-    kernels.AGAINST_REST: frames.undefined(frames.AGAINST_REST),
+    kernels.NO_STANCE: frames.HIP_UPRIGHT,
+    kernels.NO_HIP: frames.TORSO_ALONG_HIP,
+    kernels.NO_SHOULDER: frames.SHOULDER_ALONG_TORSO,
+    kernels.AGAINST_REST: frames.AGAINST_REST,
 }
 
 
@@ -209,11 +207,17 @@ def joints(postures: np.ndarray, limb_lengths: LimbLengths, *, frame: str = "par
     wrong = found[:, 0] != kernels.DEFINED
     if wrong.any():
         number = int(wrong.argmax())
-        why, limb = found[number]
-        raise InvalidInput(
-            _UNDEFINED[why].format(limb=POSTURE12.limbs[limb]),
-            f"frame {number}" + (f", {POSTURE12.limbs[limb]}" if why == kernels.NO_COSINES else ""),
-        )
+        why, limb = int(found[number, 0]), POSTURE12.limbs[found[number, 1]]
+        if why == kernels.NOT_FINITE:
+            raise InvalidInput(
+                "a posture has a number that is not finite", f"frame {number}", code="not_finite"
+            )
+        if why == kernels.NO_COSINES:
+            raise InvalidInput(
+                "the cosines of a limb are all zero", f"frame {number}, {limb}", code="zero_length"
+            )
+        values = {"limb": limb} if why == kernels.AGAINST_REST else {}
+        raise frames.undefined(number, _UNDEFINED[why], **values)
     return positions
 
 
@@ -248,7 +252,13 @@ def _placed(postures: np.ndarray, limb_lengths: LimbLengths, frame: str) -> tupl
     require_choice("frame", frame, FRAMES)
     given = np.asarray(postures, float)
     if given.ndim < 1 or given.shape[-1] != PARAMETERS:
-        raise InvalidInput("no postures", expected=f"(…, {PARAMETERS}) numbers", received=given.shape)
+        raise InvalidInput(
+            "no postures",
+            expected=f"(…, {PARAMETERS}) numbers",
+            received=given.shape,
+            code="wrong_shape",
+            shape=given.shape,
+        )
     flat = np.ascontiguousarray(given.reshape(-1, PARAMETERS))
     positions = np.empty((len(flat), len(WALKER15.joints), 3))
     found = np.empty((len(flat), 2), np.int64)
@@ -287,7 +297,9 @@ def _limbs(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     lengths = np.linalg.norm(limbs, axis=-1)
     if not lengths.all():
         frame, limb = np.argwhere(lengths == 0.0)[0]
-        raise InvalidInput("a limb has no length", f"frame {frame}, {POSTURE12.limbs[limb]}")
+        raise InvalidInput(
+            "a limb has no length", f"frame {frame}, {POSTURE12.limbs[limb]}", code="zero_length"
+        )
     return limbs / lengths[..., None], lengths
 
 
@@ -298,5 +310,10 @@ def _checked(positions: np.ndarray) -> np.ndarray:
     finite = np.isfinite(positions).all(axis=-1)
     if not finite.all():
         frame, joint = np.argwhere(~finite)[0]
-        raise InvalidInput(f"the joint {WALKER15.joints[joint]} is missing", f"frame {frame}")
+        raise InvalidInput(
+            f"the joint {WALKER15.joints[joint]} is missing",
+            f"frame {frame}",
+            code="missing_joint",
+            joint=WALKER15.joints[joint],
+        )
     return positions

@@ -45,10 +45,10 @@ REST = {
 LEAST_SINE = 1e-3
 """Sine of the angle between two directions below which they make no frame."""
 
-HIP_UPRIGHT = "the hip axis is vertical"
-TORSO_ALONG_HIP = "the torso lies along the hip axis"
-SHOULDER_ALONG_TORSO = "the shoulder axis lies along the torso"
-AGAINST_REST = "the limb {limb} points against its rest direction"
+HIP_UPRIGHT = "hip_upright", "the hip axis is vertical"
+TORSO_ALONG_HIP = "torso_along_hip", "the torso lies along the hip axis"
+SHOULDER_ALONG_TORSO = "shoulder_along_torso", "the shoulder axis lies along the torso"
+AGAINST_REST = "against_rest", "the limb {limb} points against its rest direction"
 
 _UP = np.array([0.0, 0.0, 1.0])
 
@@ -103,7 +103,7 @@ def components_after(limb: int, direction: np.ndarray, vectors: np.ndarray) -> n
     return _turned(direction, REST[limb], vectors, POSTURE12.limbs[limb])
 
 
-def _axes(x: np.ndarray, upward: np.ndarray, wrong: str) -> np.ndarray:
+def _axes(x: np.ndarray, upward: np.ndarray, wrong: tuple[str, str]) -> np.ndarray:
     """Frames from their x axes, and z as near to a second direction as that allows."""
     z = upward - (x * upward).sum(axis=-1, keepdims=True) * x
     length = np.linalg.norm(z, axis=-1, keepdims=True)
@@ -117,16 +117,18 @@ def _turned(from_: np.ndarray, to: np.ndarray, vectors: np.ndarray, limb: str) -
     axis = np.cross(from_, to)  # of length sine
     cosine = (from_ * to).sum(axis=-1, keepdims=True)
     against = (cosine[:, 0] < 0.0) & (np.linalg.norm(axis, axis=-1) < LEAST_SINE)
-    _require_defined(against, AGAINST_REST.format(limb=limb))
+    _require_defined(against, AGAINST_REST, limb=limb)
     along = (axis * vectors).sum(axis=-1, keepdims=True)
     return cosine * vectors + np.cross(axis, vectors) + along / (1.0 + cosine) * axis
 
 
-def undefined(what: str) -> str:
-    """Return the sentence for directions that make no frame."""
-    return f"{what}, so its frame is not defined"
+def undefined(frame: int, fault: tuple[str, str], **values: str) -> InvalidInput:
+    """Return the rejection of directions that make no frame, from its code and its words."""
+    code, what = fault
+    sentence = f"{what.format(**values)}, so its frame is not defined"
+    return InvalidInput(sentence, f"frame {frame}", code=code, **values)
 
 
-def _require_defined(wrong: np.ndarray, what: str) -> None:
+def _require_defined(wrong: np.ndarray, fault: tuple[str, str], **values: str) -> None:
     if wrong.any():
-        raise InvalidInput(undefined(what), f"frame {wrong.argmax()}")
+        raise undefined(int(wrong.argmax()), fault, **values)

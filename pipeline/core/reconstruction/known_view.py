@@ -76,7 +76,12 @@ def maximum_a_posteriori(
     eigenvalues = require_shape("eigenvalues", np.asarray(eigenvalues, float), (E.shape[1],))
     require_noise_variance(noise_variance)
     if (eigenvalues < 0).any():
-        raise InvalidInput("an eigenvalue is negative", received=f"{eigenvalues.min():g}")
+        raise InvalidInput(
+            "an eigenvalue is negative",
+            received=f"{eigenvalues.min():g}",
+            code="out_of_range",
+            value=eigenvalues.min(),
+        )
     scale = np.sqrt(eigenvalues)
     stacked = np.concatenate([E * scale, np.sqrt(noise_variance) * np.eye(len(scale))])
     target = np.concatenate([d, np.zeros(len(scale))])

@@ -64,6 +64,7 @@ def tree_in_order(parents: Sequence[int] | np.ndarray, joints: int) -> tuple[int
             "the parents are not those of a tree in order",
             expected=f"{joints} numbers: -1 for the root, then each parent before its children",
             received=tree,
+            code="not_a_tree",
         )
     return tree
 
@@ -128,5 +129,10 @@ def starting_path(
         return fit(continuous_angles(directions, chart=chart), rows, penalty=penalty)
     except InvalidInput as refusal:
         raise InvalidInput(
-            refusal.what, f"the start of joint {called}", refusal.expected, refusal.received
+            refusal.what,
+            f"the start of joint {called}",
+            refusal.expected,
+            refusal.received,
+            code=refusal.code,
+            **refusal.values,
         ) from None

@@ -132,7 +132,11 @@ def observe(
     frames = len(images)
     if camera.frames not in (None, frames):
         raise InvalidInput(
-            "images and cameras disagree in their frames", expected=frames, received=camera.frames
+            "images and cameras disagree in their frames",
+            expected=frames,
+            received=camera.frames,
+            code="frames_disagree",
+            frames=camera.frames,
         )
     at = np.broadcast_to(camera.known, frames)[:, None]
     rooted = np.isfinite(root).all(axis=1, keepdims=True)

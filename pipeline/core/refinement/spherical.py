@@ -112,12 +112,20 @@ def unit_vectors(directions: np.ndarray) -> np.ndarray:
     known = np.isfinite(directions).all(axis=1)
     if not known.any():
         raise InvalidInput(
-            "no direction is known", expected="one frame or more", received=f"{len(known)} of NaN"
+            "no direction is known",
+            expected="one frame or more",
+            received=f"{len(known)} of NaN",
+            code="no_direction",
         )
     # Brought to unit size before squaring: the squares of 1e-200 are zero, those of 1e200 infinite.
     size = np.abs(np.where(known[:, None], directions, 1.0)).max(axis=1)
     if not size.all():
-        raise InvalidInput(f"the direction of frame {size.argmin()} has no length", expected="a vector but 0")
+        raise InvalidInput(
+            f"the direction of frame {size.argmin()} has no length",
+            expected="a vector but 0",
+            code="zero_length",
+            frame=size.argmin(),
+        )
     scaled = np.where(known[:, None], directions, np.nan) / size[:, None]
     return scaled / np.linalg.norm(scaled, axis=1, keepdims=True)
 
@@ -210,7 +218,9 @@ def continuous_angles(directions: np.ndarray, *, chart: np.ndarray | None = None
     frames = np.flatnonzero(np.isfinite(units[:, 0]))
     chart = farthest_chart(units[frames]) if chart is None else np.asarray(chart, float)
     if chart.shape != (3, 3) or not np.abs(chart @ chart.T - np.eye(3)).max() < 1e-9:
-        raise InvalidInput("the chart is not a rotation", expected="Q Q^T = I", received=chart.tolist())
+        raise InvalidInput(
+            "the chart is not a rotation", expected="Q Q^T = I", received=chart.tolist(), code="not_rotation"
+        )
     x, y, z = (units[frames] @ chart.T).T
     across = np.hypot(x, y)
     inclination, azimuth = np.arctan2(across, z), np.arctan2(y, x)

@@ -243,7 +243,9 @@ def _softened(given: Observations, unknowns: np.ndarray, cutoff: float) -> Obser
 def _check_start(given: Observations, unknowns: np.ndarray, called: Sequence[str]) -> None:
     if not given.seen.any():
         raise InvalidInput(
-            "nothing was seen", expected="a joint beside the root where camera and root are known"
+            "nothing was seen",
+            expected="a joint beside the root where camera and root are known",
+            code="nothing_seen",
         )
     positions = reprojection.forward(given, reprojection.relative(given, unknowns))
     wrong = np.argwhere(reprojection.behind(given, positions).T)
@@ -253,4 +255,6 @@ def _check_start(given: Observations, unknowns: np.ndarray, called: Sequence[str
             f"the start stands behind the camera in frame {frame}",
             f"joint {called[limb + 1]}",
             "joints that were seen in front of it",
+            code="behind_camera",
+            frame=frame,
         )

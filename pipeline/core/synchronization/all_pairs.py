@@ -77,7 +77,12 @@ def same_size(sequences: Sequence[np.ndarray] | np.ndarray, names: Sequence[str]
     for name, array in zip(called, arrays, strict=True):
         if array.ndim != 2 or array.size == 0:
             raise InvalidInput(
-                "not a sequence of postures", name, "(frames, dimensions), one or more of each", array.shape
+                "not a sequence of postures",
+                name,
+                "(frames, dimensions), one or more of each",
+                array.shape,
+                code="wrong_shape",
+                shape=array.shape,
             )
         if array.shape[1] != arrays[0].shape[1]:
             raise InvalidInput(
@@ -85,6 +90,8 @@ def same_size(sequences: Sequence[np.ndarray] | np.ndarray, names: Sequence[str]
                 name,
                 f"{arrays[0].shape[1]}, as {called[0]} has",
                 array.shape[1],
+                code="other_dimension",
+                dimension=array.shape[1],
             )
         if len(array) != len(arrays[0]):
             raise InvalidInput(
@@ -92,6 +99,8 @@ def same_size(sequences: Sequence[np.ndarray] | np.ndarray, names: Sequence[str]
                 name,
                 f"{len(arrays[0])} frames, as {called[0]} has",
                 len(array),
+                code="other_length",
+                frames=len(array),
             )
         # A comparison with NaN is false.
         usable = np.abs(array) < _LARGEST
@@ -100,7 +109,11 @@ def same_size(sequences: Sequence[np.ndarray] | np.ndarray, names: Sequence[str]
             value = array[frame, coordinate]
             what = "too large to be squared" if np.isfinite(value) else "not finite"
             raise InvalidInput(
-                f"coordinate {coordinate} of frame {frame} is {what}", name, received=f"{value:g}"
+                f"coordinate {coordinate} of frame {frame} is {what}",
+                name,
+                received=f"{value:g}",
+                code="too_large" if np.isfinite(value) else "not_finite",
+                index=(frame, coordinate),
             )
     return np.stack(arrays) if arrays else np.empty((0, 0, 0))
 
@@ -136,7 +149,11 @@ def synchronize_all(
     rows = same_size(sequences)
     if len(rows) < 2:
         raise InvalidInput(
-            "there is nothing to synchronize with", expected="two or more sequences", received=len(rows)
+            "there is nothing to synchronize with",
+            expected="two or more sequences",
+            received=len(rows),
+            code="too_few_performances",
+            count=len(rows),
         )
     count, frames, dimension = rows.shape
     nodes = allowed_disparities(
@@ -262,5 +279,7 @@ def median_sequence(distances: np.ndarray) -> int:
             f"the distance of sequences {n} and {m} is none",
             expected="0 or more",
             received=f"{distances[n, m]:g}",
+            code="invalid_distance",
+            index=(n, m),
         )
     return int(first_lowest(distances.sum(axis=1), margin=1e-12))

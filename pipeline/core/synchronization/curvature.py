@@ -34,7 +34,7 @@ def curvature(sequence: np.ndarray, *, where: str = "the performance") -> np.nda
     x = checked(sequence, where)
     r = np.sqrt(x.var(axis=0).sum())
     if not r > 1e-12 * np.abs(x).max():
-        raise InvalidInput("nothing moves, so there is no curvature", where)
+        raise InvalidInput("nothing moves, so there is no curvature", where, code="no_motion")
     duration = len(x) - 1
     smooth = gaussian_filter1d(x / r, SMOOTHING * duration, axis=0, mode="nearest")
     # Differences: the derivatives of a sampled Gaussian do not sum to zero, so they would see where x is.
@@ -64,5 +64,7 @@ def checked(sequence: np.ndarray, where: str) -> np.ndarray:
     require_range(f"frames of {where}", len(require_shape(where, x, ("F", "b"))), at_least=3)
     wrong = ~np.isfinite(x).all(axis=1)
     if wrong.any():
-        raise InvalidInput("a posture has a number that is not finite", f"{where}, frame {wrong.argmax()}")
+        raise InvalidInput(
+            "a posture has a number that is not finite", f"{where}, frame {wrong.argmax()}", code="not_finite"
+        )
     return x

@@ -103,6 +103,9 @@ def choose_key_frames(sequences: Sequence[np.ndarray], *, count: int = 5) -> Key
                 f"performance {number}",
                 f"{least} frames",
                 len(x),
+                code="too_short",
+                frames=len(x),
+                needed=least,
             )
     bends = [curvature(x, where=f"performance {number}") for number, x in enumerate(given)]
     bends = [c / c.max() for c in bends]
@@ -152,14 +155,20 @@ def resample_by_key_frames(
     count = frames.shape[1]
     if n_samples < count + 2:
         raise InvalidInput(
-            "fewer samples than key-frames and ends", expected=f"{count + 2} or more", received=n_samples
+            "fewer samples than key-frames and ends",
+            expected=f"{count + 2} or more",
+            received=n_samples,
+            code="too_few_samples",
+            samples=n_samples,
         )
     ends = np.array([len(x) - 1 for x in given])
     nodes = np.column_stack([np.zeros_like(ends), frames, ends])
     steps = np.diff(nodes, axis=1) > 0
     if not steps.all():
         raise InvalidInput(
-            "the key-frames do not increase between the ends", f"performance {(~steps.all(axis=1)).argmax()}"
+            "the key-frames do not increase between the ends",
+            f"performance {(~steps.all(axis=1)).argmax()}",
+            code="not_increasing",
         )
     samples = np.round((frames / ends[:, None]).mean(axis=0) * (n_samples - 1)).astype(int)
     # With few samples two key-frames may round to one: moved apart, forwards and then back from the end.
@@ -201,7 +210,7 @@ def _best(score: np.ndarray, count: int) -> np.ndarray:
 
 def _all_checked(sequences: Sequence[np.ndarray]) -> list[np.ndarray]:
     if not len(sequences):
-        raise InvalidInput("there are no performances", expected="one or more")
+        raise InvalidInput("there are no performances", expected="one or more", code="no_performances")
     given = [checked(x, f"performance {number}") for number, x in enumerate(sequences)]
     for number, x in enumerate(given):
         if x.shape[1] != given[0].shape[1]:
@@ -210,5 +219,7 @@ def _all_checked(sequences: Sequence[np.ndarray]) -> list[np.ndarray]:
                 f"performance {number}",
                 given[0].shape[1],
                 x.shape[1],
+                code="other_dimension",
+                dimension=x.shape[1],
             )
     return given

@@ -79,7 +79,10 @@ def normalise(sequence: np.ndarray, frames: int) -> np.ndarray:
     last = len(sequence) - 1
     if samples == 1 and last > 0:
         raise InvalidInput(
-            "one frame cannot hold both ends of a sequence", expected="two frames or more", received="1"
+            "one frame cannot hold both ends of a sequence",
+            expected="two frames or more",
+            received="1",
+            code="too_few_samples",
         )
     return interpolate(sequence, np.arange(samples) * last / max(samples - 1, 1))
 
@@ -125,6 +128,7 @@ def warp(x_m: np.ndarray, disparity: np.ndarray) -> np.ndarray:
             "sequence and disparity disagree",
             expected="x_m (…, P, b) and whole numbers (…, P)",
             received=f"x_m {x_m.shape} and {disparity.dtype} {disparity.shape}",
+            code="mismatch",
         )
     tau = rate_to_rate(disparity)
     outside = (tau < 0) | (tau >= tau.shape[-1])
@@ -134,6 +138,9 @@ def warp(x_m: np.ndarray, disparity: np.ndarray) -> np.ndarray:
             f"the disparity of sample {p} leads outside of the sequence",
             expected=f"samples 0 to {tau.shape[-1] - 1}",
             received=tau[outside][0],
+            code="beyond_samples",
+            sample=p,
+            position=tau[outside][0],
         )
     return np.take_along_axis(x_m, tau[..., None], axis=-2)
 

@@ -141,12 +141,18 @@ def allowed_disparities(
     # Longer ones lead out of the sequence, but would need memory all the same.
     ordered = tuple(sorted((k for k in wanted if k > -max(frames, 2)), key=lambda k: (abs(k), k)))
     if 0 not in ordered:
-        raise InvalidInput("no step leaves the disparity as it is", expected="0 among them", received=ordered)
+        raise InvalidInput(
+            "no step leaves the disparity as it is",
+            expected="0 among them",
+            received=ordered,
+            code="no_zero_step",
+        )
     if max(ordered) > 1:
         raise InvalidInput(
             f"the step {max(ordered)} runs time backwards, at the rate 1 - k",
             expected="steps of at most 1",
             received=ordered,
+            code="step_runs_backwards",
         )
     down, up = min(ordered), max(ordered)
     before = np.arange(frames)

@@ -99,7 +99,9 @@ def track(
     nowhere = ~np.isfinite(to_joints(walk.mean)).all(axis=(1, 2))
     if nowhere.any():
         raise InvalidInput(
-            "to_joints gives a position that is not finite", f"sample {nowhere.argmax()} of the mean"
+            "to_joints gives a position that is not finite",
+            f"sample {nowhere.argmax()} of the mean",
+            code="not_finite",
         )
     frames, equal = likelihood.frames, np.full(n_particles, -np.log(n_particles))
     posture, deviation = np.empty((2, frames, walk.mean.shape[1]))

@@ -151,6 +151,10 @@ def learnt_diffusion(performances: np.ndarray, mean: np.ndarray, standard_deviat
     z = (performances - mean) / np.where(standard_deviation > 0, standard_deviation, np.inf)
     power = np.sqrt((z[:, 1:] ** 2).sum() * (z[:, :-1] ** 2).sum())
     if not power > 0:
-        raise InvalidInput("the performances do not deviate from their mean", "learnt diffusion")
+        raise InvalidInput(
+            "the performances do not deviate from their mean",
+            "learnt diffusion",
+            code="identical_performances",
+        )
     rho = (z[:, 1:] * z[:, :-1]).sum() / power
     return np.sqrt(max(0.0, 1.0 - rho**2))

@@ -74,7 +74,10 @@ def estimate(
         require_noise_variance(noise_variance)
     elif method == "map":
         raise InvalidInput(
-            "MAP needs a noise variance", expected="noise_variance in mm² > 0", received="none"
+            "MAP needs a noise variance",
+            expected="noise_variance in mm² > 0",
+            received="none",
+            code="no_noise_variance",
         )
     low, high = angle_range_rad
     if not -np.inf < low < high < np.inf:
@@ -82,6 +85,7 @@ def estimate(
             "the range of view angles is empty",
             expected="low < high",
             received=f"{np.degrees(low):g}..{np.degrees(high):g} deg",
+            code="empty_range",
         )
     sigma2 = noise_variance if method == "map" else None
     white = whiten(model, prior=solver == "published" or sigma2 is not None)
@@ -117,6 +121,8 @@ def _observations(
             "the observation has another size than the model",
             expected=f"({2 * points + trailing},) or (A, {2 * points + trailing})",
             received=observed.shape,
+            code="wrong_shape",
+            shape=observed.shape,
         )
     require_range("observations", len(rows), at_least=1)
     require_finite("the observation", rows)

@@ -56,6 +56,7 @@ def require_walk(level: np.ndarray, frame_rate_hz: float, *, leg_mm: float, spee
             "no walk: the feet do not alternate",
             expected=f"fore-aft motion correlated by {ALTERNATION:g} or less",
             received=told_apart(together, ALTERNATION, 2),
+            code="feet_do_not_alternate",
         )
     lower, belt = _stance(ankles, frame_rate_hz)
     share = min((lower == 0).mean(), (lower == 1).mean())
@@ -64,6 +65,7 @@ def require_walk(level: np.ndarray, frame_rate_hz: float, *, leg_mm: float, spee
             "no walk: the feet do not stand and swing in turn",
             expected=f"each the lower one in {LEAST_STANCE:.0%} of the frames, going back at {SLOWEST_MM_S:g} mm/s",
             received=f"{share:.0%}, {belt:.0f} mm/s",
+            code="no_stance_and_swing",
         )
     trunk = level[:, _SHOULDERS].mean(axis=1) - level[:, PELVIS]
     low, high = np.percentile(np.degrees(np.arctan2(trunk[:, 1], trunk[:, 2])), [5, 95])
@@ -72,6 +74,7 @@ def require_walk(level: np.ndarray, frame_rate_hz: float, *, leg_mm: float, spee
             "no walk: the trunk bows",
             expected=f"pitch within {BOW_DEG:g}°",
             received=f"{told_apart(high - low, BOW_DEG, 0)}°",
+            code="trunk_bows",
         )
     froude = (speed_mm_s or belt) ** 2 / (GRAVITY_MM_S2 * leg_mm)
     lift = np.ptp(ankles[..., 2], axis=0).min() / leg_mm
@@ -80,6 +83,9 @@ def require_walk(level: np.ndarray, frame_rate_hz: float, *, leg_mm: float, spee
             "a run, not a walk",
             expected=f"a Froude number up to {FASTEST_FROUDE:g}, or feet that hardly rise",
             received=f"{froude:.2f}, feet that rise by {lift:.0%} of the leg",
+            code="running",
+            froude=froude,
+            lift=lift,
         )
 
 

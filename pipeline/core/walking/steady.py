@@ -146,6 +146,8 @@ def steady_stretch(
             "the frame rate is too low to see strides (is it the time of a frame?)",
             expected=f"{SLOWEST_HZ:g} Hz or more",
             received=f"{frame_rate_hz:g} Hz",
+            code="rate_too_low",
+            frame_rate_hz=frame_rate_hz,
         )
     first, last = longest_run(whole)
     frames = last - first
@@ -154,6 +156,8 @@ def steady_stretch(
             "no steady walking: too few frames in which every joint is seen",
             expected=f"{cycles:g} strides",
             received=f"{frames} frames of {len(whole)}",
+            code="too_few_frames",
+            frames=frames,
         )
     block = positions[first:last]
     signal = _fore_aft(block)
@@ -182,7 +186,8 @@ def steady_stretch(
             along = (facing(block) * velocity).sum(axis=-1)
             if np.median((along - 0.5 * speed)[start:stop]) < 0:
                 raise InvalidInput(
-                    "no steady walking: the walk is not forwards, or left and right or an axis are exchanged"
+                    "no steady walking: the walk is not forwards, or left and right or an axis are exchanged",
+                    code="not_forwards",
                 )
     found = (stop - start) / stride
     if found < cycles:
@@ -190,6 +195,8 @@ def steady_stretch(
             "no steady walking: the steady stretch is too short",
             expected=f"{cycles:g} strides",
             received=told_apart(found, cycles, 2),
+            code="too_short",
+            cycles=found,
         )
     apart = np.std(signal[start:stop])
     if apart < STANDING_MM:
@@ -197,6 +204,8 @@ def steady_stretch(
             "no steady walking: the feet hardly pass each other",
             expected=f"ankles apart by {STANDING_MM:g} mm rms",
             received=f"{told_apart(apart, STANDING_MM, 0)} mm",
+            code="feet_hardly_pass",
+            distance_mm=apart,
         )
     return Stretch(first + start, first + stop, locomotion, typical, turn, found)
 

@@ -1,6 +1,5 @@
-"""Reading and writing of BVH files; joints of a walker as a character."""
+"""Reading of BVH files."""
 
 from pipeline.formats.bvh.reading import read
-from pipeline.formats.bvh.writing import Character, Names, character, write
 
-__all__ = ["Character", "Names", "character", "read", "write"]
+__all__ = ["read"]

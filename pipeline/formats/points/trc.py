@@ -22,6 +22,7 @@ from pipeline.formats.points.cells import Rows, positions_to_write
 from pipeline.formats.points.even_times import at_equal_intervals
 from pipeline.formats.text import millimetres_in, number, read_text, unit_of
 from pipeline.skeleton.recorded import MotionCapture
+from pipeline.validation import harmless
 
 
 @dataclass(frozen=True)
@@ -172,6 +173,7 @@ def write(path: Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate
         raise damaged(
             "the table cannot hold the point name", path.name, received=quoted[0], code="unwritable_name"
         )
+    names = [*map(harmless, names)]
     rate = repr(float(frame_rate_hz))
     frames, markers = positions.shape[:2]
     axes = (f"{axis}{k}" for k in range(1, markers + 1) for axis in "XYZ")
@@ -187,7 +189,7 @@ def write(path: Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate
         "OrigNumFrames": str(frames),
     }
     header = [
-        ("PathFileType", "4", "(X/Y/Z)", path.name),
+        ("PathFileType", "4", "(X/Y/Z)", harmless(path.name)),
         tuple(settings),
         tuple(settings.values()),
         ("Frame#", "Time", *itertools.chain.from_iterable((name, "", "") for name in names)),

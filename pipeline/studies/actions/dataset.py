@@ -38,7 +38,10 @@ def require_true_course(known: bool) -> None:
     """Raise InvalidInput unless the true course of the action is known."""
     if not known:
         raise InvalidInput(
-            "the true course of an action is known of synthetic performances alone", "data", "data=synthetic"
+            "the true course of an action is known of synthetic performances alone",
+            "data",
+            "data=synthetic",
+            code="truth_not_known",
         )
 
 

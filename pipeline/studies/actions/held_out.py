@@ -141,6 +141,8 @@ def left_out(people: np.ndarray, performance: int, leave_out: LeaveOut) -> np.nd
             f"leave one {leave_out} out, performance {performance}",
             "2 or more",
             (~out).sum(),
+            code="too_few_performances",
+            count=(~out).sum(),
         )
     return out
 

@@ -149,7 +149,9 @@ class ActionSpaceModel(Model):
         super().validate()
         require_range("model.max_disparity", self.max_disparity, below=self.samples)
         if 0 not in self.steps or max(self.steps) > 1:
-            raise InvalidInput("must hold 0 and none above 1", "model.steps", received=self.steps)
+            raise InvalidInput(
+                "must hold 0 and none above 1", "model.steps", received=self.steps, code="invalid_steps"
+            )
 
     @property
     def path_options(self) -> dict[str, Any]:

@@ -108,7 +108,14 @@ class HeldOutTracking(Sweep):
         if LeaveOut.person not in self.leave_out or len(np.unique(people)) > 1:
             return list(self.leave_out), []
         if self.leave_out == [LeaveOut.person]:
-            raise InvalidInput("one person cannot be left out", "sweep.leave_out", "several people", "1")
+            raise InvalidInput(
+                "one person cannot be left out",
+                "sweep.leave_out",
+                "several people",
+                "1",
+                code="too_few_people",
+                count=1,
+            )
         return [LeaveOut.performance], ["tracking: one person alone, so no person is left out"]
 
     def measure(self, inputs: ActionInputs) -> TrackingErrors:

@@ -84,7 +84,11 @@ class EigenwalkersModel(Model):
         people = len(np.unique(dataset.person))
         if people < 3:
             raise InvalidInput(
-                "leave-one-out needs at least three walkers", expected="3 or more", received=people
+                "leave-one-out needs at least three walkers",
+                expected="3 or more",
+                received=people,
+                code="too_few_people",
+                count=people,
             )
         population = samples if mirrors is None else np.concatenate([samples, mirrors])
         whole = linear_model.fit(

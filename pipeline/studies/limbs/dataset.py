@@ -82,6 +82,8 @@ class LimbDataset(Dataset):
                 "dataset.frames",
                 f"{self.frames} frames at {self.frame_rate_hz:g} Hz",
                 f"{longest} at most",
+                code="too_short",
+                frames=longest,
             )
         relative = [relative_trajectories(WALKER14, positions) for positions in stretches]
         lengths = np.linalg.norm(np.stack(relative), axis=-1)

@@ -72,14 +72,14 @@ class KnownViewErrors:
     sigma2_view_mm2 : (A, S)
         Error of MAP at every view, mean over walkers.
     demonstration_view_deg : (V,)
-    missing : (M, R, V, 5, 15)
+    missing : (M, R, V, 1 + 2H, 15)
         Fourier coefficients of the missing dimension at the demonstration views, at phase zero.
-    average_walker : (R, V, 5, 15)
+    average_walker : (R, V, 1 + 2H, 15)
         The same of the average walker.
     noise_variance_mm2 : float
     unmeasured : (R, 15) bool
         Joints that are estimated or dropped; they have no errors.
-    original : (R, 5, 15, 3)
+    original : (R, 1 + 2H, 15, 3)
         Fourier representations of the walks that the demonstrations reconstruct.
     stride_hz : (R,)
         Their fundamental frequencies.

@@ -174,6 +174,7 @@ class Method:
                 self.name,
                 (len(views), *walker.shape[:2]),
                 missing.shape,
+                code="wrong_result",
             )
         full = camera.combine(camera.project(walker, turned), missing, turned)
         return Reconstruction(
@@ -280,10 +281,18 @@ def registered() -> dict[str, Method]:
     for origin, method in plugins.contributions("methods"):
         if not isinstance(method, Method):
             raise InvalidInput(
-                "methods must be values of the class Method", origin, received=type(method).__name__
+                "methods must be values of the class Method",
+                origin,
+                received=type(method).__name__,
+                code="wrong_type",
             )
         if method.name in methods or method.name in BASELINES:
-            raise InvalidInput(f"there is another method {method.name!r}", origin, "another name")
+            raise InvalidInput(
+                f"there is another method {method.name!r}",
+                origin,
+                "another name",
+                code="duplicate_name",
+            )
         if not method.style.colour:
             colour = _FREE_COLOURS[(len(methods) - len(PUBLISHED)) % len(_FREE_COLOURS)]
             method = replace(method, style=replace(method.style, colour=colour))

@@ -89,13 +89,22 @@ class UnknownView(Sweep):
         """Validate the options.  Raises InvalidInput if one is out of range."""
         super().validate()
         if len(self.angle_range_deg) != 2:
-            raise InvalidInput("must be [low, high]", "sweep.angle_range_deg", received=self.angle_range_deg)
+            raise InvalidInput(
+                "must be [low, high]",
+                "sweep.angle_range_deg",
+                received=self.angle_range_deg,
+                code="not_a_range",
+            )
         for method in methods.chosen(self.methods):
             if method.name in PUBLISHED:
                 continue
             if method.estimate is None:
                 raise InvalidInput(
-                    f"{method.name} needs a known view", "sweep.methods", "a method with `estimate`"
+                    f"{method.name} needs a known view",
+                    "sweep.methods",
+                    "a method with `estimate`",
+                    code="needs_known_view",
+                    method=method.name,
                 )
             if self.angle_range_deg != WHOLE_CIRCLE_DEG:
                 raise InvalidInput(
@@ -103,6 +112,7 @@ class UnknownView(Sweep):
                     "sweep.angle_range_deg",
                     WHOLE_CIRCLE_DEG,
                     self.angle_range_deg,
+                    code="whole_circle_only",
                 )
 
     def with_methods(self, names: Sequence[str]) -> UnknownView:

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import kstest, truncnorm
 
 from pipeline.core.action_model import ActionModel, acceptance_left_out, accepted, learn, sample
-from pipeline.validation import InvalidInput
+from tests.rejects import rejects
 from tests.strategies import seeds
 
 
@@ -148,48 +145,36 @@ def test_one_actor_s_performances_leave_together() -> None:
 # --- bad input --------------------------------------------------------------------------------------------
 
 
-def refused(sentence: str) -> pytest.RaisesExc:
-    return pytest.raises(InvalidInput, match=f"^{re.escape(sentence)}$")
-
-
 def test_what_teaches_nothing_is_refused() -> None:
     given_ = performances(np.random.default_rng(8))
-    with refused("one performance has no spread (expected two or more, received 1)"):
+    with rejects("too_few_performances", count=1):
         learn(given_[:1])
-    with refused(
-        "the performances are all identical, so there is no spread to learn "
-        "(expected performances that differ)"
-    ):
+    with rejects("identical_performances"):
         learn(given_[[0, 0, 0]])
     missing = given_.copy()
     missing[2, 5, 1] = np.nan
-    with refused("performance 2, sample 5: a posture has a number that is not finite"):
+    with rejects("not_finite", "performance 2, sample 5"):
         learn(missing)
-    with refused("no performances (expected (M, P, b), received (9, 4))"):
+    with rejects("wrong_shape", shape=(9, 4)):
         learn(given_[0])
-    with refused(
-        "the performances are not of one length and dimension (expected synchronized ones, (M, P, b))"
-    ):
+    with rejects("mismatch"):
         learn([given_[0], given_[1, :5]])  # type: ignore[arg-type]
 
 
 def test_what_the_model_does_not_have_is_refused() -> None:
     given_ = performances(np.random.default_rng(8))
     model, generator = learn(given_), np.random.default_rng(0)
-    with refused("the postures do not match the action model (expected (…, 9, 4), received (9, 3))"):
+    with rejects("wrong_shape", shape=(9, 3)):
         accepted(model, given_[0, :, :3])
-    with refused("the sample of the action model must be a whole number at least 0 and at most 8 (got 9)"):
+    with rejects("out_of_range", "the sample of the action model", value=9):
         accepted(model, given_[0], at=9)
-    with refused("the sample of the action model must be a whole number at least 0 and at most 8 (got -1)"):
+    with rejects("out_of_range", "the sample of the action model", value=-1):
         sample(model, 3, generator, at=-1)
-    with refused("the bound must be above 0 standard deviations (got 0)"):
+    with rejects("out_of_range", "the bound", value=0.0):
         sample(model, 3, generator, bound=0.0)
-    with refused("the number of postures must be a whole number at least 0 (got -3)"):
+    with rejects("out_of_range", "the number of postures", value=-3):
         sample(model, -3, generator)
-    with refused("groups must have shape (12,) (got (3,))"):
+    with rejects("wrong_shape", "groups", shape=(3,)):
         acceptance_left_out(given_, groups=np.arange(3))
-    with refused(
-        "without group 0: fewer than two performances are left to learn from "
-        "(expected two or more, received 1)"
-    ):
+    with rejects("too_few_performances", "without group 0", count=1):
         acceptance_left_out(given_, groups=np.r_[np.zeros(11, int), 1])

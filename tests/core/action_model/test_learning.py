@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from contextlib import AbstractContextManager
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from pipeline.core.action_model import (
     mean_squared_deviation,
     variance_left,
 )
-from pipeline.validation import InvalidInput
+from tests.rejects import rejects
 from tests.strategies import seeds
 
 
@@ -152,32 +153,31 @@ def test_what_is_learnt_is_a_value() -> None:
 
 @pytest.mark.parametrize("count", [0, 1])
 def test_a_performance_alone_is_refused(count: int) -> None:
-    message = rf"one performance alone cannot be synchronized \(expected 2 or more, received {count}\)"
-    with pytest.raises(InvalidInput, match=message):
+    with rejects("too_few_performances", count=count):
         learn_action(action(1)[:count])
 
 
 @pytest.mark.parametrize(
-    ("options", "message"),
+    ("options", "rejection"),
     [
-        ({"variance": 0.0}, "the share of the variance must be above 0"),
-        ({"dimensions": 99}, "the number of dimensions must be"),
-        ({"samples": 1}, "one frame cannot hold both ends"),
-        ({"penalty": "none"}, "penalty"),
-        ({"start": "late"}, "start"),
-        ({"steps": (0, 2)}, "step"),
-        ({"smoothness": -1.0}, "smoothness"),
-        ({"max_disparity": -1}, "disparity"),
+        ({"variance": 0.0}, rejects("out_of_range", "the share of the variance", value=0.0)),
+        ({"dimensions": 99}, rejects("out_of_range", "the number of dimensions", value=99)),
+        ({"samples": 1}, rejects("too_few_samples")),
+        ({"penalty": "none"}, rejects("unknown_choice", "penalty", value="none")),
+        ({"start": "late"}, rejects("unknown_choice", "start", value="late")),
+        ({"steps": (0, 2)}, rejects("step_runs_backwards")),
+        ({"smoothness": -1.0}, rejects("out_of_range", "the smoothness (mu)")),
+        ({"max_disparity": -1}, rejects("out_of_range", "the largest disparity", value=-1)),
     ],
 )
-def test_what_a_piece_refuses_is_refused(options: dict, message: str) -> None:
-    with pytest.raises(InvalidInput, match=message):
+def test_what_a_piece_refuses_is_refused(options: dict, rejection: AbstractContextManager) -> None:
+    with rejection:
         learn_action(action(1), **{"samples": 15, "max_disparity": 6, **options})
 
 
 def test_performances_that_are_all_the_same_have_nothing_to_teach() -> None:
     one = action(1)[0]
-    with pytest.raises(InvalidInput, match="the performances are all identical"):
+    with rejects("identical_performances"):
         learn_action([one, one.copy()], samples=15, max_disparity=6)
 
 
@@ -226,9 +226,9 @@ def test_by_key_frames_is_choosing_and_resampling() -> None:
 
 
 def test_by_key_frames_refuses_as_its_pieces_do() -> None:
-    with pytest.raises(InvalidInput, match="there are no performances"):
+    with rejects("no_performances"):
         by_key_frames([])
-    with pytest.raises(InvalidInput, match="the number of key-frames must be"):
+    with rejects("out_of_range", "the number of key-frames", value=0):
         by_key_frames(action(1), count=0)
-    with pytest.raises(InvalidInput, match="fewer samples than key-frames and ends"):
+    with rejects("too_few_samples", samples=6):
         by_key_frames(action(1), samples=6, count=5)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from pipeline.core import camera
 from pipeline.core.linear_model import LinearModel
 from pipeline.core.reconstruction import gram_of, least_squares, maximum_a_posteriori
-from pipeline.validation import InvalidInput
+from tests.rejects import rejects
 from tests.strategies import Fold, angles, folds
 
 variances = st.floats(min_value=0.0, max_value=3.0).map(lambda exponent: 10.0**exponent)
@@ -50,5 +50,5 @@ def test_directions_that_no_view_shows_from_above_are_still_found_unseen() -> No
 @pytest.mark.parametrize("noise_variance", [0.0, -1.0, np.nan, np.inf])
 def test_a_noise_variance_that_is_not_positive_is_refused(noise_variance: float) -> None:
     model = LinearModel(np.zeros(225), np.eye(225)[:1], np.ones(1), 1.0)
-    with pytest.raises(InvalidInput, match=r"the noise variance \(sigma²\) must be above 0 mm²"):
+    with rejects("out_of_range", "the noise variance (sigma²)"):
         gram_of(model, noise_variance)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from functools import partial
 
 import numpy as np
 import pytest
@@ -11,8 +12,8 @@ from hypothesis import strategies as st
 
 from pipeline.core import camera, errors, reconstruction
 from pipeline.core.linear_model import LinearModel, fit, flatten, unflatten
-from pipeline.validation import InvalidInput
 from tests.core.printed import printed
+from tests.rejects import rejects
 from tests.strategies import Fold, angles, folds, seeds, walkers
 
 variances = st.floats(min_value=0.0, max_value=3.0).map(lambda exponent: 10.0**exponent)
@@ -297,52 +298,52 @@ HOLED[8] = np.nan
 
 @pytest.mark.parametrize("noise_variance", [0.0, -1.0, np.nan, np.inf])
 def test_a_noise_variance_that_is_not_positive_is_refused(noise_variance: float) -> None:
-    sentence = r"the noise variance \(sigma²\) must be above 0 mm²"
+    fault = ("out_of_range", "the noise variance (sigma²)")
     view = np.zeros(1)
-    with pytest.raises(InvalidInput, match=sentence):
+    with rejects(*fault, value=noise_variance):
         reconstruction.maximum_a_posteriori(np.eye(2), np.ones(2), np.ones(2), noise_variance=noise_variance)
-    with pytest.raises(InvalidInput, match=sentence):
+    with rejects(*fault, value=noise_variance):
         reconstruction.from_known_views(MODEL, MODEL.mean, view, noise_variance=noise_variance)
-    with pytest.raises(InvalidInput, match=sentence):
+    with rejects(*fault):
         error_path(MODEL, MODEL.mean, view, np.array([70.0, noise_variance]))
 
 
 @pytest.mark.parametrize(
-    ("sample", "sentence"),
+    ("sample", "rejection"),
     [
-        (np.zeros(226), r"the walker must have shape \(225,\) \(got \(226,\)\)"),
-        (np.zeros((5, 15, 3)), "the walker must have shape"),
-        (HOLED, "the walker must be finite"),
+        (np.zeros(226), partial(rejects, "wrong_shape", "the walker", shape=(226,))),
+        (np.zeros((5, 15, 3)), partial(rejects, "wrong_shape", "the walker", shape=(5, 15, 3))),
+        (HOLED, partial(rejects, "not_finite", "the walker", index=(8,))),
     ],
 )
-def test_a_walker_who_does_not_fit_the_model_is_refused(sample: np.ndarray, sentence: str) -> None:
-    with pytest.raises(InvalidInput, match=sentence):
+def test_a_walker_who_does_not_fit_the_model_is_refused(sample: np.ndarray, rejection: partial) -> None:
+    with rejection():
         reconstruction.from_known_views(MODEL, sample, np.zeros(1), noise_variance=None)
-    with pytest.raises(InvalidInput, match=sentence):
+    with rejection():
         error_path(MODEL, sample, np.zeros(1), np.array([70.0]))
 
 
 @pytest.mark.parametrize(
-    ("E", "d", "eigenvalues", "sentence"),
+    ("E", "d", "eigenvalues", "rejection"),
     [
         (
             np.eye(3),
             np.ones(2),
             np.ones(3),
-            r"d must have shape \(3,\) \(got \(2,\)\)",
+            partial(rejects, "wrong_shape", "d", shape=(2,)),
         ),
-        (np.ones(3), np.ones(3), np.ones(3), "E must have shape"),
-        (np.eye(2), np.array([1.0, np.nan]), np.ones(2), "d must be finite"),
-        (np.full((2, 2), np.inf), np.ones(2), np.ones(2), "E must be finite"),
-        (np.eye(2), np.ones(2), np.ones(3), r"eigenvalues must have shape \(2,\)"),
-        (np.eye(2), np.ones(2), np.array([1.0, -1.0]), "an eigenvalue is negative"),
+        (np.ones(3), np.ones(3), np.ones(3), partial(rejects, "wrong_shape", "E", shape=(3,))),
+        (np.eye(2), np.array([1.0, np.nan]), np.ones(2), partial(rejects, "not_finite", "d", index=(1,))),
+        (np.full((2, 2), np.inf), np.ones(2), np.ones(2), partial(rejects, "not_finite", "E", index=(0, 0))),
+        (np.eye(2), np.ones(2), np.ones(3), partial(rejects, "wrong_shape", "eigenvalues", shape=(3,))),
+        (np.eye(2), np.ones(2), np.array([1.0, -1.0]), partial(rejects, "out_of_range", value=-1.0)),
     ],
 )
 def test_equations_that_do_not_fit_together_are_refused(
-    E: np.ndarray, d: np.ndarray, eigenvalues: np.ndarray, sentence: str
+    E: np.ndarray, d: np.ndarray, eigenvalues: np.ndarray, rejection: partial
 ) -> None:
-    with pytest.raises(InvalidInput, match=sentence):
+    with rejection():
         reconstruction.maximum_a_posteriori(E, d, eigenvalues, noise_variance=1.0)
-    if "eigenvalue" not in sentence:
-        with pytest.raises(InvalidInput, match=sentence):
+    if rejection.args[-1] in ("E", "d"):
+        with rejection():
             reconstruction.least_squares(E, d)

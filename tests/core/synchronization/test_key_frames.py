@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -17,7 +16,7 @@ from pipeline.core.synchronization import curvature as curvatures
 from pipeline.core.synchronization.curvature import SMOOTHING, curvature
 from pipeline.synthetic.bending import BendingPerformances, bending_performances
 from pipeline.synthetic.bending.time_warps import correspondence, draw_waves, warp
-from pipeline.validation import InvalidInput
+from tests.rejects import rejects
 from tests.strategies import seeds
 
 CORNERS = (0.15, 0.4, 0.5, 0.7, 0.85)
@@ -197,40 +196,33 @@ def test_key_frames_explain_most_of_the_timing(
 # --- bad input --------------------------------------------------------------------------------------------
 
 
-def refused(sentence: str) -> pytest.RaisesExc:
-    return pytest.raises(InvalidInput, match=f"^{re.escape(sentence)}$")
-
-
 def test_bad_performances_are_refused_in_one_sentence() -> None:
     good = trapezoids(np.linspace(0, 1, 80))
     missing = good.copy()
     missing[7, 1] = np.nan
-    with refused("there are no performances (expected one or more)"):
+    with rejects("no_performances"):
         choose_key_frames([])
-    with refused("performance 1, frame 7: a posture has a number that is not finite"):
+    with rejects("not_finite", "performance 1, frame 7"):
         choose_key_frames([good, missing])
-    with refused("performance 1: the performances have different dimensions (expected 2, received 1)"):
+    with rejects("other_dimension", "performance 1", dimension=1):
         choose_key_frames([good, good[:, :1]])
-    with refused("performance 1: nothing moves, so there is no curvature"):
+    with rejects("no_motion", "performance 1"):
         choose_key_frames([good, np.ones((80, 2))])
-    with refused("frames of the performance must be at least 3 (got 2)"):
+    with rejects("out_of_range", "frames of the performance", value=2):
         curvature(good[:2])
-    with refused(
-        "performance 0: too short for 5 key-frames that are 0.06 of the duration apart "
-        "(expected 7 frames, received 6)"
-    ):
+    with rejects("too_short", "performance 0", frames=6, needed=7):
         choose_key_frames([good[::15]])
 
 
 def test_bad_choices_are_refused_in_one_sentence() -> None:
     good = trapezoids(np.linspace(0, 1, 80))
-    with refused("the number of key-frames must be a whole number at least 1 (got 0)"):
+    with rejects("out_of_range", "the number of key-frames", value=0):
         choose_key_frames([good], count=0)
-    with refused("key-frames must have shape (1, K) (got (2, 1))"):
+    with rejects("wrong_shape", "key-frames", shape=(2, 1)):
         resample_by_key_frames([good], np.array([[3], [4]]), 10)
-    with refused("performance 0: the key-frames do not increase between the ends"):
+    with rejects("not_increasing", "performance 0"):
         resample_by_key_frames([good], np.array([[3, 3]]), 10)
-    with refused("performance 0: the key-frames do not increase between the ends"):
+    with rejects("not_increasing", "performance 0"):
         resample_by_key_frames([good], np.array([[3, 79]]), 10)
-    with refused("fewer samples than key-frames and ends (expected 4 or more, received 3)"):
+    with rejects("too_few_samples", samples=3):
         resample_by_key_frames([good], np.array([[3, 9]]), 3)

@@ -10,7 +10,7 @@ from scipy import integrate, stats
 
 from pipeline.core import camera
 from pipeline.core.tracking import Likelihood
-from pipeline.validation import InvalidInput
+from tests.rejects import rejects
 from tests.strategies import seeds
 
 VIEW = 0.4
@@ -84,5 +84,5 @@ def test_nothing_seen_says_nothing_and_a_joint_without_a_place_is_impossible() -
 
 
 def test_a_noise_of_nothing_is_refused() -> None:
-    with pytest.raises(InvalidInput, match=r"noise must be above 0 \(got 0\)"):
+    with rejects("out_of_range", "noise", value=0.0):
         Likelihood(np.zeros((4, 15, 2)), VIEW, 0.0)

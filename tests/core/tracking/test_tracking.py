@@ -24,7 +24,7 @@ from pipeline.core.tracking import (
 )
 from pipeline.core.tracking.prediction import Walk
 from pipeline.skeleton import WALKER15
-from pipeline.validation import InvalidInput
+from tests.rejects import rejects
 from tests.strategies import seeds
 
 VIEW = 0.7  # rad
@@ -174,7 +174,7 @@ def test_the_diffusion_of_an_autoregression_is_learnt_back() -> None:
     mean, sd = np.arange(200.0).reshape(50, 4), np.full((50, 4), 7.0)
     sd[:, 3] = 0.0  # a coordinate that does not vary has no say
     assert learnt_diffusion(mean + sd * z, mean, sd) == pytest.approx(0.3, abs=0.01)
-    with pytest.raises(InvalidInput, match="do not deviate"):
+    with rejects("identical_performances", "learnt diffusion"):
         learnt_diffusion(mean[None], mean, sd)
 
 
@@ -572,7 +572,7 @@ def test_errors_are_of_the_joints_and_not_of_the_place() -> None:
 
 
 def test_a_mean_performance_that_has_no_place_is_refused() -> None:
-    with pytest.raises(InvalidInput, match=r"sample 0 of the mean: .* not finite"):
+    with rejects("not_finite", "sample 0 of the mean"):
         track(
             np.zeros((9, 5)), np.ones((9, 5)), Likelihood(np.zeros((4, JOINTS, 2)), VIEW, 1.0),
             to_joints=lambda x: np.full((len(x), 15, 3), np.inf), n_particles=10,

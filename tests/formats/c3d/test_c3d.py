@@ -16,6 +16,7 @@ from pipeline.skeleton.recorded import MILLIMETRES, MotionCapture
 from pipeline.validation import InvalidInput
 from tests.formats.contract import FIXTURES
 from tests.rejects import rejects
+from walk3d.export.c3d import write as write_c3d
 
 INTEL, DEC, MIPS = 84, 85, 86
 ORDER = {INTEL: "<", DEC: "<", MIPS: ">"}
@@ -456,7 +457,7 @@ def test_files_that_ezc3d_writes(tmp_path: Path, points: int, channels: int) -> 
 def test_ezc3d_reads_all_frames_of_a_long_recording(tmp_path: Path, frames: int) -> None:
     ezc3d = pytest.importorskip("ezc3d")
     positions = np.arange(3.0 * frames).reshape(frames, 1, 3)
-    c3d.write(path := tmp_path / "long.c3d", ["a"], positions, 100.0)
+    write_c3d(path := tmp_path / "long.c3d", ["a"], positions, 100.0)
     np.testing.assert_array_equal(ezc3d_points(path)[0], positions)
     np.testing.assert_array_equal(c3d.read(path).positions_mm, positions)
     last = ezc3d.c3d(str(path))["parameters"]["TRIAL"]["ACTUAL_END_FIELD"]["value"]

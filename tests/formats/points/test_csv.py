@@ -11,11 +11,10 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from pipeline import formats, mappings
-from pipeline.formats.contract import harmless
 from pipeline.formats.points import csv
 from pipeline.formats.points.csv.table import role_of
 from pipeline.skeleton.recorded import MILLIMETRES, MotionCapture
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, harmless
 from tests.formats.contract import FIXTURES
 from tests.rejects import rejects
 

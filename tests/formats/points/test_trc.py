@@ -10,10 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from pipeline.formats.contract import harmless
 from pipeline.formats.points import trc
 from pipeline.skeleton.recorded import MILLIMETRES, MotionCapture
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, harmless
 from tests.formats.contract import FIXTURES
 from tests.rejects import rejects
 

@@ -10,7 +10,7 @@ from pipeline.clips.options import SyntheticClips
 from pipeline.clips.varied import synthetic_clips
 from pipeline.skeleton import WALKER15
 from pipeline.studies.limbs.dataset import LimbDataset
-from pipeline.validation import InvalidInput
+from tests.rejects import rejects
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +41,7 @@ def test_lengths_are_those_of_the_limbs(clips: VariedClips) -> None:
 
 
 def test_clips_that_are_all_too_short_are_refused(clips: VariedClips) -> None:
-    with pytest.raises(InvalidInput, match=r"^dataset\.frames: no clip is long enough.* at most\)$"):
+    with rejects("too_short", "dataset.frames", frames=91):
         LimbDataset(frames=5000).build(clips, workers=1)
 
 

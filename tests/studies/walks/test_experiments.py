@@ -13,8 +13,8 @@ from pipeline.studies.walks.known_view import KnownView
 from pipeline.studies.walks.methods import PUBLISHED
 from pipeline.studies.walks.unknown_view import UnknownView
 from tests.core.printed import printed, printed_cost
-from tests.studies.walks.test_anatomical import samples
-from tests.studies.walks.test_anatomical_method import inputs
+from tests.walk3d.anatomy.study.test_anatomical import samples
+from tests.walk3d.anatomy.study.test_method import inputs
 
 VIEWS = Grid(start=-70, stop=40, step=55)
 """Not alike on both sides: a view in the place of another shows."""

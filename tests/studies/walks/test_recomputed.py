@@ -14,7 +14,7 @@ from pipeline.studies.eigenwalkers.model import Divisor, Eigenwalkers, Eigenwalk
 from pipeline.studies.study import Grid, SweepInputs
 from pipeline.studies.walks.known_view import KnownView, Truth
 from pipeline.studies.walks.recomputed import recomputed
-from tests.studies.walks.test_anatomical import samples
+from tests.walk3d.anatomy.study.test_anatomical import samples
 
 DATA = samples()
 DATA = replace(DATA, temporal_covariance=3.0 * DATA.residual_covariance)

@@ -32,6 +32,7 @@ from pipeline.formats.points.even_times import at_equal_intervals
 from pipeline.formats.points.sections import exported
 from pipeline.formats.text import millimetres_in
 from pipeline.skeleton.recorded import MotionCapture
+from pipeline.validation import harmless
 
 
 def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
@@ -197,6 +198,7 @@ def write(
         If the shapes do not fit each other, or a name, the rate or a coordinate cannot be written.
     """
     positions = positions_to_write(names, positions_mm, frame_rate_hz, path.name, distinct=True)
+    names = [*map(harmless, names)]
     times = np.arange(len(positions)) / float(frame_rate_hz)
     cells = [["" if x != x else x for x in row] for row in positions.reshape(len(positions), -1).tolist()]
     if wide:

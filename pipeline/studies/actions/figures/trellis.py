@@ -186,6 +186,7 @@ class OptimalPath(Figure):
                 "figure.performance",
                 f"0 to {count - 1} but for {median}, the median sequence, or -1",
                 self.performance,
+                code="unknown_performance",
             )
         return median, chosen
 

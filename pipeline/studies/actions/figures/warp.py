@@ -54,6 +54,8 @@ class Warp(Figure):
                 f"must be at most {most}, the dimensions of the aSpace",
                 "figure.dimension",
                 received=self.dimension,
+                code="out_of_range",
+                value=self.dimension,
             )
         rows = sequence_rows(inputs, [self.dimension])
         duration = dict(zip(inputs.samples, inputs.dataset.duration_s, strict=True))

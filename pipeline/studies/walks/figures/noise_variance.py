@@ -35,7 +35,12 @@ class NoiseVariance(Figure):
         """Validate the options against the sweep's.  Raises InvalidInput if approach II is not among its methods."""
         sweep = experiment.sweep
         if isinstance(sweep, KnownView) and MAP.name not in sweep.methods:
-            raise InvalidInput("σ² is swept for approach II alone", "sweep.methods", "map among the methods")
+            raise InvalidInput(
+                "σ² is swept for approach II alone",
+                "sweep.methods",
+                "map among the methods",
+                code="needs_map",
+            )
 
     def tables(self, inputs: Inputs) -> Tables:
         """``table``: mean over walkers and views; ``table_views``: per view; ``table_people``: per walker.

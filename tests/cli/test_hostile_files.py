@@ -1,0 +1,214 @@
+"""Our own files as another person left them: each command says in a sentence what is wrong, and none waits."""
+
+from __future__ import annotations
+
+import html
+import json
+import os
+import shutil
+import signal
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pipeline.cli.main import main
+from pipeline.report import document, players
+from pipeline.report.light import keep_light
+from pipeline.storage import archive
+from pipeline.storage.publishing import publish
+from pipeline.storage.sealed_folders import MANIFEST, digest, read_manifest, write_manifest
+from pipeline.storage.store import Store
+from pipeline.validation import InvalidInput
+from tests.processes import WAIT_S
+from tests.report.planted import CLAIM, plant
+from walk3d.film.reconstruct import model_file
+
+FIGURE = "zhang2007_fig5"
+
+
+@pytest.fixture(autouse=True)
+def _never_waits() -> Iterator[None]:
+    """End a test that waits for a pipe."""
+
+    def waited(*_: object) -> None:
+        raise AssertionError("a file is waited for")
+
+    before = signal.signal(signal.SIGALRM, waited)
+    signal.alarm(int(WAIT_S))
+    yield
+    signal.alarm(0)
+    signal.signal(signal.SIGALRM, before)
+
+
+def sealed_with(**changes: Any) -> Callable[[Path], None]:
+    """Return what changes entries of a manifest, None to remove one, and seals it again."""
+
+    def spoil(folder: Path) -> None:
+        facts = read_manifest(folder)
+        del facts["files"]
+        write_manifest(folder, {k: v for k, v in (facts | changes).items() if v is not None})
+
+    return spoil
+
+
+def _as_pipe(folder: Path) -> None:
+    (folder / MANIFEST).unlink()
+    os.mkfifo(folder / MANIFEST)
+
+
+def listing(name: str) -> Callable[[Path], None]:
+    """Return what adds a file of this name to a sealed manifest."""
+
+    def spoil(folder: Path) -> None:
+        manifest = json.loads((folder / MANIFEST).read_bytes())
+        del manifest["seal"]
+        manifest["files"][name] = {"bytes": 1, "sha256": digest(b"x")}
+        content = json.dumps(manifest, sort_keys=True, separators=(",", ":"))
+        (folder / MANIFEST).write_text(json.dumps({**manifest, "seal": digest(content.encode())}))
+
+    return spoil
+
+
+MANIFESTS: dict[str, tuple[Callable[[Path], Any], str]] = {
+    "deep": (lambda folder: (folder / MANIFEST).write_text("[" * 200_000), "nested more than 64 deep"),
+    "pipe": (_as_pipe, "it is not a regular file"),
+    "of another type": (sealed_with(stages=[3]), "other entries than expected"),
+    "of other stages": (sealed_with(stages={"sweep": 3}), "other entries than expected"),
+    "without options": (sealed_with(configuration=None), "has no entry 'configuration'"),
+    "outside": (listing("../../../x.json"), "not a plain path below its folder: '../../../x.json'"),
+    "from the root": (listing("/tmp/x.json"), "not a plain path below its folder: '/tmp/x.json'"),
+}
+"""Ways to spoil the manifest of a figure, and the complaints about them."""
+
+
+@pytest.mark.parametrize("way", MANIFESTS)
+def test_a_command_says_what_is_wrong_with_a_manifest(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], way: str
+) -> None:
+    spoil, complaint = MANIFESTS[way]
+    folder = plant(tmp_path / "synthetic" / "smoke" / FIGURE, claims=CLAIM)
+    plant(tmp_path / "synthetic" / "smoke" / "zhang2007_fig2", claims=CLAIM)
+    spoil(folder)
+    options = ["scale=smoke", f"results={tmp_path}"]
+
+    def said(*arguments: str) -> str:
+        main([*arguments, *options])
+        return " ".join("".join(capsys.readouterr()).split())
+
+    assert f"{FIGURE} missing" in said("status", f"experiment={FIGURE}")
+    if way != "without options":
+        for command in ("report", "claims"):
+            assert said(command).endswith(complaint)
+    document.write_page(folder.parent, [FIGURE, "zhang2007_fig2"])
+    page = html.unescape((folder.parent / "index.html").read_text("utf-8"))
+    assert f"unfinished or damaged: {MANIFEST}" in page
+    assert complaint in page
+    words = "unfinished or damaged: manifest" if way != "without options" else "another lock file"
+    with pytest.raises(InvalidInput, match=words):
+        archive.check_figure(folder, commit="f" * 40, lock=Path(__file__), scale="", current=False)
+
+
+@pytest.mark.parametrize("way", ["deep", "pipe", "outside"])
+def test_a_folder_with_such_a_manifest_is_not_replaced_and_nothing_is_written_outside(
+    tmp_path: Path, way: str
+) -> None:
+    spoil, complaint = MANIFESTS[way]
+    folder = plant(tmp_path / "results" / "synthetic" / "full" / FIGURE, scale="full")
+    spoil(folder)
+    with pytest.raises(InvalidInput, match="not published by this program") as refusal, publish(folder):
+        raise AssertionError("nothing is written")
+    assert complaint in str(refusal.value)
+    before = set(tmp_path.rglob("*"))
+    lock = tmp_path / "requirements.lock"
+    facts: dict[str, Any] = {"date": "2026-11-22", "commit": "f" * 40, "dirty": False, "lock": lock}
+    lock.write_text("numpy==2.4.6\n")
+    for keep in (
+        lambda: keep_light(folder.parent, tmp_path / "light" / "synthetic", [FIGURE], **facts),
+        lambda: archive.keep(
+            folder.parent, tmp_path / "archive", [FIGURE], name="a", data="synthetic", **facts
+        ),
+    ):
+        with pytest.raises(InvalidInput, match=r"unfinished or damaged: manifest\.json"):
+            keep()
+    assert set(tmp_path.rglob("*")) == before | {lock}
+
+
+@pytest.mark.parametrize("name", [MANIFEST, archive.CHECKSUMS, "table.csv"])
+def test_an_archive_in_which_a_pipe_took_the_name_of_a_file_has_changed(tmp_path: Path, name: str) -> None:
+    with publish(tmp_path / "kept", having="archive") as publication:
+        (publication.folder / "table.csv").write_text("a\n1\n")
+        archive.seal(publication, {"archive": "a"})
+    kept = tmp_path / "kept"
+    assert archive.verify(kept) == []
+    (kept / name).unlink()
+    os.mkfifo(kept / name)
+    if name == archive.CHECKSUMS:
+        with pytest.raises(InvalidInput, match="this is no archive"):
+            archive.verify(kept)
+    else:
+        assert any(complaint.startswith(f"{name}: ") for complaint in archive.verify(kept))
+
+
+@pytest.mark.parametrize("way", ["deep", "pipe", "outside"])
+def test_an_artefact_with_such_a_manifest_is_damaged_and_computed_again(tmp_path: Path, way: str) -> None:
+    def asked() -> Any:
+        return Store(tmp_path).artefact("model", {}, [], lambda: ({"x": np.arange(3)}, {}), code="0")
+
+    folder = tmp_path / "cache" / asked().name
+    MANIFESTS[way][0](folder)
+    again = asked()
+    assert again.why.startswith("artefact damaged: manifest.json ")
+    assert MANIFESTS[way][1] in again.why
+    assert not asked().computed
+
+
+@pytest.mark.parametrize("way", ["deep", "pipe", "outside", "from the root"])
+def test_a_model_of_walkers_with_such_a_manifest_is_not_read(tmp_path: Path, way: str) -> None:
+    folder = tmp_path / "walkers"
+    shutil.copytree(model_file.SHIPPED, folder)
+    assert model_file.load(folder).compact.walkers > 0
+    MANIFESTS[way][0](folder)
+    with pytest.raises(InvalidInput, match=r"manifest\.json") as refusal:
+        model_file.load(folder)
+    assert "no model of walkers" in str(refusal.value) or MANIFESTS[way][1] in str(refusal.value)
+
+
+PAGES: dict[str, tuple[dict[str, Any], str]] = {
+    "arrays": (
+        {"arrays": dict.fromkeys(players.WALKER_ARRAYS, np.zeros(3))},
+        f"{FIGURE}: the files have other content",
+    ),
+    "table": ({"more": {"table_people.csv": {"a": [1]}}}, f"{FIGURE}: the files have other content"),
+    "claims": ({"claims": {"a": [1]}}, r"claims\.csv: the files have other content"),
+    "numbers": ({"claims": CLAIM | {"value": ["x"], "bounds": ["x"]}}, "the files have other content"),
+}
+
+
+@pytest.mark.parametrize("way", PAGES)
+def test_a_page_of_figures_with_other_content_is_a_sentence(tmp_path: Path, way: str) -> None:
+    spoil, complaint = PAGES[way]
+    options: dict[str, dict[str, Any]] = {"model": {}, "sweep": {}}
+    for name, value in players._AS_COMPUTED.items():
+        group, option = name.split(".")
+        options.setdefault(group, {})[option] = value
+    arrays = dict.fromkeys(players.WALKER_ARRAYS, np.zeros((2, 225)))
+    people = {"table_people.csv": {"walker": ["a"], "view_angle_deg": [0]}}
+    made: dict[str, Any] = {"arrays": arrays, "more": people, "claims": CLAIM, "configuration": options}
+    folder = plant(tmp_path / "synthetic" / "smoke" / FIGURE, **made | spoil)
+    with pytest.raises(InvalidInput, match=complaint):
+        document.write_page(folder.parent, [FIGURE])
+
+
+def test_a_picture_and_a_chart_that_are_none_are_sentences(tmp_path: Path) -> None:
+    folder = plant(tmp_path / "synthetic" / "smoke" / FIGURE)
+    (folder / "figure.png").write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(99))
+    sealed_with(charts=[])(folder)
+    with pytest.raises(InvalidInput, match=r"figure\.png: the picture cannot be read"):
+        document.write_page(folder.parent, [FIGURE])
+    for chart in ({"y": 3}, {"y": "a", "styles": 3}, {"y": "a", "also": [3]}, {}):
+        sealed_with(charts=[chart])(folder)
+        with pytest.raises(InvalidInput, match=f"{FIGURE}: a chart of another version"):
+            document.write_page(folder.parent, [FIGURE])

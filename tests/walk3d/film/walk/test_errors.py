@@ -1,0 +1,53 @@
+"""Errors of a reconstruction: one scale for a clip, and what the average walker and the kept image give."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.walk3d.film.walk.walkers import clip, prior
+from walk3d.film.simulation.keypoints import SimulatedKeypoints
+from walk3d.film.walk import Reconstruction, errors, reconstruct
+
+
+@pytest.fixture(scope="module")
+def found() -> tuple[SimulatedKeypoints, Reconstruction]:
+    """A clip without error, reconstructed."""
+    sim = clip(40.0)
+    seen = np.ones(sim.pixels.shape[:2])
+    return sim, reconstruct(
+        sim.pixels, seen, sim.frame_rate_hz, sim.focal_px, prior(), both_labellings=False, most_starts=1
+    )
+
+
+def test_size_is_no_error_but_shape_is() -> None:
+    truth = np.random.default_rng(0).normal(size=(4, 15, 3))
+    assert errors.fitted_scale(0.5 * truth, truth) == pytest.approx(2.0)
+    assert errors.mean_distance_mm(3.0 * truth, truth) == pytest.approx(0.0, abs=1e-12)
+    assert errors.mean_distance_mm(truth + np.array([0.0, 0.0, 1.0]), truth) > 0.5
+
+
+def test_the_kept_image_is_right_in_the_image_and_average_in_depth(
+    found: tuple[SimulatedKeypoints, Reconstruction],
+) -> None:
+    sim, walk = found
+    kept, average = errors.image_kept_mm(walk), errors.average_walker_mm(walk)
+    np.testing.assert_array_equal(kept[..., 2], average[..., 2])
+    scale = errors.fitted_scale(kept, sim.positions_mm)
+    off = np.abs(scale * kept - sim.positions_mm)[:, errors.SCORED].mean(axis=(0, 1))
+    beside = np.abs(scale * average - sim.positions_mm)[:, errors.SCORED].mean(axis=(0, 1))
+    assert off[:2].mean() < beside[:2].mean()
+    assert errors.mean_distance_mm(walk.posterior.positions_mm, sim.positions_mm) < errors.mean_distance_mm(
+        average, sim.positions_mm
+    )
+
+
+def test_errors_are_counted_in_standard_deviations(
+    found: tuple[SimulatedKeypoints, Reconstruction],
+) -> None:
+    sim, walk = found
+    z = errors.joint_errors(walk, sim.positions_mm)
+    assert np.abs(z[:, 8]).max() == 0.0
+    scale = errors.fitted_scale(walk.posterior.positions_mm, sim.positions_mm)
+    again = sim.positions_mm + z * scale * walk.posterior.sd_mm
+    np.testing.assert_allclose(again, scale * walk.posterior.positions_mm, atol=1e-6)

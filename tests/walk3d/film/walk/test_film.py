@@ -1,0 +1,137 @@
+"""Films as people make them: somebody stands first, the camera shakes, the rate is told wrong, nobody walks at all."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.walk3d.film.walk.walkers import CLEAN, RATE, clip, motions, prior, walks
+from walk3d.film.simulation.activities import Activity, perform, with_standing
+from walk3d.film.simulation.filmed import lasting
+from walk3d.film.simulation.keypoints import DetectorError, Filming, SimulatedKeypoints, simulate_keypoints
+from walk3d.film.walk import errors, reconstruct
+from walk3d.film.walk.film import Film, Watched, watch
+from walk3d.film.walk.tracks import moving_parts, path_turn_rad
+
+FAR_MM = (6000.0, 8000.0)
+USUAL = DetectorError(swaps_per_s=0.0)
+
+
+def filmed(positions: np.ndarray, seed: int, heading_deg: float, **filming: float) -> SimulatedKeypoints:
+    placed = Filming(heading_rad=np.radians(heading_deg), drift_mm_s=0.0, distance_mm=FAR_MM, **filming)
+    return simulate_keypoints(np.random.default_rng(seed), positions, RATE, placed, USUAL)
+
+
+def watched(sim: SimulatedKeypoints, told: float = 1.0) -> Watched:
+    seen = np.isfinite(sim.pixels).all(axis=-1).astype(float)
+    return watch(
+        Film(
+            sim.pixels, seen, told * sim.frame_rate_hz, sim.focal_px, prior(), both_labellings=False, focal_sd=0.0
+        )
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("heading_deg", [-90.0, 30.0])
+def test_who_stands_before_and_after_a_walk_is_cut_to_the_walk(heading_deg: float) -> None:
+    walk = lasting(motions()[0], RATE, 3.0)
+    sim = filmed(with_standing(walk, RATE, 1200.0, 1.5), 1, heading_deg)
+    found = watched(sim)
+    (stretch,) = found.stretches
+    still, last = round(1.5 * 30), len(sim.pixels) - round(1.5 * 30)
+    assert still - 12 < stretch.first_frame < still + 20
+    assert last - 20 < stretch.last_frame < last + 12
+    assert stretch.judgement.verdict == "walk"
+    assert stretch.found is not None
+    assert stretch.found.candidates[0].frequency_hz == pytest.approx(walks()[0].frequency_hz, rel=0.03)
+    assert any("the rest is left out" in note for note in found.notes)
+
+
+def test_a_walk_throughout_is_not_cut() -> None:
+    sim = clip(60.0, USUAL)
+    assert moving_parts(sim.pixels, 30.0) == [(0, len(sim.pixels))]
+
+
+def test_the_shake_of_a_hand_is_taken_out_and_a_still_camera_is_left_alone() -> None:
+    still = clip(45.0, USUAL)
+    shaken = clip(45.0, replace(USUAL, shake_px=25.0))
+    found = [
+        reconstruct(sim.pixels, np.ones(sim.pixels.shape[:2]), 30.0, sim.focal_px, prior(), both_labellings=False)
+        for sim in (still, shaken)
+    ]  # fmt: skip
+    assert not found[0].shake_px.any()
+    off = shaken.pixels - still.pixels
+    # From frame to frame: what is slow may be the path as well.
+    true, taken = (np.diff(one, axis=0) for one in (np.nanmean(off, axis=1), found[1].shake_px))
+    assert float(np.std(taken - true)) < 0.35 * float(np.std(true))
+    assert found[1].relative_residual < 1.3
+    of = [
+        errors.mean_distance_mm(one.posterior.positions_mm, sim.positions_mm)
+        for one, sim in zip(found, (still, shaken), strict=True)
+    ]
+    assert of[1] < 1.4 * of[0]
+    seen = found[1].keypoints.weights > 0
+    assert np.allclose(found[1].filmed_px[seen], shaken.pixels[seen])
+
+
+@pytest.mark.parametrize("activity", list(Activity))
+@pytest.mark.parametrize("heading_deg", [0.0, -60.0, 90.0])
+def test_who_does_something_else_does_not_walk(activity: Activity, heading_deg: float) -> None:
+    positions = perform(activity, np.random.default_rng(5), motions()[0], RATE, 4.0)
+    assert not watched(filmed(positions, 2, heading_deg)).walks
+
+
+@pytest.mark.parametrize("told", [0.5, 0.25, 2.0])
+def test_a_walk_that_is_none_at_the_rate_that_was_told_is_found_at_another(told: float) -> None:
+    walk = lasting(motions()[0], RATE, 3.0)
+    sim = filmed(walk, 3, 60.0, speed_mm_s=1200.0, frame_rate_hz=30.0 / min(told, 1.0))
+    found = watched(sim, told)
+    best = found.stretches[0]
+    assert best.found is not None
+    assert best.walks
+    stride = best.found.candidates[0].frequency_hz * sim.frame_rate_hz / found.frame_rate_hz
+    if found.frame_rate_hz == pytest.approx(sim.frame_rate_hz):
+        assert best.judgement.verdict == "doubtful"
+        assert any("frame rate is taken to be" in note for note in found.notes)
+    else:  # half as many strides a second are those of a slow walk
+        assert told == 0.5
+        assert found.frame_rate_hz == told * sim.frame_rate_hz
+    assert stride == pytest.approx(walks()[0].frequency_hz, rel=0.03)
+
+
+def test_a_step_of_slow_motion_from_the_front_is_no_stride() -> None:
+    # At the rate that was told a step, of half the truth's period, passes for a slow stride.
+    walk = lasting(motions()[5], RATE, 4.0)
+    sim = filmed(walk, 5, 180.0, speed_mm_s=1200.0, frame_rate_hz=120.0)
+    found = watched(sim, 0.25)
+    best = found.stretches[0].found
+    assert best is not None
+    assert found.stretches[0].judgement.verdict == "doubtful"
+    stride = best.candidates[0].frequency_hz * sim.frame_rate_hz / found.frame_rate_hz
+    assert stride == pytest.approx(walks()[5].frequency_hz, rel=0.03)
+
+
+def test_a_path_on_a_circle_turns_by_its_angle_and_a_straight_one_does_not() -> None:
+    heights = prior().mean[:, 2, 0]
+    turn = np.radians(np.linspace(-25.0, 25.0, 90))
+    for bend, expected in ((turn, 50.0), (0.0 * turn, 0.0)):
+        place = np.cumsum(np.stack([np.cos(bend), np.sin(bend)], axis=-1), axis=0) * 40.0
+        place += np.array([-1800.0, 5000.0]) - place[0]
+        across = np.broadcast_to(place[:, :1], (90, 15))
+        pixels = 900.0 * np.stack([across, -heights + 0.0 * across], axis=-1) / place[:, None, 1:]
+        assert np.degrees(abs(path_turn_rad(pixels, heights, 900.0))) == pytest.approx(expected, abs=3.0)
+
+
+def test_a_noisy_detector_does_not_make_a_walk_into_something_else() -> None:
+    sim = clip(60.0, replace(USUAL, white_px=8.0, slow_px=4.0))
+    found = reconstruct(
+        sim.pixels, np.ones(sim.pixels.shape[:2]), 30.0, sim.focal_px, prior(), both_labellings=False
+    )
+    residual = (found.fit.objective.residual(found.fit.x, found.keypoints))[found.keypoints.weights > 0]
+    assert float(np.sqrt(np.mean(residual**2))) > 1.6 * found.rms_residual_px
+    quiet = clip(60.0, replace(CLEAN, slow_px=4.0))
+    slow = reconstruct(
+        quiet.pixels, np.ones(quiet.pixels.shape[:2]), 30.0, quiet.focal_px, prior(), both_labellings=False
+    )
+    assert found.rms_residual_px == pytest.approx(slow.rms_residual_px, rel=0.35)

@@ -1,0 +1,121 @@
+"""Errors of joint angles against view angle, in degrees; after zhang2007 figure 5, ours."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pipeline.charts import Chart, Sheet
+from pipeline.palette import Style
+from pipeline.scenes import Columns, Notes, Plot, Rows, Space3D
+from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
+from pipeline.studies.eigenwalkers.samples import FourierSamples
+from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.presentation import lift
+from pipeline.studies.replicated import OVER_PEOPLE, SD, aggregate
+from pipeline.studies.study import Figure, Recorder, Tables
+from pipeline.studies.walks import methods
+from pipeline.studies.walks.figures.presentation import VIEW
+from walk3d.anatomy.joint_angles import JOINT_ANGLES, SIDES
+from walk3d.anatomy.study.joint_angles import JointAngleErrors, JointAngles
+
+Inputs = FigureInputs[FourierSamples, Eigenwalkers, JointAngleErrors]
+
+
+class JointAngleFigure(Figure):
+    """Errors of hip, knee, shoulder and elbow flexion against view angle."""
+
+    model = EigenwalkersModel
+    sweep = JointAngles
+    over_people = ("table_walkers",)
+    ranked_by = ("table_walkers", "rmse_deg")
+
+    def tables(self, inputs: Inputs) -> Tables:
+        """Return ``table``: each method, angle and view, over walkers; ``table_walkers``: each walker, over views.
+
+        Walkers of whom a joint of the angle was not measured take no part in it.  ``table_summary``: mean, median and
+        worst walker, over all views.
+        """
+        rows, which = inputs.sweep.rows, ["method", "angle"]
+        errors = ["rmse_deg", "offset_free_rmse_deg"]
+        walkers = rows.groupby([*which, "person", "walker"], sort=False)[errors].mean().reset_index()
+
+        def over(of: pd.DataFrame, by: list[str], count: str = "", **further: Any) -> pd.DataFrame:
+            columns = {
+                name.replace("_deg", f"{end}_deg"): (name, how)
+                for name in errors
+                for end, how in {"": "mean", **further}.items()
+            }
+            return aggregate(of, by, columns, errors, cluster="person", count=count)
+
+        return {
+            "table": over(rows, [*which, "view_angle_deg"], _sd=SD),
+            "table_walkers": tidy(walkers, by=["walker", *which]),
+            "table_summary": over(walkers, which, "walkers", _median="median", _worst="max"),
+        }
+
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
+        """A column for each angle: its error, and below it the error without the constant offset."""
+        shown = [angle for angle in JOINT_ANGLES if (tables["table"]["angle"] == angle).any()]
+        styles = methods.styles(inputs.sweep.methods.tolist())
+        charts = [
+            Chart(
+                **{**VIEW, "ticks": 45}, y=column, by="method", styles=styles, where={"angle": angle}, title=angle,
+                label=label, zero=True, name=f"{angle}_{column}", page=column == "rmse_deg",
+            )
+            for column, label in (("rmse_deg", "error"), ("offset_free_rmse_deg", "error without offset"))
+            for angle in shown
+        ]  # fmt: skip
+        return Sheet(
+            charts=charts,
+            columns=len(shown),
+            share_y=True,
+            letters=False,
+            panel_size=(1.9, 1.8),
+            caption="Root mean square over a cycle, mean of left and right and over walkers; bands:"
+            f" {OVER_PEOPLE}. Average walker: its depth, the image kept.",
+        )
+
+    def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
+        """Log one walker over a cycle, own and reconstructed, with its joint angles."""
+        sweep, names = inputs.sweep, inputs.sweep.methods.tolist()
+        styles = methods.styles(names)
+        count = len(sweep.shown_angle_rad[0])
+        seconds = np.arange(count) / (count * sweep.stride_hz)
+        ground = lift(sweep.shown_joints_mm[0])
+        shown = {
+            "original": Style("original", "original"),
+            **{f"reconstructed/{name}": styles[name] for name in names},
+        }
+        with begin(
+            f"\nThe walker of median error, {inputs.samples[sweep.shown[0]]}, over one cycle: original and "
+            "reconstructed from the frontal view. Curves: flexion of the left "
+            "side in degrees.\n",
+            at=seconds,
+        ) as rec:
+            for number, (name, style) in enumerate(shown.items()):
+                rec.skeleton(
+                    f"world/{name}",
+                    sweep.shown_joints_mm[number] + ground,
+                    colour=style.colour,
+                )
+                for k, angle in enumerate(JOINT_ANGLES):
+                    left = np.degrees(sweep.shown_angle_rad[number, :, k, SIDES.index("left")])
+                    entity = f"curves/{angle}_deg/{name.rpartition('/')[2]}"
+                    rec.curve(entity, seconds, left, label=style.label, colour=style.colour)
+            plots = [
+                Plot(name=f"{angle} flexion (degree)", origin=f"curves/{angle}_deg") for angle in JOINT_ANGLES
+            ]
+            rec.blueprint(
+                Columns(
+                    Rows(
+                        Space3D(name="original and reconstructed"),
+                        Notes(),
+                        shares=(3, 1),
+                    ),
+                    Rows(*plots),
+                ),
+                playing=True,
+            )

@@ -1,0 +1,93 @@
+"""People of laboratories that no model has seen, and what more people and more laboratories bring: ours."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from pipeline.charts import Chart, Reference, Sheet
+from pipeline.palette import Style
+from pipeline.studies.eigenwalkers.samples import FourierSamples
+from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.replicated import OVER_PEOPLE, aggregate
+from pipeline.studies.study import Figure, Tables
+from walk3d.anatomy.study.model import AnatomicalModel, AnatomicalWalkers
+from walk3d.anatomy.study.sweeps.laboratories import LABORATORY, PERSON, Laboratories, LaboratoryErrors
+from walk3d.anatomy.study.sweeps.ladder import STYLES
+
+Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, LaboratoryErrors]
+
+CURVES = {
+    **{name: STYLES[name] for name in ("average_walker", "map_tuned", "anatomical")},
+    "anybody": Style("anatomical, for anybody", "sky"),
+}
+BARS = {"anatomical": Style("as if measured as ours", "green"), "anybody": Style("for anybody", "sky")}
+SPANNED = {
+    "person": Style("everybody else", "green"),
+    "laboratory": Style("other laboratories", "sky", line="dashed"),
+    "all but one other laboratory": Style("one other laboratory", "amber", line="dotted"),
+}
+LEFT_OUT = {PERSON: "person", LABORATORY: "laboratory"}
+
+
+class LearningCurves(Figure):
+    """Errors and bars across laboratories, and by the number of people and laboratories that are learnt from."""
+
+    model = AnatomicalModel
+    sweep = Laboratories
+    timeline = "people"
+
+    def tables(self, inputs: Inputs) -> Tables:
+        """``table``: by people learnt from; ``table_sources``: by laboratory, what is learnt from, and method.
+
+        ``table_walkers``: of every walker, what ``table_sources`` is the mean of; ``table_summary``: over everybody,
+        the person or the laboratory left out.
+        """
+        rows, curve = inputs.sweep.rows, inputs.sweep.curve
+        error = {"absolute_error_mm2": ("absolute_error_mm2", "mean")}
+        columns = error | {name: (name, "mean") for name in ("covered_95", "covered_95_calibrated")}
+        over = partial(aggregate, cluster="person", count="people")
+        of_curve = {**error, **{name: (name, "mean") for name in ("spanned_percent", "laboratories")}}
+        both = rows.assign(left_out=rows["learnt_from"].map(LEFT_OUT))  # none of one other laboratory
+        return {
+            "table": over(
+                curve, ["left_out", "method", "people"], of_curve, list(of_curve)[:2], count="walkers"
+            ),
+            "table_sources": over(rows, ["learnt_from", "tested", "method"], columns, columns),
+            "table_summary": over(both, ["left_out", "method"], columns, columns),
+            "table_walkers": tidy(rows, by=["learnt_from", "tested", "method", "person"]),
+        }
+
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
+        """Errors by people learnt from, of known and unknown laboratories; variance spanned; bars by laboratory."""
+        curve = partial(
+            Chart, x="people", y="absolute_error_mm2", by="method", styles=CURVES, zero=True,
+            x_label="people learnt from", label="mean square error",
+        )  # fmt: skip
+        words = {name: name.replace("_", " ") for name in tables["table_sources"]["tested"]}
+        bars = partial(
+            Chart, table="table_sources", x="tested", by="method", styles=BARS, words=words,
+            where={"learnt_from": LABORATORY},
+        )  # fmt: skip
+        covered = partial(bars, limits=(0.4, 1.0), references=[Reference(y=0.95)])
+        charts = [
+            curve(where={"left_out": "person"}, title="the person is left out", name="error_of_people_mm2"),
+            curve(where={"left_out": "laboratory"}, title="the laboratory is left out", name="error_of_others_mm2"),
+            Chart(
+                x="people", y="spanned_percent", by="left_out", where={"method": "map_tuned"}, styles=SPANNED,
+                x_label="people learnt from", label="variance of a person spanned", limits=(0.0, 100.0),
+            ),
+            Chart(
+                x="people", y="absolute_error_mm2", by="left_out", where={"method": "anybody"}, zero=True,
+                x_label="people learnt from", label="mean square error", styles=SPANNED, title="for anybody",
+                name="error_of_further_mm2", page=False, picture=False,
+            ),
+            bars(y="absolute_error_mm2", label="mean square error, laboratory left out", zero=True),
+            covered(y="covered_95", label="share within 95 % bars, as computed"),
+            covered(y="covered_95_calibrated", label="share within 95 % bars, calibrated"),
+        ]  # fmt: skip
+        return Sheet(
+            charts=charts,
+            columns=3,
+            caption="Across laboratories MAP may be worse than the average walker, which does not look at the image."
+            f" Bands and bars: {OVER_PEOPLE}.",
+        )

@@ -1,0 +1,147 @@
+"""Joint angles of every walker reconstructed from every known view, over one cycle: zhang2007 4.2, read in degrees.
+
+What is compared is the Fourier part of the walk, which is periodic; what two harmonics leave of it is in the errors
+of `known_view`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated
+
+import numpy as np
+import pandas as pd
+
+from pipeline.clips.kinds import Walks
+from pipeline.core import camera, fourier
+from pipeline.processes import map_processes
+from pipeline.studies.eigenwalkers.model import Eigenwalkers
+from pipeline.studies.eigenwalkers.samples import FourierSamples
+from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
+from pipeline.studies.walks import methods
+from pipeline.studies.walks.methods import AVERAGE_WALKER, PUBLISHED, Methods
+from pipeline.validation import Positive, bounded
+from walk3d.anatomy.joint_angles import JOINT_ANGLES, angle_errors, flexion, joints_of
+
+
+@dataclass(frozen=True)
+class JointAngleErrors:
+    """Errors of joint angles of reconstructed walks by view, and the angles of one walker to look at.
+
+    Attributes
+    ----------
+    rows : DataFrame
+        A row to each walker, method or average walker, angle and view: root mean square over a cycle, mean of left and
+        right; and without the constant offset of each angle.  None of angles of which a joint was not measured.
+    methods : (M,) text
+        Those of the sweep, and last the average walker's depth with the image kept.
+    shown : (1,) int
+        Walker of median error.
+    shown_angle_rad : (M + 1, T, 4, 2)
+        Over a cycle, the walker's own first.
+    shown_joints_mm : (M + 1, T, 15, 3)
+        From the front.
+    stride_hz : float
+        Of the walker shown.
+    """
+
+    rows: pd.DataFrame
+    methods: np.ndarray
+    shown: np.ndarray
+    shown_angle_rad: np.ndarray
+    shown_joints_mm: np.ndarray
+    stride_hz: float
+
+
+class JointAngles(Sweep):
+    """Joint angles of reconstructions at a known view angle."""
+
+    view_angle_deg: Swept = scaled(start=-90, stop=90, step="structure_step_deg")  # true views
+    methods: Methods = [*PUBLISHED, "anatomical"]  # that are compared
+    noise_variance_mm2: Positive = 70.0  # sigma² of approach II
+    instants: Annotated[int, bounded(at_least=5, at_most=1000)] = (
+        40  # of a cycle: twenty times the highest harmonic
+    )
+
+    def of_populations(self) -> JointAngles:
+        """Return the sweep of the papers' approaches alone."""
+        published = [name for name in self.methods if name in PUBLISHED]
+        return replace(self, methods=published or self.methods)
+
+    def with_methods(self, names: Sequence[str]) -> JointAngles:
+        """Return the sweep with further methods."""
+        return replace(self, methods=list(dict.fromkeys([*self.methods, *names])))
+
+    def modules(self) -> list[str]:
+        """Return the modules of the chosen methods."""
+        return methods.modules(self.methods)
+
+    def measure(self, inputs: SweepInputs[Walks, FourierSamples, Eigenwalkers]) -> JointAngleErrors:
+        """Return how far joint angles are off from every view."""
+        data, model = inputs.dataset, inputs.model
+        view_deg = self.view_angle_deg.values("sweep.view_angle_deg")
+        times = np.arange(self.instants) / self.instants
+        design = fourier.design(1.0, times, (data.coefficients.shape[1] - 1) // 2)
+        compared = [*methods.chosen(self.methods), AVERAGE_WALKER]
+        prepared = {method.name: method.prepared(data) for method in compared}
+
+        def motions(r: int, angles_deg: np.ndarray) -> np.ndarray:
+            """Reconstructed joints (M, A, T, 15, 3) of a walker."""
+            view = np.radians(angles_deg)
+            fold, walk = methods.held_out(data, model, r, self.noise_variance_mm2)
+            missing = np.stack(
+                [
+                    each.apply(replace(fold, prepared=prepared[each.name]), walk, view).missing
+                    for each in compared
+                ]
+            )
+            turned = view[:, None, None]
+            series = camera.combine(camera.project(data.coefficients[r], turned), missing, turned)
+            return np.einsum("tk,mvkjs->mvtjs", design, series, optimize=True)
+
+        def true(r: int) -> np.ndarray:
+            return fourier.synthesise(data.coefficients[r], 1.0, times)
+
+        names = [*self.methods, AVERAGE_WALKER.name]
+        measured = np.stack(
+            [~data.unmeasured[:, list(joints_of(a))].any(axis=1) for a in JOINT_ANGLES], axis=1
+        )
+
+        def one(r: int) -> pd.DataFrame:
+            own = np.moveaxis(flexion(true(r)), 0, -1)
+            found = np.moveaxis(flexion(motions(r, view_deg)), 2, -1)
+            error, offset_free = (np.degrees(e.mean(axis=-1)) for e in angle_errors(found, own))  # (M, A, 4)
+            some = np.ix_(np.arange(len(names)), np.arange(len(view_deg)), np.flatnonzero(measured[r]))
+            m, a, k = (axis.swapaxes(1, 2).ravel() for axis in np.broadcast_arrays(*some))
+            return pd.DataFrame(
+                {
+                    "method": np.array(names)[m],
+                    "angle": np.array(list(JOINT_ANGLES))[k],
+                    "person": data.person[r],
+                    "walker": data.clip[r],
+                    "view_angle_deg": view_deg[a],
+                    "rmse_deg": error[m, a, k],
+                    "offset_free_rmse_deg": offset_free[m, a, k],
+                }
+            )
+
+        rows = pd.concat(map_processes(one, range(len(data.coefficients)), inputs.workers), ignore_index=True)
+        whole = np.flatnonzero(measured.all(axis=1))
+        chosen = whole if len(whole) else np.arange(len(measured))
+        off = (
+            rows[rows["method"] == names[0]]
+            .groupby("walker")["rmse_deg"]
+            .mean()[data.clip[chosen]]
+            .to_numpy()
+        )
+        shown = chosen[np.argsort(off, kind="stable")[len(off) // 2]]
+        joints = np.concatenate([true(shown)[None], motions(shown, np.zeros(1))[:, 0]])
+        return JointAngleErrors(
+            rows=rows,
+            methods=np.array(names),
+            shown=np.array([shown]),
+            shown_angle_rad=flexion(joints),
+            shown_joints_mm=joints,
+            stride_hz=data.frequency_hz[shown],
+        )

@@ -1,0 +1,164 @@
+"""Whether error bars hold: intervals of every method against the truth, as computed and calibrated on other people."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy.special import ndtri
+
+from pipeline.core import linear_model
+from pipeline.processes import map_processes
+from pipeline.studies.study import Sweep, scaled
+from walk3d.anatomy import prior as anatomical
+from walk3d.anatomy.study.model import AnatomicalInputs
+from walk3d.anatomy.study.sweeps.held_out import (
+    BARS,
+    NOISE_VARIANCES_MM2,
+    PHASES,
+    Choosers,
+    MirroredViews,
+    People,
+)
+from walk3d.anatomy.study.sweeps.setting import anatomical_setting, approach_two
+
+METHODS = ("least_squares", "map_70", "map_tuned", "anatomical")
+COMPONENTS = 30
+"""Eigenwalkers of least squares [zhang2007 4.1]."""
+SAMPLE_VIEW_DEG, SAMPLES = 30.0, 12
+"""View whose posterior is sampled, and how often."""
+_LEAST_SD_MM = 1e-6
+LEVELS = np.array([0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99])
+LEVEL_95 = 10
+
+
+@dataclass(frozen=True)
+class Bars:
+    """What bars of every method cover of the errors at instants in the missing dimension, and their half widths.
+
+    Attributes
+    ----------
+    levels, views, joints : DataFrame
+        A row to each person, method, kind of bars and level; 95 % bars by view; and by group of joints.
+    sample_person : int
+        Whose posterior is sampled: the one of median error.
+    estimate : (1 + 2H, 15)
+        Missing dimension of that person from that view.
+    samples : (N, 1 + 2H, 15)
+        Of its posterior.
+    """
+
+    levels: pd.DataFrame
+    views: pd.DataFrame
+    joints: pd.DataFrame
+    sample_person: int
+    estimate: np.ndarray
+    samples: np.ndarray
+
+
+class Coverage(Sweep):
+    """Error bars at known views."""
+
+    draws_random_numbers = True
+
+    seen_from_deg: MirroredViews = scaled(start=-90, stop=90, step="structure_step_deg")  # true views
+    partners: Choosers = scaled(value="partners")  # people who choose sigma² of MAP for each person
+
+    def measure(self, inputs: AnatomicalInputs) -> Bars:
+        """Return errors and standard deviations of every method."""
+        view_deg = self.seen_from_deg.values("sweep.seen_from_deg")
+        view = np.radians(view_deg)
+        people = People(inputs.dataset, inputs.model)
+        whole = anatomical_setting(inputs.model_options, people.harmonics)
+        tuned = people.tuned_map(NOISE_VARIANCES_MM2, self.partners, inputs.workers)
+
+        def one(person: int) -> tuple[np.ndarray, np.ndarray]:
+            fold = people.fold(person)
+            settings = (approach_two(70.0), tuned[person], whole)
+            found = [fold.bars(setting, person, view)[1:] for setting in settings]
+            errors, deviations = zip(least_squares_bars(people, person, view), *found, strict=True)
+            return np.stack(errors), np.maximum(np.stack(deviations), _LEAST_SD_MM)
+
+        folds = map_processes(one, range(people.count), inputs.workers)
+        error = np.abs([found[0] for found in folds]).swapaxes(0, 1)  # (M, P, A, 15, K)
+        deviation = np.stack([found[1] for found in folds], axis=1)
+        squares = (error**2).mean(axis=(2, 3, 4))
+        rows: dict[str, list[dict[str, object]]] = {"levels": [], "views": [], "joints": []}
+
+        def add(name: str, error: np.ndarray, half: np.ndarray, **keys: object) -> None:
+            """A row to each person, of numbers (P, …)."""
+            covered = (error <= half).reshape(people.count, -1).mean(axis=1)
+            for p, who in enumerate(inputs.model.people):
+                found = {"covered_percent": 100.0 * covered[p], "half_width_mm": half[p].mean()}
+                rows[name].append({"person": who, **keys, **found})
+
+        for m, method in enumerate(METHODS):
+            off, sd = error[m], deviation[m]
+            z = np.moveaxis(off / sd, 2, -1)  # (P, A, K, 15)
+            learnt = anatomical.multipliers_without(z, anatomical.GROUP_OF_JOINT, LEVELS)
+            textbook = np.broadcast_to(ndtri(0.5 + LEVELS / 2.0), learnt.shape)
+            for kind, multipliers in zip(BARS, (textbook, learnt), strict=True):
+                halves = multipliers[:, anatomical.GROUP_OF_JOINT][:, None, :, None] * sd[..., None]
+                keys = {"method": method, "bars": kind}
+                for number, level in enumerate(LEVELS):
+                    add("levels", off, halves[..., number], **keys, level_percent=100.0 * level)
+                half = halves[..., LEVEL_95]
+                for a, view_angle_deg in enumerate(view_deg):
+                    add("views", off[:, a], half[:, a], **keys, view_angle_deg=view_angle_deg)
+                for g, group in enumerate(anatomical.GROUPS):
+                    of = g == anatomical.GROUP_OF_JOINT
+                    add("joints", off[:, :, of], half[:, :, of], **keys, joint_group=group)
+        frames = {name: pd.DataFrame(found) for name, found in rows.items()}
+        rms = pd.DataFrame(np.sqrt(squares).T, index=inputs.model.people, columns=list(METHODS)).stack()
+        person = int(np.argsort(squares[-1], kind="stable")[people.count // 2])
+        return Bars(
+            levels=frames.pop("levels").join(rms.rename("rms_error_mm"), on=["person", "method"]),
+            **frames,
+            sample_person=person,
+            **self._sampled(people, person, inputs),
+        )
+
+    def _sampled(
+        self,
+        people: People,
+        person: int,
+        inputs: AnatomicalInputs,
+    ) -> dict[str, np.ndarray]:
+        """The missing dimension (1 + 2H, 15) of one person from one view, and samples (N, 1 + 2H, 15) of it."""
+        setting = anatomical_setting(inputs.model_options, people.harmonics)
+        (found,) = people.fold(person).reconstruct(
+            [setting], people.walker(person)[None], np.radians([SAMPLE_VIEW_DEG]), with_covariance=True
+        )
+        factor = np.linalg.cholesky(found.covariance[0, 0])
+        drawn = inputs.generator("posterior samples").standard_normal((SAMPLES, len(factor)))
+        rows = np.concatenate([found.estimated[0], found.estimated[0, 0] + drawn @ factor.T])
+        missing = rows.reshape(len(rows), -1, 1 + 2 * setting.harmonics).swapaxes(1, 2)
+        return {"estimate": missing[0], "samples": missing[1:]}
+
+
+def least_squares_bars(people: People, person: int, view: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Errors and standard deviations (A, 15, K) of approach I, by the textbook: residual variance times (E^T E)^-1."""
+    tested = people.model.tested
+    others = np.delete(tested, person)
+    rows = anatomical.by_joint(people.data.coefficients[others][:, :5]).reshape(len(others), -1)
+    model = linear_model.fit(rows, COMPONENTS)
+    shape = (anatomical.JOINTS, 3, 5)
+    components = model.components.reshape(-1, *shape)
+    off = anatomical.by_joint(people.walker(person)[:5]) - model.mean.reshape(shape)
+    whole = people.missing(person, view)
+    errors, deviations = [], []
+    for a, axes in enumerate(anatomical.image_axes(view)):
+        E = np.einsum("ij,nkjb->ikbn", axes, components).reshape(3, -1, len(components))
+        d = np.einsum("ij,kjb->ikb", axes, off).reshape(3, -1)
+        seen = E[:2].reshape(-1, len(components))
+        observed = d[:2].ravel()
+        Q, R = np.linalg.qr(seen)
+        k = np.linalg.solve(R, Q.T @ observed)
+        residual = observed - seen @ k
+        variance = residual @ residual / max(len(observed) - len(k), 1)
+        spread = np.linalg.solve(R.T, E[2].T)  # E (E^T E)^-1 E^T = spread^T spread
+        error = np.concatenate([(d[2] - E[2] @ k).reshape(-1, 5), whole[a][:, 5:]], axis=-1)
+        errors.append(anatomical.at_instants(error, PHASES))
+        deviations.append(anatomical.deviation_at_instants(variance * spread.T @ spread, 5, PHASES))
+    return np.stack(errors), np.stack(deviations)

@@ -1,0 +1,96 @@
+"""The methods of the ladder: how figures name and draw each, and what it changes of the whole."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+
+from pipeline.palette import Style
+from walk3d.anatomy.study.sweeps.setting import Setting
+
+STANCE_WEIGHT = 0.3
+PROPORTIONS_MM = 1.0
+"""What bones may be off, where their proportions are those of the average walker."""
+MOST_HARMONICS = 6
+"""That any row has; the whole has four."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """A method that the anatomical reconstruction is compared with, or a step of its ladder.
+
+    Attributes
+    ----------
+    words : str
+        Name on an axis.
+    part : str
+        ``added``: in turn, the last is the whole; ``settings``: the whole with none chosen, or all chosen by others;
+        ``taken away``: the whole less one part; ``varied``: the whole with something that might help; or empty.
+    style : Style, optional
+        As a curve.
+    change : callable, optional
+        Makes its setting of the whole.
+    """
+
+    name: str
+    words: str
+    part: str = ""
+    style: Style | None = None
+    change: Callable[[Setting], Setting] | None = None
+
+
+def _shrunken(setting: Setting, **changes: float) -> Setting:
+    return replace(setting, shrinkage=replace(setting.shrinkage, **changes))  # type: ignore[arg-type]
+
+
+METHODS = {
+    method.name: method
+    for method in (
+        Method("least_squares", "least squares", style=Style("least squares", "least_squares")),
+        Method(
+            "average_walker", "average walker", "added", Style("average walker", "baseline", line="dotted")
+        ),
+        Method("map_70", "MAP, σ² = 70", "added", Style("MAP, σ² = 70", "map", line="dotted")),
+        Method(
+            "map_tuned", "MAP, σ² of others", "added", Style("MAP, σ² chosen by others", "map", line="dashed")
+        ),
+        Method("mirror", "+ mirror images", "added"),
+        Method("harmonics", "+ harmonics", "added"),
+        Method("shrinkage", "+ shrinkage, all walks", "added"),
+        Method("anatomical", "+ lengths = whole", "added", Style("anatomical", "green")),
+        Method("as_specified", "no setting chosen", "settings"),
+        Method("all_chosen", "all settings of others", "settings"),
+        *(
+            Method(name, words, "taken away", change=change)
+            for name, words, change in (
+                ("without_mirror", "− mirror images", partial(_shrunken, mirror=False)),
+                ("without_harmonics", "− harmonics", partial(replace, harmonics=2)),
+                ("without_shrinkage", "− shrinkage", partial(_shrunken, within_harmonic=0.0, diagonal=0.0)),
+                ("without_more_walks", "− all walks", partial(replace, all_walks=False)),
+                ("without_pairs", "− left = right", partial(replace, pairs=float("inf"))),
+                ("without_constancy", "− constant lengths", partial(replace, within=float("inf"))),
+            )
+        ),
+        *(
+            Method(name, words, "varied", change=partial(replace, **changes))
+            for name, words, changes in (
+                ("three_harmonics", "three harmonics", {"harmonics": 3}),
+                ("five_harmonics", "five harmonics", {"harmonics": 5}),
+                ("six_harmonics", "six harmonics", {"harmonics": MOST_HARMONICS}),
+                ("tight_lengths", "tight lengths", {"within": 0.5}),
+                ("loose_lengths", "loose lengths", {"within": 5.0}),
+                ("stance", "+ stance", {"stance": STANCE_WEIGHT}),
+                ("fixed_proportions", "average proportions", {"proportions": PROPORTIONS_MM}),
+            )
+        ),
+    )
+}
+
+STYLES = {name: method.style for name, method in METHODS.items() if method.style}
+"""Methods that several figures show."""
+
+
+def of_part(*parts: str) -> list[str]:
+    """Return the names of the methods of some parts, the parts in the order given."""
+    return [name for part in parts for name, method in METHODS.items() if method.part == part]

@@ -1,0 +1,164 @@
+"""Ablation of the anatomical reconstruction: parts added in turn and taken away, and variations that do not help.
+
+Everything that is chosen is chosen for each person by others, with models that have seen neither that person nor the
+one they are tried on: sigma² of MAP and the tolerance of lengths; and, in a row of its own, every setting of the whole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pipeline.core import errors
+from pipeline.core.choice import first_lowest
+from pipeline.processes import map_processes
+from pipeline.studies.study import Sweep, scaled
+from pipeline.studies.walks.stacked import stacked
+from pipeline.validation import require_range
+from walk3d.anatomy import prior as anatomical
+from walk3d.anatomy.study.model import AnatomicalInputs
+from walk3d.anatomy.study.sweeps.held_out import NOISE_VARIANCES_MM2, Choosers, Fold, MirroredViews, People
+from walk3d.anatomy.study.sweeps.ladder import METHODS, MOST_HARMONICS, of_part
+from walk3d.anatomy.study.sweeps.setting import PLAIN, Setting, anatomical_setting, approach_two
+
+DIAGONAL = 0.5
+"""What is kept of each coefficient by itself, as a part of what is kept within a harmonic."""
+PARTS_EVERY = 3
+"""Of the views, for what is taken away or varied."""
+SHRUNKEN_NOISE_VARIANCES_MM2 = (50.0, 100.0, 200.0)
+LENGTH_FACTORS = (1.0, 1.5, 2.0, 3.0)
+PAIR_FACTORS = (1.0, 2.0, 4.0)
+NOISE_FACTORS = (0.5, 1.0, 2.0)
+"""On sigma² and tau together."""
+SHRINKAGES = (0.1, 0.2, 0.4)
+"""What others choose among, as of `NOISE_VARIANCES_MM2`."""
+
+
+@dataclass(frozen=True)
+class StructureErrors:
+    """Errors of every method: a row to each method, person and view; what is taken away or varied at few views."""
+
+    rows: pd.DataFrame
+
+
+class Structure(Sweep):
+    """Ladder of the anatomical reconstruction at known views."""
+
+    seen_from_deg: MirroredViews = scaled(start=-90, stop=90, step="structure_step_deg")  # true views
+    partners: Choosers = scaled(value="partners")  # people who choose the settings of each person
+
+    def measure(self, inputs: AnatomicalInputs) -> StructureErrors:
+        """Return the errors of every method."""
+        view_deg = self.seen_from_deg.values("sweep.seen_from_deg")
+        view = np.radians(view_deg)
+        people = People(inputs.dataset, inputs.model)
+        require_range("dataset.harmonics", people.harmonics, at_least=MOST_HARMONICS)
+        specified = anatomical_setting(inputs.model_options, Setting().harmonics)
+        settings = self._settings(people, specified, inputs.workers)
+
+        middle = len(view) // 2
+        few = np.flatnonzero((np.arange(len(view)) - middle) % PARTS_EVERY == 0)
+        parts, everywhere = of_part("taken away", "varied"), of_part("added", "settings")
+
+        def one(person: int) -> list[dict[str, Any]]:
+            fold = people.fold(person)
+            of_parts = {tuple(everywhere): np.arange(len(view)), tuple(parts): few}
+            return [
+                {
+                    "method": method,
+                    "person": inputs.model.people[person],
+                    "view_angle_deg": view_deg[at],
+                    "absolute_error_mm2": error.mean(axis=-1),
+                }
+                for methods, at in of_parts.items()
+                for method, error in zip(
+                    methods,
+                    errors_of(people, fold, {m: settings[m][person] for m in methods}, person, view[at]),
+                    strict=True,
+                )
+            ]
+
+        folds = map_processes(one, range(people.count), inputs.workers)
+        return StructureErrors(stacked([row for rows in folds for row in rows]))
+
+    def _settings(self, people: People, whole: Setting, workers: int) -> dict[str, list[Setting]]:
+        """The setting of every method for every person."""
+
+        published = approach_two(70.0)
+        mirror = replace(published, shrinkage=replace(PLAIN, mirror=True))
+        harmonics = replace(mirror, harmonics=whole.harmonics)
+        tuned = {"map_tuned": published, "mirror": mirror, "harmonics": harmonics}
+        candidates = {
+            **{
+                name: [setting.with_noise(value) for value in NOISE_VARIANCES_MM2]
+                for name, setting in tuned.items()
+            },
+            "shrinkage": [whole.linear.with_noise(value) for value in SHRUNKEN_NOISE_VARIANCES_MM2],
+            "anatomical": [replace(whole, within=factor) for factor in LENGTH_FACTORS],
+        }
+        tried = list(dict.fromkeys(setting for of in candidates.values() for setting in of))
+        score = people.tried(tried, self.partners, workers)
+        found = {}
+        for name, of in candidates.items():
+            best = first_lowest(score[:, [tried.index(setting) for setting in of]], axis=1)
+            found[name] = [of[number] for number in best]
+        found["average_walker"] = found["map_70"] = [published] * people.count
+        found["as_specified"] = [whole] * people.count
+        found["all_chosen"] = people.chosen_in_turn(
+            found["anatomical"], self._alternatives(whole), max(self.partners // 2, 2), workers
+        )
+        for name, method in METHODS.items():
+            if method.change:
+                found[name] = [method.change(setting) for setting in found["anatomical"]]
+        return found
+
+    def _alternatives(self, whole: Setting) -> list[Callable[[Setting], list[Setting]]]:
+        """What others choose among after the tolerance of lengths, in turn."""
+
+        def noisier(setting: Setting) -> list[Setting]:
+            return [
+                replace(
+                    setting.with_noise(factor * whole.noise.variance),
+                    shrinkage=replace(
+                        setting.shrinkage, extra_variance=factor * whole.shrinkage.extra_variance
+                    ),
+                )
+                for factor in NOISE_FACTORS
+            ]
+
+        def shrunken(setting: Setting) -> list[Setting]:
+            return [
+                replace(
+                    setting,
+                    noise=replace(setting.noise, share=share),
+                    shrinkage=replace(setting.shrinkage, within_harmonic=share, diagonal=DIAGONAL * share),
+                )
+                for share in SHRINKAGES
+            ]
+
+        return [
+            lambda setting: [replace(setting, pairs=factor) for factor in PAIR_FACTORS],
+            noisier,
+            shrunken,
+            lambda setting: [replace(setting, harmonics=number) for number in (3, whole.harmonics)],
+        ]
+
+
+def errors_of(
+    people: People, fold: Fold, settings: Mapping[str, Setting], person: int, view: np.ndarray
+) -> np.ndarray:
+    """E_abs (M, A, 15) of several methods for one person, mm²."""
+    fitted = {method: setting for method, setting in settings.items() if method != "average_walker"}
+    found = dict(zip(fitted, fold.errors(list(fitted.values()), person, view), strict=True))
+    if "average_walker" in settings:
+        setting = settings["average_walker"]
+        mean = fold.prior(setting).mean
+        average = np.einsum("aj,kjb->akb", anatomical.image_axes(view)[:, 2], mean)
+        off = people.missing(person, view)[..., : mean.shape[-1]] - average
+        fourier_part = off**2 @ errors.parseval_weights(mean.shape[-1])
+        found["average_walker"] = fourier_part + people.beyond(person, view, setting.harmonics)
+    return np.stack([found[method] for method in settings])

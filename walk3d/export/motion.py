@@ -1,0 +1,80 @@
+"""Motion as a file, in the format that its suffix names and with the axes that readers of that format expect."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.formats.points import csv, trc
+from pipeline.shortened import shortened
+from pipeline.validation import require_choice
+from walk3d.export.bvh import Names, character
+from walk3d.export.bvh import write as write_bvh
+from walk3d.export.c3d import write as write_c3d
+
+WRITTEN = (".c3d", ".trc", ".bvh", ".csv")
+"""Suffixes of the formats that `write` knows."""
+
+_Y_UP_FORWARD_X = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])
+"""OpenSim: x forward, y up, z to the right."""
+_Y_UP_FORWARD_Z = np.array([[-1.0, 0, 0], [0, 0, 1], [0, 1, 0]])
+"""BVH: z forward, y up, x to the left."""
+
+
+@shortened
+class Motion:
+    """Points to be written.
+
+    Attributes
+    ----------
+    names : tuple of str
+    positions : (T, P, 3)
+        Millimetres, z up unless `own_axes`.
+    frame_rate_hz : float
+    parents : tuple of int or None
+        Index of each point's parent, for formats with a hierarchy.
+    own_axes : bool
+        Whether the axes are those of the recording, which are kept.
+    character : Names or None
+        Whose names the joints of WALKER15 have in a BVH, which is then a character for retargeting.
+    """
+
+    names: tuple[str, ...]
+    positions: np.ndarray
+    frame_rate_hz: float
+    parents: tuple[int, ...] | None
+    own_axes: bool = False
+    character: Names | None = None
+
+
+def write(target: Path, motion: Motion, *, wide: bool = False) -> None:
+    """Write points in the format of the suffix: TRC as OpenSim has it (y up, x forward), BVH with y up, z forward.
+
+    Parameters
+    ----------
+    target : Path
+    motion : Motion
+    wide : bool
+        Whether a CSV has one column for each coordinate instead of one row for each point and frame.
+
+    Raises
+    ------
+    InvalidInput
+        If no writer has this suffix, or the writer refuses the points.
+    """
+    suffix = require_choice("the suffix of a motion file", target.suffix.lower(), WRITTEN)
+    names, positions, rate = motion.names, motion.positions, motion.frame_rate_hz
+    if suffix == ".c3d":
+        write_c3d(target, names, positions, rate)
+    elif suffix == ".trc":
+        trc.write(target, names, positions if motion.own_axes else positions @ _Y_UP_FORWARD_X.T, rate)
+    elif suffix == ".bvh":
+        turned = positions if motion.own_axes else positions @ _Y_UP_FORWARD_Z.T
+        if motion.character is None:
+            write_bvh(target, names, turned, rate, motion.parents)
+        else:
+            made = character(turned, motion.character)
+            write_bvh(target, made.names, made.positions, rate, made.parents, made.rest)
+    else:
+        csv.write(target, names, positions, rate, wide=wide)

@@ -1,0 +1,1 @@
+"""Films and keypoints of one camera to walks in 3D."""

@@ -1,0 +1,69 @@
+"""Readers of 2D keypoints of people: OpenPose, AlphaPose, MMPose, RTMLib, MediaPipe, Sports2D, CSV, numpy.
+
+`read` takes a file or a folder and returns `Detections`: points as the file numbers or names them, of all people in all
+frames.  Which joints they are, and who walks, is decided by who asks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from pipeline.formats.budget import read_one
+from pipeline.formats.contract import damaged
+from walk3d.film.keypoints import people_json, tables
+from walk3d.film.keypoints.contract import MEDIAPIPE, Detections, detections
+
+READERS = {
+    ".json": people_json.read,
+    **dict.fromkeys((".csv", ".tsv", ".txt"), tables.read_csv),
+    ".trc": tables.read_trc,
+    ".npy": tables.read_array,
+    ".npz": tables.read_array,
+    ".jsonl": people_json.read,
+    ".ndjson": people_json.read,
+}
+"""Reader of each suffix, lower case; folders are OpenPose's."""
+
+
+def read(path: str | Path) -> Detections:
+    """Read keypoints by the suffix of the file, or a folder of OpenPose's files or of one table.
+
+    Raises
+    ------
+    InvalidInput
+        If there is no such file, no reader has this suffix, or the reader refuses the file.
+    """
+    path = Path(path)
+    if path.is_dir():
+        files = sorted(file for file in path.iterdir() if file.is_file() and file.name[0] != ".")
+        beside = [file for file in files if file.suffix.lower() == ".json"]
+        # A text may be anything.
+        alone = [file for file in files if file.suffix.lower() in READERS.keys() - {".json", ".txt"}]
+        if alone and not any(map(people_json.holds_keypoints, beside)):
+            if len(alone) > 1:
+                received = f"{len(alone)} files: {alone[0].name}, {alone[1].name} …"
+                raise damaged(
+                    "these may be several films or people",
+                    path.name,
+                    "the path of one file",
+                    received,
+                    code="several_films",
+                    files=[file.name for file in alone],
+                )
+            found = read(alone[0])
+            aside = ", ".join(file.name for file in beside) or "none"
+            note = f"Of the folder {alone[0].name} is read; files without keypoints beside it: {aside}."
+            return replace(found, notes=(note, *found.notes))
+        return read_one(path, people_json.read_folder)
+    if not path.is_file():
+        raise damaged("there is no such file or folder", path, code="no_file")
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
+        raise damaged("the format is unknown", path.name,
+                      "a folder of OpenPose, or CSV as DeepLabCut and SLEAP export it: " + " ".join(READERS),
+                      path.suffix or "no suffix", code="unknown_format", suffix=path.suffix)  # fmt: skip
+    return read_one(path, reader)
+
+
+__all__ = ["MEDIAPIPE", "READERS", "Detections", "detections", "read"]

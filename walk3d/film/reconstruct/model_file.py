@@ -1,0 +1,149 @@
+"""The model of walkers as a file: eigenwalkers and structured rest, multipliers of error bars, where they come from."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pipeline.formats.arrays import load_npz
+from pipeline.formats.budget import read_one
+from pipeline.formats.contract import read_bytes
+from pipeline.storage.publishing import publish
+from pipeline.storage.sealed_folders import digest, read_manifest, remove_stale
+from pipeline.validation import InvalidInput, require_count, require_finite, require_shape
+from walk3d.anatomy.prior import BONES, JOINTS, PAIRS
+from walk3d.anatomy.prior.laboratories import COMMON
+from walk3d.film.walk import CompactMoments, WalkerModel, expand, model_of
+from walk3d.film.walk.calibration import ANYBODY, AS_OURS, CYCLE_KINDS, GROUPS, LEVELS, Calibration
+from walk3d.film.walk.sagittal_angles import KINDS
+from walk3d.film.walk.training import BLOCKS, SIZE
+
+SHIPPED = Path(__file__).resolve().parent / "walkers"
+"""Folder of the model that comes with the package: ``model.npz``, ``manifest.json``, ``CARD.md``."""
+VERSION = 4
+ENTRY = "walkers"
+"""Entry of the manifest by which the folder of a model is known."""
+
+
+_SHAPES: dict[str, tuple[int | str, ...]] = {
+    "mean": (JOINTS, 3, BLOCKS), "components": ("N", SIZE), "eigenvalues": ("N",),
+    "within": ((BLOCKS + 1) // 2, 3 * JOINTS, 3 * JOINTS), "bone_variance": (len(BONES),),
+    "pair_variance": (len(PAIRS),), "aperiodic_variance": (JOINTS, 3), "log_frequency": (2,),
+}  # fmt: skip
+"""Arrays of `CompactMoments`."""
+_MULTIPLIERS: dict[str, tuple[int, ...]] = {
+    "joints": (len(GROUPS), 3, len(LEVELS)), "angles": (len(KINDS), len(LEVELS)),
+    "cycle": (len(CYCLE_KINDS), len(LEVELS)), "view": (2, len(LEVELS)),
+}  # fmt: skip
+"""Arrays of a calibration; those of `AS_OURS` and, behind them, of `ANYBODY` lie in one array of the file."""
+
+
+@dataclass(frozen=True)
+class TrainedModel:
+    """A model of walkers and its calibrations.
+
+    Attributes
+    ----------
+    compact : CompactMoments
+    calibrations : dict of str to Calibration
+        For a person measured as ours; for anybody, if laboratories are known that can be left out.
+    about : dict
+        Sources, people, settings.
+    """
+
+    compact: CompactMoments
+    calibrations: dict[str, Calibration]
+    about: dict[str, Any]
+
+    @property
+    def model(self) -> WalkerModel:
+        """The model with its whole covariance."""
+        return model_of(expand(self.compact))
+
+    @property
+    def concentration(self) -> float:
+        """Sum of squares of the laboratories' shares of the people."""
+        people = np.array(list(self.about["people_by_source"].values()), float)
+        return float((people**2).sum() / people.sum() ** 2)
+
+    @property
+    def unfamiliar(self) -> float:
+        """Share of what sets laboratories apart that the model lacks; of one with known people, each one's own part."""
+        return self.concentration * (1.0 - COMMON if "calibrated_on" in self.about else 1.0)
+
+
+def save(trained: TrainedModel, folder: Path) -> None:
+    """Publish a model: the arrays in single precision, and the manifest with their digest, both or none."""
+    content = io.BytesIO()
+    arrays = {name: getattr(trained.compact, name) for name in _SHAPES}
+    arrays |= {
+        f"{name}_multipliers": np.stack([getattr(one, name) for one in trained.calibrations.values()])
+        for name in _MULTIPLIERS
+    }
+    arrays = {name: np.asarray(array, np.float32) for name, array in arrays.items()}
+    np.savez_compressed(content, allow_pickle=False, **arrays)
+    data = content.getvalue()
+    with publish(folder, having=ENTRY) as publication:
+        (publication.folder / "model.npz").write_bytes(data)
+        publication.facts = {
+            "version": VERSION,
+            "sha256": digest(data),
+            ENTRY: trained.compact.walkers,
+            **trained.about,
+        }
+
+
+def load(folder: Path = SHIPPED) -> TrainedModel:
+    """Read a model.
+
+    Raises
+    ------
+    InvalidInput
+        If it is missing, of another version, damaged, or not what its manifest says.
+    """
+    if not folder.is_dir():  # a training was killed between two renames
+        remove_stale(folder.parent)
+    for name in ("manifest.json", "model.npz"):
+        if not (folder / name).is_file():
+            raise InvalidInput("no model of walkers", folder / name, "`make model`", code="no_model")
+    return read_one(folder, _load)
+
+
+def _load(folder: Path) -> TrainedModel:
+    manifest = read_manifest(folder)
+    if manifest.get("version") != VERSION:
+        raise InvalidInput("the model is of another version", folder, VERSION, code="wrong_version")
+    data = read_bytes(folder / "model.npz")
+    if digest(data) != manifest.get("sha256"):
+        raise InvalidInput(
+            "the model is not what its manifest says", folder / "model.npz", code="wrong_digest"
+        )
+    stored, _ = load_npz(data, "model.npz")
+    arrays = {name: np.asarray(array, float) for name, array in stored.items()}
+    for name, shape in (_SHAPES | {f"{k}_multipliers": ("K", *s) for k, s in _MULTIPLIERS.items()}).items():
+        place = f"model.npz, {name}"
+        require_finite(place, require_shape(place, arrays.get(name), shape))
+    require_shape("model.npz, eigenvalues", arrays["eigenvalues"], arrays["components"].shape[:1])
+    people = require_count("manifest.json, walkers", manifest["walkers"])
+    compact = CompactMoments(walkers=people, **{name: arrays[name] for name in _SHAPES})
+    multipliers = [arrays[f"{name}_multipliers"] for name in _MULTIPLIERS]
+    for name, array in zip(_MULTIPLIERS, multipliers, strict=True):
+        require_count(f"model.npz, {name}: kinds of bars", len(array), at_most=2)
+    calibrations = {
+        whom: Calibration(*of)
+        for whom, *of in zip((AS_OURS, ANYBODY), *multipliers)  # noqa: B905
+    }
+    of_the_file = ("version", "sha256", "bytes", "walkers", "files", "seal")
+    about = {k: v for k, v in manifest.items() if k not in of_the_file}
+    sources = about.get("people_by_source")
+    if not isinstance(sources, dict) or not sources:
+        raise InvalidInput(
+            "must tell how many people each source has", "manifest.json, people_by_source", code="no_sources"
+        )
+    for source, count in sources.items():
+        require_count(f"manifest.json, people_by_source, {source}", count)
+    return TrainedModel(compact, calibrations, about)

@@ -1,0 +1,128 @@
+"""The reconstructed walk as points in space, for files of motion and for recordings."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.core.fourier import cycle_basis
+from pipeline.skeleton import ANKLES, PELVIS, WALKER15
+from walk3d.export import motion
+from walk3d.export.bvh import Names
+from walk3d.film.reconstruct.clip import Walk
+from walk3d.film.reconstruct.cycle import scale_mm
+from walk3d.film.reconstruct.summary import observed, units, world_mm
+from walk3d.film.walk import Reconstruction
+from walk3d.film.walk.film import Stretch
+from walk3d.film.walk.objective import HEADING
+from walk3d.film.walk.training import BLOCKS
+from walk3d.film.walk.view import level_axes
+
+
+class Format(StrEnum):
+    """File formats of 3D motion."""
+
+    c3d = "c3d"
+    trc = "trc"
+    bvh = "bvh"
+    csv = "csv"
+    """One row for each joint and frame."""
+    csv_wide = "csv_wide"
+    """One column for each coordinate."""
+
+
+def keypoints_px(found: Reconstruction) -> np.ndarray:
+    """Keypoints (T, 15, 2) as used, relative to the principal point; NaN where missing."""
+    return np.where(found.keypoints.weights[..., None] > 0, found.filmed_px, np.nan)
+
+
+def upright(level: np.ndarray) -> np.ndarray:
+    """Level camera axes (right, down, away) as right, away, up."""
+    return np.stack([level[..., 0], level[..., 2], -level[..., 1]], axis=-1)
+
+
+def in_walkers_axes(found: Reconstruction) -> np.ndarray:
+    """Positions (T, 15, 3): x to the walker's right, y along the walk, z up from the lowest ankle, mm of the model.
+
+    The axes are those of the heading in the middle of the stretch, where the pelvis is at x = y = 0; the path is
+    included.
+    """
+    walked = world_mm(found) @ level_axes(found.fit.x[HEADING])
+    walked[..., 2] -= walked[:, ANKLES, 2].min()
+    return walked
+
+
+def written(walk: Walk) -> list[Stretch]:
+    """Stretches that are, or may be, a walk: the best first, then by length."""
+    usable = [s for s in walk.stretches if s.walks]
+    return sorted(usable, key=lambda s: s is not walk.best)
+
+
+def to_motion(walk: Walk, stretch: Stretch, names: Names, *, in_place: bool) -> motion.Motion:
+    """Points of a stretch; `names` and whether the walker stays in place are of a BVH."""
+    positions = in_walkers_axes(stretch.fitted) * scale_mm(walk)
+    if in_place:
+        pelvis = positions[:, PELVIS, None, :2]
+        positions[..., :2] -= pelvis - pelvis.mean(axis=0)
+    return motion.Motion(WALKER15.joints, positions, walk.frame_rate_hz, WALKER15.parents, character=names)
+
+
+def one_cycle(walk: Walk, stretch: Stretch, names: Names, *, in_place: bool) -> motion.Motion:
+    """Points of one exact cycle from the left foot's contact, at about the rate of the video.
+
+    The last frame is the first one again, ahead by a stride unless in place, so that the motion loops.
+    """
+    found = stretch.fitted
+    frequency = found.fit.frequency_hz
+    frames = max(round(walk.frame_rate_hz / frequency), 8)
+    share = np.arange(frames + 1) / frames
+    basis = cycle_basis(found.cycle.phases[0, 0] + 2.0 * np.pi * share, BLOCKS)
+    basis[-1] = basis[0]
+    positions = np.moveaxis(found.posterior.walker @ basis.T, -1, 0)
+    positions[..., 2] -= positions[:, ANKLES, 2].min()
+    if not in_place:
+        stride = 2.0 * np.pi * (found.fit.objective.prior.belt @ found.posterior.walker.ravel())
+        positions[..., 1] += stride * share[:, None]
+    return motion.Motion(
+        WALKER15.joints, positions * scale_mm(walk), frames * frequency, WALKER15.parents, character=names
+    )
+
+
+ABOUT = """\
+Joints that were never seen, estimated from the others: {unseen}.
+Feet, hands, spine and collars of a BVH are carried along with their limbs: they were not observed.
+BVH: centimetres, y up, z forwards, {moving}, names of {names}, a T-pose at rest, rotations alone below one root;
+limbs have their mean lengths, so that joints are some centimetres off those of the other files.
+walk_cycle.bvh: one exact cycle from the left foot's contact to its next; its last frame is its first one{ahead}.
+TRC: millimetres, y up, x forwards (OpenSim). C3D and CSV: millimetres, x to the right, y along the walk, z up.
+Lengths are in {units}.
+"""
+"""What the files of motion hold that they cannot say themselves."""
+
+
+def write_motion(walk: Walk, formats: list[Format], folder: Path, names: Names, *, in_place: bool) -> None:
+    """Write every stretch in every format, ``walk.c3d`` the best and ``walk_2.c3d`` the next, and what they hold."""
+    stretches = written(walk) if formats else []
+    for number, stretch in enumerate(stretches, start=1):
+        stem = "walk" if number == 1 else f"walk_{number}"
+        for kind in dict.fromkeys(formats):
+            wide = kind == Format.csv_wide
+            name = f"{stem}_wide.csv" if wide else f"{stem}.{kind}"
+            still = in_place and kind == Format.bvh
+            motion.write(folder / name, to_motion(walk, stretch, names, in_place=still), wide=wide)
+        if Format.bvh in formats:
+            cycle = one_cycle(walk, stretch, names, in_place=in_place)
+            motion.write(folder / f"{stem}_cycle.bvh", cycle)
+    if stretches:
+        seen = observed(stretches[0].fitted)
+        text = ABOUT.format(
+            unseen=", ".join(joint for joint, of in zip(WALKER15.joints, seen, strict=True) if not of)
+            or "none",
+            moving="in place" if in_place else "moving forwards",
+            names=names,
+            ahead="" if in_place else ", a stride ahead",
+            units=units(walk),
+        )
+        (folder / "motion.txt").write_text(text, "utf-8")

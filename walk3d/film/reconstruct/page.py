@@ -1,0 +1,66 @@
+"""The page of one reconstructed walk: what it shows, from the reconstruction and the summary."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from walk3d.film.reconstruct import cycle, words
+from walk3d.film.reconstruct.clip import Walk
+from walk3d.film.reconstruct.cycle import LEVEL_95, scale_mm
+from walk3d.film.reconstruct.motion import keypoints_px, upright
+from walk3d.film.reconstruct.summary import half_widths_mm, observed, view_sd_rad
+from walk3d.film.reconstruct.walk_page import WalkPage
+from walk3d.film.walk.calibration import NORMAL
+from walk3d.film.walk.objective import HEADING
+from walk3d.film.walk.sagittal_angles import KINDS
+
+
+def page_of(walk: Walk, summary: dict[str, Any], path: str, files: Sequence[str]) -> WalkPage:
+    """Return what the page of the best stretch shows.
+
+    Parameters
+    ----------
+    walk : Walk
+    summary : dict
+        As `walk3d.film.reconstruct.summary.summarise` returns it.
+    path : str
+        Of the keypoints or film.
+    files : sequence of str
+        Beside the page.
+    """
+    stretch, found = walk.best, walk.best.fitted
+    view, cadence = summary["view_angle_deg"], summary["cadence"]
+    positions = upright(found.posterior.positions_mm) * scale_mm(walk)
+    half = half_widths_mm(walk, found)[..., [0, 2, 1]]
+    heading = found.fit.x[HEADING]
+    reach = NORMAL[LEVEL_95] * view_sd_rad(walk, found)
+    first, last = summary["frames"]
+    return WalkPage(
+        title=f"Walk of person {walk.track.identity}" if walk.track.identity else "Walk of one person",
+        lead=f"{words.VERDICTS[summary['verdict']]} The walker goes {view['words']}, with"
+        f" {cadence['steps_per_min']:g} steps a minute. {' '.join(summary['usable'])}",
+        source=f"{Path(path).resolve().name}, frames {first} to {last} ({summary['strides']:g} strides)",
+        view_words=f"the walker goes {view['words']}",
+        terms=f"Walkers are {summary['terms']}.",
+        facts=words.facts(summary),
+        files=files,
+        frame_numbers=stretch.frames,
+        frame_rate_hz=walk.frame_rate_hz,
+        observed=observed(found),
+        keypoints_px=keypoints_px(found) + walk.centre_px,
+        reprojection_px=found.image_px + walk.centre_px,
+        positions_mm=positions,
+        half_mm=half,
+        image_px=2.0 * walk.centre_px,
+        numbers=summary["gait_cycle"]["numbers"],
+        curves=cycle.curves(walk, found),
+        curve_names=KINDS,
+        cycle_percent=100.0 * ((found.fit.phases_rad[:, None] - found.cycle.phases[0]) / (2.0 * np.pi) % 1.0),
+        heading_deg=np.degrees(heading),
+        heading_interval_deg=(np.degrees(heading - reach), np.degrees(heading + reach)),
+        alternatives_deg=[other["heading_deg"] for other in view["alternatives"]],
+    )

@@ -1,0 +1,110 @@
+"""Recording of one reconstructed walk for the viewer: image with reprojection, 3D with uncertainty, view, residuals."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from pipeline import recordings
+from pipeline.scenes import Bars, Columns, Image2D, Notes, Plot, Rows, Space3D
+from pipeline.seeding import derive_generator
+from pipeline.skeleton import WALKER15
+from walk3d.film.reconstruct.clip import Walk
+from walk3d.film.reconstruct.cycle import LEVEL_95
+from walk3d.film.reconstruct.motion import keypoints_px, upright
+from walk3d.film.walk import Reconstruction
+from walk3d.film.walk.calibration import NORMAL, angle_half_widths, joint_half_widths
+from walk3d.film.walk.posterior import sample_positions
+from walk3d.film.walk.sagittal_angles import ANGLES
+
+MOST_SAMPLES, SAMPLED_POSTURES = 12, 4000
+"""Walks drawn from the posterior; fewer of a long clip, so that the file stays below 5 MB."""
+KNEE_COLOURS = {"left_knee": "blue", "right_knee": "orange"}
+_PELVIS = WALKER15.index("pelvis")
+
+
+def drawn_walks(walk: Walk, found: Reconstruction, count: int) -> np.ndarray:
+    """Walks (S, T, 15, 3) from the posterior, as wide as the calibrated bars: about the pelvis, camera axes, mm."""
+    generator = derive_generator(0, "posterior samples")
+    samples = sample_positions(found.posterior, found.fit.x, found.fit.times, generator, count)
+    wider = joint_half_widths(walk.calibration, np.ones((len(WALKER15.joints), 3)), LEVEL_95)
+    factor = wider / NORMAL[LEVEL_95]
+    mean = found.posterior.positions_mm
+    return mean + factor * (samples - mean)
+
+
+def write_recording(walk: Walk, summary_text: str, path: Path) -> None:
+    """Write the recording of the best stretch.
+
+    Parameters
+    ----------
+    walk : Walk
+    summary_text : str
+        What was found, Markdown.
+    path : Path
+    """
+    stretch, found = walk.best, walk.best.fitted
+    T = len(stretch.pixels)
+    seconds = stretch.frames / walk.frame_rate_hz
+    # The viewer's images are in pixels, which a recording takes for millimetres; its rows count upwards.
+    flip = np.array([1.0, -1.0])
+    image = {
+        "keypoints": (keypoints_px(found) + walk.centre_px) * flip,
+        "reprojection": (found.image_px + walk.centre_px) * flip,
+    }
+    mean = upright(found.posterior.positions_mm)
+    mean[..., 2] -= mean[..., 2].min()
+    count = int(np.clip(SAMPLED_POSTURES // T, 2, MOST_SAMPLES))
+    samples = upright(drawn_walks(walk, found, count))
+    samples += mean[:, _PELVIS, None] - samples[:, :, _PELVIS, None]
+    size = found.height_px
+    residual = np.linalg.norm(image["keypoints"] - image["reprojection"], axis=-1)
+    known = np.isfinite(residual)
+    rms = np.sqrt(np.where(known, residual**2, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1) / 2.0)
+    half = angle_half_widths(walk.calibration, found.posterior.angles_sd_rad, LEVEL_95)
+    headings = (np.degrees(found.starts.headings_rad) + 180.0) % 360.0 - 180.0
+    order = np.argsort(headings)
+    evidence = found.starts.heading_cost.max() - found.starts.heading_cost
+    knees = ", ".join(f"{name.removesuffix('_knee')} {colour}" for name, colour in KNEE_COLOURS.items())
+    with recordings.Recording(path, name="keypoint_walk", about=summary_text, at=seconds) as recording:
+        recording.image_points("image/observed", image["keypoints"], [(0, 0)], thickness_mm=0.006 * size)
+        recording.image_points(
+            "image/reprojection", image["reprojection"], colour="map",
+            thickness_mm=0.004 * size,
+        )  # fmt: skip
+        bones = [(15 * s + a, 15 * s + b) for s in range(count) for a, b in WALKER15.bones]
+        cloud = np.moveaxis(samples, 0, 1).reshape(T, -1, 3)
+        recording.skeleton("world/samples", cloud, bones, colour="grey", thickness_mm=1.5)
+        recording.skeleton("world/reconstructed", mean, colour="map")
+        recording.bars("view/evidence", evidence[order] / 2.0, headings[order])
+        for name, colour in KNEE_COLOURS.items():
+            k = ANGLES.index(name)
+            recording.curve(
+                f"curves/angles/{name}", seconds, np.degrees(found.posterior.angles_rad[:, k]),
+                sd=np.degrees(half[:, k]) / NORMAL[LEVEL_95], label=name.replace("_", " "), colour=colour,
+            )  # fmt: skip
+        recording.curve("curves/residual/rms", seconds, rms, label="rms", colour="black")
+        recording.blueprint(
+            Columns(
+                Rows(
+                    Image2D(name="image: keypoints (dots), reprojection (lines)"),
+                    Plot(name="residual (px)", origin="curves/residual"),
+                    shares=(3, 1),
+                ),
+                Rows(
+                    Space3D(
+                        name="3D: mean, and walks drawn from the posterior", eye_mm=(1800.0, -2200.0, 1400.0)
+                    ),
+                    Plot(name=f"knees (°): {knees}, ± 1 SD", origin="curves/angles"),
+                    shares=(3, 1),
+                ),
+                Rows(
+                    Notes(),
+                    Bars(name="evidence by heading, 0: towards", origin="view"),
+                    shares=(3, 2),
+                ),
+                shares=(3, 3, 2),
+            ),
+            playing=True,
+        )

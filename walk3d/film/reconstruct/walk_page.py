@@ -1,0 +1,138 @@
+"""The page of one walk that was reconstructed from keypoints: one HTML file with a player."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pipeline.report import templates
+from pipeline.report.players import encoded, quantised
+from pipeline.validation import InvalidInput
+
+MOST_BYTES = 1_000_000
+MOST_FRAMES = 600
+"""More frames are thinned out, which the eye does not see."""
+_SCRIPTS = ("walker.js", "players.js", "theme.js", "walk.js")
+
+
+@dataclass(frozen=True)
+class WalkPage:
+    """What the page of a walk shows.
+
+    Attributes
+    ----------
+    title, lead, source, view_words, terms : str
+    facts : sequence of (str, sequence of str)
+        Titles and sentences.
+    files : sequence of str
+        Names of files beside the page.
+    frame_numbers : (T,) int
+        Of the video.
+    frame_rate_hz : float
+    observed : (15,) bool
+        False for joints that were never seen.
+    keypoints_px, reprojection_px : (T, 15, 2)
+        Keypoints are NaN where missing.
+    image_px : (2,)
+        Width and height of the image.
+    positions_mm, half_mm : (T, 15, 3)
+        About the pelvis, right, away and up; half widths of 95 % bars.
+    numbers : dict
+        Numbers of the gait cycle, as ``summary.json`` has them.
+    curves : dict of str to array
+        Over the cycle, by percent, degrees: ``angles`` (C, 2, K), left and right, each from its own foot's contact, and
+        ``angles_half``, widths of their 95 % bars; ``walkers`` (C, K), the average walker, and ``walkers_half``, which
+        hold 95 % of walkers.  ``stance`` (2,): per cent at which each foot is taken off.
+    curve_names : sequence of str
+        Of C angles.
+    cycle_percent : (T, 2)
+        Where in its cycle each side is.
+    heading_deg : float
+        0 is towards the camera, +90 to the image's right.
+    heading_interval_deg : (float, float)
+    alternatives_deg : sequence of float
+        Other headings that are possible.
+    pictures : sequence of (int, str)
+        Frames of the film with the skeleton over it: number, and address of data.
+    """
+
+    title: str
+    lead: str
+    source: str
+    view_words: str
+    terms: str
+    facts: Sequence[tuple[str, Sequence[str]]]
+    files: Sequence[str]
+    frame_numbers: np.ndarray
+    frame_rate_hz: float
+    observed: np.ndarray
+    keypoints_px: np.ndarray
+    reprojection_px: np.ndarray
+    image_px: np.ndarray
+    positions_mm: np.ndarray
+    half_mm: np.ndarray
+    numbers: Mapping[str, Mapping[str, Any]]
+    curves: Mapping[str, np.ndarray]
+    curve_names: Sequence[str]
+    cycle_percent: np.ndarray
+    heading_deg: float
+    heading_interval_deg: tuple[float, float]
+    alternatives_deg: Sequence[float]
+    pictures: Sequence[tuple[int, str]] = ()
+
+
+def write_walk_page(path: Path, page: WalkPage) -> None:
+    """Write the page of a walk.
+
+    Raises
+    ------
+    InvalidInput
+        If it would be larger than `MOST_BYTES`.
+    """
+    style, script = templates.style("walk.css"), templates.scripts(_SCRIPTS)
+    text = templates.environment().get_template("walk.html.j2").render(
+        page=page,
+        **templates.in_every_page(style, script),
+        packed=templates.packed_json(_packed(page)),
+    )  # fmt: skip
+    content = text.encode()
+    if len(content) > MOST_BYTES:
+        raise InvalidInput(
+            "the page would be too large", path.name, f"at most {MOST_BYTES} bytes",
+            len(content), code="file_too_large"
+        )  # fmt: skip
+    path.write_bytes(content)
+
+
+def _packed(page: WalkPage) -> dict[str, Any]:
+    """Return what the browser draws, every so many frames of a long clip."""
+    every = -(-len(page.frame_numbers) // MOST_FRAMES)
+    numbers = page.frame_numbers[::every]
+
+    def packed(values: np.ndarray) -> dict[str, str]:
+        return quantised(values[::every].reshape(len(numbers), -1))
+
+    seen = np.isfinite(page.keypoints_px).all(axis=-1)
+    return {
+        "frames": len(numbers),
+        "frame_numbers": numbers.tolist(),
+        "times_s": [round(float(number) / page.frame_rate_hz, 4) for number in numbers],
+        "rate_hz": page.frame_rate_hz / every,
+        "observed": page.observed.tolist(),
+        "seen": encoded(seen[::every], "u1"),
+        "keypoints": packed(np.where(seen[..., None], page.keypoints_px, page.reprojection_px)),
+        "image": packed(page.reprojection_px),
+        "positions": packed(page.positions_mm),
+        "half": packed(page.half_mm),
+        "image_px": page.image_px.tolist(),
+        "curve_names": page.curve_names,
+        **{name: values.round(2).tolist() for name, values in page.curves.items()},
+        "percent": page.cycle_percent[::every].round(2).tolist(),
+        "heading_deg": page.heading_deg,
+        "heading_interval_deg": page.heading_interval_deg,
+        "alternatives_deg": page.alternatives_deg,
+    }

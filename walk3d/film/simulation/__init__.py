@@ -1,0 +1,1 @@
+"""Simulated films: cameras, detectors and people as they make them."""

@@ -1,0 +1,117 @@
+"""The same simulated clips under several conditions: a worse film, or less to go on; and films as people make them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from pipeline.processes import map_processes
+from pipeline.studies.study import scaled
+from pipeline.validation import CountOrAll, Several
+from walk3d.film.study.conditions import CONDITIONS, Changes, Condition, Knowledge
+from walk3d.film.study.dataset import FilmedWalkers
+from walk3d.film.study.kinds import FILM_KINDS, crossing, film_as, see
+from walk3d.film.study.measured import Case, FilmedClips, FilmedErrors, Inputs, side
+from walk3d.film.walk import Prior
+from walk3d.film.walk.verdict import Verdict
+
+
+@dataclass(frozen=True)
+class ChangedErrors(FilmedErrors):
+    """Errors of simulated clips under every condition, and of kinds of film.
+
+    Attributes
+    ----------
+    kinds : DataFrame
+        A row to each clip of each kind; none where ingredients are taken away.
+    """
+
+    kinds: pd.DataFrame
+
+
+class KeypointChanges(FilmedClips):
+    """Simulated clips, each under every condition with the same random numbers."""
+
+    changes: Changes  # kind of changes: degradations, or parts taken away
+    takes: Several = scaled(value="takes")  # clips of the usual condition
+    levels: CountOrAll = scaled(value="levels")  # of each kind of change, the last so many; 0: all
+    films: Several = scaled(value="films")  # simulated clips of each kind of film as people make it
+
+    @property
+    def conditions(self) -> list[Condition]:
+        """Return the conditions with the levels that are wanted."""
+        every = CONDITIONS[self.changes]
+        kept = []
+        for kind in dict.fromkeys(condition.kind for condition in every):
+            kept += [condition for condition in every if condition.kind == kind][-self.levels :]
+        return kept
+
+    def measure(self, inputs: Inputs) -> ChangedErrors:
+        """Return the errors of all clips, and what was made of each kind of film."""
+        of_kinds = self._kinds(inputs) if self.changes is Changes.degradations else pd.DataFrame()
+        return ChangedErrors(**vars(super().measure(inputs)), kinds=of_kinds)
+
+    def _kinds(self, inputs: Inputs) -> pd.DataFrame:
+        dataset = inputs.dataset
+        cases = self._takes(dataset, self.films)
+        models = inputs.model.group[[case.person for case in cases]].tolist()
+
+        def one(model: int) -> list[tuple[int, dict[str, object]]]:
+            prior = inputs.model.prior(model, Knowledge())
+            mine = [case for case, of_case in zip(cases, models, strict=True) if of_case == model]
+            return [
+                (number * len(cases) + case.take, self._seen(number, case, prior, inputs))
+                for number in range(len(FILM_KINDS))
+                for case in mine
+            ]
+
+        parts = map_processes(one, sorted(set(models)), inputs.workers)
+        rows = sorted((row for part in parts for row in part), key=lambda row: row[0])
+        return pd.DataFrame([row for _, row in rows])
+
+    def _seen(self, number: int, case: Case, prior: Prior, inputs: Inputs) -> dict[str, object]:
+        kind, dataset = FILM_KINDS[number], inputs.dataset
+        generator, walk = inputs.generator(f"{kind.name} {case.take}"), dataset.training_walk(case.walk)
+        heading = np.radians(case.heading_deg)
+        filmed = film_as(kind, generator, inputs.clips, case.walk, walk, heading, case.overground)
+        people, walked = [filmed], [walk]
+        if kind.crossed:
+            other = (case.walk + len(dataset.person) // 2) % len(dataset.person)
+            walked.append(dataset.training_walk(other))
+            people = crossing(generator, inputs.clips, other, walked[1], filmed)
+        seen = see(people, [one.frequency_hz for one in walked], kind.stated, prior)
+        return {
+            "number": number,
+            "person": dataset.people[case.person],
+            "take": case.take,
+            "heading_deg": float(case.heading_deg),
+            "overground": int(case.overground),
+            "walks": int(kind.activity is None),
+            "wrong_frequency_percent": 100.0 * seen.wrong_frequency,
+            "refused_percent": 100.0 * (seen.verdict == Verdict.not_a_walk),
+            "accepted_percent": 100.0 * (seen.verdict != Verdict.not_a_walk),
+            "error_mm": seen.error_mm,
+            "knee_error_deg": seen.knee_error_deg,
+        }
+
+    def cases(self, dataset: FilmedWalkers) -> list[Case]:
+        """Return the clips: as many people as there are takes, or all, and each take from another side.
+
+        Where too few people of other sources are left to learn from, that condition is left out.
+        """
+        found: list[Case] = []
+        for number, condition in enumerate(self.conditions):
+            if not condition.knowledge.other_sources or dataset.sources_left_out:
+                found += self._takes(dataset, self.takes, len(found), number)
+        return found
+
+    def _takes(self, dataset: FilmedWalkers, takes: int, first: int = 0, condition: int = 0) -> list[Case]:
+        people, found = dataset.people, list[Case]()
+        for take in range(takes):
+            person = take * len(people) // takes if takes < len(people) else take % len(people)
+            mine = np.flatnonzero(dataset.person == people[person])
+            walk = mine[take // len(people) % len(mine)]
+            found.append(Case(first + take, take, person, walk, *side(take), condition))
+        return found

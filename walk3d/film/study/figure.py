@@ -1,0 +1,83 @@
+"""Errors of walks from keypoints by the direction of the walk, and coverage of their bars."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any, cast
+
+from pipeline.charts import Chart, Lines, Reference, Sheet
+from pipeline.palette import Style
+from pipeline.studies.figure_inputs import tidy
+from pipeline.studies.replicated import OVER_PEOPLE
+from pipeline.studies.study import Tables
+from walk3d.film.study.headings import KeypointHeadings
+from walk3d.film.study.measured import ERRORS, LEVELS_PERCENT, VERDICTS
+from walk3d.film.study.shown import METHODS, Inputs, KeypointFigure
+from walk3d.film.study.tables import errors_by, views_by
+
+
+class KeypointHeadingsFigure(KeypointFigure):
+    """Error and coverage by heading."""
+
+    sweep = KeypointHeadings
+
+    def tables(self, inputs: Inputs) -> Tables:
+        """``table``: errors by heading and method; ``table_views``: view, cadence, coverage; ``table_clips``: clips.
+
+        Headings to either side are pooled; an angle's error is the mean over clips of its root mean square.
+        """
+        clips = inputs.sweep.clips.drop(columns=["condition", *VERDICTS])
+        by = ["heading_deg", "method"]
+        people = inputs.sweep.people[["person", *by, *ERRORS]]
+        people = people.assign(heading_deg=people["heading_deg"].abs())
+        return {
+            "table": tidy(errors_by(people, by), by=by),
+            "table_views": tidy(views_by(clips, clips["heading_deg"].abs()), by=["heading_deg"]),
+            "table_clips": tidy(clips, by=["person", "walk", "heading_deg", "overground"]),
+            "table_people": tidy(people, by=["person", *by]),
+        }
+
+    def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
+        """Errors of joints and knees by heading; error of the view; coverage of bars."""
+        options = cast(KeypointHeadings, inputs.experiment.sweep)
+        heading = partial(
+            Chart, x="heading_deg", x_label="heading, 0 towards the camera", zero=True,
+            ticks=sorted(set(tables["table"]["heading_deg"])),
+        )  # fmt: skip
+        of_view = Lines(
+            table="table_views",
+            y="view_error_90_deg",
+            styles={"90": Style("90 % of clips", "map", line="dashed")},
+        )
+        covered: list[dict[str, Any]] = [
+            {
+                "table": "table_views",
+                "y": f"covered_{p}{kind}_percent",
+                "styles": {f"{p}{kind}": Style(label if p == LEVELS_PERCENT[0] else "", colour, line=line)},
+            }
+            for p in LEVELS_PERCENT
+            for kind, label, colour, line in (
+                ("", "calibrated on others", "map", "solid"),
+                ("_raw", "as computed", "baseline", "dotted"),
+            )
+        ]
+        charts = [
+            heading(y="error_mm", by="method", styles=METHODS, label="error of joints"),
+            heading(y="knee_error_deg", by="method", styles=METHODS, label="error of knees"),
+            heading(
+                table="table_views", y="view_error_median_deg", styles={"median": Style("median", "map")},
+                also=[of_view], label="error of the view",
+            ),
+            heading(
+                **covered[0], also=[Lines(**one) for one in covered[1:]], label="covered by bars",
+                limits=(0.0, 100.0), references=[Reference(y=float(p), label=f"{p} %") for p in LEVELS_PERCENT],
+            ),
+        ]  # fmt: skip
+        return Sheet(
+            charts=charts,
+            columns=2,
+            caption=f"{len(tables['table_clips'])} simulated clips of people whom the model does not know: perspective,"
+            f" white and slow error, a bias of {options.bias_mm:g} mm of each joint, missing and exchanged keypoints;"
+            " distance, path, view, phase and cadence unknown; overground and on a treadmill, either side."
+            f" Bands: {OVER_PEOPLE}. Bars: of {', '.join(map(str, LEVELS_PERCENT))} %.",
+        )

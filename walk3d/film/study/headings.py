@@ -1,0 +1,61 @@
+"""Simulated clips from all sides with everything unknown: errors, and whether bars calibrated on others hold."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Annotated
+
+import numpy as np
+
+from pipeline.studies.study import scaled
+from pipeline.validation import bounded
+from walk3d.film.simulation.keypoints import DetectorError
+from walk3d.film.study.conditions import Condition, Knowledge
+from walk3d.film.study.dataset import FilmedWalkers
+from walk3d.film.study.measured import HEADINGS_DEG, Case, FilmedClips, side
+
+
+class KeypointHeadings(FilmedClips):
+    """Simulated clips from all sides."""
+
+    clips: Annotated[int, bounded(at_least=len(HEADINGS_DEG))] = scaled(
+        value="filmed"
+    )  # number of simulated clips
+    # Of each joint of the simulated detector; what the model believes, too.
+    bias_mm: Annotated[float, bounded(at_least=0, at_most=100)] = (
+        10.0  # of the detector, standard deviation over joints
+    )
+
+    @property
+    def conditions(self) -> list[Condition]:
+        """Return the usual condition with this bias."""
+        error = replace(DetectorError(), bias_mm=self.bias_mm)
+        return [Condition(error=error, knowledge=Knowledge(floor_mm=self.bias_mm))]
+
+    def cases(self, dataset: FilmedWalkers) -> list[Case]:
+        """Return the clips: people take turns, each from as many sides as there are clips for."""
+        people = dataset.people
+        found = []
+        for c in range(self.clips):
+            person, turn = c % len(people), c // len(people)
+            mine = np.flatnonzero(dataset.person == people[person])
+            found.append(Case(c, c, person, mine[turn % len(mine)], *side(c + turn)))
+        return found
+
+
+class KeypointLaboratories(KeypointHeadings):
+    """Simulated clips of people whose laboratory no model has seen; of a single source, each person is left out."""
+
+    clips: Annotated[int, bounded(at_least=len(HEADINGS_DEG))] = scaled(
+        value="filmed_elsewhere"
+    )  # number of simulated clips
+
+    @property
+    def conditions(self) -> list[Condition]:
+        """Return the usual condition without the walker's laboratory."""
+        (usual,) = super().conditions
+        return [replace(usual, knowledge=replace(usual.knowledge, other_sources=True))]
+
+    def left_out_with(self, dataset: FilmedWalkers) -> list[str]:
+        """Return the laboratory of each person, or the person."""
+        return dataset.sources.tolist() if dataset.sources_left_out else dataset.people

@@ -1,0 +1,272 @@
+"""Many simulated clips: filmed, reconstructed by models that do not know the walkers, and compared with the truth."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pipeline.clips.kinds import Walks
+from pipeline.processes import map_processes
+from pipeline.studies.study import Sweep, SweepInputs
+from walk3d.film.simulation.filmed import belt_speed_mm_s, film
+from walk3d.film.simulation.keypoints import Filming, SimulatedKeypoints
+from walk3d.film.study.clip import METHODS, ClipErrors, compare, reconstruct_clip
+from walk3d.film.study.conditions import Condition
+from walk3d.film.study.dataset import FilmedWalkers
+from walk3d.film.study.model import KeypointWalkers
+from walk3d.film.walk import Prior, Reconstruction, errors
+from walk3d.film.walk.calibration import (
+    GROUP_OF,
+    KIND_OF,
+    LEVELS,
+    NORMAL,
+    Calibration,
+    joint_half_widths,
+    learn,
+)
+from walk3d.film.walk.cycle import EVENTS
+from walk3d.film.walk.sagittal_angles import KINDS
+from walk3d.film.walk.verdict import Verdict
+from walk3d.film.walk.view import project
+
+Inputs = SweepInputs[Walks, FilmedWalkers, KeypointWalkers]
+LONGEST_S = 3.0
+"""Of a simulated clip."""
+HEADINGS_DEG = (0, 30, 60, 90, 180, -30, -60, -90)
+"""0 is towards the camera, +90 to the image's right."""
+_SCORED = GROUP_OF >= 0
+
+ERRORS = ["error_mm", *(f"{kind}_error_deg" for kind in KINDS)]
+LEVELS_PERCENT = tuple(round(100 * level) for level in LEVELS)
+LABELS = ("labels_right_percent", "labels_unsure_percent", "labels_wrong_unsaid_percent")
+VERDICTS = [*(f"{verdict}_percent" for verdict in Verdict), *LABELS]
+"""What is known of the walk and of left and right, as 0 or 100 per cent of a clip."""
+
+
+@dataclass(frozen=True)
+class FilmedErrors:
+    """Errors of simulated clips.
+
+    Attributes
+    ----------
+    clips : DataFrame
+        A row to each; condition 0 is the usual one.  Bars hold shares of joint coordinates: calibrated
+        on other people under the usual condition, and as computed (raw).
+    people : DataFrame
+        A row to each clip and method: mean distance of the joints, root mean square errors of angles.
+    shown : int
+        The clip of median error, whose motion follows.
+    shown_rate_hz : float
+    shown_image_px, shown_reprojection_px : (T, 15, 2)
+        About the principal point; NaN where missing.
+    shown_true_mm, shown_estimate_mm, shown_average_mm, shown_half_mm : (T, 15, 3)
+        About the pelvis, level camera axes; half widths of calibrated 95 % bars.
+    """
+
+    clips: pd.DataFrame
+    people: pd.DataFrame
+    shown: int
+    shown_rate_hz: float
+    shown_image_px: np.ndarray
+    shown_reprojection_px: np.ndarray
+    shown_true_mm: np.ndarray
+    shown_estimate_mm: np.ndarray
+    shown_average_mm: np.ndarray
+    shown_half_mm: np.ndarray
+
+
+@dataclass(frozen=True)
+class Case:
+    """One clip to be filmed: whose, from where, and whether the walker moves through space.
+
+    Clips of one `take` are filmed with the same random numbers under several conditions.
+    """
+
+    number: int
+    take: int
+    person: int
+    walk: int
+    heading_deg: int
+    overground: bool
+    condition: int = 0
+
+
+def side(number: int) -> tuple[int, bool]:
+    """Heading in degrees and whether the walker moves through space, of clips that take turns."""
+    number %= 2 * len(HEADINGS_DEG)
+    return HEADINGS_DEG[number % len(HEADINGS_DEG)], number < len(HEADINGS_DEG)
+
+
+class FilmedClips(Sweep):
+    """Simulated clips, each reconstructed by a model without the walker."""
+
+    draws_random_numbers = True
+
+    @property
+    def reads_clips(self) -> bool:
+        """Whether the clips are read: their motion is filmed."""
+        return True
+
+    @property
+    @abstractmethod
+    def conditions(self) -> list[Condition]:
+        """Return what is changed; the first one is the usual one."""
+
+    @abstractmethod
+    def cases(self, dataset: FilmedWalkers) -> list[Case]:
+        """Return the clips."""
+
+    def measure(self, inputs: Inputs) -> FilmedErrors:
+        """Return the errors of all clips."""
+        dataset = inputs.dataset
+        cases = self.cases(dataset)
+        models = [self._model(case, inputs) for case in cases]
+
+        def one(model: int) -> list[tuple[int, ClipErrors]]:
+            priors: dict[Any, Prior] = {}
+            found = []
+            for case in (case for case, of_case in zip(cases, models, strict=True) if of_case == model):
+                condition = self.conditions[case.condition]
+                if condition.knowledge not in priors:
+                    priors[condition.knowledge] = inputs.model.prior(model, condition.knowledge)
+                simulated = self._filmed(case, inputs)
+                walk = reconstruct_clip(simulated, priors[condition.knowledge], condition)
+                truth = dataset.training_walk(case.walk)
+                found.append((case.number, compare(walk, simulated, truth, condition)))
+            return found
+
+        parts = map_processes(one, sorted(set(models)), inputs.workers)
+        measured = [item[1] for item in sorted((i for part in parts for i in part), key=lambda item: item[0])]
+        who = [dataset.people[case.person] for case in cases]
+        usual = [number for number, case in enumerate(cases) if case.condition == 0]
+        alike = [self.left_out_with(dataset)[case.person] for case in cases]
+        by_label = calibrations_by_person(np.array(alike)[usual], [measured[number] for number in usual])
+        calibrations = {person: by_label[label] for person, label in zip(who, alike, strict=True)}
+        keys = [
+            {
+                "condition": case.condition,
+                "person": person,
+                "walk": dataset.clip[case.walk],
+                "heading_deg": float(case.heading_deg),
+                "overground": int(case.overground),
+            }
+            for case, person in zip(cases, who, strict=True)
+        ]
+        clips = [
+            {**key, **of_clip(m, calibrations[key["person"]])} for key, m in zip(keys, measured, strict=True)
+        ]
+        people = [
+            {**key, "method": method, "error_mm": distance, **dict(zip(ERRORS[1:], angles, strict=True))}
+            for key, m in zip(keys, measured, strict=True)
+            for method, distance, angles in zip(METHODS, m.distance_mm, m.angle_deg, strict=True)
+        ]
+        distances = [measured[number].distance_mm[0] for number in usual]
+        shown = usual[np.argsort(distances, kind="stable")[len(usual) // 2]]
+        return FilmedErrors(
+            clips=pd.DataFrame(clips),
+            people=pd.DataFrame(people),
+            shown=shown,
+            **self._shown(cases[shown], calibrations[who[shown]], inputs),
+        )
+
+    def left_out_with(self, dataset: FilmedWalkers) -> list[str]:
+        """Return for each person a name; whose clips have the same one are left out of each other's bars."""
+        return dataset.people
+
+    def _model(self, case: Case, inputs: Inputs) -> int:
+        """Return the number of the model that does not know the walker, nor the source if there is another."""
+        other_sources = self.conditions[case.condition].knowledge.other_sources
+        source = inputs.model.source[case.person]
+        return source if other_sources and source >= 0 else inputs.model.group[case.person]
+
+    def _filmed(self, case: Case, inputs: Inputs) -> SimulatedKeypoints:
+        condition = self.conditions[case.condition]
+        generator = inputs.generator(f"clip {case.take}")
+        walk = inputs.dataset.training_walk(case.walk)
+        filming = Filming(
+            heading_rad=np.radians(case.heading_deg),
+            speed_mm_s=belt_speed_mm_s(walk) if case.overground else 0.0,
+            **condition.filming,
+        )
+        return film(
+            generator, inputs.clips, case.walk, condition.error, filming, LONGEST_S, condition.strides
+        )
+
+    def _shown(self, case: Case, calibration: Calibration, inputs: Inputs) -> dict[str, Any]:
+        """The motion of one clip."""
+        condition = self.conditions[case.condition]
+        simulated = self._filmed(case, inputs)
+        prior = inputs.model.prior(self._model(case, inputs), condition.knowledge)
+        found: Reconstruction = reconstruct_clip(simulated, prior, condition)
+        average = errors.average_walker_mm(found)
+        points = found.fit.objective.camera_points(found.fit.x)
+        scale = errors.fitted_scale(found.posterior.positions_mm, simulated.positions_mm)
+        return {
+            "shown_rate_hz": simulated.frame_rate_hz,
+            "shown_image_px": simulated.pixels,
+            "shown_reprojection_px": project(points, simulated.focal_px),
+            "shown_true_mm": simulated.positions_mm,
+            "shown_estimate_mm": scale * found.posterior.positions_mm,
+            "shown_average_mm": errors.fitted_scale(average, simulated.positions_mm) * average,
+            "shown_half_mm": scale * joint_half_widths(calibration, found.posterior.sd_mm, len(LEVELS) - 1),
+        }
+
+
+def calibrations_by_person(person: np.ndarray, measured: list[ClipErrors]) -> dict[str, Calibration]:
+    """Multipliers of bars for each person, or laboratory, learnt on all clips of the others."""
+    found = {}
+    for who in dict.fromkeys(person):
+        others = [m for name, m in zip(person, measured, strict=True) if name != who]
+        found[who] = learn([m.over_sd for m in others])
+    return found
+
+
+def covered(measured: ClipErrors, calibration: Calibration | None) -> np.ndarray:
+    """Share of joint coordinates within bars, by level, (3,); None: bars as computed."""
+    off = np.abs(measured.over_sd.joints[:, _SCORED])
+    unit = np.ones((len(GROUP_OF), 3))
+    half = [
+        joint_half_widths(calibration, unit, level)[_SCORED]
+        if calibration
+        else np.full((1, 3), NORMAL[level])
+        for level in range(len(LEVELS))
+    ]
+    return np.array([(off <= h).mean() for h in half])
+
+
+def covered_cycle(measured: ClipErrors, calibration: Calibration) -> dict[str, float]:
+    """Errors of events, ms, and shares of angles and of what is read of the cycle that their 95 % bars hold."""
+    half = NORMAL[-1] * calibration.angles[KIND_OF, -1], NORMAL[-1] * calibration.cycle[:, -1]
+    cycle = np.concatenate([z <= wide for z, wide in zip(measured.over_sd.cycle, half[1], strict=True)])
+    return {
+        **{f"{event}_error_ms": off for event, off in zip(EVENTS, measured.event_ms, strict=True)},
+        "covered_angles_percent": 100.0 * (np.abs(measured.over_sd.angles) <= half[0]).mean(),
+        "covered_cycle_percent": 100.0 * cycle.mean(),
+    }
+
+
+def of_clip(measured: ClipErrors, calibration: Calibration) -> dict[str, float]:
+    """Errors of view and cadence, residual, coverage of bars, verdict and labels of one clip."""
+    labels = (
+        measured.labels_right,
+        measured.labels_unsure,
+        not (measured.labels_right or measured.labels_unsure),
+    )
+    return {
+        "view_error_deg": measured.view_error_deg,
+        "view_distance_deg": abs(measured.view_error_deg),
+        "cadence_error_percent": measured.cadence_error_percent,
+        "residual_percent": measured.residual_percent,
+        **{
+            f"covered_{percent}{end}": 100 * share
+            for end, bars in (("_percent", calibration), ("_raw_percent", None))
+            for percent, share in zip(LEVELS_PERCENT, covered(measured, bars), strict=True)
+        },
+        **covered_cycle(measured, calibration),
+        **{f"{verdict}_percent": 100.0 * (measured.verdict == verdict) for verdict in Verdict},
+        **{name: 100.0 * bool(held) for name, held in zip(LABELS, labels, strict=True)},
+    }

@@ -1,0 +1,93 @@
+"""Keypoints of a video as a table that is kept: a second run reads it in place of the film."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.reading import read_json
+from pipeline.validation import InvalidInput, missing_package
+
+TABLE, ABOUT = "keypoints.csv", "keypoints.json"
+
+
+def keypoints_table(
+    video: Path,
+    folder: Path,
+    names: tuple[str, ...],
+    earlier: Path,
+    tell: Callable[[str], None],
+    progress: Callable[[int, int], None],
+) -> Path:
+    """Table of the keypoints of a video, ``frame,person,<landmark>_x,<landmark>_y,<landmark>_visibility``.
+
+    Parameters
+    ----------
+    video : Path
+    folder : Path
+        Where the table, and what it was made of, are written.
+    names : tuple of str
+        Of the landmarks.
+    earlier : Path
+        Folder that may hold the same video's table already; then it is copied.
+    tell, progress : callable
+        Told what is fetched, and how many of how many frames are done.
+
+    Raises
+    ------
+    InvalidInput
+        If the packages, the networks or the video cannot be used, or nobody is seen.
+    """
+    if not video.is_file():
+        raise InvalidInput("there is no such video", "input.path", received=video, code="no_file")
+    with video.open("rb") as film:
+        digest = hashlib.file_digest(film, "sha256").hexdigest()
+    table, about = folder / TABLE, folder / ABOUT
+    if _about(earlier).get("sha256") == digest and (earlier / TABLE).is_file():
+        copy(earlier, folder)
+        return table
+    from walk3d.film.video.film import frames_of, keypoints_of
+    from walk3d.film.video.networks import PACKAGE, networks
+    from walk3d.film.video.pose import Pose
+
+    try:
+        every, _ = frames_of(video)
+        pose = Pose(networks(tell))
+    except ModuleNotFoundError as error:
+        if not (package := missing_package(error)):
+            raise
+        raise InvalidInput(
+            f"a video needs {package}, which is not installed", "input.path",
+            'pip install "gait-pipeline[video]", or keypoints of another detector', video.name,
+            code="missing_package", package=package
+        ) from error  # fmt: skip
+    filmed = keypoints_of(video, pose, lambda done: progress(done, every))
+    columns = [f"{name}_{what}" for name in names for what in ("x", "y", "visibility")]
+    rows = [",".join(["frame", "person", *columns])]
+    for frame, person, points in zip(filmed.frame, filmed.person, filmed.points, strict=True):
+        rows.append(f"{frame},{person}," + ",".join(f"{v:.2f}" for v in np.round(points, 2).ravel().tolist()))
+    table.write_text("\n".join(rows) + "\n", "utf-8")
+    facts = {
+        "video": video.name, "sha256": digest, "networks": PACKAGE, "frame_rate_hz": filmed.frame_rate_hz,
+        "width": filmed.width, "height": filmed.height, "uneven": filmed.uneven,
+    }  # fmt: skip
+    about.write_text(json.dumps(facts, indent=1) + "\n", "utf-8")
+    return table
+
+
+def copy(earlier: Path, folder: Path) -> None:
+    """Copy a table, and what it was made of, to another folder."""
+    for name in (TABLE, ABOUT):
+        shutil.copyfile(earlier / name, folder / name)
+
+
+def _about(folder: Path) -> dict[str, object]:
+    with suppress(InvalidInput):
+        return dict(read_json(folder / ABOUT, dict[str, object]))
+    return {}

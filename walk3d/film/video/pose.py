@@ -1,0 +1,175 @@
+"""People in one picture: a detector that finds them, and a network that places 33 landmarks on each.
+
+Symbols
+-------
+``region``  (4,): centre, side and turn of a square about a person, px and rad: the middle of the hips, twice the
+            radius of a circle about the body with a margin, and its lean
+
+The detector's squares are decoded as its training encoded them: anchors on grids of 28, 14 and 7 cells.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from walk3d.film.video.networks import FILES
+
+DETECTOR_PX, LANDMARK_PX = 224, 256
+GRIDS = ((28, 2), (14, 2), (7, 6))
+"""Cells along a side, and anchors in each."""
+LEAST_SCORE = 0.5
+OVERLAP = 0.3
+"""Detections whose squares share more than this are one."""
+MARGIN = 1.25
+LANDMARKS = 33
+AUXILIARY = (33, 34)
+"""Middle of the hips and a point on the circle about the body, beside the landmarks."""
+
+
+@contextmanager
+def silent() -> Iterator[None]:
+    """Without what libraries write to the standard error themselves: what matters of it is raised."""
+    sys.stderr.flush()
+    kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 2)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(nowhere)
+
+
+def anchors() -> np.ndarray:
+    """Centres (2254, 2) of the detector's anchors, as shares of its picture."""
+    parts = []
+    for cells, times in GRIDS:
+        middle = (np.arange(cells) + 0.5) / cells
+        grid = np.stack(np.meshgrid(middle, middle), axis=-1).reshape(-1, 2)
+        parts.append(np.repeat(grid, times, axis=0))
+    return np.concatenate(parts)
+
+
+def region_of(centre: np.ndarray, rim: np.ndarray) -> np.ndarray:
+    """Region about a circle given by its centre and a point above it on its rim, px."""
+    away = rim - centre
+    return np.array([*centre, 2.0 * MARGIN * np.hypot(*away), np.arctan2(away[0], -away[1])])
+
+
+def _to_square(region: np.ndarray, size: int) -> np.ndarray:
+    """Affine map (2, 3) from the picture to the upright square of a region."""
+    x, y, side, turn = region
+    scale = size / side
+    c, s = scale * np.cos(turn), scale * np.sin(turn)
+    linear = np.array([[c, s], [-s, c]])
+    return np.column_stack([linear, size / 2.0 - linear @ [x, y]])
+
+
+class Pose:
+    """Both networks, each on one thread.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the networks.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        # Imported here: the base install has neither, and the rest of this package is asked without them.
+        import cv2
+        from ai_edge_litert.interpreter import Interpreter
+
+        cv2.setNumThreads(1)
+        self._cv2 = cv2
+        detector, landmarks, _ = FILES
+        with silent():
+            self._detector, self._landmarks = (
+                Interpreter(str(folder / name), num_threads=1) for name in (detector, landmarks)
+            )
+            for network in (self._detector, self._landmarks):
+                network.allocate_tensors()
+        self._anchors = anchors()
+
+    def _run(self, network: Any, picture: np.ndarray) -> list[np.ndarray]:
+        network.set_tensor(network.get_input_details()[0]["index"], picture[None])
+        network.invoke()
+        return [
+            np.asarray(network.get_tensor(out["index"])[0], float) for out in network.get_output_details()[:2]
+        ]
+
+    def detect(self, picture: np.ndarray, *, closer: bool = False) -> list[np.ndarray]:
+        """Regions of the people in an RGB picture (H, W, 3), the surest first.
+
+        If nobody is found, `closer` looks into squares of half the side, which overlap, for people who are small.
+        """
+        height, width = picture.shape[:2]
+        side = float(max(width, height))
+        found = self._within(picture, np.array([width / 2.0, height / 2.0, side, 0.0]))
+        if closer and not found:
+            middles = product(*(_middles(extent, side / 2.0) for extent in (width, height)))
+            found = [
+                region for at in middles for region in self._within(picture, np.array([*at, side / 2.0, 0.0]))
+            ]
+        return found
+
+    def _within(self, picture: np.ndarray, window: np.ndarray) -> list[np.ndarray]:
+        """Regions of the people in a square region of a picture, the surest first."""
+        square = self._cv2.warpAffine(picture, _to_square(window, DETECTOR_PX), (DETECTOR_PX, DETECTOR_PX))
+        raw, score = self._run(self._detector, square.astype(np.float32) / 127.5 - 1.0)
+        sure = 1.0 / (1.0 + np.exp(-np.clip(score[:, 0], -50.0, 50.0)))
+        found: list[tuple[np.ndarray, np.ndarray]] = []
+        for number in np.argsort(-sure, kind="stable"):
+            if sure[number] < LEAST_SCORE:
+                break
+            points = raw[number].reshape(-1, 2) / DETECTOR_PX
+            points[[0, 2, 3, 4, 5]] += self._anchors[number]
+            centre, extent = points[:2]
+            box = np.concatenate([centre - extent / 2.0, centre + extent / 2.0])
+            if all(_shared(box, other) < OVERLAP for other, _ in found):
+                place = (points[2:4] - 0.5) * window[2] + window[:2]
+                found.append((box, region_of(*place)))
+        return [region for _, region in found]
+
+    def place(self, picture: np.ndarray, region: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+        """Landmarks of the person in a region.
+
+        Returns
+        -------
+        points : (33, 3)
+            Column and row, px, and how sure each is seen, 0 to 1.
+        region : (4,)
+            Of the same person, for the next picture.
+        score : float
+            How sure there is a person.
+        """
+        there = _to_square(region, LANDMARK_PX)
+        square = self._cv2.warpAffine(picture, there, (LANDMARK_PX, LANDMARK_PX))
+        flat, score = self._run(self._landmarks, square.astype(np.float32) / 255.0)
+        rows = flat.reshape(-1, 5)
+        back = self._cv2.invertAffineTransform(there)
+        place = rows[:, :2] @ back[:, :2].T + back[:, 2]
+        # Visible, and in the picture at all: the lesser of the two.
+        seen = 1.0 / (1.0 + np.exp(-np.clip(rows[:, 3:5].min(axis=1), -50.0, 50.0)))
+        points = np.column_stack([place, seen])[:LANDMARKS]
+        return points, region_of(*place[list(AUXILIARY)]), score[0]
+
+
+def _middles(extent: float, side: float) -> np.ndarray:
+    """Middles of windows of a side that cover an extent, each over half of the next."""
+    spare = max(extent - side, 0.0)
+    return extent / 2.0 + np.linspace(-spare / 2.0, spare / 2.0, 1 + int(np.ceil(2.0 * spare / side)))
+
+
+def _shared(one: np.ndarray, other: np.ndarray) -> float:
+    """Area that two boxes (left, top, right, bottom) share, over that of both."""
+    sides = np.minimum(one[2:], other[2:]) - np.maximum(one[:2], other[:2])
+    both = np.prod(np.maximum(sides, 0.0))
+    return both / max(np.prod(one[2:] - one[:2]) + np.prod(other[2:] - other[:2]) - both, 1e-12)

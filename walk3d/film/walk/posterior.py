@@ -1,0 +1,202 @@
+"""The walker without the detector's bias, in every frame, with error bars.
+
+Symbols
+-------
+``Sigma'``  inverse Gauss-Newton matrix of the refinement;  ``Sigma`` covariance of W = m + G (W' - offset - m)
+``R``       what four harmonics leave of each joint's motion
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import lapack
+
+from pipeline.core.fourier import cycle_basis, cycle_slope
+from pipeline.skeleton import PELVIS
+from walk3d.anatomy.prior import JOINTS
+from walk3d.film.walk.objective import (
+    HEADING,
+    LOG_F,
+    PHASE,
+    TURN,
+    Keypoints,
+)  # fmt: skip
+from walk3d.film.walk.prior import Prior
+from walk3d.film.walk.refinement import Fit
+from walk3d.film.walk.sagittal_angles import JOINTS_OF, sagittal_angles, sagittal_slopes
+from walk3d.film.walk.training import BLOCKS, SIZE
+from walk3d.film.walk.view import level_axes
+
+ANGLE_FLOOR_RAD = np.radians(2.0)
+"""Standard deviation added to those of joint angles."""
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """The walk in every frame, relative to the pelvis, in level camera axes, for a walker of 1500 mm.
+
+    Attributes
+    ----------
+    walker : (15, 3, 9)
+        W, bias given back, mm.
+    covariance : (407, 407)
+        Of W (Sigma, mm²), of the phase in the middle of the clip and of the logarithm of the frequency.
+    positions_mm : (T, 15, 3)
+    sd_mm : (T, 15, 3)
+    angles_rad, angles_sd_rad : (T, 11)
+        As `ANGLES` names them, in the walker's own plane of progression.
+    heading_sd_rad, log_frequency_sd : float
+    """
+
+    walker: np.ndarray
+    covariance: np.ndarray
+    positions_mm: np.ndarray
+    sd_mm: np.ndarray
+    angles_rad: np.ndarray
+    angles_sd_rad: np.ndarray
+    heading_sd_rad: float
+    log_frequency_sd: float
+
+
+def _spread(matrix: np.ndarray, onto: np.ndarray) -> np.ndarray:
+    """``onto^T M^-1 onto`` of a Gauss-Newton matrix M, of which the lower triangle is given."""
+    factor, failed = lapack.dpotrf(matrix, lower=1)
+    if failed:
+        return onto.T @ np.linalg.pinv(np.tril(matrix) + np.tril(matrix, -1).T, hermitian=True) @ onto
+    half, _ = lapack.dtrtrs(factor, onto, lower=1)
+    return half.T @ half
+
+
+def give_bias_back(prior: Prior, drawn: np.ndarray) -> np.ndarray:
+    """W (15, 3, 9) of the walker W' (405,) as the detector draws him."""
+    return prior.model.mean + (prior.giving_back @ (drawn - prior.mean.ravel())).reshape(JOINTS, 3, BLOCKS)
+
+
+def relative_positions(walker: np.ndarray, x: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Positions (T, 15, 3) relative to the pelvis in level camera axes, mm."""
+    basis = cycle_basis(2.0 * np.pi * np.exp(x[LOG_F]) * times + x[PHASE], BLOCKS)
+    own = np.moveaxis((walker - walker[PELVIS]) @ basis.T, -1, 0)
+    return own @ np.swapaxes(level_axes(x[HEADING] + x[TURN] * times), 1, 2)
+
+
+def posterior(prior: Prior, fit: Fit, keypoints: Keypoints) -> Posterior:
+    """Compute the walk and its error bars.
+
+    Parameters
+    ----------
+    prior : Prior
+    fit : Fit
+    keypoints : Keypoints
+        With labels exchanged as `fit.exchanged` says.
+    """
+    x, times = fit.x, fit.times
+    T = len(times)
+    matrix = fit.objective.quadratic(fit.objective.at(x), keypoints, fit.noise).matrix
+    walker = give_bias_back(prior, x[:SIZE])
+    back = np.eye(len(x), order="F")
+    back[:SIZE, :SIZE] = prior.giving_back.T
+    covariance = _spread(matrix, back)
+    covariance[:SIZE, :SIZE] += prior.remaining
+
+    omega, psi = 2.0 * np.pi * fit.frequency_hz, fit.phases_rad
+    basis, slope = cycle_basis(psi, BLOCKS), cycle_slope(psi, BLOCKS)
+    A = level_axes(x[HEADING] + x[TURN] * times)
+    relative = walker - walker[PELVIS]
+    positions, phased = (np.einsum("tik,jkt->jti", A, relative @ waves.T) for waves in (basis, slope))
+    aperiodic = prior.model.aperiodic_variance
+    leftover = np.einsum("tik,jk->tji", A**2, aperiodic + aperiodic[PELVIS])
+    leftover[:, PELVIS] = 0.0
+
+    # Rows of a joint: its coefficients, minus the pelvis's; then heading, turn, phase, log frequency.
+    turned = np.stack([-positions[..., 2], np.zeros((JOINTS, T)), positions[..., 0]], axis=-1)
+    others = np.stack(
+        [turned, turned * times[:, None], phased, phased * (omega * times)[:, None]], axis=-1
+    )  # (15, T, 3, 4)
+    direct = (A[..., None] * basis[:, None, None, :]).reshape(T * 3, 27)
+    index = [HEADING, TURN, PHASE, LOG_F]
+    variance = np.empty((JOINTS, T, 3))
+    for joint in range(JOINTS):
+        part = np.r_[27 * joint : 27 * (joint + 1), 27 * PELVIS : 27 * (PELVIS + 1), index]
+        block = covariance[np.ix_(part, part)]
+        rows = np.hstack([direct, -direct, others[joint].reshape(T * 3, 4)])
+        variance[joint] = ((rows @ block) * rows).sum(axis=1).reshape(T, 3)
+    variance[PELVIS] = 0.0
+
+    heading_sd = np.sqrt(covariance[HEADING, HEADING])
+    of_walk = np.r_[:SIZE, PHASE, LOG_F]
+    covariance = covariance[np.ix_(of_walk, of_walk)]
+    timed = np.zeros((T, SIZE + 2))
+    timed[:, SIZE], timed[:, SIZE + 1] = 1.0, omega * times
+    angles, angles_sd = angles_with_deviations(walker, covariance, psi, timed)
+    return Posterior(
+        walker=walker,
+        covariance=covariance,
+        positions_mm=np.moveaxis(positions, 0, 1),
+        sd_mm=np.sqrt(np.maximum(np.moveaxis(variance, 0, 1), 0.0) + leftover),
+        angles_rad=angles,
+        angles_sd_rad=angles_sd,
+        heading_sd_rad=heading_sd,
+        log_frequency_sd=np.sqrt(covariance[-1, -1]),
+    )
+
+
+def sample_positions(
+    found: Posterior, x: np.ndarray, times: np.ndarray, generator: np.random.Generator, count: int
+) -> np.ndarray:
+    """Walks (S, T, 15, 3) drawn from the posterior of walker and heading: about the pelvis, level camera axes, mm.
+
+    Parameters
+    ----------
+    found : Posterior
+    x : (417,)
+        Unknowns of the fit.
+    times : (T,)
+    generator : numpy.random.Generator
+    count : int
+
+    Notes
+    -----
+    Of periodic walkers: what changes from step to step is in `Posterior.sd_mm`, not in these.
+    """
+    values, vectors = np.linalg.eigh(found.covariance[:SIZE, :SIZE])
+    drawn = generator.standard_normal((count, SIZE + 1))
+    off = (drawn[:, :SIZE] * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
+    walks = []
+    for walker, turn in zip(off.reshape(count, *found.walker.shape), drawn[:, SIZE], strict=True):
+        turned = x.copy()
+        turned[HEADING] += turn * found.heading_sd_rad
+        walks.append(relative_positions(found.walker + walker, turned, times))
+    return np.stack(walks)
+
+
+def angles_with_deviations(
+    walker: np.ndarray, covariance: np.ndarray, psi: np.ndarray, phase_slopes: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return a walker's angles (T, 11) at phases and their standard deviations, rad, the floor included.
+
+    Parameters
+    ----------
+    walker : (15, 3, 9)
+    covariance : (407, 407)
+        Of the walker, its phase and the logarithm of its frequency.
+    psi : (T,)
+        Phases.
+    phase_slopes : (T, 407)
+        Derivatives of the phases with respect to these unknowns.
+    """
+    basis = cycle_basis(psi, BLOCKS)
+    own, moving = (np.moveaxis(walker @ waves.T, -1, 0) for waves in (basis, cycle_slope(psi, BLOCKS)))
+    slopes = sagittal_slopes(own)
+    rates = np.einsum("tajx,tjx->ta", slopes, moving)
+    # A row is what an angle says of its few joints, and what their phases say of all: each with its own part.
+    of_phases = phase_slopes @ covariance
+    variance = rates**2 * (of_phases * phase_slopes).sum(axis=-1)[:, None]
+    unknown = np.arange(SIZE).reshape(JOINTS, 3, BLOCKS)
+    for number, joints in enumerate(JOINTS_OF):
+        part = unknown[joints, 1:].ravel()
+        rows = (slopes[:, number, joints, 1:, None] * basis[:, None, None]).reshape(len(psi), -1)
+        of_rows = rows @ covariance[np.ix_(part, part)] + 2.0 * rates[:, [number]] * of_phases[:, part]
+        variance[:, number] += (of_rows * rows).sum(axis=-1)
+    return sagittal_angles(own), np.sqrt(np.maximum(variance, 0.0) + ANGLE_FLOOR_RAD**2)

@@ -1,0 +1,324 @@
+"""Tracks of people through a video; of one track the parts in which somebody walks, and those that are straight."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.skeleton import LEFT_LEG, RIGHT_LEG
+from walk3d.film.walk.path import image_scale
+
+JUMP = (0.09, 2.2)
+"""Share of the height, and of it per second, that half of a person's joints may move from one frame to the next; who
+moves farther is another one, or another video."""
+GAP_S = 0.5
+"""A track ends where a person is unseen for longer."""
+JOIN_S, JOIN_ROWS, JOIN_OFF, JOIN_SIZE = 1.5, 5, 0.3, 1.2
+"""Longest time that a person is unseen between two joined tracks; fewest detections of either; how far apart their
+paths may be in the middle of that time, in heights; and the largest ratio of their heights."""
+TURN_RAD_S = np.radians(50.0)
+SHORTEST_S = 0.9
+LEAST_STRAIGHT = 0.5
+"""If straight stretches hold a smaller share of the frames, the path was not measured well enough to cut by it."""
+MOTION_S = 0.7
+"""Time over which the motion of the legs is measured, about one step."""
+MOVING_SHARE = 0.45
+"""Share of the motion of the legs, of its 80 % quantile, above which somebody moves."""
+MOSTLY = 0.85
+"""Who moves in a larger share of the frames moves throughout: ends are not cut for nothing."""
+_LEGS = [(joint, leg[0]) for leg in (LEFT_LEG, RIGHT_LEG) for joint in leg[1:]]
+
+
+@dataclass(frozen=True)
+class Track:
+    """One person through successive frames.
+
+    Attributes
+    ----------
+    identity : str
+        As the file says, mostly; empty if it does not.
+    frame : (n,) int
+        Frames of the video.
+    rows : (n,) int
+        Detections.
+    height_px : float
+        Median height in the image.
+    """
+
+    identity: str
+    frame: np.ndarray
+    rows: np.ndarray
+    height_px: float
+
+
+def _moved(one: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Median distance (M,) of the joints (15, 2) of one detection from those of M others that have them, too.
+
+    Infinite where they share fewer than three.
+    """
+    distance = np.sort(np.linalg.norm(others - one, axis=-1))  # what is missing comes last
+    count = np.isfinite(distance).sum(axis=-1)
+    each = np.arange(len(others))
+    middle = (distance[each, np.maximum(count - 1, 0) // 2] + distance[each, np.minimum(count // 2, 14)]) / 2
+    return np.where(count >= 3, middle, np.inf)
+
+
+def _heights(pixels: np.ndarray) -> np.ndarray:
+    """Heights (N,) of joints (N, 15, 2) in the image; NaN where too few are seen."""
+    seen = np.isfinite(pixels).all(axis=-1)
+    ends = [(np.where(seen[..., None], pixels, sign * np.inf) * sign).min(axis=1) for sign in (1.0, -1.0)]
+    size = np.maximum(-(ends[0] + ends[1]).min(axis=-1), 1e-9)
+    return np.where(seen.sum(axis=1) >= 4, size, np.nan)
+
+
+def find_tracks(
+    frame: np.ndarray, identity: np.ndarray, pixels: np.ndarray, frame_rate_hz: float
+) -> list[Track]:
+    """Tracks of people, those of the longest part without a gap first.
+
+    Parameters
+    ----------
+    frame : (N,)
+    identity : (N,) str
+    pixels : (N, 15, 2)
+    frame_rate_hz : float
+
+    Notes
+    -----
+    A detection continues the nearest track that ended not long ago, by place and size; one with the same identity is
+    preferred.  Identities are not trusted further: detectors exchange and lose them.  Tracks that continue each other
+    after a longer time are joined, see `_joined`.
+    """
+    height = _heights(pixels)
+    longest_gap = _gap(frame_rate_hz)
+    open_: list[list[int]] = []
+    closed: list[list[int]] = []
+    for now in np.unique(frame):
+        rows = [int(n) for n in np.flatnonzero(frame == now) if np.isfinite(height[n])]
+        for track in [t for t in open_ if now - frame[t[-1]] > longest_gap]:
+            open_.remove(track)
+            closed.append(track)
+        pairs = []
+        last = np.array([track[-1] for track in open_], int)
+        allowed = np.maximum(JUMP[0], JUMP[1] * (now - frame[last]) / frame_rate_hz)
+        for n in rows:
+            away = _moved(pixels[n], pixels[last]) / np.maximum(height[last], height[n])
+            cost = away + 0.25 * (identity[n] != identity[last])
+            pairs += [(cost[place], n, int(place)) for place in np.flatnonzero(away < allowed)]
+        used_rows, used_tracks = set(), set()
+        for _, n, place in sorted(pairs):
+            if n not in used_rows and place not in used_tracks:
+                open_[place].append(n)
+                used_rows.add(n)
+                used_tracks.add(place)
+        open_ += [[n] for n in rows if n not in used_rows]
+    tracks = []
+    for at in _joined([np.array(rows) for rows in closed + open_], frame, pixels, height, frame_rate_hz):
+        names, counts = np.unique(identity[at], return_counts=True)
+        tracks.append(Track(str(names[np.argmax(counts)]), frame[at], at, np.median(height[at])))
+    # Length without a gap, then size in the image, then the first frame decide.
+    return sorted(tracks, key=lambda t: (-_unbroken(t.frame, longest_gap), -t.height_px, int(t.frame[0])))
+
+
+def _unbroken(frame: np.ndarray, longest_gap: int) -> int:
+    """Number of detections of a track's longest part without a longer gap."""
+    ends = np.flatnonzero(np.diff(frame, append=np.inf) > longest_gap)
+    return int(np.diff(ends, prepend=-1).max())
+
+
+def _joined(
+    tracks: list[np.ndarray], frame: np.ndarray, pixels: np.ndarray, height: np.ndarray, frame_rate_hz: float
+) -> list[np.ndarray]:
+    """Rows of each person, from rows of tracks: those that continue each other by place and size are one.
+
+    Both ends, by their place, height and rates, say where a person is in the middle of the time between.  Tracks stay
+    apart where a third, at the same time as one of them, would do as well.
+    """
+    long = [rows for rows in tracks if len(rows) >= JOIN_ROWS]
+    ends = max(_gap(frame_rate_hz), JOIN_ROWS)
+    first, last = (np.array([frame[rows[end]] for rows in long]) for end in (0, -1))
+    begin, finish = (
+        np.reshape([_end(rows[::way], frame, pixels, height, ends) for rows in long], (-1, 2, 3))
+        for way in (1, -1)
+    )
+    after: dict[int, list[int]] = {k: [] for k in range(len(long))}
+    before: dict[int, list[int]] = {k: [] for k in range(len(long))}
+    for k in range(len(long)):
+        unseen = first - last[k]
+        half = unseen[:, None] / 2.0
+        off = finish[k, 0] + half * finish[k, 1] - begin[:, 0] + half * begin[:, 1]
+        size = np.exp(np.maximum(begin[:, 0, 2], finish[k, 0, 2]))
+        near = np.linalg.norm(off[:, :2], axis=1) < JOIN_OFF * size
+        near &= np.abs(off[:, 2]) < np.log(JOIN_SIZE)
+        # Within a shorter time a detection would have continued the track, had it not moved too far.
+        near &= (unseen > _gap(frame_rate_hz)) & (unseen <= JOIN_S * frame_rate_hz)
+        for n in np.flatnonzero(near).tolist():
+            after[k].append(n)
+            before[n].append(k)
+    follows = {}
+    for k, later in after.items():
+        n = min(later, key=lambda n: first[n], default=k)
+        rivals = [m for m in later if m != n and first[m] <= last[n]]
+        rivals += [m for m in before[n] if m != k and last[m] >= first[k]]
+        if n != k and not rivals and last[k] == max(last[before[n]]):
+            follows[k] = n
+    people = [rows for rows in tracks if len(rows) < JOIN_ROWS]
+    for k in sorted(set(after) - set(follows.values())):
+        person = [long[k]]
+        while k in follows:
+            k = follows[k]
+            person.append(long[k])
+        people.append(np.concatenate(person))
+    return people
+
+
+def _end(
+    rows: np.ndarray, frame: np.ndarray, pixels: np.ndarray, height: np.ndarray, count: int
+) -> np.ndarray:
+    """Column, row and logarithm of the height at the first of some rows, and their change per frame (2, 3)."""
+    near = rows[:count]
+    state = np.column_stack([np.nanmedian(pixels[near], axis=1), np.log(height[near])])
+    return np.polyfit(frame[near] - frame[rows[0]], state, 1)[::-1]
+
+
+def _gap(frame_rate_hz: float) -> int:
+    """Frames that a person may be unseen within a track."""
+    return max(round(GAP_S * frame_rate_hz), 1)
+
+
+def moving_parts(pixels: np.ndarray, frame_rate_hz: float) -> list[tuple[int, int]]:
+    """Parts of a track in which the legs move: frames from and to (exclusive), the longest first.
+
+    Parameters
+    ----------
+    pixels : (T, 15, 2)
+        NaN where missing.
+    frame_rate_hz : float
+
+    Notes
+    -----
+    Knees and ankles about their hips, so that neither path nor camera counts, over the height in the image.  Who
+    stands before or after a walk is left out; if the legs move nearly throughout, nothing is.
+    """
+    T = len(pixels)
+    window = max(round(MOTION_S * frame_rate_hz) | 1, 3)
+    height = _heights(pixels)
+    known = np.isfinite(height)
+    if 2 * window > T or known.sum() < window:
+        return [(0, T)]
+    size = _running_mean(np.interp(np.arange(T), np.flatnonzero(known), height[known]), window)
+    power, count = np.zeros(T), np.zeros(T)
+    for joint, hip in _LEGS:
+        about = (pixels[:, joint] - pixels[:, hip]) / size[:, None]
+        seen = np.isfinite(about).all(axis=-1)
+        about = np.where(seen[:, None], about, 0.0)
+        share = np.maximum(_running_mean(seen.astype(float), window), 1.0 / window)
+        mean = np.stack([_running_mean(about[:, axis], window) for axis in (0, 1)], axis=-1) / share[:, None]
+        square = _running_mean((about**2).sum(axis=-1), window) / share
+        enough = share > 0.5
+        power += np.where(enough, np.maximum(square - (mean**2).sum(axis=-1), 0.0), 0.0)
+        count += enough
+    motion = np.sqrt(power / np.maximum(count, 1))
+    moving = (motion > MOVING_SHARE * np.percentile(motion, 80)) | (count == 0)
+    if moving.mean() >= MOSTLY:
+        return [(0, T)]
+    parts = [part for part in _runs(moving) if part[1] - part[0] >= SHORTEST_S * frame_rate_hz]
+    return sorted(parts, key=lambda s: s[0] - s[1]) or [(0, T)]
+
+
+def _runs(held: np.ndarray) -> list[tuple[int, int]]:
+    """Runs of true values, from and to (exclusive)."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], held.astype(int), [0]])))
+    return [(int(start), int(stop)) for start, stop in edges.reshape(-1, 2)]
+
+
+def straight_stretches(
+    pixels: np.ndarray, heights_mm: np.ndarray, frame_rate_hz: float, focal_px: float
+) -> list[tuple[int, int]]:
+    """Straight stretches of a track: frames from and to (exclusive), the longest first.
+
+    Parameters
+    ----------
+    pixels : (T, 15, 2)
+        Relative to the principal point, NaN where missing.
+    heights_mm : (15,)
+        Mean heights of the average walker's joints, mm.
+    frame_rate_hz, focal_px : float
+
+    Notes
+    -----
+    The path on the ground, from the size and the place in the image, smoothed over about a second; where its direction
+    turns, or somebody who else moves stands, a stretch ends.  On a treadmill, or before a camera that follows, there is
+    no path and all is one stretch.
+    """
+    T = len(pixels)
+    whole = [(0, T)]
+    across, inverse, good = _ground_path(pixels, heights_mm)
+    window = max(round(0.8 * frame_rate_hz) | 1, 3)
+    if good.sum() < SHORTEST_S * frame_rate_hz or window * 2 > T:
+        return whole
+    smooth = _running_mean(inverse, window)
+    away = smooth * focal_px
+    right = _running_mean(across * smooth, window)
+    step = window // 2
+    velocity = np.column_stack([_central(right, step), _central(away, step)]) * frame_rate_hz
+    speed = np.hypot(*velocity.T)
+    typical = np.percentile(speed, 75)
+    if typical < 400.0:
+        return whole
+    heading = np.unwrap(np.arctan2(velocity[:, 1], velocity[:, 0]))
+    turning = np.abs(_central(heading, step)) * frame_rate_hz > TURN_RAD_S
+    moving = speed > 0.35 * typical
+    found = []
+    for start, stop in _runs(moving & ~turning):
+        if stop - start < SHORTEST_S * frame_rate_hz:
+            continue
+        drift = np.abs(heading[start:stop] - np.median(heading[start:stop]))
+        if np.percentile(drift, 90) < np.radians(60.0):
+            found.append((start, stop))
+    if sum(stop - start for start, stop in found) < LEAST_STRAIGHT * T:
+        return whole
+    return sorted(found, key=lambda s: s[0] - s[1])
+
+
+def _ground_path(pixels: np.ndarray, heights_mm: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Column of the body (T,), distance over focal length (T,), mm per pixel, and where they were measured (T,)."""
+    seen = np.isfinite(pixels).all(axis=-1)
+    slope = image_scale(np.where(seen, pixels[..., 1], 0.0), seen.astype(float), heights_mm)
+    good = (seen.sum(axis=1) >= 4) & (slope > 0)
+    if not good.any():
+        return np.zeros(len(pixels)), np.zeros(len(pixels)), good
+    frames = np.arange(len(pixels))
+    across = (np.where(seen, pixels[..., 0], 0.0).sum(axis=1) / np.maximum(seen.sum(axis=1), 1))[good]
+    return (
+        np.interp(frames, frames[good], across), 1.0 / np.interp(frames, frames[good], slope[good]), good,
+    )  # fmt: skip
+
+
+def path_turn_rad(pixels: np.ndarray, heights_mm: np.ndarray, focal_px: float) -> float:
+    """Direction of the path on the ground at the end of a stretch (T, 15, 2) less that at its beginning.
+
+    From place and size in the image alone: what a detector makes of a body that is seen from the side turns more than
+    the body.
+    """
+    across, inverse, good = _ground_path(pixels, heights_mm)
+    if good.sum() < 8:
+        return 0.0
+    unit = np.linspace(-1.0, 1.0, len(pixels))
+    place = np.column_stack([across * inverse, focal_px * inverse])[good]
+    _, along, bent = np.polynomial.polynomial.polyfit(unit[good], place, 2)
+    start, end = (np.arctan2(*(along + side * 2.0 * bent)) for side in (-1.0, 1.0))
+    return (end - start + np.pi) % (2.0 * np.pi) - np.pi
+
+
+def _running_mean(values: np.ndarray, window: int) -> np.ndarray:
+    padded = np.pad(values, window // 2, mode="edge")
+    return np.convolve(padded, np.full(window, 1.0 / window), mode="valid")
+
+
+def _central(values: np.ndarray, step: int) -> np.ndarray:
+    """Slopes per frame over `step` frames on either side, one-sided at the ends."""
+    after = np.minimum(np.arange(len(values)) + step, len(values) - 1)
+    before = np.maximum(np.arange(len(values)) - step, 0)
+    return (values[after] - values[before]) / (after - before)

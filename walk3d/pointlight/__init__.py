@@ -1,0 +1,42 @@
+"""Point-light walkers: the joints of a walk as dots on a dark ground, upright or disturbed, among noise or alone.
+
+A display is made in steps, each a pure function that takes and returns `PointLights`, random ones with a generator:
+
+>>> import numpy as np
+>>> from walk3d import pointlight
+>>> coefficients, stride_hz = pointlight.synthetic_walker()
+>>> lights = pointlight.walker(coefficients, stride_hz, view_angle_rad=np.pi / 2, frame_rate_hz=60.0)
+>>> lights = pointlight.inverted(pointlight.scrambled(lights, np.random.default_rng(1)))
+>>> pointlight.as_svg(lights)[:4]
+'<svg'
+"""
+
+from walk3d.pointlight.dots import PointLights, synthetic_walker, walker, walking_speed
+from walk3d.pointlight.files import as_csv, as_ptd, as_svg, pixels
+from walk3d.pointlight.manipulations import (
+    Noise,
+    inverted,
+    limited_lifetime,
+    mirrored,
+    phase_scrambled,
+    scrambled,
+    with_noise,
+)
+
+__all__ = [
+    "Noise",
+    "PointLights",
+    "as_csv",
+    "as_ptd",
+    "as_svg",
+    "inverted",
+    "limited_lifetime",
+    "mirrored",
+    "phase_scrambled",
+    "pixels",
+    "scrambled",
+    "synthetic_walker",
+    "walker",
+    "walking_speed",
+    "with_noise",
+]

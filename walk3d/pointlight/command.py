@@ -1,0 +1,288 @@
+"""Point-light walkers of a recording, a figure, a reconstruction from keypoints or the average synthetic walker."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+
+from pipeline.cli.output import tell
+from pipeline.cli.walkers import (
+    FigureWalkers,
+    Walk,
+    keypoint_walk,
+    kind_of,
+    options_of,
+    recorded_walk,
+    target_file,
+)
+from pipeline.core import fourier
+from pipeline.skeleton import WALKER15
+from pipeline.skeleton.source_mapping import UpAxis
+from pipeline.storage.publishing import new_file
+from pipeline.validation import InvalidInput, bounded
+from walk3d import pointlight
+from walk3d.pointlight import Noise, PointLights
+
+
+class Joints(StrEnum):
+    """Which joints are shown."""
+
+    all = "all"
+    measured = "measured"
+
+
+_UpToThousand = Annotated[float, bounded(above=0, at_most=1000)]
+
+
+@dataclass
+class Display:
+    """Options of the command, in the units of their names; `point_lights` says what they do.
+
+    The display itself checks those without bounds.
+    """
+
+    to: str = "walker.svg"
+    view_angle_deg: Annotated[float, bounded(at_least=-360, at_most=360)] = 0.0
+    cycles: _UpToThousand = 1.0
+    frame_rate_hz: _UpToThousand = 60.0
+    harmonics: Annotated[int, bounded(at_least=1, at_most=10)] = 2
+    seed: Annotated[int, bounded(at_least=0, at_most=2**63)] = 1
+    inverted: bool = False
+    mirrored: bool = False
+    scrambled: bool = False
+    phase_scrambled: bool = False
+    translating: bool = False
+    speed_mm_s: Annotated[float, bounded(at_least=-20000, at_most=20000)] | None = None
+    joints: Joints = Joints.all
+    lifetime_frames: Annotated[int, bounded(at_least=0, at_most=1e5)] = 0
+    shown: int = 8
+    noise_dots: int = 0
+    noise: Noise = Noise.scrambled_walker
+    field: float = 1.5
+    gender: float | None = None
+    walker: str = ""
+    method: str = ""
+    from_view_deg: float | None = None
+    skeleton: str = ""
+    units: str = ""
+    subject: str = ""
+    up: UpAxis = UpAxis.auto
+    height_px: int = 400
+    dot_px: float = 4.0
+    replace: bool = False
+
+
+_OF = dict.fromkeys(("walker", "method", "from_view_deg"), "figure") | {
+    "skeleton": "recording",
+    "units": "recording",
+    "subject": "recording",
+    "up": "recording",
+    "harmonics": "recording or film",
+}
+"""Options that only some kinds of source have."""
+_WITH = {
+    "shown": "lifetime_frames",
+    "noise": "noise_dots",
+    "field": "noise_dots",
+    "speed_mm_s": "translating",
+}
+"""Options that change nothing without another."""
+
+USAGE = (
+    "pointlight RECORDING|FOLDER|synthetic [view_angle_deg=90] [inverted=true] [noise_dots=60] to=walker.svg"
+)
+
+SUFFIXES = (".svg", ".csv", ".gif", ".ptd")
+_DISTURBED = (
+    "inverted", "mirrored", "scrambled", "phase_scrambled", "lifetime_frames", "noise_dots",
+)  # fmt: skip
+
+
+def make(arguments: Sequence[str]) -> tuple[Path, str]:
+    """Write the display that the arguments name; return the file and a sentence on what it shows.
+
+    Raises
+    ------
+    InvalidInput
+        If an option is unknown or unusable, or there is no such walker.
+    """
+    source, options = options_of(arguments, Display, usage=USAGE)
+    kind = kind_of(source, arguments, _OF)
+    for name, other in _WITH.items():
+        if any(item.startswith(f"{name}=") for item in arguments) and not getattr(options, other):
+            raise InvalidInput(
+                "would change nothing alone", name, f"{other}=… beside it", code="needs_another"
+            )
+    if Path(options.to).suffix.lower() in (".mp4", ".mov", ".webm", ".avi"):
+        raise InvalidInput(
+            "no library for videos is among what this package needs",
+            "to",
+            "a .gif, which `ffmpeg -i walker.gif walker.mp4` turns into one; or .svg, .csv, .ptd",
+            options.to,
+            code="no_films",
+        )
+    target = target_file(options.to, SUFFIXES, USAGE, source, replace=options.replace)
+    walk = _walk(kind, Path(source), options)
+    with new_file(target, replace=options.replace, sources=[source]) as path:
+        words = (_in_space if path.suffix.lower() == ".ptd" else _in_view)(path, walk, options)
+    return target, words
+
+
+def _in_view(target: Path, walk: Walk, options: Display) -> str:
+    """Write the dots as they are seen; return a sentence on what they show."""
+    hundredths = max(2, round(100 / options.frame_rate_hz))  # of a second, in which a GIF counts
+    suffix = target.suffix.lower()
+    if suffix == ".gif":
+        options = replace(options, frame_rate_hz=100 / hundredths)
+    lights = display(walk, options)
+    height, dot = options.height_px, options.dot_px
+    words = _words(walk, lights, options)
+    if suffix == ".svg":
+        target.write_text(pointlight.as_svg(lights, height_px=height, dot_px=dot, title=words), "utf-8")
+    elif suffix == ".csv":
+        target.write_text(pointlight.as_csv(lights), "utf-8")
+    else:
+        from walk3d.pointlight.picture import draw_gif
+
+        draw_gif(target, *pointlight.pixels(lights, height), dot_px=dot, hundredths=hundredths)
+    return words
+
+
+def display(walk: Walk, options: Display) -> PointLights:
+    """Return the dots of a walk, disturbed as the options say.
+
+    Every disturbance has a generator of its own, so that one does not change what another draws.
+    """
+    phase, place, lifetime, noise = map(np.random.default_rng, np.random.SeedSequence(options.seed).spawn(4))
+    lights = pointlight.walker(
+        walk.coefficients,
+        walk.stride_hz,
+        view_angle_rad=np.radians(options.view_angle_deg),
+        cycles=options.cycles,
+        frame_rate_hz=options.frame_rate_hz,
+        speed_mm_s=_speed(walk, options),
+        joints=~walk.unmeasured if options.joints is Joints.measured else None,
+    )
+    if options.phase_scrambled:
+        lights = pointlight.phase_scrambled(lights, phase)
+    if options.scrambled:
+        lights = pointlight.scrambled(lights, place)
+    if options.inverted:
+        lights = pointlight.inverted(lights)
+    if options.mirrored:
+        lights = pointlight.mirrored(lights)
+    whole, frames = lights, options.lifetime_frames
+    if frames:
+        lights = pointlight.limited_lifetime(lights, lifetime, lifetime_frames=frames, shown=options.shown)
+    return pointlight.with_noise(
+        lights,
+        noise,
+        dots=options.noise_dots,
+        kind=options.noise,
+        like=whole,
+        field=options.field,
+        lifetime_frames=frames,
+    )
+
+
+def _walk(kind: str, path: Path, options: Display) -> Walk:
+    """The walker that is named: synthetic, of a figure, of keypoints, or of a recording."""
+    harmonics = options.harmonics
+    if kind == "synthetic":
+        gender = options.gender or 0.0
+        coefficients, stride_hz = pointlight.synthetic_walker(gender)
+        named = "average synthetic walker"
+        named += f", {gender:+g} on the axis from women (-1) to men (+1)" if gender else ""
+        return Walk(named, coefficients, stride_hz, np.zeros(15, bool))
+    if options.gender is not None:
+        raise InvalidInput(
+            "recordings do not say who is a man: only the synthetic population has this axis",
+            "gender",
+            "`pointlight synthetic gender=…`",
+            code="no_gender",
+        )
+    if kind == "film":
+        return keypoint_walk(path, harmonics=harmonics)
+    if kind == "recording":
+        return recorded_walk(
+            path,
+            skeleton=options.skeleton,
+            units=options.units,
+            subject=options.subject,
+            up=options.up,
+            harmonics=harmonics,
+        )
+    figure = FigureWalkers(path)
+    if not options.method and options.from_view_deg is None:
+        return figure.original(options.walker)
+    return figure.reconstructed(options.walker, options.method or "map", options.from_view_deg)
+
+
+def _speed(walk: Walk, options: Display) -> float:
+    """Speed, mm/s, over the picture: the walker's own where none is given."""
+    if not options.translating:
+        return 0.0
+    if options.speed_mm_s is not None:
+        return options.speed_mm_s
+    return walk.speed_mm_s or pointlight.walking_speed(walk.coefficients, walk.stride_hz)
+
+
+def _in_space(target: Path, walk: Walk, options: Display) -> str:
+    """Write the joints in three dimensions, as the Body Movement Library has them; return a sentence on them."""
+    for name in _DISTURBED:
+        if getattr(options, name):
+            raise InvalidInput(
+                "is of a view, and PTD holds three dimensions", name, "to=walker.csv", code="view_alone"
+            )
+    count = max(round(options.cycles / walk.stride_hz * pointlight.files.PTD_RATE_HZ), 2)
+    times = np.arange(count) / pointlight.files.PTD_RATE_HZ
+    positions = fourier.synthesise(walk.coefficients, walk.stride_hz, times)
+    positions[..., 1] += (_speed(walk, options) * times)[:, None]
+    target.write_text(pointlight.as_ptd(positions), "utf-8")
+    return f"{walk.name}: {count} frames at 60 Hz in three dimensions, inches, z up"
+
+
+def _words(walk: Walk, lights: PointLights, options: Display) -> str:
+    """What the display shows, in one sentence."""
+    done = [name.replace("_", " ") for name in ("inverted", "mirrored", "scrambled", "phase_scrambled", "translating")
+            if getattr(options, name)]  # fmt: skip
+    if options.lifetime_frames:
+        done.append(f"{options.shown} dots that live {options.lifetime_frames} frames")
+    if options.noise_dots:
+        done.append(f"among {options.noise_dots} noise dots ({options.noise.replace('_', ' ')})")
+    if estimated := [WALKER15.joints[j] for j in np.flatnonzero(walk.unmeasured)]:
+        done.append(
+            ("without " if options.joints is Joints.measured else "with estimated ") + ", ".join(estimated)
+        )
+    frames = len(lights.positions)
+    length = f"{frames} frames at {lights.frame_rate_hz:g} Hz{', a loop' if lights.loops else ''}"
+    seen = f"seen from {options.view_angle_deg:g}°"
+    return f"{walk.name}: {', '.join([seen, *done, length, f'seed {options.seed}'])}"
+
+
+def point_lights(arguments: Sequence[str]) -> int:
+    """Write a point-light walker: pointlight RECORDING|FOLDER|synthetic [OPTION=VALUE ...] [to=walker.svg].
+
+    RECORDING is any file that can be read, FOLDER that of a figure (zhang2007_fig5, …) or of `reconstruct`.
+    to=FILE.svg moves in a browser, .csv has a row for each frame and dot, .gif, .ptd (Body Movement Library, 3D).
+
+    view_angle_deg=0        0 frontal, -90 the left profile, 90 the right one
+    cycles=1 frame_rate_hz=60 harmonics=2 seed=1 height_px=400 dot_px=4 joints=all|measured
+    inverted=true mirrored=true         upside down; left and right exchanged
+    scrambled=true phase_scrambled=true each dot elsewhere; each dot at another phase
+    lifetime_frames=6 shown=8           so many dots at a time, which change their joints
+    noise_dots=60 noise=scrambled_walker|uniform field=1.5
+    translating=true [speed_mm_s=1300]  over the ground in place of a treadmill
+    walker=… [method=map from_view_deg=30]  of a figure: as recorded, or as reconstructed from a view
+    gender=3                            of `synthetic`: -1 the average woman, 1 the average man
+    skeleton=… units=m subject=… up=y   of a recording; subject= of one with several people
+    replace=true                        a file that exists
+    """
+    target, words = make(arguments)
+    tell(f"written: {target} ({words})")
+    return 0

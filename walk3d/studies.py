@@ -1,0 +1,6 @@
+"""The studies of this package."""
+
+from walk3d.anatomy import study as anatomy
+from walk3d.film import study as film
+
+STUDIES = (anatomy.STUDY, film.STUDY)
