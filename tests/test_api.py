@@ -25,7 +25,6 @@ from pipeline.formats.points import trc
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.synthetic import walkers
-from pipeline.validation import InvalidInput
 from tests.pages import blocks
 from tests.rejects import rejects
 from walk3d import calibrate, from_view

@@ -64,7 +64,10 @@ def test_a_recording_is_kept_or_refused_with_its_reason(tmp_path: Path) -> None:
     assert list(walks.person) == ["p0", "p1", "p2"]
     assert set(walks.inputs) == {f"p{n}_1.trc" for n in range(5)}
     rows = {row["clip"]: row for row in walks.report if row["verdict"] == "refused"}
-    assert {name: row["code"] for name, row in rows.items()} == {"p3_1.trc": "too_short", "p4_1.trc": "wrong_format"}
+    assert {name: row["code"] for name, row in rows.items()} == {
+        "p3_1.trc": "too_short",
+        "p4_1.trc": "wrong_format",
+    }
     assert all(row["reason"] for row in rows.values())
     assert str(tmp_path) not in str(walks.report)
 
