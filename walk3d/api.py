@@ -94,14 +94,20 @@ def calibrate(
         not from `fit`.
     """
     if not isinstance(model, WalkersModel):
-        raise InvalidInput("must be what fit(walks) returns", "model", received=repr(model))
+        raise InvalidInput(
+            "must be what fit(walks) returns", "model", received=repr(model), code="wrong_type"
+        )
     if not walks:
-        raise InvalidInput("needs a walk or more", "walks", received="none")
+        raise InvalidInput("needs a walk or more", "walks", received="none", code="no_walks")
     if isinstance(model, CalibratedModel):
-        raise InvalidInput("is calibrated already", "model", "what fit(walks) returns")
+        raise InvalidInput(
+            "is calibrated already", "model", "what fit(walks) returns", code="calibrated_already"
+        )
     names = np.array([*people] or range(len(walks)))
     if len(names) != len(walks):
-        raise InvalidInput("must be a name to each walk", "people", received=len(names))
+        raise InvalidInput(
+            "must be a name to each walk", "people", received=len(names), code="wrong_count", count=len(names)
+        )
     for walk in walks:
         require_other(model, walk)
     of_person = [
@@ -141,10 +147,14 @@ def from_view(
     if not (unknown or isinstance(model, CalibratedModel)):
         return known
     if not isinstance(model, WalkersModel):
-        raise InvalidInput("must be what fit(walks) returns", "model", received=repr(model))
+        raise InvalidInput(
+            "must be what fit(walks) returns", "model", received=repr(model), code="wrong_type"
+        )
     own = [linear_model.flatten(each[None])[0] for each in getattr(model, "laboratory", ())]
     if any(abs(each - sample_of(walk)).max() < SAME_WALK_MM for each in own):
-        raise InvalidInput("must be learnt from other walks", "model", received="this one among them")
+        raise InvalidInput(
+            "must be learnt from other walks", "model", received="this one among them", code="same_walk"
+        )
     angle = np.radians(require_range("view_angle_deg", view_angle_deg))
     return _of_unknown_laboratory(model, walk, angle, np.isin(WALKER15.joints, list(hidden)))
 

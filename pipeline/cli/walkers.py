@@ -66,7 +66,10 @@ def options_of(arguments: Sequence[str], kind: type[Options], *, usage: str) -> 
     options = filled(kind, [item for item in arguments if item not in sources])
     if len(sources) != 1:
         raise InvalidInput(
-            "one source is needed", expected=usage, received=" ".join(arguments)[:80] or "nothing"
+            "one source is needed",
+            expected=usage,
+            received=" ".join(arguments)[:80] or "nothing",
+            code="no_source",
         )
     return sources[0], options
 
@@ -86,18 +89,18 @@ def kind_of(source: str, arguments: Sequence[str], of: Mapping[str, str]) -> str
         kind = "film" if (path / SUMMARY).is_file() else "figure" if path.is_dir() else "recording"
     for name in (item.partition("=")[0] for item in arguments):
         if kind not in of.get(name, kind):
-            raise InvalidInput("would change nothing here", name, of[name], kind)
+            raise InvalidInput("would change nothing here", name, of[name], kind, code="no_effect")
     return kind
 
 
 def target_file(to: str, suffixes: Sequence[str], usage: str, source: str, *, replace: bool) -> Path:
     """Return the file ``to=`` that is to be written, whose suffix says the format."""
     if not to:
-        raise InvalidInput("to=FILE is needed", expected=usage)
+        raise InvalidInput("to=FILE is needed", expected=usage, code="no_target")
     target = Path(to)
     if target.suffix.lower() not in suffixes:
         expected = f"one that ends in {', '.join(suffixes[:-1])} or {suffixes[-1]}"
-        raise InvalidInput("the format is unknown", "to", expected, target.name)
+        raise InvalidInput("the format is unknown", "to", expected, target.name, code="unknown_format")
     require_new(target, replace=replace, sources=[source])
     return target
 
@@ -128,15 +131,15 @@ class FigureWalkers:
             "unmeasured",
         }
         if not path.is_file():
-            raise InvalidInput("this is no folder of a figure", folder, "arrays.npz in it")
+            raise InvalidInput("this is no folder of a figure", folder, "arrays.npz in it", code="no_figure")
         try:
             self._arrays = read_arrays(path)
         except InvalidInput:
-            raise InvalidInput("is damaged", path, "the figure, made anew") from None
+            raise InvalidInput("is damaged", path, "the figure, made anew", code="unreadable") from None
         if lacking := needed - set(self._arrays):
             received = f"arrays.npz without {', '.join(sorted(lacking))}"
             what = "this figure holds no reconstructed motion"
-            raise InvalidInput(what, folder, FIGURES, received)
+            raise InvalidInput(what, folder, FIGURES, received, code="no_motion")
 
     def original(self, name: str) -> Walk:
         """Return a walker as recorded; the first if none is named."""
@@ -185,7 +188,7 @@ class FigureWalkers:
                 f"{shown}; or make the figure with sweep.demonstration_views_deg; or any, of zhang2007_fig5"
             )
             raise InvalidInput("the figure holds no reconstruction from this view", "view_angle_deg",
-                               expected, f"{view_angle_deg:g}")  # fmt: skip
+                               expected, f"{view_angle_deg:g}", code="no_such_view")  # fmt: skip
         samples, person = self._arrays["samples"], self._arrays["person"]
         fold = linear_model.fit(
             samples[person != person[r]], model["components"], divisor=model["divisor"]["name"]
@@ -242,7 +245,9 @@ def keypoint_walk(folder: Path, *, harmonics: int = 2) -> Walk:
     positions, rate, (strides, locomotion) = read_one(folder / "joints.csv", _longest, stretches=stretches)
     if strides < 1:
         what = "the film holds less than a stride, of which no cycle is made: its motion is in walk.c3d, .trc and .csv"
-        raise InvalidInput(what, folder.name, "1 stride", f"{strides:g}")
+        raise InvalidInput(
+            what, folder.name, "1 stride", f"{strides:g}", code="too_few_strides", strides=strides
+        )
     # Who walks on a belt, or is followed by the camera, drifts on it and does not walk there.
     ground = Locomotion.auto if locomotion == "overground" else Locomotion.treadmill
     return steady(folder.name, positions, rate, None, harmonics=harmonics, locomotion=ground)
@@ -253,7 +258,9 @@ def _stretches(path: Path) -> list[tuple[float, str]]:
     summary = read_json(path, dict[str, Any])
     if summary["verdict"] == "not_a_walk":
         what = "`reconstruct` found no walk, so that there is no motion"
-        raise InvalidInput(what, path.parent.name, received="; ".join(map(str, summary["why"])))
+        raise InvalidInput(
+            what, path.parent.name, received="; ".join(map(str, summary["why"])), code="no_walk"
+        )
     return [
         (float(stretch.get("strides", 0)), stretch.get("locomotion", "")) for stretch in summary["stretches"]
     ]
@@ -266,12 +273,12 @@ def _longest(
     table = tables.read(path)
     if lacking := {"stretch", "time_s", "x", "y", "z"} - set(table):
         received = f"no column {sorted(lacking)[0]}"
-        raise InvalidInput("is no table of `reconstruct`", path, received=received)
+        raise InvalidInput("is no table of `reconstruct`", path, received=received, code="no_column")
     numbers, counts = np.unique(table["stretch"], return_counts=True)
     rows = table["stretch"] == numbers[counts.argmax()]
     count = rows.sum()
     if count % len(WALKER15.joints) or count < 2 * len(WALKER15.joints):
-        raise InvalidInput("a frame is incomplete", path, received=f"{count} rows")
+        raise InvalidInput("a frame is incomplete", path, received=f"{count} rows", code="incomplete_frame")
     positions = np.column_stack([table[axis][rows] for axis in "xyz"]).reshape(-1, len(WALKER15.joints), 3)
     times = table["time_s"][rows][:: len(WALKER15.joints)]
     rate = (len(times) - 1) / float(times[-1] - times[0])
@@ -291,7 +298,8 @@ def steady(
     """Return the Fourier representation of the steady part of joints (T, 15, 3), mm, and print remarks on it."""
     prepared = walk_in(name, positions, frame_rate_hz, valid, up, locomotion=locomotion)
     if prepared.positions is None:
-        raise InvalidInput(f"no walk: {prepared.row['reason']}", name)
+        code, values = prepared.row["code"], prepared.row["values"]
+        raise InvalidInput(f"no walk: {prepared.row['reason']}", name, code=code, **values)
     if remarks := prepared.row["reason"]:
         tell(remarks)
     series = fourier.represent(

@@ -67,6 +67,9 @@ def write(
             "BVH cannot leave a sample out: choose another format",
             where,
             received=f"{names[point]} missing in frame {frame}",
+            code="missing_sample",
+            joint=names[point],
+            frame=int(frame),
         )
     above = [-1] * len(names) if parents is None else list(parents)
     children = {p: [k for k, parent in enumerate(above) if parent == p] for p in range(-1, len(names))}

@@ -40,7 +40,10 @@ def write(path: Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate
     labels = [name.encode() for name in names]
     if max(map(len, labels)) > 127 or points > _COUNTER:
         raise damaged(
-            "the format cannot hold these names or so many points", where, "names of 127 bytes at most"
+            "the format cannot hold these names or so many points",
+            where,
+            "names of 127 bytes at most",
+            code="unwritable_name",
         )
     missing = np.isnan(positions).any(axis=-1)
     samples = np.zeros((frames, points, 4), "<f4")
@@ -82,7 +85,7 @@ def write(path: Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate
     section = build(0)
     data_block = 2 + len(section) // BLOCK
     if data_block > _COUNTER:
-        raise damaged("the format cannot hold so many names", where)
+        raise damaged("the format cannot hold so many names", where, code="too_many_names")
     section = build(data_block)
     header = struct.pack(
         "<BBHHHHHfHHf", 2, 80, points, 0, 1, min(frames, _COUNTER), 0, -1.0, data_block, 0, frame_rate_hz

@@ -115,13 +115,16 @@ def make(arguments: Sequence[str]) -> tuple[Path, str]:
     kind = kind_of(source, arguments, _OF)
     for name, other in _WITH.items():
         if any(item.startswith(f"{name}=") for item in arguments) and not getattr(options, other):
-            raise InvalidInput("would change nothing alone", name, f"{other}=… beside it")
+            raise InvalidInput(
+                "would change nothing alone", name, f"{other}=… beside it", code="needs_another"
+            )
     if Path(options.to).suffix.lower() in (".mp4", ".mov", ".webm", ".avi"):
         raise InvalidInput(
             "no library for videos is among what this package needs",
             "to",
             "a .gif, which `ffmpeg -i walker.gif walker.mp4` turns into one; or .svg, .csv, .ptd",
             options.to,
+            code="no_films",
         )
     target = target_file(options.to, SUFFIXES, USAGE, source, replace=options.replace)
     walk = _walk(kind, Path(source), options)
@@ -201,6 +204,7 @@ def _walk(kind: str, path: Path, options: Display) -> Walk:
             "recordings do not say who is a man: only the synthetic population has this axis",
             "gender",
             "`pointlight synthetic gender=…`",
+            code="no_gender",
         )
     if kind == "film":
         return keypoint_walk(path, harmonics=harmonics)
@@ -232,7 +236,9 @@ def _in_space(target: Path, walk: Walk, options: Display) -> str:
     """Write the joints in three dimensions, as the Body Movement Library has them; return a sentence on them."""
     for name in _DISTURBED:
         if getattr(options, name):
-            raise InvalidInput("is of a view, and PTD holds three dimensions", name, "to=walker.csv")
+            raise InvalidInput(
+                "is of a view, and PTD holds three dimensions", name, "to=walker.csv", code="view_alone"
+            )
     count = max(round(options.cycles / walk.stride_hz * pointlight.files.PTD_RATE_HZ), 2)
     times = np.arange(count) / pointlight.files.PTD_RATE_HZ
     positions = fourier.synthesise(walk.coefficients, walk.stride_hz, times)

@@ -68,7 +68,9 @@ def phase_scrambled(lights: PointLights, generator: np.random.Generator) -> Poin
     """
     if not lights.loops:
         raise InvalidInput(
-            "phases are scrambled in a display that loops", expected="a whole number of cycles on the spot"
+            "phases are scrambled in a display that loops",
+            expected="a whole number of cycles on the spot",
+            code="looping_display",
         )
     frames, dots = lights.positions.shape[:2]
     first = np.asarray(generator.integers(frames, size=dots))

@@ -13,7 +13,7 @@ import pytest
 from pipeline.core import fourier
 from pipeline.skeleton import WALKER15
 from pipeline.synthetic import walkers
-from pipeline.validation import InvalidInput
+from tests.rejects import rejects
 from walk3d import pointlight
 from walk3d.pointlight import Noise, PointLights
 
@@ -101,7 +101,7 @@ def test_phase_scrambling_keeps_each_trajectory_up_to_its_beginning(lights: Poin
         assert min(off) == 0.0
         first.append(int(np.argmin(off)))
     assert len(set(first)) > 8
-    with pytest.raises(InvalidInput, match="a display that loops"):
+    with rejects("looping_display"):
         pointlight.phase_scrambled(replace(lights, loops=False), generator())
 
 
@@ -118,7 +118,7 @@ def test_a_short_lived_dot_is_always_at_a_joint(lights: PointLights, lifetime: i
         assert len(changes) in range((len(at) - 1) // lifetime, -(-len(at) // lifetime) + 1)
     if lifetime > shown > 1:  # staggered: they do not all change at once
         assert (np.diff(at, axis=0) != 0).sum(axis=1).max() < shown
-    with pytest.raises(InvalidInput, match="dots that are shown"):
+    with rejects("out_of_range", "dots that are shown", value=15):
         pointlight.limited_lifetime(lights, generator(), lifetime_frames=lifetime, shown=15)
 
 
@@ -167,7 +167,7 @@ def test_gender_moves_from_the_average_woman_to_the_average_man() -> None:
     shoulders = [WALKER15.index("left_shoulder"), WALKER15.index("right_shoulder")]
     wide = [float(np.ptp(who[0, shoulders, 0])) for who in (woman, middle, man)]
     assert wide == sorted(wide)
-    with pytest.raises(InvalidInput, match="gender"):
+    with rejects("out_of_range", "gender", value=7.0):
         pointlight.synthetic_walker(7.0)
 
 

@@ -65,7 +65,9 @@ def load(path: Path) -> Layout:
     content = read_mapping(path)
     points = tuple(content["points"])
     if len(points) != content["count"] or len(set(points)) != len(points):
-        raise InvalidInput("must list each point once", f"{path.name}, points", received=len(points))
+        raise InvalidInput(
+            "must list each point once", f"{path.name}, points", received=len(points), code="not_distinct"
+        )
     joints: dict[str, tuple[str, ...]] = {joint: (joint,) for joint in WALKER15.joints if joint in points}
     joints["head"] = tuple(require_choice(f"{path.name}, head", point, points) for point in content["head"])
     for derived in ("sternum", "pelvis"):  # middles of others, unless simulated
@@ -187,6 +189,7 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
                 "hips, knees and ankles of both sides are not among the points",
                 expected=", ".join(_NEEDED),
                 received=", ".join(found.names[:8]),
+                code="no_legs",
             )
         return best, order, f"{best.name}: {rank[0]} of its {len(best.points)} names are in the file"
     used = LONGER.get(K, K)
@@ -194,11 +197,20 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
     if wanted:
         if len(known[wanted].points) != used:
             what, expected = "the number of points is not that of input.layout", len(known[wanted].points)
-            raise InvalidInput(what, expected=f"{expected} for {wanted}", received=K)
+            raise InvalidInput(
+                what,
+                expected=f"{expected} for {wanted}",
+                received=K,
+                code="wrong_count",
+                needed=expected,
+                count=K,
+            )
         return known[wanted], in_turn[:used], f"{wanted}: as input.layout says"
     if not fitting:
         counts = ", ".join(sorted({f"{len(layout.points)} ({layout.name})" for layout in known.values()}))
-        raise InvalidInput("no layout has this number of points", expected=counts, received=K)
+        raise InvalidInput(
+            "no layout has this number of points", expected=counts, received=K, code="unknown_layout", count=K
+        )
     upright = [_upright(layout, points) for layout in fitting]
     scores = np.nan_to_num(upright)
     best = fitting[np.argmax(scores)]
@@ -214,6 +226,8 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
             "the order of the points is not clear: heads must be above hips above ankles in one layout alone",
             expected="points with names, or input.layout=" + " or ".join(layout.name for layout in fitting),
             received=f"{K} points",
+            code="unclear_layout",
+            layouts=[layout.name for layout in fitting],
         )
     return best, in_turn[:used], why
 
