@@ -315,9 +315,8 @@ def folder_clips(
     try:
         files = sorted(p for p in folder.glob(pattern) if p.is_file() and not p.name.startswith("."))
     except (ValueError, NotImplementedError, IndexError):  # how glob refuses differs between Pythons
-        raise InvalidInput(
-            "must be a pattern such as **/*.c3d", "data.pattern", received=pattern, code="bad_pattern"
-        ) from None
+        wrong = "must be a pattern such as **/*.c3d"
+        raise InvalidInput(wrong, "data.pattern", received=pattern, code="bad_pattern") from None
     readable = [p for p in files if formats.is_recording(p)]
     if not readable:
         raise InvalidInput(
@@ -330,14 +329,13 @@ def folder_clips(
     try:
         names = re.compile(person)
     except re.error as error:
-        raise InvalidInput(
-            f"not a regular expression: {error}", "data.person", received=person, code="bad_pattern"
-        ) from None
+        wrong = f"not a regular expression: {error}"
+        raise InvalidInput(wrong, "data.person", received=person, code="bad_pattern") from None
     clips = []
     for file in readable:
         name = file.relative_to(folder).as_posix()
         found = names.search(name if "/" in person else file.stem)
-        who = (found.group(1) if found.groups() else found.group(0)) if found else ""
+        who = found.group(1 if found.groups() else 0) if found else ""
         # What a table cannot hold: bytes that are no UTF-8, line breaks and other control characters.
         plain = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in name)
         who = "" if plain != name else who

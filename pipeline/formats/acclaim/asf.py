@@ -110,12 +110,10 @@ def read_skeleton(path: Path, *, units: str | None = None) -> AsfSkeleton:
             unit=angle,
         )
     radians = np.pi / 180 if angle == "deg" else 1.0
-
     orientation = read_vector(root.get("orientation", ["0"] * 3), 3, f"{where}, :root, orientation")
     if np.any(orientation):
-        raise damaged(
-            "the root has a preset orientation", f"{where}, :root", "0 0 0", code="preset_orientation"
-        )
+        wrong = "the root has a preset orientation"
+        raise damaged(wrong, f"{where}, :root", "0 0 0", code="preset_orientation")
     position = read_vector(root.get("position", ["0"] * 3), 3, f"{where}, :root, position")
     names = ["root"]
     offsets, axes = [np.zeros(3)], [np.eye(3)]

@@ -75,7 +75,6 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     rows, words = _rows(lines, first, labels, path.name)
     require_points(len(rows), len(joints), path.name)
     notes = [*odd]
-
     numbers = [*(word for joint in joints for word in joint.offset), interval, *lines[first:]]
     if any("," in piece for piece in numbers):
         if any("." in piece or re.search(r",(?!\d)", piece) for piece in numbers):

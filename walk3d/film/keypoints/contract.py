@@ -72,6 +72,19 @@ class Detections:
     notes: tuple[str, ...]
 
 
+def _require_few_people(people: np.ndarray, where: str) -> None:
+    """Require numbers of people by frame (T,) that can be assigned to tracks."""
+    if (pairs := int(people @ people)) > MOST_PAIRS or people.max() > max(len(people), CROWD):
+        raise damaged(
+            "too many people to be told apart",
+            where,
+            f"fewer than frames (are all frames of a person in one?), and {MOST_PAIRS} pairs or fewer",
+            f"up to {people.max()} in a frame, {pairs} pairs",
+            code="too_many_people",
+            people=int(people.max()),
+        )
+
+
 def detections(
     format: str,
     where: str,
@@ -119,16 +132,7 @@ def detections(
         )
     rows = sorted(rows, key=lambda row: row[0])
     frame = np.array([frame for frame, _, _ in rows])
-    _, people = np.unique(frame, return_counts=True)
-    if (pairs := int(people @ people)) > MOST_PAIRS or people.max() > max(len(people), CROWD):
-        raise damaged(
-            "too many people to be told apart",
-            where,
-            f"fewer than frames (are all frames of a person in one?), and {MOST_PAIRS} pairs or fewer",
-            f"up to {people.max()} in a frame, {pairs} pairs",
-            code="too_many_people",
-            people=int(people.max()),
-        )
+    _require_few_people(np.unique(frame, return_counts=True)[1], where)
     frames = max(n_frames, int(frame[-1]) + 1)
     if frames > MOST_FRAMES:
         raise damaged(
@@ -152,13 +156,8 @@ def detections(
     missing = np.isnan(points[..., 0])
     confidence[missing] = 0.0
     if missing.all():
-        raise damaged(
-            "every keypoint is missing",
-            where,
-            "coordinates of a person",
-            "0, -1 or nothing",
-            code="nothing_measured",
-        )
+        expected, empty = "coordinates of a person", "0, -1 or nothing"
+        raise damaged("every keypoint is missing", where, expected, empty, code="nothing_measured")
     seen = ~missing.all(axis=1)
     frame = frame[seen]
     if (gone := int(frame[-1] - frame[0]) + 1 - len(np.unique(frame))) > 0:

@@ -7,6 +7,7 @@ where the points lie in the image.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -171,27 +172,7 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
     points = np.where(in_turn[:, None] < 0, np.nan, found.points[:, in_turn])
     K = len(in_turn)
     if found.names and not numbered:
-        sided = [name for name in found.names if canonical(name).startswith(("left_", "right_"))]
-        apart = (k for k, letters in enumerate(zip(*sided, strict=False)) if len(set(letters)) > 1)
-        before = "".join(sided[:1])[: next(apart, 0)]  # anna:, PoseLandmark.
-        names = {canonical(name.removeprefix(before)): k for k, name in enumerate(found.names)}
-        best, order, rank = None, np.empty(0, int), (0, 0)
-        for layout in [known[wanted]] if wanted else known.values():
-            where = np.array([names.get(canonical(point), -1) for point in layout.points])
-            if (
-                (own := ((where >= 0).sum(), -len(where))) > rank
-                and all(joint in names for joint in _NEEDED)
-                and not (layout.measured and -1 in where and not wanted)  # a part may be anybody's
-            ):
-                best, order, rank = layout, where, own  # the smallest that has as many of the names
-        if best is None:
-            raise InvalidInput(
-                "hips, knees and ankles of both sides are not among the points",
-                expected=", ".join(_NEEDED),
-                received=", ".join(found.names[:8]),
-                code="no_legs",
-            )
-        return best, order, f"{best.name}: {rank[0]} of its {len(best.points)} names are in the file"
+        return _by_names(found, known, wanted)
     used = LONGER.get(K, K)
     fitting = [layout for layout in known.values() if len(layout.points) == used]
     if wanted:
@@ -230,6 +211,31 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
             layouts=[layout.name for layout in fitting],
         )
     return best, in_turn[:used], why
+
+
+def _by_names(found: Detections, known: Mapping[str, Layout], wanted: str) -> tuple[Layout, np.ndarray, str]:
+    """Return the layout whose points have the names in the file, as `recognise` does."""
+    sided = [name for name in found.names if canonical(name).startswith(("left_", "right_"))]
+    apart = (k for k, letters in enumerate(zip(*sided, strict=False)) if len(set(letters)) > 1)
+    before = "".join(sided[:1])[: next(apart, 0)]  # anna:, PoseLandmark.
+    names = {canonical(name.removeprefix(before)): k for k, name in enumerate(found.names)}
+    best, order, rank = None, np.empty(0, int), (0, 0)
+    for layout in [known[wanted]] if wanted else known.values():
+        where = np.array([names.get(canonical(point), -1) for point in layout.points])
+        if (
+            (own := ((where >= 0).sum(), -len(where))) > rank
+            and all(joint in names for joint in _NEEDED)
+            and not (layout.measured and -1 in where and not wanted)  # a part may be anybody's
+        ):
+            best, order, rank = layout, where, own  # the smallest that has as many of the names
+    if best is None:
+        raise InvalidInput(
+            "hips, knees and ankles of both sides are not among the points",
+            expected=", ".join(_NEEDED),
+            received=", ".join(found.names[:8]),
+            code="no_legs",
+        )
+    return best, order, f"{best.name}: {rank[0]} of its {len(best.points)} names are in the file"
 
 
 def _upright(layout: Layout, points: np.ndarray) -> float:
