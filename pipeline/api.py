@@ -18,10 +18,11 @@ from pipeline.core.linear_model import LinearModel
 from pipeline.core.reconstruction import from_known_views
 from pipeline.formats import read as read
 from pipeline.ingestion.corpus import joints_of
-from pipeline.ingestion.exchanged_labels import REMARK
+from pipeline.ingestion.exchanged_labels import EXCHANGED
 from pipeline.shortened import shortened
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.body import accepted
+from pipeline.skeleton.complaint import remarks_of
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import UpAxis
 from pipeline.validation import InvalidInput, require_choice, require_range
@@ -72,7 +73,9 @@ def joints(
         is not an axis, or the joints are not a person's.
     """
     if not isinstance(motion, MotionCapture):
-        raise InvalidInput("must be what read(path) returns", "motion", received=repr(motion))
+        raise InvalidInput(
+            "must be what read(path) returns", "motion", received=repr(motion), code="wrong_type"
+        )
     if require_choice("up", up, [*UpAxis]) != UpAxis.auto:
         motion = replace(motion, up=UpAxis(up))
     motion, positions, valid = joints_of(motion, mappings.chosen(skeleton), subject)
@@ -114,9 +117,10 @@ def represent(
     motion, positions, valid = joints_of(motion, mappings.chosen(skeleton), subject)
     walk = walk_in(Path(path).name, positions, motion.frame_rate_hz, valid, motion.up)
     if walk.positions is None:
-        raise InvalidInput(str(walk.row["reason"]), Path(path).name)
+        code, values = walk.row["code"], walk.row["values"]
+        raise InvalidInput(str(walk.row["reason"]), Path(path).name, code=code, **values)
     doubts = [complaint.sentence for complaint in motion.complaints]
-    doubts += [note for note in motion.notes if REMARK in note]
+    doubts += remarks_of(EXCHANGED, motion.notes)
     for doubt in filter(None, (walk.row["reason"], *doubts)):
         warnings.warn(f"{Path(path).name}: {doubt}", stacklevel=2)
     return fourier.represent(walking.set_origin(walk.positions, origin="pelvis_mean"), motion.frame_rate_hz)
@@ -138,7 +142,9 @@ def sample_of(walk: FourierRepresentation) -> np.ndarray:
     """Return a walk as a sample (D,).  Raises InvalidInput if it is not one."""
     coefficients = getattr(walk, "coefficients", np.empty(0))
     if coefficients.shape != (5, 15, 3):
-        raise InvalidInput("must be what represent(path) returns", "walk", received=repr(walk))
+        raise InvalidInput(
+            "must be what represent(path) returns", "walk", received=repr(walk), code="wrong_type"
+        )
     return coefficients.ravel()
 
 
@@ -146,7 +152,9 @@ def require_other(model: WalkersModel, walk: FourierRepresentation) -> None:
     """Require a walk that the model was not learnt from.  Raises InvalidInput."""
     sample = sample_of(walk)
     if (abs(model.samples - sample).max(axis=1) < SAME_WALK_MM).any():
-        raise InvalidInput("must be learnt from other walks", "model", received="this one among them")
+        raise InvalidInput(
+            "must be learnt from other walks", "model", received="this one among them", code="same_walk"
+        )
 
 
 def from_view(
@@ -181,14 +189,18 @@ def from_view(
         require_choice("hidden", joint, WALKER15.joints)
     seen = np.array([joint not in hidden for joint in WALKER15.joints])
     if not seen.any():
-        raise InvalidInput("must leave a joint that is seen", "hidden", received="all")
+        raise InvalidInput("must leave a joint that is seen", "hidden", received="all", code="nothing_seen")
     require_range("noise_variance_mm2", noise_variance_mm2, above=0)
     if not isinstance(model, LinearModel):
-        raise InvalidInput("must be what fit(walks) returns", "model", received=repr(model))
+        raise InvalidInput(
+            "must be what fit(walks) returns", "model", received=repr(model), code="wrong_type"
+        )
     sample = sample_of(walk)
     size = np.linalg.norm(sample) / np.linalg.norm(model.mean)
     if not 1 / _LARGEST_RATIO < size < _LARGEST_RATIO:
-        raise InvalidInput("must be in mm, as the model is", "walk", received=f"{size:.3g} of its size")
+        raise InvalidInput(
+            "must be in mm, as the model is", "walk", received=f"{size:.3g} of its size", code="wrong_unit"
+        )
     angle = np.radians(require_range("view_angle_deg", view_angle_deg))
     if isinstance(model, WalkersModel):
         require_other(model, walk)

@@ -95,7 +95,7 @@ def calibrate(
     """
     if not isinstance(model, WalkersModel):
         raise InvalidInput(
-            "must be what fit(walks) returns", "model", received=repr(model), code="not_a_model"
+            "must be what fit(walks) returns", "model", received=repr(model), code="wrong_type"
         )
     if not walks:
         raise InvalidInput("needs a walk or more", "walks", received="none", code="no_walks")
@@ -105,7 +105,9 @@ def calibrate(
         )
     names = np.array([*people] or range(len(walks)))
     if len(names) != len(walks):
-        raise InvalidInput("must be a name to each walk", "people", received=len(names), code="other_length")
+        raise InvalidInput(
+            "must be a name to each walk", "people", received=len(names), code="wrong_count", count=len(names)
+        )
     for walk in walks:
         require_other(model, walk)
     of_person = [
@@ -146,7 +148,7 @@ def from_view(
         return known
     if not isinstance(model, WalkersModel):
         raise InvalidInput(
-            "must be what fit(walks) returns", "model", received=repr(model), code="not_a_model"
+            "must be what fit(walks) returns", "model", received=repr(model), code="wrong_type"
         )
     own = [linear_model.flatten(each[None])[0] for each in getattr(model, "laboratory", ())]
     if any(abs(each - sample_of(walk)).max() < SAME_WALK_MM for each in own):

@@ -19,6 +19,7 @@ from pipeline.cli.pool import Jobs, make_side_by_side
 from pipeline.cli.progress import Display
 from pipeline.cli.summary import Failure, Made, Outcome, summarise
 from pipeline.clips.kinds import Clips
+from pipeline.clips.walks import FAR_FREQUENCY
 from pipeline.ingestion.data import FolderData
 from pipeline.processes import core_lent
 from pipeline.stages import chain, figure
@@ -73,7 +74,7 @@ def _remarks_on(clips: Clips) -> list[str]:
     remarks = [
         f"{row['clip']} is {row['reason']}: look at its frame rate"
         for row in clips.report
-        if row["verdict"] == "kept" and "than the others" in row["reason"]
+        if row["verdict"] == "kept" and row["code"] == FAR_FREQUENCY
     ]
     refused = [row for row in clips.report if row["verdict"] == "refused"]
     if refused:

@@ -74,12 +74,15 @@ def recordings(source: Path) -> list[Path]:
     if source.is_file():
         return [source]
     if not source.is_dir():
-        raise InvalidInput("there is no such file or folder", source)
+        raise InvalidInput("there is no such file or folder", source, code="no_file")
     found = sorted(p for p in source.rglob("*") if formats.is_recording(p) and p.is_file())
     if not found:
         expected = "files ending in " + " ".join(formats.READERS)
         raise InvalidInput(
-            "no motion capture in the folder: keypoints of a film go to `reconstruct`", source, expected
+            "no motion capture in the folder: keypoints of a film go to `reconstruct`",
+            source,
+            expected,
+            code="no_recordings",
         )
     return found
 
@@ -222,7 +225,7 @@ def _one_person(
         If nothing was measured, or nobody is chosen.
     """
     if not motion.valid.any():
-        raise InvalidInput("no sample of any point was measured")
+        raise InvalidInput("no sample of any point was measured", code="nothing_measured")
     found.people = tuple(mappings.people(motion, known))
     if found.people:
         found.lines.append(f"people: {', '.join(found.people)}")
@@ -261,16 +264,17 @@ def _of_walk(motion: MotionCapture, fit: mappings.Fit, path: Path, options: Insp
     walk = walk_in(path.name, positions, read.frame_rate_hz, valid, options.up)
     run = _run(path, options, found.mapping)
     if walk.positions is None:
-        reason = _found(walk.row["reason"])
+        reason, code, values = _found(walk.row["reason"]), walk.row["code"], walk.row["values"]
         if walk.row["leg_length_mm"] and static_trial.moves(positions) <= static_trial.STILL:
-            reason = "nobody moves; it may be the static trial of other recordings"
+            reason, code = "nobody moves; it may be the static trial of other recordings", "nobody_moves"
+            values = {}
         found.lines += [
             _found(complaint.sentence)
             for complaint in check(positions, valid, read.frame_rate_hz, walk=False, up=options.up)
             if complaint.sentence != walk.row["reason"]
         ]
         found.lines.append(f"not usable as a walk: {reason}")
-        found.lines.append(f"next: {_after_refusal(reason, path, options, run)}")
+        found.lines.append(f"next: {_after_refusal(code, values, path, options, run)}")
         return
     found.strides = walk.row["strides"]
     found.lines.append(
@@ -297,29 +301,27 @@ def _again(path: Path, option: str = "") -> str:
     return f"python -m pipeline inspect {shlex.quote(str(path))} {option}".rstrip()
 
 
-def _after_refusal(reason: str, path: Path, options: Inspect, run: str) -> str:
+def _after_refusal(code: str, values: dict[str, Any], path: Path, options: Inspect, run: str) -> str:
     """What to do about a recording that is no walk."""
-    if "unit of length" in reason and options.units:
+    if code == "unit" and options.units:
         return f"{_again(path)}   (without units={options.units})"
-    if "unit of length" in reason:
-        unit = next((short for name, short in _UNITS.items() if name in reason), "m (or cm, in …)")
-        again = f"{_again(path, f'units={unit}')}   (data.units= in runs)"
-        if path.suffix.lower() in (".csv", ".trc") and unit not in _UNITS.values():
+    if code == "unit":
+        unit = values["unit"]
+        option = f"units={unit or 'm (or cm, in …)'}"
+        again = f"{_again(path, option)}   (data.units= in runs)"
+        if path.suffix.lower() in (".csv", ".trc") and not unit:
             again += (
                 f"; keypoints of a video: python -m pipeline reconstruct input.path={shlex.quote(str(path))}"
             )
         return again
-    if bounds := re.findall(r"data\.steady\.\w+=[\d.]+", reason):
+    if bounds := values.get("take"):
         return f"if it is a walk all the same: {run} {' '.join(bounds)}"
     return "for actions and limbs (mozerov2006, park2011) all joints are needed, walking is not"
 
 
-_UNITS = {"centimetres": "cm", "metres": "m", "inches": "in", "feet": "ft"}
-
-
 def _write(motion: MotionCapture, target: Path, source: Path, found: Findings, *, replace: bool) -> None:
     if target.suffix.lower() not in (".yaml", ".yml"):
-        raise InvalidInput("must end in .yaml", "write", received=target.name)
+        raise InvalidInput("must end in .yaml", "write", received=target.name, code="unknown_format")
     proposal = nearest_joints.propose(motion, target.stem)
     with new_file(target, replace=replace, sources=[source]) as path:
         path.write_text(nearest_joints.REMARK + mappings.written(proposal, motion), "utf-8")

@@ -69,7 +69,7 @@ def options_of(arguments: Sequence[str], kind: type[Options], *, usage: str) -> 
             "one source is needed",
             expected=usage,
             received=" ".join(arguments)[:80] or "nothing",
-            code="not_one_source",
+            code="no_source",
         )
     return sources[0], options
 
@@ -89,9 +89,7 @@ def kind_of(source: str, arguments: Sequence[str], of: Mapping[str, str]) -> str
         kind = "film" if (path / SUMMARY).is_file() else "figure" if path.is_dir() else "recording"
     for name in (item.partition("=")[0] for item in arguments):
         if kind not in of.get(name, kind):
-            raise InvalidInput(
-                "would change nothing here", name, of[name], kind, code="changes_nothing", kind=kind
-            )
+            raise InvalidInput("would change nothing here", name, of[name], kind, code="no_effect")
     return kind
 
 
@@ -137,7 +135,7 @@ class FigureWalkers:
         try:
             self._arrays = read_arrays(path)
         except InvalidInput:
-            raise InvalidInput("is damaged", path, "the figure, made anew", code="damaged") from None
+            raise InvalidInput("is damaged", path, "the figure, made anew", code="unreadable") from None
         if lacking := needed - set(self._arrays):
             received = f"arrays.npz without {', '.join(sorted(lacking))}"
             what = "this figure holds no reconstructed motion"
@@ -190,8 +188,7 @@ class FigureWalkers:
                 f"{shown}; or make the figure with sweep.demonstration_views_deg; or any, of zhang2007_fig5"
             )
             raise InvalidInput("the figure holds no reconstruction from this view", "view_angle_deg",
-                               expected, f"{view_angle_deg:g}", code="no_such_view",
-                               views_deg=self._arrays["demonstration_view_deg"].tolist())  # fmt: skip
+                               expected, f"{view_angle_deg:g}", code="no_such_view")  # fmt: skip
         samples, person = self._arrays["samples"], self._arrays["person"]
         fold = linear_model.fit(
             samples[person != person[r]], model["components"], divisor=model["divisor"]["name"]
@@ -248,7 +245,9 @@ def keypoint_walk(folder: Path, *, harmonics: int = 2) -> Walk:
     positions, rate, (strides, locomotion) = read_one(folder / "joints.csv", _longest, stretches=stretches)
     if strides < 1:
         what = "the film holds less than a stride, of which no cycle is made: its motion is in walk.c3d, .trc and .csv"
-        raise InvalidInput(what, folder.name, "1 stride", f"{strides:g}", code="too_short")
+        raise InvalidInput(
+            what, folder.name, "1 stride", f"{strides:g}", code="too_few_strides", strides=strides
+        )
     # Who walks on a belt, or is followed by the camera, drifts on it and does not walk there.
     ground = Locomotion.auto if locomotion == "overground" else Locomotion.treadmill
     return steady(folder.name, positions, rate, None, harmonics=harmonics, locomotion=ground)
@@ -299,7 +298,8 @@ def steady(
     """Return the Fourier representation of the steady part of joints (T, 15, 3), mm, and print remarks on it."""
     prepared = walk_in(name, positions, frame_rate_hz, valid, up, locomotion=locomotion)
     if prepared.positions is None:
-        raise InvalidInput(f"no walk: {prepared.row['reason']}", name, code="no_walk")
+        code, values = prepared.row["code"], prepared.row["values"]
+        raise InvalidInput(f"no walk: {prepared.row['reason']}", name, code=code, **values)
     if remarks := prepared.row["reason"]:
         tell(remarks)
     series = fourier.represent(

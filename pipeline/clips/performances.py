@@ -70,6 +70,9 @@ def whole_clip(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
                 "too short for a performance",
                 expected=f"{least} frames",
                 received=last - first + 1,
+                code="too_short",
+                needed=least,
+                frames=last - first + 1,
             )
         if not bridged.whole[first : last + 1].all():
             missing = first + int(np.flatnonzero(~bridged.whole[first : last + 1])[0])
@@ -77,6 +80,8 @@ def whole_clip(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
                 "joints are missing for too long",
                 f"frame {missing}",
                 f"gaps up to {gap_s:g} s",
+                code="long_gap",
+                frame=missing,
             )
         kept = bridged.positions[first : last + 1]
         require_action(kept, raw.frame_rate_hz, first)
@@ -91,7 +96,7 @@ def middle_cycle(raw: RawClip, steady: Steady) -> PreparedClip:
     """Return the middle cycle of a steady walk, from phase zero to phase zero, as its treadmill equivalent."""
     walk = steady_walk(dataclasses.replace(raw, row=report_row(WALK_COLUMNS, **raw.row)), steady)
     if walk.positions is None:
-        return PreparedClip(raw.row | {name: walk.row[name] for name in REPORT_COLUMNS if name in walk.row})
+        return PreparedClip({name: walk.row.get(name, value) for name, value in raw.row.items()})
     frame_rate_hz = raw.frame_rate_hz
     series = fourier.represent(walk.positions, frame_rate_hz)
     period = frame_rate_hz / series.frequency_hz

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -72,8 +73,26 @@ class PreparedClip:
 
 
 def report_row(columns: Sequence[str], **known: Any) -> dict[str, Any]:
-    """Return a row of the report: what is known of its columns, and nothing in all others."""
-    return {name: known.get(name, "") for name in columns}
+    """Return a row of the report: what is known of its columns, and nothing in all others.
+
+    ``code`` and ``values`` are those of the refusal or remark, for other code: they are no columns of the table.
+    """
+    return {name: known.get(name, "") for name in columns} | {"code": "", "values": {}}
+
+
+def refused(row: dict[str, Any], refusal: InvalidInput, reason: str = "") -> PreparedClip:
+    """Return a refused clip: its row with the sentence or `reason`, the code and those values that a store keeps."""
+    values = {name: value for name, value in refusal.values.items() if _is_plain(value)}
+    reason = reason or str(refusal)
+    return PreparedClip(
+        row | {"verdict": "refused", "reason": reason, "code": refusal.code, "values": values}
+    )
+
+
+def _is_plain(value: Any) -> bool:
+    if isinstance(value, list | tuple):
+        return all(map(_is_plain, value))
+    return isinstance(value, str | int) or (isinstance(value, float) and math.isfinite(value))
 
 
 class NoUsableClips(InvalidInput):
@@ -122,7 +141,11 @@ def prepare(
             joint for joint, is_seen in zip(WALKER15.joints, seen, strict=True) if not is_seen
         ):
             if not may_lack_joints:
-                raise InvalidInput("joints are missing, which are estimated for walks only", received=lacking)
+                raise InvalidInput(
+                    "joints are missing, which are estimated for walks only",
+                    received=lacking,
+                    code="missing_joints",
+                )
             row["missing_joints"] = lacking
         bridged = walking.bridge_gaps(raw.positions[:, seen], valid[:, seen], raw.frame_rate_hz, gap_s=gap_s)
         positions = np.array(raw.positions, float)
@@ -131,7 +154,7 @@ def prepare(
         row["bridged_values"] = bridged.n_filled
         kept = select(bridged, row)
     except InvalidInput as refusal:
-        return PreparedClip(row | {"reason": str(refusal)})
+        return refused(row, refusal)
     return PreparedClip(row | {"verdict": "kept"}, kept, raw.frame_rate_hz)
 
 
@@ -140,7 +163,10 @@ def require_action(positions: np.ndarray, frame_rate_hz: float, first_frame: int
     moved = np.sqrt((positions - positions[:, [PELVIS]]).var(axis=0).sum(axis=-1)).max()
     if moved < LEAST_MOTION_MM:
         raise InvalidInput(
-            "nobody moves", expected=f"a joint that moves {LEAST_MOTION_MM:g} mm", received=f"{moved:.2g} mm"
+            "nobody moves",
+            expected=f"a joint that moves {LEAST_MOTION_MM:g} mm",
+            received=f"{moved:.2g} mm",
+            code="nobody_moves",
         )
     speed = np.linalg.norm(np.diff(positions[:, PELVIS], axis=0), axis=-1) * frame_rate_hz / 1000.0
     if speed.max() > FASTEST_M_S:
@@ -149,6 +175,7 @@ def require_action(positions: np.ndarray, frame_rate_hz: float, first_frame: int
             f"frame {first_frame + int(speed.argmax())}",
             f"up to {FASTEST_M_S:g} m/s",
             f"{speed.max():.0f} m/s",
+            code="pelvis_jumps",
         )
 
 
@@ -185,6 +212,9 @@ def collect(
             f"{len(kept) or 'none'} of the {len(prepared)} clips can be used",
             expected=f"{at_least} or more",
             received=reasons,
+            code="too_few_clips",
+            needed=at_least,
+            count=len(kept),
         )
         refusal.report, refusal.columns = [clip.row for clip in prepared], list(columns)
         raise refusal

@@ -90,6 +90,9 @@ def longest_stretch(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
                 "too short a stretch shows all joints",
                 expected=f"{LEAST_FRAMES} frames",
                 received=stop - first,
+                code="too_short",
+                needed=LEAST_FRAMES,
+                frames=int(stop - first),
             )
         require_action(bridged.positions[first:stop], raw.frame_rate_hz, first)
         seconds = (stop - first - 1) / raw.frame_rate_hz

@@ -11,7 +11,7 @@ import numpy as np
 from pipeline.clips.kinds import Keep, Walks
 from pipeline.clips.missing_joints import complete
 from pipeline.clips.options import Heading, Locomotion, Steady, SyntheticPeople
-from pipeline.clips.usable import PreparedClip, RawClip, collect, prepare, report_row
+from pipeline.clips.usable import PreparedClip, RawClip, collect, prepare, refused, report_row
 from pipeline.core import fourier, walking
 from pipeline.core.walking import BridgedClip
 from pipeline.processes import map_processes
@@ -35,6 +35,9 @@ LEVEL_SLOPE = 0.025
 
 BAD_JOINT_SHARE = 0.4
 """Share of what two harmonics leave that a bad joint has, at least: of 105 recorded walks one has more, of little."""
+
+FAR_FREQUENCY = "far_frequency"
+"""Code of a walk whose frequency is far from the others': of its refusal, or of the remark if it is kept."""
 
 EQUAL_FIT_RATIO = 1.5
 """Ratio of the residuals of two frequencies up to which both describe a walk equally well."""
@@ -135,6 +138,8 @@ def _steady_part(
             "no steady walking: the way is not level",
             expected="a floor",
             received=f"the pelvis {'rises' if rise > 0 else 'falls'} by {abs(rise):.0f} mm",
+            code="not_level",
+            rise_mm=float(rise),
         )
     remarks = []
     if stretch.locomotion == "overground" and abs(rise) > LEVEL_SLOPE * way:
@@ -162,6 +167,8 @@ def _steady_part(
             "no steady walking: the steady stretch is too short",
             expected=f"{steady.cycles:g} strides",
             received=told_apart(row["strides"], steady.cycles, 2),
+            code="too_few_strides",
+            strides=row["strides"],
         )
     share, least = row["fundamental_share"], steady.fundamental_share
     left, most = series.residual_fraction, steady.residual_share
@@ -172,12 +179,16 @@ def _steady_part(
             "the fundamental frequency looks wrong: it holds too little of the variance",
             expected=f"{least:g} or more",
             received=f"{told_apart(share, least, 2)} at {series.frequency_hz:.2f} Hz; taken with {' '.join(taken)}",
+            code="low_fundamental",
+            take=taken,
         )
     if left > most:
         raise InvalidInput(
             f"not periodic: two harmonics leave too much of the variance, {worst}",
             expected=f"{most:g} or less",
             received=f"{told_apart(left, most, 2)}; taken with {taken[0]}",
+            code="not_periodic",
+            take=taken,
         )
     return level
 
@@ -238,14 +249,17 @@ def compared(
         if series.residual_fraction > EQUAL_FIT_RATIO * walk.row["residual_share"]:
             remark = f"{'slower' if off < 1 else 'quicker'} than the others: {off:.2f} of their frequency"
             remarks = "; ".join(filter(None, (remark, walk.row["reason"])))
-            return dataclasses.replace(walk, row=walk.row | {"reason": remarks})
+            return dataclasses.replace(walk, row=walk.row | {"reason": remarks, "code": FAR_FREQUENCY})
+        take = f"data.steady.frequency_ratio={np.ceil(100 * max(off, 1 / off)) / 100:g}"
         reason = InvalidInput(
             "the fundamental frequency is far from the other walkers'",
             expected=f"within a factor of {ratio:g} for the leg length",
             received=f"{walk.row['frequency_hz']:.2f} Hz, a factor of {told_apart(off, ratio ** np.sign(off - 1), 2)};"
-            f" taken with data.steady.frequency_ratio={np.ceil(100 * max(off, 1 / off)) / 100:g}",
+            f" taken with {take}",
+            code=FAR_FREQUENCY,
+            take=[take],
         )
-        return PreparedClip(walk.row | {"verdict": "refused", "reason": str(reason)})
+        return refused(walk.row, reason)
 
     return [judged(number, walk) for number, walk in enumerate(walks)]
 

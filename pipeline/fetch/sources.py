@@ -76,7 +76,7 @@ def fetch(
     rows = _selected(read_sources(sources), only)
     for folder in mirror:
         if not folder.is_dir():
-            raise InvalidInput("the mirror is not a folder", folder)
+            raise InvalidInput("the mirror is not a folder", folder, code="no_folder")
     return Transfer(rows, raw, mirror, opener, progress).report()
 
 
@@ -111,27 +111,34 @@ def read_sources(sources: Path) -> list[dict[str, str]]:
             reader = csv.DictReader(stream, strict=True)
             header, rows = reader.fieldnames or (), list(reader)
     except (InvalidInput, csv.Error, UnicodeDecodeError) as error:
-        raise InvalidInput(f"cannot read the table of sources: {error}") from error
+        raise InvalidInput(f"cannot read the table of sources: {error}", code="unreadable") from error
     where = sources.name
     if missing := [name for name in NEEDED_COLUMNS if name not in header]:
-        raise InvalidInput(f"the table of sources has no column {missing[0]!r}", where)
+        raise InvalidInput(
+            f"the table of sources has no column {missing[0]!r}", where, code="no_column", column=missing[0]
+        )
     seen: set[str] = set()
     for row in rows:
         if None in row or None in row.values():
-            raise InvalidInput("a row is not as long as the header", where, received=f"{row['path']!r}")
+            raise InvalidInput(
+                "a row is not as long as the header", where, received=f"{row['path']!r}", code="wrong_count"
+            )
         path = row["path"]
         _check_path(path, where)
         if path in seen:
-            raise InvalidInput("a path is listed twice", where, received=path)
+            raise InvalidInput("a path is listed twice", where, received=path, code="path_twice")
         seen.add(path)
         if not re.fullmatch(r"[0-9a-f]{64}", row["sha256"]):
             raise InvalidInput(
                 "must be 64 hexadecimal digits",
                 f"{where}, {path}: sha256",
                 received=row["sha256"] or "none",
+                code="not_sha256",
             )
         if not re.fullmatch(r"[1-9]\d{0,14}", row["bytes"]):
-            raise InvalidInput("must be a size", f"{where}, {path}: bytes", received=row["bytes"] or "none")
+            raise InvalidInput(
+                "must be a size", f"{where}, {path}: bytes", received=row["bytes"] or "none", code="not_size"
+            )
     return rows
 
 
@@ -143,6 +150,7 @@ def _check_path(path: str, where: str) -> None:
             where,
             "a relative path such as cmu/16/16_15.amc",
             repr(path),
+            code="path_outside",
         )
 
 
@@ -154,10 +162,14 @@ def _selected(rows: list[dict[str, str]], only: Sequence[str] | None) -> list[di
     for wanted in only:
         found = {r["path"] for r in rows if r["source"] == wanted or fnmatch.fnmatchcase(r["path"], wanted)}
         if not found:
+            sources = sorted({r["source"] for r in rows})
             raise InvalidInput(
                 "the table of sources has nothing of that name",
-                expected="a source (" + ", ".join(sorted({r["source"] for r in rows})) + ") or a path",
+                expected=f"a source ({', '.join(sources)}) or a path",
                 received=wanted,
+                code="nothing_listed",
+                sources=sources,
+                wanted=wanted,
             )
         chosen |= found
     return [row for row in rows if row["path"] in chosen]

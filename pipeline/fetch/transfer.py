@@ -196,4 +196,8 @@ def _disk(target: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise InvalidInput(f"cannot write data: {error.strerror or error} ({target})") from error
+        raise InvalidInput(
+            f"cannot write data: {error.strerror or error} ({target})",
+            code="cannot_write",
+            error=error.strerror,
+        ) from error

@@ -114,12 +114,17 @@ def read(
     """
     path = Path(path)
     if not path.exists():
-        raise damaged("there is no such file", path)
+        raise damaged("there is no such file", path, code="no_file")
     suffix = path.suffix.lower()
     if suffix not in READERS:
         advice = f": {ADVICE[suffix]}" if suffix in ADVICE else ""
         raise damaged(
-            f"the format is unknown{advice}", path.name, "one of " + " ".join(READERS), suffix or "no suffix"
+            f"the format is unknown{advice}",
+            path.name,
+            "one of " + " ".join(READERS),
+            suffix or "no suffix",
+            code="unknown_format",
+            suffix=suffix,
         )
     require_choice("up", up, [*UpAxis])
     if units is not None:

@@ -47,10 +47,11 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     arrays, held = load(read_bytes(path), where, (*_OWN, *_AMASS, *_RATES))
     own = set(_OWN) <= set(held)
     if not own and not set(_AMASS) <= set(held):
-        what = "the file holds no arrays names and positions_mm"
+        what, code = "the file holds no arrays names and positions_mm", "no_arrays"
         if set(held) & _BODY_MODEL:
             what = "the file holds parameters of a body model: export its joints as CSV or C3D first"
-        raise damaged(what, where, received=", ".join(held[:8]) or "none")
+            code = "body_model"
+        raise damaged(what, where, received=", ".join(held[:8]) or "none", code=code)
     names, positions = (arrays[name] for name in (_OWN if own else _AMASS))
     fits = positions.ndim == 3 and positions.shape[1:] == (names.size, 3) and 0 not in positions.shape
     if not fits or names.dtype.kind not in "US" or positions.dtype.kind not in "fiu":
@@ -59,10 +60,16 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
             where,
             f"positions (frames, {names.size}, 3) of numbers, names of text",
             f"{positions.shape}",
+            code="arrays_disagree",
         )
     rate = next((arrays[name] for name in _RATES if name in arrays), np.array(frame_rate_hz or np.nan))
     if rate.size != 1 or rate.dtype.kind not in "fiu" or not 0 < rate.item() < 1e6:
-        raise damaged("the frame rate is unknown", where, "frame_rate_hz, in the file or the option")
+        raise damaged(
+            "the frame rate is unknown",
+            where,
+            "frame_rate_hz, in the file or the option",
+            code="unknown_rate",
+        )
     unit = units or ("mm" if own else "m")
     positions = positions.astype(float)
     if not own:

@@ -51,6 +51,8 @@ def read_one(path: Path, reader: Callable[..., Content], **options: object) -> C
             path.name,
             f"a whole {path.suffix.lower()} file" if path.suffix else "",
             f"{type(error).__name__}: {reason:.160}" if reason else type(error).__name__,
+            code="unreadable",
+            error=type(error).__name__,
         ) from error
     finally:
         _read.reset(before)
@@ -64,24 +66,33 @@ def count_bytes(size: int, where: str) -> None:
             where,
             f"{MOST // 2} bytes or less: export a shorter part of the trial",
             size,
+            code="file_too_large",
+            budget=MOST // 2,
         )
     if (sizes := _read.get()) is not None:
         sizes.append(size)
 
 
-def require_memory(needed: int, where: str, what: str = "the file asks for too much memory") -> None:
-    """Raise InvalidInput if a clip asks for more bytes than its budget; `what` says why it may."""
+def require_memory(
+    needed: int,
+    where: str,
+    what: str = "the file asks for too much memory",
+    code: str = "too_much_memory",
+) -> None:
+    """Raise InvalidInput if a clip asks for more bytes than its budget; `what` and `code` say why it may."""
     sizes = _read.get()
     budget = MOST if sizes is None else min(max(PER_BYTE * sum(sizes), LEAST), MOST)
     if needed > budget:
-        raise InvalidInput(
-            what,
-            where,
-            f"{budget} bytes or less for a file of this size",
-            needed,
-        )
+        expected = f"{budget} bytes or less for a file of this size"
+        raise InvalidInput(what, where, expected, needed, code=code, budget=budget)
 
 
-def require_points(frames: int, points: int, where: str, what: str = "too many frames and points") -> None:
+def require_points(
+    frames: int,
+    points: int,
+    where: str,
+    what: str = "too many frames and points",
+    code: str = "too_many_points",
+) -> None:
     """Raise InvalidInput if so many frames of so many points are beyond the budget of a clip."""
-    require_memory(POINT * frames * points, where, what)
+    require_memory(POINT * frames * points, where, what, code)

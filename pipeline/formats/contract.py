@@ -51,32 +51,42 @@ def read_bytes(path: Path) -> bytes:
         If there is no such file, it is empty or larger than one clip may be.
     """
     if not path.is_file():
-        raise damaged("there is no such file", path)
+        raise damaged("there is no such file", path, code="no_file")
     count_bytes(path.stat().st_size, path.name)
     data = path.read_bytes()
     if not data or data.isspace():
-        raise damaged("the file is empty", path.name)
-    for beginning, what in _OTHER_CONTENT.items():
+        raise damaged("the file is empty", path.name, code="empty_file")
+    for beginning, (code, what) in _OTHER_CONTENT.items():
         if data[:64].lstrip().lower().startswith(beginning) and path.suffix.lower() != ".npz":
-            raise damaged(what, path.name)
+            raise damaged(what, path.name, code=code)
     return data
 
 
+_ZIP = "the file is a zip archive or a spreadsheet: unpack it, or save it in the format of its name"
+_PAGE = "this is a web page, not the file: download it again"
 _OTHER_CONTENT = {
-    b"\x1f\x8b": "the file is compressed (gzip): unpack it first",
-    b"pk\x03\x04": "the file is a zip archive or a spreadsheet: unpack it, or save it in the format of its name",
-    b"version https://git-lfs": "this is a placeholder of git LFS, without the content: fetch it by `git lfs pull`",
-    b"<!doctype html": "this is a web page, not the file: download it again",
-    b"<html": "this is a web page, not the file: download it again",
+    b"\x1f\x8b": ("gzip", "the file is compressed (gzip): unpack it first"),
+    b"pk\x03\x04": ("zip", _ZIP),
+    b"version https://git-lfs": (
+        "git_lfs",
+        "this is a placeholder of git LFS, without the content: fetch it by `git lfs pull`",
+    ),
+    b"<!doctype html": ("web_page", _PAGE),
+    b"<html": ("web_page", _PAGE),
 }
-"""What files hold, by how they begin, that are not what their names say."""
+"""Code and sentence on what files hold, by how they begin, that are not what their names say."""
 
 
 def require_joints(count: int, where: str) -> None:
     """Raise InvalidInput if a hierarchy has more than `MOST_JOINTS` joints."""
     if count > MOST_JOINTS:
         raise damaged(
-            "the hierarchy has too many joints", where, f"{MOST_JOINTS} or fewer", f"{count} or more"
+            "the hierarchy has too many joints",
+            where,
+            f"{MOST_JOINTS} or fewer",
+            f"{count} or more",
+            code="too_many_joints",
+            most=MOST_JOINTS,
         )
 
 

@@ -46,7 +46,9 @@ def load_mat(data: bytes, where: str, *_: object) -> tuple[dict[str, np.ndarray]
             "one struct with Trajectories.Labeled or Skeletons, saved with '-v7' in MATLAB; or C3D, TRC, CSV"
         )
         what = "the file is not a trial of Qualisys Track Manager"
-        raise damaged(what, where, expected, f"{data[:19]!r}") from None
+        raise damaged(
+            what, where, expected, f"{data[:19]!r}", code="wrong_format", begins=bytes(data[:19])
+        ) from None
     require_memory(40 * sum(positions.size for *_, positions in found), where)
     arrays = {
         "names": np.array(names),

@@ -38,14 +38,21 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     root = _root(read_bytes(path), where)
     people = [_subject(one, str(n), where) for n, one in enumerate(_all(root, "subject"), start=1)]
     if not people:
-        raise damaged("the file holds no subject", where)
+        raise damaged("the file holds no subject", where, code="no_subject")
     labels, rates, segments, tracks = zip(*people, strict=True)
     rate = rates[0]
     if len({*rates}) > 1:
-        raise damaged("the subjects have different frame rates", where, "one", sorted({*rates})[:4])
+        raise damaged(
+            "the subjects have different frame rates", where, "one", sorted({*rates})[:4], code="rates_differ"
+        )
     if not 0 < rate < 1e6:
         if frame_rate_hz is None:
-            raise damaged("the frame rate is unknown", where, "frameRate, or the option frame_rate_hz")
+            raise damaged(
+                "the frame rate is unknown",
+                where,
+                "frameRate, or the option frame_rate_hz",
+                code="unknown_rate",
+            )
         rate = frame_rate_hz
     several = len(people) > 1
     names = [
@@ -78,6 +85,9 @@ def _subject(
                 f"{where}, frame {k}",
                 3 * len(names),
                 len(words),
+                code="wrong_count",
+                needed=3 * len(names),
+                count=len(words),
             )
 
         def place(n: int, k: int = k) -> str:
@@ -85,7 +95,12 @@ def _subject(
 
         rows.append(read_numbers(words, place))
     if not rows:
-        raise damaged("the positions do not fit the segments", f"{where}, frame 1", received="no frame")
+        raise damaged(
+            "the positions do not fit the segments",
+            f"{where}, frame 1",
+            received="no frame",
+            code="no_frames",
+        )
     rate = number(element.get("frameRate", ""))
     return element.get("label") or unlabelled, rate, names, np.reshape(rows, (len(rows), -1, 3))
 
@@ -95,15 +110,24 @@ def _root(data: bytes, where: str) -> ElementTree.Element:
         """Builds elements of XML without a document type, whose entities could make the file grow without end."""
 
         def doctype(self, *_: object) -> None:
-            raise damaged("this is not an MVNX file", where, "XML without a document type")
+            raise damaged(
+                "this is not an MVNX file", where, "XML without a document type", code="document_type"
+            )
 
     try:
         root = ElementTree.fromstring(data, ElementTree.XMLParser(target=Builder()))
     except ElementTree.ParseError as error:
         place = f"{where}, line {error.position[0]}"
-        raise damaged("the file is damaged or cut short", place, "whole XML") from None
+        raise damaged("the file is damaged or cut short", place, "whole XML", code="truncated") from None
     if _tag(root) != "mvnx":
-        raise damaged("this is not an MVNX file", where, "<mvnx>", f"<{_tag(root):.40}>")
+        raise damaged(
+            "this is not an MVNX file",
+            where,
+            "<mvnx>",
+            f"<{_tag(root):.40}>",
+            code="wrong_format",
+            root=_tag(root),
+        )
     return root
 
 

@@ -32,11 +32,13 @@ def read_text(path: Path) -> tuple[str, list[str]]:
     if 0 in data[:2] or {*data[:2]} == {254, 255}:  # letters of two bytes, or a mark in front of them
         data = data.decode("utf-16-be" if data[0] in (0, 254) else "utf-16-le").encode()
     if (at := data.find(0)) >= 0:
-        raise damaged("this is not a text file", f"{path.name}, byte {at}", received="a zero byte")
+        raise damaged(
+            "this is not a text file", f"{path.name}, byte {at}", received="a zero byte", code="zero_byte"
+        )
     if len(data) > MOST // PER_BYTE:  # below that, no words are so short that they take more
         words = data.translate(_WORDS).count(b"x ")
         what = "the file is too large: export a shorter part of the trial"
-        require_memory(_TEXT * len(data) + _WORD * words, path.name, what)
+        require_memory(_TEXT * len(data) + _WORD * words, path.name, what, code="file_too_large")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -104,6 +106,8 @@ def read_numbers(words: Sequence[str], place: Callable[[int], str]) -> np.ndarra
             place(n),
             f"a number of at most {LARGEST:g}",
             f"{words[n]!r:.40}",
+            code="not_number",
+            text=words[n],
         )
     return numbers
 
@@ -123,6 +127,8 @@ def read_vector(words: Sequence[str], count: int, where: str) -> np.ndarray:
             where,
             f"{count} numbers" if count > 1 else "one number",
             " ".join(words)[:60] or "nothing",
+            code="unusable_line",
+            needed=count,
         )
     return numbers
 
@@ -177,5 +183,7 @@ def millimetres_in(units: str, where: str) -> float:
             where,
             f"one of {', '.join(MILLIMETRES)}, or e.g. in/0.45, in the file or the option units",
             f"{units!r:.40}",
+            code="unknown_unit",
+            unit=units,
         )
     return millimetres

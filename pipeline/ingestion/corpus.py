@@ -22,12 +22,16 @@ from pipeline.formats.points.csv import bids
 from pipeline.ingestion import static_trial
 from pipeline.ingestion.exchanged_labels import exchanged_back
 from pipeline.skeleton import WALKER15
-from pipeline.skeleton.complaint import Complaint
+from pipeline.skeleton.complaint import Complaint, Remark
 from pipeline.skeleton.mapped_joints import map_joints, up_axis
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping, UpAxis
 from pipeline.skeleton.source_points import SourcePoints
 from pipeline.validation import InvalidInput, listed
+
+_NO_FAULT = Remark("")
+_UNPRINTABLE = Remark("the file's name contains unprintable characters: rename it", "unprintable_name")
+_NOBODY = Remark("data.person finds nobody in the file's name", "unclear_person")
 
 
 @dataclass(frozen=True)
@@ -49,7 +53,7 @@ class Clip:
         Empty: the file's own.
     subject : str
         Who, in a file of several people.
-    mismatch : str
+    mismatch : Remark
         Why the file is not the recording that the table lists; empty if it is.
     statics : tuple of Path
         What may be its static trial, for markers that it lacks.
@@ -66,7 +70,7 @@ class Clip:
     mapping: SourceMapping | None
     frame_rate_hz: float
     units: str
-    mismatch: str = ""
+    mismatch: Remark = _NO_FAULT
     subject: str = ""
     statics: tuple[Path, ...] = ()
     up: UpAxis = UpAxis.auto
@@ -94,11 +98,11 @@ def read_clip(clip: Clip) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
         If the file is missing, differs from the table, changed since it was found, cannot be read, or gives no legs.
     """
     if clip.path is None:
-        raise InvalidInput("not on this machine", expected="`make data` to fetch it")
+        raise InvalidInput("not on this machine", expected="`make data` to fetch it", code="not_fetched")
     if clip.mismatch:
-        raise InvalidInput(clip.mismatch)
+        raise InvalidInput(clip.mismatch, code=clip.mismatch.code)
     if _digest(clip.path) != clip.sha256:
-        raise InvalidInput("the file changed during this run", clip.name)
+        raise InvalidInput("the file changed during this run", clip.name, code="file_changed")
     stated: dict[str, Any] = {"frame_rate_hz": clip.frame_rate_hz or None, "units": clip.units or None}
     motion = formats.read(clip.path, **stated, up=clip.up)
     known = [clip.mapping] if clip.mapping else list(mappings.shipped().values())
@@ -126,7 +130,7 @@ def joints_of(
         chosen.
     """
     if not motion.valid.any():
-        raise InvalidInput("no sample of any point was measured")
+        raise InvalidInput("no sample of any point was measured", code="nothing_measured")
     known = list(mappings.shipped().values()) if mapping is None else [mapping]
     motion = mappings.of_one_person(motion, known, subject)
     notes = list(motion.notes)
@@ -138,6 +142,8 @@ def joints_of(
                 "no mapping that ships gives legs and pelvis of this recording",
                 expected="`python -m pipeline inspect FILE write=my_lab.yaml`, then skeleton=my_lab.yaml",
                 received=f"nearest {fit.mapping.name}, without {lacking}",
+                code="no_mapping",
+                mapping=fit.mapping.name,
             )
         mapping = fit.mapping
         notes.append(f"Recognised as {mapping.name}.")
@@ -213,6 +219,7 @@ def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple
             f"no recording of {action or 'an action without a name'} by these sources is listed",
             listing.table,
             ", ".join(sources),
+            code="nothing_listed",
         )
     same = {subject: group[0] for group in listing.same_person for subject in group}
     paths = [fetch.resolve(row, raw=listing.raw, mirror=listing.mirror) for row in rows]
@@ -227,7 +234,7 @@ def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple
             mapping=listing.skeletons[row["skeleton"]],
             frame_rate_hz=float(row["frame_rate_hz"]),
             units="",
-            mismatch=_mismatch(path, row["path"], digests) if path else "",
+            mismatch=_mismatch(path, row["path"], digests) if path else _NO_FAULT,
         )
         for row, path in zip(rows, paths, strict=True)
     ]
@@ -237,19 +244,20 @@ def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple
             f"none of the {len(clips)} recordings is on this machine",
             listing.raw,
             "`make data` to fetch them, or data.mirror= (or MOCAP_MIRROR) naming a folder that has them",
+            code="not_fetched",
         )
     absent = [clip for clip in clips if not clip.path]
     return sorted(present, key=lambda c: (c.source, c.person, c.name)), absent
 
 
-def _mismatch(path: Path, name: str, digests: Mapping[str, str]) -> str:
+def _mismatch(path: Path, name: str, digests: Mapping[str, str]) -> Remark:
     """Return how a file, or the skeleton read with it, differs from what the table lists; empty if it does not."""
     top = path.parents[len(PurePosixPath(name).parts) - 1]
     for file in _read_together(path):
         listed_as = Path(os.path.relpath(file, top)).as_posix()
         expected, received = digests.get(listed_as, ""), _sha256_of(file)
         if received != expected:
-            return str(
+            sentence = str(
                 InvalidInput(
                     "the file is not the recording that the table lists (`make data` fetches it again)",
                     listed_as,
@@ -257,7 +265,8 @@ def _mismatch(path: Path, name: str, digests: Mapping[str, str]) -> str:
                     f"{received[:12]}…",
                 )
             )
-    return ""
+            return Remark(sentence, "another_file")
+    return _NO_FAULT
 
 
 def folder_clips(
@@ -302,11 +311,14 @@ def folder_clips(
     folder = Path(path)
     if not path or not folder.is_dir():
         expected = "the folder of the recordings; data.pattern=NAME chooses among them"
-        raise InvalidInput("must be a folder that exists", "data.path", expected, path or "nothing")
+        raise InvalidInput(
+            "must be a folder that exists", "data.path", expected, path or "nothing", code="no_folder"
+        )
     try:
         files = sorted(p for p in folder.glob(pattern) if p.is_file() and not p.name.startswith("."))
     except (ValueError, NotImplementedError, IndexError):  # how glob refuses differs between Pythons
-        raise InvalidInput("must be a pattern such as **/*.c3d", "data.pattern", received=pattern) from None
+        wrong = "must be a pattern such as **/*.c3d"
+        raise InvalidInput(wrong, "data.pattern", received=pattern, code="bad_pattern") from None
     readable = [p for p in files if formats.is_recording(p)]
     if not readable:
         raise InvalidInput(
@@ -314,16 +326,18 @@ def folder_clips(
             f"{path}/{pattern}",
             "files ending in " + " ".join(formats.READERS),
             ", ".join(sorted({p.suffix or p.name for p in files})[:5]) or "an empty folder",
+            code="no_recordings",
         )
     try:
         names = re.compile(person)
     except re.error as error:
-        raise InvalidInput(f"not a regular expression: {error}", "data.person", received=person) from None
+        wrong = f"not a regular expression: {error}"
+        raise InvalidInput(wrong, "data.person", received=person, code="bad_pattern") from None
     clips = []
     for file in readable:
         name = file.relative_to(folder).as_posix()
         found = names.search(name if "/" in person else file.stem)
-        who = (found.group(1) if found.groups() else found.group(0)) if found else ""
+        who = found.group(1 if found.groups() else 0) if found else ""
         # What a table cannot hold: bytes that are no UTF-8, line breaks and other control characters.
         plain = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in name)
         who = "" if plain != name else who
@@ -340,11 +354,7 @@ def folder_clips(
                 units=units,
                 subject=subject,
                 up=up,
-                mismatch="the file's name contains unprintable characters: rename it"
-                if plain != name
-                else ""
-                if found
-                else "data.person finds nobody in the file's name",
+                mismatch=_UNPRINTABLE if plain != name else _NO_FAULT if found else _NOBODY,
             )
         )
     statics = static_trial.candidates({clip.path: clip.person for clip in clips if clip.path})
@@ -388,7 +398,9 @@ def _sha256_of(path: Path) -> str:
         stat = path.stat()
         return _sha256_of_version(path, stat.st_size, stat.st_mtime_ns)
     except OSError as error:
-        raise InvalidInput(f"cannot be read: {error.strerror}", error.filename or path) from None
+        raise InvalidInput(
+            f"cannot be read: {error.strerror}", error.filename or path, code="unreadable"
+        ) from None
 
 
 @functools.cache

@@ -147,7 +147,11 @@ class RecordedData(Recordings):
         """Raise InvalidInput if no source is named for this kind of clips."""
         if not self.named(corpus).sources:
             raise InvalidInput(
-                f"the data set {self.name} holds no {corpus.words}", "data", code="no_clips_of_this_kind"
+                f"the data set {self.name} holds no {corpus.words}",
+                "data",
+                code="no_clips_of_this_kind",
+                data=self.name,
+                kind=corpus.name,
             )
 
     def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:
@@ -212,6 +216,8 @@ class FolderData(Recordings):
                     "data.person",
                     WHOSE,
                     f"{first}, {clip.name}",
+                    code="unclear_person",
+                    clips=[first, clip.name],
                 )
         return self.request_for(corpus, self.choose(corpus, clips), workers, skeleton.missing)
 

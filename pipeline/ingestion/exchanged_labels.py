@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from pipeline.skeleton.complaint import Remark
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_points import plain_name
 
@@ -19,8 +20,8 @@ LONGEST_GAP_S = 0.25
 MOST = 0.25
 """Share of the frames in which labels are exchanged back; of more it is not known which are the right ones."""
 
-REMARK = "change places"
-"""What a note on exchanged labels holds."""
+EXCHANGED = "labels_exchanged"
+"""Code of a remark on labels that change places."""
 
 
 def exchanged_back(motion: MotionCapture, points: Iterable[int]) -> MotionCapture:
@@ -54,12 +55,12 @@ def exchanged_back(motion: MotionCapture, points: Iterable[int]) -> MotionCaptur
             continue
         other = np.concatenate([[False], np.cumsum(changes) % 2 == 1])
         frames = seen[other if other.mean() <= 0.5 else ~other]
-        remark = f"{motion.names[pair[0]]} and {motion.names[pair[1]]} {REMARK}: "
+        remark = f"{motion.names[pair[0]]} and {motion.names[pair[1]]} change places: "
         if len(frames) > MOST * len(seen):
-            notes.append(
-                f"{remark}from frame {seen[1:][changes][0]} on their labels differ from those before."
-            )
+            remark += f"from frame {seen[1:][changes][0]} on their labels differ from those before."
+            notes.append(Remark(remark, EXCHANGED))
             continue
         positions[np.ix_(frames, pair)] = positions[np.ix_(frames, pair[::-1])]
-        notes.append(f"{remark}{len(frames)} frames from {frames[0]} to {frames[-1]} were exchanged back.")
+        remark += f"{len(frames)} frames from {frames[0]} to {frames[-1]} were exchanged back."
+        notes.append(Remark(remark, EXCHANGED))
     return replace(motion, positions_mm=positions, notes=tuple(notes))

@@ -108,7 +108,12 @@ def propose(motion: MotionCapture, name: str) -> SourceMapping:
     starts = [*body.by_names(), *body.starts(cycle)]
     found = min((body.matched(start, cycle) for start in starts), key=lambda fit: fit[0])[1]
     if not found:
-        raise InvalidInput("no point is like a joint of a walker", name, received=f"points {listed(names)}")
+        raise InvalidInput(
+            "no point is like a joint of a walker",
+            name,
+            received=f"points {listed(names)}",
+            code="no_joint_like",
+        )
     joints: dict[str, Rule] = {
         joint: {names[k]: 1.0 / len(found[joint]) for k in found[joint]}
         for joint in WALKER15.joints
@@ -157,7 +162,13 @@ def _points(motion: MotionCapture, name: str) -> tuple[list[str], np.ndarray, Up
         if k not in stuck and motion.valid[:, k].any() and not NOT_A_PLACE.search(point)
     ]
     if len(kept) < FEWEST:
-        raise InvalidInput("too few points to tell a body", name, f"{FEWEST} or more", f"{len(kept)} points")
+        raise InvalidInput(
+            "too few points to tell a body",
+            name,
+            f"{FEWEST} or more",
+            f"{len(kept)} points",
+            code="too_few_points",
+        )
     shown = motion.valid[:, kept].sum(axis=1)
     full = np.flatnonzero(2 * shown > shown.max())
     some = np.ix_(full[np.unique(np.linspace(0, len(full) - 1, FRAMES).round().astype(int))], kept)

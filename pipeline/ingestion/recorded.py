@@ -12,7 +12,7 @@ import numpy as np
 from pipeline.clips import one_person, performances, varied, walks
 from pipeline.clips.kinds import Performances, VariedClips, Walks
 from pipeline.clips.options import Missing, Steady
-from pipeline.clips.usable import PreparedClip, RawClip, collect, report_row
+from pipeline.clips.usable import PreparedClip, RawClip, collect, refused, report_row
 from pipeline.core.likeness import Likeness, likeness
 from pipeline.ingestion.corpus import Clip, read_clip
 from pipeline.processes import map_processes
@@ -84,7 +84,7 @@ def read_and_prepare(
         except InvalidInput as refusal:
             # Readers name the file by its path, which must not get into a published report.
             reason = str(refusal).replace(str(clip.path), clip.name)
-            return PreparedClip(row | {"verdict": "refused", "reason": reason}), "", None
+            return refused(row, refusal, reason), "", None
 
     read = map_processes(one, clips, workers)
     alike: dict[str, list[dict[str, Any]]] = {}
@@ -100,8 +100,11 @@ def read_and_prepare(
                 f"the same points as {others[0]['clip']}, which bears the name of {others[0]['person']}",
                 f"{row['clip']} of {row['person']}",
                 "a recording of one person under one name",
+                code="same_points",
+                clip=others[0]["clip"],
+                person=others[0]["person"],
             )
-            prepared = PreparedClip(row | {"verdict": "refused", "reason": str(reason)})
+            prepared = refused(row, reason)
         found.append(prepared)
         if shown is not None and not others:
             usable[n] = shown

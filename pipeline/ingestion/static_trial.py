@@ -107,7 +107,9 @@ def read(path: Path, *, units: str | None = None, frame_rate_hz: float | None = 
     try:
         stamp = path.stat().st_mtime_ns
     except OSError as error:
-        raise InvalidInput("cannot be read", path.name, received=error.strerror or "") from None
+        raise InvalidInput(
+            "cannot be read", path.name, received=error.strerror or "", code="unreadable"
+        ) from None
     posture, share = _posture(path, stamp, units, frame_rate_hz)
     if share > STILL:
         raise InvalidInput(
@@ -115,6 +117,7 @@ def read(path: Path, *, units: str | None = None, frame_rate_hz: float | None = 
             path.name,
             f"points within {STILL:.0%} of the body's size",
             f"{told_apart(100 * share, 100 * STILL, 0)} %",
+            code="not_still",
         )
     return posture
 
@@ -172,7 +175,9 @@ def carry(
     fit = mappings.suggest(posture, known)
     if not fit.usable:
         lacking = listed(fit.lacking)
-        raise InvalidInput("the static trial gives no legs and pelvis", name, received=f"no {lacking}")
+        raise InvalidInput(
+            "the static trial gives no legs and pelvis", name, received=f"no {lacking}", code="no_legs"
+        )
     place = with_z_up(posture.positions_mm[0], up_axis(posture, fit.mapping))
     mapped, _ = map_joints(posture, fit.mapping)
     joints = dict(zip(WALKER15.joints, mapped[0], strict=True))
@@ -217,6 +222,7 @@ def carry(
             "no cluster of the walk carries a marker of the static trial",
             name,
             "three points of a thigh or shank that are in both trials",
+            code="no_cluster",
         )
     kept = [k for k, point in enumerate(motion.names) if seen[k] or point not in names]
     together = np.concatenate([motion.positions_mm[:, kept], *positions], axis=1)

@@ -105,6 +105,9 @@ def of_one_person(
             f"the file holds {len(found)} people: choose one by subject= (in runs data.subject=)",
             expected=" or ".join(listed[:10]),
             received=subject or "none",
+            code="several_people",
+            people=list(listed),
+            subject=subject,
         )
     note = f"The file holds {len(found)} people; this is {chosen}."
     return replace(found[chosen], notes=(*motion.notes, note))

@@ -59,7 +59,14 @@ def chosen(name: str) -> SourceMapping | None:
     if "/" in name or "\\" in name or name.lower().endswith((".yaml", ".yml")):
         return load(Path(name))
     listed = " or ".join([AUTO, *_names()])
-    raise InvalidInput("there is no such option", "skeleton", f"{listed} or a path.yaml", name[:60])
+    raise InvalidInput(
+        "there is no such option",
+        "skeleton",
+        f"{listed} or a path.yaml",
+        name[:60],
+        code="unknown_choice",
+        value=name,
+    )
 
 
 def load(path: Path) -> SourceMapping:
@@ -79,12 +86,17 @@ def load(path: Path) -> SourceMapping:
         data = path.read_bytes()
     except OSError as error:
         raise InvalidInput(
-            "the mapping cannot be read", path, received=error.strerror or type(error).__name__
+            "the mapping cannot be read",
+            path,
+            received=error.strerror or type(error).__name__,
+            code="unreadable",
         ) from None
     except ValueError:
-        raise InvalidInput("the mapping cannot be read", repr(str(path))) from None
+        raise InvalidInput("the mapping cannot be read", repr(str(path)), code="unreadable") from None
     if len(data) > LARGEST_FILE:
-        raise InvalidInput("this is no mapping", path.name, f"{LARGEST_FILE} bytes at most")
+        raise InvalidInput(
+            "this is no mapping", path.name, f"{LARGEST_FILE} bytes at most", code="file_too_large"
+        )
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -93,6 +105,8 @@ def load(path: Path) -> SourceMapping:
             "the mapping is not UTF-8 (save it as UTF-8)",
             f"{path.name}, line {line}",
             received=f"byte {data[error.start]:#x}",
+            code="not_utf8",
+            line=line,
         ) from None
     return _mapping(_composed(text, path.name), path.stem)
 
@@ -109,15 +123,19 @@ def _composed(text: str, where: str) -> yaml.Node:
 
     if "# @package" in text:
         line = text[: text.index("# @package")].count("\n") + 1
-        raise InvalidInput("a mapping is data and goes into no package of options", f"{where}, line {line}")
+        raise InvalidInput(
+            "a mapping is data and goes into no package of options",
+            f"{where}, line {line}",
+            code="package_line",
+        )
     depth = 0
     try:
         for event in yaml.parse(text, Loader):
             depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
             if depth > _DEEPEST:
-                raise _wrong("this is no mapping: it is nested too deeply", event)
+                raise _wrong("this is no mapping: it is nested too deeply", event, code="nested_too_deeply")
             if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None):
-                raise _wrong("anchors and aliases are not used in mappings", event)
+                raise _wrong("anchors and aliases are not used in mappings", event, code="anchor")
         node = yaml.compose(text, Loader)
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
@@ -126,29 +144,37 @@ def _composed(text: str, where: str) -> yaml.Node:
         if "'\\t'" in str(problem):
             problem = "a tab where blanks must be"
         raise InvalidInput(
-            f"this is not YAML: {' '.join(str(problem).split())[:120]}", f"{where}{at}"
+            f"this is not YAML: {' '.join(str(problem).split())[:120]}", f"{where}{at}", code="not_yaml"
         ) from None
     if node is None:
-        raise InvalidInput("the mapping is empty", where)
+        raise InvalidInput("the mapping is empty", where, code="empty_file")
     return node
 
 
-def _wrong(what: str, at: Any, expected: str = "", received: str = "") -> InvalidInput:
+def _wrong(
+    what: str, at: Any, expected: str = "", received: str = "", *, code: str, **values: Any
+) -> InvalidInput:
     """The refusal of a node or an event, with its line."""
     mark = at.start_mark
-    return InvalidInput(what, f"{mark.name}, line {mark.line + 1}", expected, received)
+    return InvalidInput(what, f"{mark.name}, line {mark.line + 1}", expected, received, code=code, **values)
 
 
 def _items(node: yaml.Node, what: str) -> list[tuple[str, yaml.Node, yaml.Node]]:
     """Keys and values of a node, each key once."""
     if not isinstance(node, yaml.MappingNode):
-        raise _wrong(f"{what} must be keys with values", node, "key: value")
+        raise _wrong(f"{what} must be keys with values", node, "key: value", code="not_keys")
     items: dict[str, tuple[yaml.Node, yaml.Node]] = {}
     for key_node, value in node.value:
         key = _text(key_node, f"a key of {what}")
         if key in items:
             first = items[key][0].start_mark.line + 1
-            raise _wrong(f"the key {key!r} stands twice in {what}", key_node, f"once, as in line {first}")
+            raise _wrong(
+                f"the key {key!r} stands twice in {what}",
+                key_node,
+                f"once, as in line {first}",
+                code="key_twice",
+                key=key,
+            )
         items[key] = (key_node, value)
     return [(key, key_node, value) for key, (key_node, value) in items.items()]
 
@@ -158,7 +184,7 @@ def _text(node: yaml.Node, what: str) -> str:
         "str", "int", "float", "bool", "null", "timestamp",
     )  # fmt: skip
     if not isinstance(node, yaml.ScalarNode) or not standard or not node.value:
-        raise _wrong(f"{what} must be a word", node, received=_shown(node))
+        raise _wrong(f"{what} must be a word", node, received=_shown(node), code="not_word")
     return str(node.value)
 
 
@@ -168,13 +194,13 @@ def _number(node: yaml.Node, what: str) -> float:
     except ValueError:
         value = math.nan
     if not abs(value) <= 1e6:
-        raise _wrong(f"{what} must be a number", node, received=_shown(node))
+        raise _wrong(f"{what} must be a number", node, received=_shown(node), code="not_number")
     return value
 
 
 def _texts(node: yaml.Node, what: str) -> list[str]:
     if not isinstance(node, yaml.SequenceNode):
-        raise _wrong(f"{what} must be a list", node, "[A, B]", _shown(node))
+        raise _wrong(f"{what} must be a list", node, "[A, B]", _shown(node), code="not_list")
     return [_text(item, f"an item of {what}") for item in node.value]
 
 
@@ -182,7 +208,14 @@ def _rule(node: yaml.Node, joint: str) -> Rule:
     what = f"the rule of {joint}"
     rule = {point: _number(value, f"the weight of {point}") for point, _, value in _items(node, what)}
     if abs(sum(rule.values()) - 1.0) > 1e-6:
-        raise _wrong(f"the weights of {joint} must sum to one", node, received=f"{sum(rule.values()):g}")
+        raise _wrong(
+            f"the weights of {joint} must sum to one",
+            node,
+            received=f"{sum(rule.values()):g}",
+            code="weights_off",
+            joint=joint,
+            total=sum(rule.values()),
+        )
     return rule
 
 
@@ -197,17 +230,36 @@ def _rules(node: yaml.Node, group: str) -> dict[str, Rule | list[Rule]]:
 
 def _joint(joint: str, node: yaml.Node) -> str:
     if joint not in WALKER15.joints:
-        raise _wrong("there is no such joint", node, ", ".join(WALKER15.joints), f"{joint!r:.60}")
+        raise _wrong(
+            "there is no such joint",
+            node,
+            ", ".join(WALKER15.joints),
+            f"{joint!r:.60}",
+            code="unknown_joint",
+            joint=joint,
+        )
     return joint
 
 
 def _lowering(node: yaml.Node, joint: str) -> Lowering:
     items = {key: value for key, _, value in _items(node, f"the lowering of {joint}")}
     if set(items) != {"by", "between"}:
-        raise _wrong(f"the lowering of {joint} needs by and between", node, "{by: 0.1, between: [A, B]}")
+        raise _wrong(
+            f"the lowering of {joint} needs by and between",
+            node,
+            "{by: 0.1, between: [A, B]}",
+            code="unreadable_lowering",
+            joint=joint,
+        )
     between = _texts(items["between"], "between")
     if len(between) != 2:
-        raise _wrong("between must name two points", items["between"], received=str(len(between)))
+        raise _wrong(
+            "between must name two points",
+            items["between"],
+            received=str(len(between)),
+            code="not_two_points",
+            count=len(between),
+        )
     return Lowering(by=_number(items["by"], "by"), between=between)
 
 
@@ -217,16 +269,26 @@ def _mapping(root: yaml.Node, stem: str) -> SourceMapping:
     for key, node, value in _items(root, "a mapping"):
         if key not in _KEYS:
             hint = " (no longer needed: delete the line)" if key == "defaults" else ""
-            raise _wrong(f"a mapping has no key {key!r:.60}{hint}", node, "one of " + ", ".join(_KEYS))
+            raise _wrong(
+                f"a mapping has no key {key!r:.60}{hint}",
+                node,
+                "one of " + ", ".join(_KEYS),
+                code="unknown_key",
+                key=key,
+            )
         if key == "up":
             axis = {"true": "y", "True": "y", "TRUE": "y"}.get(_text(value, key), value.value)
             if axis not in list(UpAxis):
-                raise _wrong("up must be an axis", value, ", ".join(UpAxis), _shown(value))
+                raise _wrong(
+                    "up must be an axis", value, ", ".join(UpAxis), _shown(value), code="unknown_axis"
+                )
             found[key] = UpAxis(axis)
         elif key in ("name", "units"):
             found[key] = _text(value, key)
             if key == "units" and found[key].partition("/")[0] not in MILLIMETRES:
-                raise _wrong("the unit is unknown", value, ", ".join(MILLIMETRES), _shown(value))
+                raise _wrong(
+                    "the unit is unknown", value, ", ".join(MILLIMETRES), _shown(value), code="unknown_unit"
+                )
         elif key in ("recognised_by", "guessed"):
             found[key] = _texts(value, key)
         elif key == "points":
@@ -240,7 +302,9 @@ def _mapping(root: yaml.Node, stem: str) -> SourceMapping:
         else:
             found[key] = _rules(value, key)
     if not found.get("joints") and not found.get("otherwise"):
-        raise _wrong("the mapping gives no joint", root, "joints: {head: {LFHD: 0.5, RFHD: 0.5}, …}")
+        raise _wrong(
+            "the mapping gives no joint", root, "joints: {head: {LFHD: 0.5, RFHD: 0.5}, …}", code="no_joints"
+        )
     return SourceMapping(**found)
 
 

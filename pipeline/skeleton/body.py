@@ -22,6 +22,7 @@ from pipeline.skeleton.joints import (
     WALKER15,
     leg_length,
 )
+from pipeline.skeleton.recorded import MILLIMETRES
 from pipeline.skeleton.source_mapping import UpAxis
 from pipeline.skeleton.upright import bent_knees, cadence, crouched, not_upright
 from pipeline.validation import InvalidInput, told_apart
@@ -52,7 +53,7 @@ _LIMBS = {
     "upper arm": (_SHOULDERS, _ELBOWS),
     "forearm": (_ELBOWS, _WRISTS),
 }
-_UNITS_MM = {"metres": 1000.0, "centimetres": 10.0, "inches": 25.4, "feet": 304.8}
+_UNITS = {"m": "metres", "cm": "centimetres", "in": "inches", "ft": "feet"}
 
 
 @dataclass(frozen=True)
@@ -109,7 +110,9 @@ def accepted(
     complaints = check(positions, valid, frame_rate_hz, walk=walk, up=up)
     for complaint in complaints:
         if complaint.rejects:
-            raise InvalidInput(complaint.sentence)
+            raise InvalidInput(
+                complaint.sentence, code=complaint.code, joints=[*complaint.where], **complaint.values
+            )
     return [complaint.sentence for complaint in complaints]
 
 
@@ -167,18 +170,21 @@ def _change(lengths: np.ndarray) -> float:
     return float((high - low) / middle)
 
 
-def _unit(leg: float) -> tuple[str, float]:
-    """Words on the unit in which a leg of this length is human, and the factor to millimetres; NaN if there is none."""
+def _unit(leg: float) -> tuple[str, str, float]:
+    """Words on the unit in which a leg of this length is human, its short name, and the factor to millimetres.
+
+    Without a unit the name is empty, and the factor NaN or a power of ten.
+    """
     if not leg > 0:
-        return "", np.nan
+        return "", "", np.nan
     # Ranges overlap (legs of 36 are inches or a child's centimetres): the unit nearest to an adult's leg.
-    off = {unit: abs(np.log(leg * mm / ADULT_LEG_MM)) for unit, mm in _UNITS_MM.items()}
-    unit = min(off, key=off.__getitem__)
+    unit = min(_UNITS, key=lambda unit: abs(np.log(leg * MILLIMETRES[unit] / ADULT_LEG_MM)))
+    mm = MILLIMETRES[unit]
     low, high = LEG_LENGTH_MM
-    if low <= leg * _UNITS_MM[unit] <= high:
-        return f": it looks like {unit}, multiply by {_UNITS_MM[unit]:g}", _UNITS_MM[unit]
+    if low <= leg * mm <= high:
+        return f": it looks like {_UNITS[unit]}, multiply by {mm:g}", unit, mm
     factor = 10.0 ** np.floor(np.log10(high / leg))
-    return (f": multiply by {factor:g}", factor) if leg * factor >= low else ("", np.nan)
+    return (f": multiply by {factor:g}", "", factor) if leg * factor >= low else ("", "", np.nan)
 
 
 def _unusable(body: np.ndarray) -> list[Complaint]:
@@ -188,7 +194,7 @@ def _unusable(body: np.ndarray) -> list[Complaint]:
         return [Complaint("legs_unseen", "the legs were never seen whole", rejects=True)]
     low, high = LEG_LENGTH_MM
     if not low <= length <= high:
-        looks, factor = _unit(length)
+        looks, unit, factor = _unit(length)
         received = f"{length:.3g}" if length < 100 else told_apart(length, low if length < low else high, 0)
         sentence = str(
             InvalidInput(
@@ -197,7 +203,8 @@ def _unusable(body: np.ndarray) -> list[Complaint]:
                 received=f"{received} mm",
             )
         )
-        return [Complaint("unit", sentence, values={"leg_mm": length, "factor": factor}, rejects=True)]
+        values = {"leg_mm": length, "unit": unit, "factor": factor}
+        return [Complaint("unit", sentence, values=values, rejects=True)]
     if np.min(np.nanmax(body, axis=(0, 1)) - np.nanmin(body, axis=(0, 1))) < LEAST_DEPTH_MM:
         sentence = "all joints lie in one plane: keypoints of a film go to `reconstruct`"
         return [Complaint("plane", sentence, rejects=True)]

@@ -146,6 +146,9 @@ class SourcePoints:
                 f"{len(found)} points are called {wanted!r}",
                 expected="one person to a file",
                 received=", ".join(self._motion.names[i] for i in found[:3]),
+                code="point_twice",
+                point=wanted,
+                count=len(found),
             )
         return [max(found, key=lambda i: int(self._motion.valid[:, i].sum()))]
 
@@ -167,11 +170,19 @@ class SourcePoints:
         """Return the refusal of a file from which a joint cannot be made."""
         rules = mapping.rules(joint)
         if not rules:
-            return InvalidInput(f"no rule for the joint {joint!r}", mapping.name)
+            return InvalidInput(f"no rule for the joint {joint!r}", mapping.name, code="no_rule", joint=joint)
         lacked = next(point for point in _points_of(*rules[-1]) if self.find(point) is None)
         what = f"the joint {joint!r} needs the point {lacked!r}, which the file does not have"
         received = f"points {listed(self._motion.names)}"
-        return InvalidInput(what, mapping.name, "skeleton=auto, or a mapping of these points", received)
+        return InvalidInput(
+            what,
+            mapping.name,
+            "skeleton=auto, or a mapping of these points",
+            received,
+            code="missing_point",
+            joint=joint,
+            point=lacked,
+        )
 
     def distance(self, joint: str, lowering: Lowering, mapping: SourceMapping) -> float:
         """Return the mean distance, mm, of the two points by which a joint is lowered."""
@@ -183,6 +194,8 @@ class SourcePoints:
                 f"the two points by which {joint!r} is lowered were never seen together",
                 mapping.name,
                 received=lowering.between,
+                code="never_together",
+                joint=joint,
             )
         return float(np.nanmean(apart))
 

@@ -12,14 +12,14 @@ import pytest
 from pipeline.clips.kinds import PERFORMANCES, Performances
 from pipeline.clips.options import Locomotion, Skeleton, Steady, SyntheticPerformances
 from pipeline.clips.performances import synthetic_performances, whole_clip
-from pipeline.clips.usable import PreparedClip, RawClip
+from pipeline.clips.usable import NoUsableClips, PreparedClip, RawClip
 from pipeline.clips.varied import longest_stretch
 from pipeline.core import fourier
 from pipeline.formats.points import trc
 from pipeline.ingestion.data import Cut, FolderData, RecordedPerformances
 from pipeline.skeleton import WALKER15
 from pipeline.synthetic.walkers import walking_population
-from pipeline.validation import InvalidInput
+from tests.rejects import rejects
 
 
 def performances(folder: Path, **options: Any) -> Performances:
@@ -52,7 +52,7 @@ def test_a_clip_is_a_performance_unless_joints_are_missing_in_its_middle(bends: 
     made = performances(bends)
     rows = {row["clip"]: row for row in made.report}
     assert rows["a_2.trc"]["verdict"] == "refused"
-    assert "missing for too long" in rows["a_2.trc"]["reason"]
+    assert (rows["a_2.trc"]["code"], rows["a_2.trc"]["values"]) == ("long_gap", {"frame": 30})
     assert "frame 30" in rows["a_2.trc"]["reason"]
     assert rows["b_3.trc"]["first_frame"] == 20
     assert list(made.clip) == ["a_0.trc", "b_1.trc", "b_3.trc"]
@@ -62,14 +62,15 @@ def test_a_clip_is_a_performance_unless_joints_are_missing_in_its_middle(bends: 
 def test_a_clip_without_time_for_key_frames_is_refused() -> None:
     moving = synthetic_performances(SyntheticPerformances(performances=3), 1).motion(0)
     row = whole_clip(RawClip({"clip": "a"}, moving[:20], 120.0)).row
-    assert row["reason"] == "too short for a performance (expected 30 frames, received 20)"
+    assert (row["code"], row["values"]) == ("too_short", {"needed": 30, "frames": 20})
 
 
 def test_too_few_performances_are_refused_with_the_reasons(bends: Path) -> None:
-    with pytest.raises(
-        InvalidInput, match=r"^1 of the 2 clips can be used \(expected 3 or more.*missing for too long"
-    ):
+    with rejects("too_few_clips", needed=3, count=1) as caught:
         performances(bends, pattern="a_*")
+    assert isinstance(caught.value, NoUsableClips)
+    reason = next(row["reason"] for row in caught.value.report if row["code"] == "long_gap")
+    assert reason in str(caught.value)
 
 
 @pytest.mark.parametrize("select", [whole_clip, longest_stretch])
@@ -82,8 +83,8 @@ def test_where_nobody_moves_or_the_pelvis_jumps_there_is_no_action(
     still = np.repeat(moving[:1], 60, axis=0)
     kept, *refused = (select(RawClip({"clip": "a"}, motion, 30.0)).row for motion in (moving, still, lost))
     assert kept["verdict"] == "kept"
-    assert "nobody moves" in refused[0]["reason"]
-    assert "frame 39: the pelvis jumps" in refused[1]["reason"]
+    assert [row["code"] for row in refused] == ["nobody_moves", "pelvis_jumps"]
+    assert "frame 39" in refused[1]["reason"]
 
 
 def test_the_middle_cycle_of_a_walk_begins_and_ends_at_phase_zero(tmp_path: Path) -> None:

@@ -2,28 +2,33 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from pipeline.cli.figures import _remarks_on
 from pipeline.clips.kinds import WALKS, Walks
 from pipeline.clips.options import Heading, Locomotion, Skeleton, Steady
-from pipeline.clips.usable import PreparedClip, RawClip, report_row
-from pipeline.clips.walks import REPORT_COLUMNS, steady_walk, synthetic_walks
+from pipeline.clips.usable import PreparedClip, RawClip, refused, report_row
+from pipeline.clips.walks import FAR_FREQUENCY, REPORT_COLUMNS, compared, steady_walk, synthetic_walks
 from pipeline.core import fourier, walking
 from pipeline.formats.points import trc
 from pipeline.ingestion.data import FolderData, SyntheticData
 from pipeline.skeleton import WALKER15
+from pipeline.storage.sealed_folders import canonical
 from pipeline.synthetic.walkers import walking_population
+from pipeline.validation import InvalidInput
 
 
 def assert_consistent(walks: Walks) -> None:
     """Arrays, report and motions are of the same walks."""
     kept = [row for row in walks.report if row["verdict"] == "kept"]
     assert [row["clip"] for row in kept] == list(walks.clip)
-    assert all(tuple(row) == REPORT_COLUMNS for row in walks.report)
+    assert all(tuple(row) == (*REPORT_COLUMNS, "code", "values") for row in walks.report)
+    assert walks.report_columns == list(REPORT_COLUMNS)
     for number in range(len(walks)):
         motion, rate = walks.motion(number), float(walks.frame_rate_hz[number])
         series = fourier.represent(motion, rate)
@@ -58,9 +63,12 @@ def test_a_recording_is_kept_or_refused_with_its_reason(tmp_path: Path) -> None:
     assert_consistent(walks)
     assert list(walks.person) == ["p0", "p1", "p2"]
     assert set(walks.inputs) == {f"p{n}_1.trc" for n in range(5)}
-    reasons = {row["clip"]: row["reason"] for row in walks.report if row["verdict"] == "refused"}
-    assert set(reasons) == {"p3_1.trc", "p4_1.trc"}
-    assert all(reasons.values())
+    rows = {row["clip"]: row for row in walks.report if row["verdict"] == "refused"}
+    assert {name: row["code"] for name, row in rows.items()} == {
+        "p3_1.trc": "too_short",
+        "p4_1.trc": "wrong_format",
+    }
+    assert all(row["reason"] for row in rows.values())
     assert str(tmp_path) not in str(walks.report)
 
 
@@ -76,10 +84,11 @@ def test_the_same_points_under_two_names_are_refused_naming_both(tmp_path: Path)
     data = FolderData(name="folder", path=str(tmp_path), steady=Steady(locomotion=Locomotion.treadmill))
     walks = data.request(WALKS, Skeleton(), 1, 1).make()
     assert list(walks.person) == ["b", "b", "c"]
-    reasons = {row["clip"]: row["reason"] for row in walks.report if row["verdict"] == "refused"}
-    assert set(reasons) == {"a_1.trc", "d_1.trc"}
-    assert "a_1.trc of a: the same points as d_1.trc, which bears the name of d" in reasons["a_1.trc"]
-    assert "the same points as a_1.trc, which bears the name of a" in reasons["d_1.trc"]
+    rows = {row["clip"]: row for row in walks.report if row["verdict"] == "refused"}
+    assert {name: (row["code"], row["values"]) for name, row in rows.items()} == {
+        "a_1.trc": ("same_points", {"clip": "d_1.trc", "person": "d"}),
+        "d_1.trc": ("same_points", {"clip": "a_1.trc", "person": "a"}),
+    }
 
 
 def with_noise(joint: str, noise_mm: float) -> np.ndarray:
@@ -154,14 +163,55 @@ def test_one_bad_wrist_is_estimated_like_a_missing_one() -> None:
 def test_a_bad_ankle_refuses_a_walk_by_name_and_what_takes_it_is_said() -> None:
     found = steady(with_noise("right_ankle", 230.0))
     assert found.positions is None
-    reason = found.row["reason"]
-    assert re.search(r"9\d% of it at right_ankle", reason) or "fundamental" in reason
-    options = dict(re.findall(r"data\.steady\.(\w+)=([0-9.]+)", reason))
+    reason, code, take = (found.row[name] for name in ("reason", "code", "values"))
+    assert re.search(r"9\d% of it at right_ankle", reason) or code == "low_fundamental"
+    assert all(option in reason for option in take["take"])
+    options = dict(option.removeprefix("data.steady.").split("=") for option in take["take"])
+    assert options
     assert set(options) <= {"residual_share", "fundamental_share"}
     assert (
         steady(with_noise("right_ankle", 230.0), **{k: float(v) for k, v in options.items()}).positions
         is not None
     )
+
+
+@pytest.mark.parametrize("ambiguous", [False, True])
+def test_a_frequency_far_from_the_others_is_a_code_of_the_row_whatever_its_sentence_says(
+    ambiguous: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = walking_population(np.random.default_rng(2), male=3, female=0, duration_s=9.0, frame_rate_hz=60.0)
+    found = [steady(motion) for motion in made.positions_mm[:2]]
+    found.append(
+        steady_walk(RawClip(report_row(REPORT_COLUMNS, clip="slow"), made.positions_mm[2], 30.0), Steady())
+    )
+    assert all(walk.positions is not None for walk in found)
+    monkeypatch.setattr("pipeline.clips.walks.EQUAL_FIT_RATIO", np.inf if ambiguous else 1.5)
+    *usual, slow = (walk.row for walk in compared(found, 1.6))
+    assert [row["code"] for row in usual] == ["", ""]
+    assert (slow["verdict"], slow["code"]) == ("refused" if ambiguous else "kept", FAR_FREQUENCY)
+    assert all(option in slow["reason"] for option in slow["values"].get("take", []))
+    assert bool(slow["values"].get("take")) == ambiguous
+
+
+def test_a_run_points_at_clips_far_from_the_others_by_their_code() -> None:
+    rows = [
+        {"clip": "a", "verdict": "kept", "code": FAR_FREQUENCY, "reason": "strange"},
+        {"clip": "b", "verdict": "kept", "code": "", "reason": "slower than the others"},
+        {"clip": "c", "verdict": "refused", "code": FAR_FREQUENCY, "reason": "far off"},
+    ]
+    clips = dataclasses.replace(
+        synthetic_walks(SyntheticData(name="s", walkers=3, duration_s=5.0), 1, 1), report=rows
+    )
+    assert [remark.partition(":")[0] for remark in _remarks_on(clips)] == [
+        "a is strange", "1 of 3 clips refused, with reasons, in table_ingest.csv (e.g. c"
+    ]  # fmt: skip
+
+
+def test_values_that_no_store_keeps_are_left_out_of_the_report() -> None:
+    values = {"text": "a", "number": 1.5, "names": ["a"], "nothing": np.nan, "path": Path("a"), "bytes": b"a"}
+    row = refused({}, InvalidInput("bad", code="fault", **values)).row
+    assert (row["code"], row["values"]) == ("fault", {"text": "a", "number": 1.5, "names": ["a"]})
+    canonical(row)
 
 
 @pytest.mark.parametrize("decimals", [2, 3, 4])
@@ -195,7 +245,8 @@ def test_a_ramp_is_taken_out_as_the_path_is_and_stairs_are_refused(slope: float)
     found = steady(motion)
     if slope > 0.1:
         assert found.positions is None
-        assert "the way is not level (expected a floor, received the pelvis rises by" in found.row["reason"]
+        assert found.row["code"] == "not_level"
+        assert found.row["values"]["rise_mm"] == pytest.approx(slope * float(np.ptp(way)), rel=0.1)
         return
     assert found.positions is not None
     assert floor.positions is not None

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from pipeline.formats import mvnx
-from pipeline.validation import InvalidInput
 from tests.formats.contract import FIXTURES, check_contract
+from tests.rejects import rejects
 
 WHOLE = (FIXTURES / "mvnx_by_hand.mvnx").read_text(encoding="utf-8")
 
@@ -36,24 +36,23 @@ def test_of_several_subjects_the_frames_that_all_have_are_read(tmp_path: Path) -
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "code", "where", "values"),
     [
-        (WHOLE[:-9], "line 15: the file is damaged or cut short"),
-        (WHOLE.replace("mvnx", "html"), "this is not an MVNX file .*received <html>"),
-        (
-            WHOLE.replace("1.5 2 3 4 5 6", "1.5 2 3"),
-            "frame 2: the positions do not fit .*expected 6, received 3",
-        ),
-        (WHOLE.replace("1.5 2", "1.5 two"), "frame 2, segment Pelvis: a value is not a usable number"),
-        (WHOLE.replace('"normal"', '"npose"'), "do not fit the segments .*received no frame"),
-        (WHOLE.replace('frameRate="120"', ""), "the frame rate is unknown"),
-        (WHOLE.replace("<mvnx", '<!DOCTYPE a [<!ENTITY b "c">]><mvnx', 1), "without a document type"),
+        (WHOLE[:-9], "truncated", "line 15", {}),
+        (WHOLE.replace("mvnx", "html"), "wrong_format", "", {"root": "html"}),
+        (WHOLE.replace("1.5 2 3 4 5 6", "1.5 2 3"), "wrong_count", "frame 2", {"needed": 6, "count": 3}),
+        (WHOLE.replace("1.5 2", "1.5 two"), "not_number", "frame 2, segment Pelvis", {"text": "two"}),
+        (WHOLE.replace('"normal"', '"npose"'), "no_frames", "frame 1", {}),
+        (WHOLE.replace('frameRate="120"', ""), "unknown_rate", "", {}),
+        (WHOLE.replace("<mvnx", '<!DOCTYPE a [<!ENTITY b "c">]><mvnx', 1), "document_type", "", {}),
     ],
 )
-def test_damage_is_refused_in_a_sentence(text: str, words: str, tmp_path: Path) -> None:
+def test_damage_is_refused_in_a_sentence(
+    text: str, code: str, where: str, values: dict[str, object], tmp_path: Path
+) -> None:
     path = tmp_path / "a.mvnx"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(InvalidInput, match=words) as caught:
+    with rejects(code, where, **values) as caught:
         mvnx.read(path)
     assert "\n" not in str(caught.value)
 
@@ -75,7 +74,7 @@ def test_a_document_type_is_refused_in_any_encoding(encoding: str, tmp_path: Pat
     assert mvnx.read(path).names == ("Pelvis", "LeftUpperLeg")
     entities = '<!DOCTYPE mvnx [<!ENTITY a "lol"><!ENTITY b "&a;&a;&a;">]>\n' + text
     path.write_text(mark + entities, encoding=encoding)
-    with pytest.raises(InvalidInput, match="XML without a document type"):
+    with rejects("document_type"):
         mvnx.read(path)
 
 

@@ -9,8 +9,9 @@ import pytest
 
 from pipeline import represent
 from pipeline.formats.points import trc
-from pipeline.ingestion.exchanged_labels import MOST, exchanged_back
+from pipeline.ingestion.exchanged_labels import EXCHANGED, MOST, exchanged_back
 from pipeline.skeleton import WALKER15
+from pipeline.skeleton.complaint import remarks_of
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.synthetic.walkers import walking_population
 
@@ -41,7 +42,7 @@ def test_labels_are_exchanged_back(joint: str, first: int, count: int) -> None:
     assert exchanged_back(recorded(truth), EVERY).notes == ()
     found = exchanged_back(recorded(exchanged(truth, joint, first, count)), EVERY)
     np.testing.assert_array_equal(found.positions_mm, truth)
-    (note,) = found.notes
+    (note,) = remarks_of(EXCHANGED, found.notes)
     assert f"left_{joint} and right_{joint} change places: {count} frames from {first} to" in note
 
 
@@ -51,7 +52,7 @@ def test_points_that_were_never_looked_at_and_halves_of_a_walk_stay() -> None:
     half = exchanged(walk(), "ankle", 100, round(MOST * 240) + 2)
     found = exchanged_back(recorded(half), EVERY)
     np.testing.assert_array_equal(found.positions_mm, half)
-    assert "from frame 100 on their labels differ" in found.notes[0]
+    assert "from frame 100 on their labels differ" in remarks_of(EXCHANGED, found.notes)[0]
 
 
 def test_a_walk_is_as_it_was_and_a_warning_says_why(tmp_path: Path) -> None:

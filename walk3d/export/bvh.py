@@ -67,7 +67,7 @@ def write(
             "BVH cannot leave a sample out: choose another format",
             where,
             received=f"{names[point]} missing in frame {frame}",
-            code="sample_missing",
+            code="missing_sample",
             joint=names[point],
             frame=int(frame),
         )

@@ -43,7 +43,7 @@ def write(path: Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate
             "the format cannot hold these names or so many points",
             where,
             "names of 127 bytes at most",
-            code="too_many_names",
+            code="unwritable_name",
         )
     missing = np.isnan(positions).any(axis=-1)
     samples = np.zeros((frames, points, 4), "<f4")

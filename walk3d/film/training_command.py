@@ -28,7 +28,7 @@ def train_model(arguments: Sequence[str]) -> int:
     own = [item for item in arguments if item.startswith(("training.", "output="))]
     rest = [item for item in arguments if item not in own]
     if "output=" in own:
-        raise InvalidInput("must name a folder", "output", received="nothing")
+        raise InvalidInput("must name a folder", "output", received="nothing", code="none_named")
     folder = Path(next((item[7:] for item in own if item.startswith("output=")), str(model_file.SHIPPED)))
     require_replaceable(folder, having=model_file.ENTRY)  # before the work, not after it
     training = filled(_Named, [item for item in own if item.startswith("training.")]).training
@@ -48,6 +48,9 @@ def train_model(arguments: Sequence[str]) -> int:
             "output",
             f"output=… or more than {2 * training.components} people",
             people,
+            code="few_people",
+            needed=2 * training.components + 1,
+            people=people,
         )
     else:
         trained = calibrate(model_file.load(), walks)

@@ -116,11 +116,7 @@ def make(arguments: Sequence[str]) -> tuple[Path, str]:
     for name, other in _WITH.items():
         if any(item.startswith(f"{name}=") for item in arguments) and not getattr(options, other):
             raise InvalidInput(
-                "would change nothing alone",
-                name,
-                f"{other}=… beside it",
-                code="needs_other_option",
-                other=other,
+                "would change nothing alone", name, f"{other}=… beside it", code="needs_another"
             )
     if Path(options.to).suffix.lower() in (".mp4", ".mov", ".webm", ".avi"):
         raise InvalidInput(
@@ -128,7 +124,7 @@ def make(arguments: Sequence[str]) -> tuple[Path, str]:
             "to",
             "a .gif, which `ffmpeg -i walker.gif walker.mp4` turns into one; or .svg, .csv, .ptd",
             options.to,
-            code="video",
+            code="no_films",
         )
     target = target_file(options.to, SUFFIXES, USAGE, source, replace=options.replace)
     walk = _walk(kind, Path(source), options)
@@ -241,7 +237,7 @@ def _in_space(target: Path, walk: Walk, options: Display) -> str:
     for name in _DISTURBED:
         if getattr(options, name):
             raise InvalidInput(
-                "is of a view, and PTD holds three dimensions", name, "to=walker.csv", code="not_in_space"
+                "is of a view, and PTD holds three dimensions", name, "to=walker.csv", code="view_alone"
             )
     count = max(round(options.cycles / walk.stride_hz * pointlight.files.PTD_RATE_HZ), 2)
     times = np.arange(count) / pointlight.files.PTD_RATE_HZ

@@ -70,7 +70,7 @@ def phase_scrambled(lights: PointLights, generator: np.random.Generator) -> Poin
         raise InvalidInput(
             "phases are scrambled in a display that loops",
             expected="a whole number of cycles on the spot",
-            code="does_not_loop",
+            code="looping_display",
         )
     frames, dots = lights.positions.shape[:2]
     first = np.asarray(generator.integers(frames, size=dots))

@@ -189,25 +189,29 @@ def steady_stretch(
                     "no steady walking: the walk is not forwards, or left and right or an axis are exchanged",
                     code="not_forwards",
                 )
-    found = (stop - start) / stride
-    if found < cycles:
+    strides = (stop - start) / stride
+    _require_strides(strides, cycles, float(np.std(signal[start:stop])) if strides >= cycles else np.inf)
+    return Stretch(first + start, first + stop, locomotion, typical, turn, strides)
+
+
+def _require_strides(strides: float, cycles: float, distance_mm: float) -> None:
+    """Require enough strides, and ankles that pass each other by some distance (rms)."""
+    if strides < cycles:
         raise InvalidInput(
             "no steady walking: the steady stretch is too short",
             expected=f"{cycles:g} strides",
-            received=told_apart(found, cycles, 2),
+            received=told_apart(strides, cycles, 2),
             code="too_short",
-            cycles=found,
+            cycles=strides,
         )
-    apart = np.std(signal[start:stop])
-    if apart < STANDING_MM:
+    if distance_mm < STANDING_MM:
         raise InvalidInput(
             "no steady walking: the feet hardly pass each other",
             expected=f"ankles apart by {STANDING_MM:g} mm rms",
-            received=f"{told_apart(apart, STANDING_MM, 0)} mm",
+            received=f"{told_apart(distance_mm, STANDING_MM, 0)} mm",
             code="feet_hardly_pass",
-            distance_mm=apart,
+            distance_mm=distance_mm,
         )
-    return Stretch(first + start, first + stop, locomotion, typical, turn, found)
 
 
 def _running_mean(path: np.ndarray, window: int) -> np.ndarray:

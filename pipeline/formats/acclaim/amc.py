@@ -57,7 +57,7 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     skeleton = read_skeleton(skeleton_of(path), units=units)
     first = _FRAME_NUMBER.search(text)
     if first is None:
-        raise damaged("no frame found", path.name, "an AMC motion with numbered frames")
+        raise damaged("no frame found", path.name, "an AMC motion with numbered frames", code="no_frames")
     radians = _header(text[: first.start()], skeleton.radians, path.name, notes)
     start, values = _values(text[first.start() :], skeleton, path.name)
     require_points(len(values), len(skeleton.names), path.name)
@@ -94,7 +94,10 @@ def skeleton_of(path: Path) -> Path:
             found = sorted(p for p in folder.iterdir() if p.suffix.lower() == ".asf")
         except OSError as error:
             raise damaged(
-                "the folder of its skeleton cannot be read", path.name, received=error.strerror or ""
+                "the folder of its skeleton cannot be read",
+                path.name,
+                received=error.strerror or "",
+                code="unreadable",
             ) from None
         if folder is beside:  # which holds the skeletons of everybody
             found = [p for p in found if _number(p) == _number(path)]
@@ -110,6 +113,8 @@ def skeleton_of(path: Path) -> Path:
             path.name,
             "one .asf beside it, one folder up or in asf/",
             ", ".join(p.name for p in found) or "none",
+            code="unclear_skeleton",
+            skeletons=[p.name for p in found],
         )
     return found[0]
 
@@ -128,6 +133,8 @@ def _header(header: str, radians: float, where: str, notes: list[str]) -> float:
                 where,
                 ":FULLY-SPECIFIED, :DEGREES, then the number of a frame",
                 f"{line!r:.40}",
+                code="unknown_keyword",
+                keyword=line,
             )
         keyword = line.upper()
         if keyword in (":DEGREES", ":RADIANS"):
@@ -160,24 +167,49 @@ def _values(body: str, skeleton: AsfSkeleton, where: str) -> tuple[int, np.ndarr
         place = f"{where}, frame {numbers[-1]}"
         name = known.get(words[0].lower())
         if name is None:
-            raise damaged("the skeleton has no such bone", place, received=f"{words[0]!r:.40}")
+            raise damaged(
+                "the skeleton has no such bone",
+                place,
+                received=f"{words[0]!r:.40}",
+                code="unknown_joint",
+                joint=words[0],
+            )
         place += f", bone {name}"
         if name in frames[-1]:
-            raise damaged("a bone stands twice", place)
+            raise damaged("a bone stands twice", place, code="joint_twice")
         if len(words) != 1 + len(freedoms[name]):
-            raise damaged("a bone has a wrong number of values", place, len(freedoms[name]), len(words) - 1)
+            raise damaged(
+                "a bone has a wrong number of values",
+                place,
+                len(freedoms[name]),
+                len(words) - 1,
+                code="wrong_count",
+                needed=len(freedoms[name]),
+                count=len(words) - 1,
+            )
         frames[-1][name] = words[1:]
     moving = [name for name in skeleton.names if freedoms[name]]
     if not moving:
-        raise damaged("nothing moves: the skeleton has no degrees of freedom", where)
+        raise damaged("nothing moves: the skeleton has no degrees of freedom", where, code="no_channels")
     for number, frame in zip(numbers, frames, strict=True):
         if missing := [name for name in moving if name not in frame]:
             what = "the file is cut short" if frame is frames[-1] else "the frame is not whole"
-            raise damaged(f"{what}: a bone is missing", f"{where}, frame {number}, bone {missing[0]}")
+            raise damaged(
+                f"{what}: a bone is missing",
+                f"{where}, frame {number}, bone {missing[0]}",
+                code="incomplete_frame",
+                joint=missing[0],
+            )
     for before, after in itertools.pairwise(numbers):
         if after != before + 1:
             raise damaged(
-                "frames are missing or repeated", f"{where}, after frame {before}", before + 1, after
+                "frames are missing or repeated",
+                f"{where}, after frame {before}",
+                before + 1,
+                after,
+                code="frame_order",
+                needed=before + 1,
+                frame=after,
             )
     channels = skeleton.channels
 

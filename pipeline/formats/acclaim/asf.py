@@ -91,18 +91,29 @@ def read_skeleton(path: Path, *, units: str | None = None) -> AsfSkeleton:
     if units is None:
         if "length" not in declared:
             raise damaged(
-                "the unit of length is unknown", where, "`length` under :units, or the option units"
+                "the unit of length is unknown",
+                where,
+                "`length` under :units, or the option units",
+                code="unknown_unit",
+                unit="",
             )
         units = "in/" + " ".join(declared["length"])
     millimetres = millimetres_in(units, where)
     angle = " ".join(declared.get("angle", [])).lower()
     if angle not in ("deg", "rad"):
-        raise damaged("the unit of angle is unknown", f"{where}, :units", "deg or rad", f"{angle!r:.40}")
+        raise damaged(
+            "the unit of angle is unknown",
+            f"{where}, :units",
+            "deg or rad",
+            f"{angle!r:.40}",
+            code="unknown_angle",
+            unit=angle,
+        )
     radians = np.pi / 180 if angle == "deg" else 1.0
-
     orientation = read_vector(root.get("orientation", ["0"] * 3), 3, f"{where}, :root, orientation")
     if np.any(orientation):
-        raise damaged("the root has a preset orientation", f"{where}, :root", "0 0 0")
+        wrong = "the root has a preset orientation"
+        raise damaged(wrong, f"{where}, :root", "0 0 0", code="preset_orientation")
     position = read_vector(root.get("position", ["0"] * 3), 3, f"{where}, :root, position")
     names = ["root"]
     offsets, axes = [np.zeros(3)], [np.eye(3)]
@@ -116,13 +127,21 @@ def read_skeleton(path: Path, *, units: str | None = None) -> AsfSkeleton:
                 f"{where}, bone {len(names)} of :bonedata",
                 "one word, once",
                 f"{name!r:.40}",
+                code="no_own_name",
+                name=name,
             )
         place = f"{where}, bone {name}"
         direction = read_vector(bone.get("direction", []), 3, f"{place}, direction")
         length = float(read_vector(bone.get("length", []), 1, f"{place}, length")[0])
         norm = float(np.linalg.norm(direction))
         if length < 0 or (length > 0 and norm == 0):
-            raise damaged("the bone has no direction or a negative length", place, received=f"{length:g}")
+            raise damaged(
+                "the bone has no direction or a negative length",
+                place,
+                received=f"{length:g}",
+                code="no_direction",
+                length=length,
+            )
         axis = bone.get("axis", ["0", "0", "0", "XYZ"])
         turn = read_vector(axis[:3], 3, f"{place}, axis") * radians
         offsets.append(direction * (length / norm if norm else 0.0) * millimetres)
@@ -192,11 +211,23 @@ def _tree(
     for words in hierarchy:
         unknown = [word for word in words if word.lower() not in index]
         if unknown:
-            raise damaged("a bone is not in :bonedata", place, received=f"{unknown[0]!r:.40}")
+            raise damaged(
+                "a bone is not in :bonedata",
+                place,
+                received=f"{unknown[0]!r:.40}",
+                code="unknown_joint",
+                joint=unknown[0],
+            )
         parent, *below = (index[word.lower()] for word in words)
         for child in below:
             if child == 0 or parents[child] >= 0:
-                raise damaged("a bone has two parents, or the root has one", place, received=names[child])
+                raise damaged(
+                    "a bone has two parents, or the root has one",
+                    place,
+                    received=names[child],
+                    code="two_parents",
+                    joint=names[child],
+                )
             parents[child] = parent
         children.setdefault(parent, []).extend(below)
     order = [0]
@@ -207,6 +238,8 @@ def _tree(
             "a bone has no path to the root",
             place,
             received=next(name for p, name in enumerate(names) if p not in order),
+            code="no_path_to_root",
+            joint=next(name for p, name in enumerate(names) if p not in order),
         )
     return tuple(parents), tuple(order)
 
@@ -221,6 +254,8 @@ def _freedoms(words: list[str], where: str, *, root: bool = False) -> tuple[str,
             where,
             f"each of {' '.join(allowed)} at most once" + ("" if root else ", at a constant length"),
             " ".join(words)[:60],
+            code="wrong_channels",
+            channels=" ".join(words),
         )
     return freedoms
 
@@ -229,7 +264,14 @@ def _rotation(angles_rad: np.ndarray, words: list[str], where: str) -> np.ndarra
     """The (3, 3) rotation of an ``axis`` line: three angles for x, y, z and the order in which they apply."""
     order = "".join(words).lower()
     if sorted(order) != ["x", "y", "z"]:
-        raise damaged("the order of axes is unknown", where, "e.g. XYZ", f"{order!r:.40}")
+        raise damaged(
+            "the order of axes is unknown",
+            where,
+            "e.g. XYZ",
+            f"{order!r:.40}",
+            code="unknown_axes",
+            axes=order,
+        )
     inverse = np.eye(3)[None]
     for letter in order:
         turn(inverse, letter, -angles_rad["xyz".index(letter), None])
@@ -264,11 +306,11 @@ def read_sections(path: Path) -> tuple[_Words, _Words, list[_Words], list[list[s
         key, place = words[0].lower(), f"{where}, line {number}"
         if key.startswith(":"):
             if is_open:
-                raise damaged("a `begin` has no `end`", place, received=key)
+                raise damaged("a `begin` has no `end`", place, received=key, code="unclosed")
             section = key
         elif section in (":bonedata", ":hierarchy") and key in ("begin", "end"):
             if is_open == (key == "begin"):
-                raise damaged("`begin` and `end` do not alternate", place)
+                raise damaged("`begin` and `end` do not alternate", place, code="unbalanced")
             is_open = key == "begin"
             if is_open and section == ":bonedata":
                 bones.append({})
@@ -276,15 +318,15 @@ def read_sections(path: Path) -> tuple[_Words, _Words, list[_Words], list[list[s
             hierarchy.append(words)
         elif section == ":bonedata" or section in plain:
             if section == ":bonedata" and not is_open:
-                raise damaged("a line stands outside `begin` and `end`", place)
+                raise damaged("a line stands outside `begin` and `end`", place, code="outside_block")
             entries = bones[-1] if section == ":bonedata" else plain[section]
             if key in entries and key in _KEYS:
-                raise damaged(f"`{key}` stands twice", f"{place}, {section}")
+                raise damaged(f"`{key}` stands twice", f"{place}, {section}", code="key_twice", key=key)
             entries[key] = words[1:]
     if is_open:
-        raise damaged("the file is cut short: a `begin` has no `end`", where)
+        raise damaged("the file is cut short: a `begin` has no `end`", where, code="truncated")
     if not bones or not hierarchy:
-        raise damaged("no bones or no hierarchy", where, ":bonedata and :hierarchy")
+        raise damaged("no bones or no hierarchy", where, ":bonedata and :hierarchy", code="no_joints")
     return plain[":units"], plain[":root"], bones, hierarchy
 
 

@@ -75,7 +75,6 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     rows, words = _rows(lines, first, labels, path.name)
     require_points(len(rows), len(joints), path.name)
     notes = [*odd]
-
     numbers = [*(word for joint in joints for word in joint.offset), interval, *lines[first:]]
     if any("," in piece for piece in numbers):
         if any("." in piece or re.search(r",(?!\d)", piece) for piece in numbers):
@@ -83,6 +82,7 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
                 "commas that may not be decimal commas",
                 path.name,
                 "no decimal points beside commas, and a digit after each comma",
+                code="ambiguous_commas",
             )
         words = [word.replace(",", ".") for word in words]
         interval = interval.replace(",", ".")
@@ -108,6 +108,8 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
                 where,
                 "seconds > 0, or the option frame_rate_hz",
                 interval[:40],
+                code="unusable_rate",
+                text=interval,
             )
         notes.append(f"The frame time {interval[:40]} cannot be used; the frame rate asked for is.")
         seconds = 1.0 / frame_rate_hz
@@ -147,18 +149,24 @@ def _motion_header(lines: list[str], motion: int, where: str) -> tuple[int, str,
                 f"{where}, line {i + 1}",
                 f"{wanted}: a number",
                 f"{lines[i].strip()!r:.40}",
+                code="unreadable_header",
+                key=wanted,
             )
         found.append(match[1])
         if len(found) == 2:
             return int(found[0]), found[1], i + 1
-    raise damaged("the file is cut short in the motion's header", where)
+    raise damaged("the file is cut short in the motion's header", where, code="truncated", part="header")
 
 
 def _rows(lines: list[str], first: int, labels: list[str], where: str) -> tuple[list[int], list[str]]:
     """Line number of each frame, and the words of all frames, each of the right width."""
     rows = [k for k in range(first, len(lines)) if lines[k].strip()]
     if not rows or not labels:
-        raise damaged("no frames" if labels else "no joint has channels", where)
+        raise damaged(
+            "no frames" if labels else "no joint has channels",
+            where,
+            code="no_frames" if labels else "no_channels",
+        )
     found: list[str] = []
     for k in rows:
         words = lines[k].split()
@@ -170,6 +178,9 @@ def _rows(lines: list[str], first: int, labels: list[str], where: str) -> tuple[
                 f"{where}, line {k + 1}",
                 len(labels),
                 len(words),
+                code="truncated" if is_cut else "wrong_count",
+                needed=len(labels),
+                count=len(words),
             )
         found += words
     return [k + 1 for k in rows], found
@@ -234,20 +245,35 @@ def read_hierarchy(lines: list[str], where: str) -> tuple[list[Joint], int]:
             key = key.upper()
             if not started:
                 if key != "HIERARCHY" or words:
-                    raise damaged("this is not a BVH file", place, "HIERARCHY", f"{part!r:.40}")
+                    raise damaged(
+                        "this is not a BVH file", place, "HIERARCHY", f"{part!r:.40}", code="wrong_format"
+                    )
                 started = True
             elif awaits_brace != (key == "{"):
-                raise damaged("braces do not match", place, "{" if awaits_brace else "no {", f"{part!r:.40}")
+                raise damaged(
+                    "braces do not match",
+                    place,
+                    "{" if awaits_brace else "no {",
+                    f"{part!r:.40}",
+                    code="unbalanced",
+                )
             elif key == "{":
                 awaits_brace = False
             elif key == "}":
                 if here < 0:
-                    raise damaged("a } too many", place)
+                    raise damaged("a } too many", place, code="unopened")
                 here = joints[here].parent
             elif key == "MOTION":
                 if here >= 0:
                     lost = joints[here]
-                    raise damaged(f"the brace of {lost.name!r} (line {lost.line}) is not closed", place, "}")
+                    raise damaged(
+                        f"the brace of {lost.name!r} (line {lost.line}) is not closed",
+                        place,
+                        "}",
+                        code="unclosed",
+                        joint=lost.name,
+                        line=lost.line,
+                    )
                 _name_apart(joints)
                 return joints, at - 1
             elif key in ("ROOT", "JOINT", "END"):
@@ -265,8 +291,10 @@ def read_hierarchy(lines: list[str], where: str) -> tuple[list[Joint], int]:
                     place,
                     "ROOT, JOINT, End Site, OFFSET, CHANNELS, a brace or MOTION",
                     f"{part!r:.40}",
+                    code="unreadable_line",
+                    text=part,
                 )
-    raise damaged("the file is cut short: no MOTION", where)
+    raise damaged("the file is cut short: no MOTION", where, code="truncated", part="hierarchy")
 
 
 def _name_apart(joints: list[Joint]) -> None:
@@ -291,16 +319,31 @@ def _new_joint(
     """A joint or end site under the joint whose brace is open."""
     if (key == "ROOT") == (parent >= 0):
         side = "inside" if parent >= 0 else "outside"
-        raise damaged(f"{key} stands {side} a joint", place, "ROOT around JOINT and End Site")
+        raise damaged(
+            f"{key} stands {side} a joint",
+            place,
+            "ROOT around JOINT and End Site",
+            code="joint_misplaced",
+            key=key,
+        )
     if key == "END":
         # More than one end of the same joint is legal: the second is `<parent>_end2`.
         base = f"{joints[parent].name}_end"
         count = sum(joint.is_end and joint.parent == parent for joint in joints)
         name = base if count == 0 else f"{base}{count + 1}"
     if parent >= 0 and joints[parent].is_end:
-        raise damaged("a joint stands inside an End Site", place, received=f"{name!r:.40}")
+        raise damaged(
+            "a joint stands inside an End Site", place, received=f"{name!r:.40}", code="joint_in_end_site"
+        )
     if not name or name in names:
-        raise damaged("a joint has no name of its own", place, "a new name", f"{name!r:.40}")
+        raise damaged(
+            "a joint has no name of its own",
+            place,
+            "a new name",
+            f"{name!r:.40}",
+            code="no_own_name",
+            name=name,
+        )
     names.add(name)
     return Joint(name=name, parent=parent, line=number, is_end=key == "END")
 
@@ -311,7 +354,13 @@ def _describe(joint: Joint, key: str, words: list[str], place: str) -> None:
     if key == "OFFSET":
         if joint.offset or len(words) != 3:
             raise damaged(
-                f"the offset of {joint.name!r} cannot be read", place, "three numbers, once", received
+                f"the offset of {joint.name!r} cannot be read",
+                place,
+                "three numbers, once",
+                received,
+                code="unreadable_offset",
+                joint=joint.name,
+                text=received,
             )
         joint.offset = words
         return
@@ -324,5 +373,7 @@ def _describe(joint: Joint, key: str, words: list[str], place: str) -> None:
             place,
             "their count, then each of Xposition … Zrotation at most once",
             received,
+            code="wrong_channels",
+            joint=joint.name,
         )
     joint.channels = channels

@@ -46,6 +46,7 @@ def read_header(data: bytes, where: str) -> Header:
             f"{where}, byte 0",
             "a block number above 1, then 0x50",
             data[:2].hex(" "),
+            code="wrong_format",
         )
     begin = (data[0] - 1) * BLOCK
     if len(data) < begin + BLOCK:
@@ -54,6 +55,8 @@ def read_header(data: bytes, where: str) -> Header:
             where,
             f"at least {begin + BLOCK} bytes",
             len(data),
+            code="truncated",
+            part="parameters",
         )
     _, _, blocks, processor = data[begin : begin + 4]
     if processor not in _BYTE_ORDER:
@@ -62,6 +65,7 @@ def read_header(data: bytes, where: str) -> Header:
             f"{where}, byte {begin + 3}",
             "84 (Intel), 85 (DEC) or 86 (MIPS)",
             processor,
+            code="unknown_processor",
         )
     words = integers(data[:24], processor).astype(int).tolist()
     scale, rate = (float(floats(data[at : at + 4], processor)[0]) for at in (12, 20))

@@ -67,7 +67,7 @@ def find_layout(
     def counts(name: str, *values: float) -> list[int]:
         positive = sorted({int(value) for value in values if value >= 1})
         if not positive:
-            raise damaged(f"the file declares no {name}", where)
+            raise damaged(f"the file declares no {name}", where, code="not_declared", name=name)
         return positive
 
     points = counts("points", header.points, *parameters.numbers("POINT:USED")[:1])
@@ -93,6 +93,7 @@ def find_layout(
             f"{where}, byte 16",
             f"a block from {begin // BLOCK + 1} to {size // BLOCK + 1}",
             _either(blocks),
+            code="misplaced_data",
         )
     layouts = [Layout(*choice, width) for choice in product(starts, points, analog, frames)]
     # Frames end within the last block of the file.
@@ -105,6 +106,7 @@ def find_layout(
                 "the frame counter of the header is full and nothing gives the true count",
                 f"{where}, byte 8",
                 "TRIAL:ACTUAL_END_FIELD or POINT:LONG_FRAMES",
+                code="full_counter",
             )
         notes.append(f"{size - ends[0]} bytes after the last frame are not read.")
         return layouts[0]
@@ -112,7 +114,16 @@ def find_layout(
         what = (
             "the file is truncated" if size < ends[0] else "the file's size fits no or several declarations"
         )
-        raise damaged(f"{what}: {declared}", where, f"{_either(ends)} bytes", size)
+        raise damaged(
+            f"{what}: {declared}",
+            where,
+            f"{_either(ends)} bytes",
+            size,
+            code="truncated" if size < ends[0] else "contradiction",
+            needed=ends,
+            size=size,
+            frames=frames,
+        )
     if len(layouts) > 1 and fitting[0].frames <= _COUNTER_LIMIT:
         notes.append(f"The header and the parameters disagree ({declared}); the file's size decides.")
     return fitting[0]

@@ -28,6 +28,9 @@ class Parameters:
                 f"{self.where}, byte {self.at + begin}",
                 f"{end - begin} bytes",
                 len(self.section) - begin,
+                code="parameter_overrun",
+                parameter=key,
+                needed=end - begin,
             )
         return self.section[begin:end]
 
@@ -76,6 +79,7 @@ def read_parameters(data: bytes, header: Header, where: str, notes: list[str]) -
             f"{where}, byte {begin + 2}",
             f"at least {end} bytes",
             len(data),
+            code="section_overrun",
         )
     # The block count is one byte, so a long section is known only by where the data begin.
     section = data[begin : max(end, (header.data_block - 1) * BLOCK)]
@@ -89,7 +93,12 @@ def read_parameters(data: bytes, header: Header, where: str, notes: list[str]) -
             break
         link = at + 2 + abs(name_length)  # where the distance to the next record stands
         if link + 4 > len(section):
-            raise damaged("a parameter record is cut off", f"{where}, byte {begin + at}")
+            raise damaged(
+                "a parameter record is cut off",
+                f"{where}, byte {begin + at}",
+                code="truncated",
+                part="record",
+            )
         name = _text(section[at + 2 : link]).upper()
         step = int.from_bytes(section[link : link + 2], "big" if header.processor == MIPS else "little")
         if group < 0:
@@ -106,6 +115,7 @@ def read_parameters(data: bytes, header: Header, where: str, notes: list[str]) -
                 f"{where}, byte {begin + link}",
                 f"a step of at most {len(section) - link}",
                 step,
+                code="record_overrun",
             )
         at = max(link + step, link + 2)
     entries: dict[str, tuple[int, tuple[int, ...], int]] = {}

@@ -95,7 +95,13 @@ def _segments(
         channels = int((parameters.numbers("ANALOG:USED") or [0])[0]) or header.analog
         if channels:
             what = "the file holds analog channels alone, no points: export the trial with its trajectories"
-        raise damaged(what, where, received=f"{channels} channels" if channels else "")
+        raise damaged(
+            what,
+            where,
+            received=f"{channels} channels" if channels else "",
+            code="analog_alone" if channels else "no_points",
+            channels=channels,
+        )
     names, origins, rate = found
     unit, millimetres, assumed = _unit(parameters, where, units, notes)
     notes.append("The file has no points; these are the origins of its segments (ROTATION).")
@@ -114,6 +120,7 @@ def _scale(header: Header, parameters: Parameters, where: str) -> float:
             f"{where}, byte 12 and POINT:SCALE",
             "twice the same number, not zero",
             f"{header.scale:g} and {scale:g}",
+            code="unusable_scale",
         )
     return scale
 
@@ -138,6 +145,8 @@ def _rate(header: Header, parameters: Parameters, where: str, notes: list[str], 
             f"{where}, POINT:RATE and byte 20",
             "twice the same positive number of Hz" + ("" if usable else ", or the option frame_rate_hz"),
             " and ".join(f"{rate:g}" for rate in declared),
+            code="unusable_rate",
+            rates=declared,
         )
     if len(usable) < len(declared) or usable[0] != usable[-1]:
         notes.append(f"POINT:RATE and the header disagree on the frame rate; {usable[0]:g} Hz is used.")

@@ -36,6 +36,8 @@ def segment_origins(
             f"{where}, ROTATION",
             f"{max(start, 0) + needed} bytes",
             f"{frames} frames of {segments} segments at {rate:g} Hz in {len(data)} bytes",
+            code="truncated",
+            part="rotations",
         )
     numbers = floats(data[start : start + needed], header.processor).reshape(frames, segments, _NUMBERS)
     origins = numbers[:, :, 12:15].copy()

@@ -71,7 +71,9 @@ class Rows:
         numbers = self.numbers([column])[:, 0]
         if np.isnan(numbers).any():
             place = self.place(int(np.isnan(numbers).argmax()))
-            raise damaged("a number is missing", f"{place}, column {self.header[column]!r}")
+            raise damaged(
+                "a number is missing", f"{place}, column {self.header[column]!r}", code="missing_number"
+            )
         return numbers
 
 
@@ -104,12 +106,16 @@ def positions_to_write(
             where,
             f"(frames, {len(names)}, 3), none zero",
             positions.shape,
+            code="wrong_shape",
+            shape=positions.shape,
         )
     for k, name in enumerate(names):
         readable = name and name == name.strip() and name.isprintable()  # what ends a line is not printable
         if not readable or (distinct and name in names[:k]):
-            raise damaged("the table cannot hold the point name", where, received=repr(name))
+            raise damaged(
+                "the table cannot hold the point name", where, received=repr(name), code="unwritable_name"
+            )
     require_range(f"{where}, frame_rate_hz", frame_rate_hz, above=0, unit="Hz")
     if np.isinf(positions).any():
-        raise damaged("a position is infinite", where)
+        raise damaged("a position is infinite", where, code="not_finite")
     return positions

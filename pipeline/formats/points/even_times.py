@@ -8,6 +8,7 @@ import numpy as np
 
 from pipeline.formats.budget import require_points
 from pipeline.formats.contract import damaged
+from pipeline.skeleton.complaint import Remark
 from pipeline.validation import InvalidInput
 
 _GAP = 2.5
@@ -72,7 +73,9 @@ def at_equal_intervals(
     even = not (at % 1).any()
     if even and count == len(at):
         return positions, rate
-    require_points(count, positions.shape[1], place(int(np.diff(at).argmax()) + 1), "the times jump")
+    require_points(
+        count, positions.shape[1], place(int(np.diff(at).argmax()) + 1), "the times jump", code="times_jump"
+    )
     if not even:
         return _interpolated(at, positions, np.arange(float(count))), rate
     filled = np.full((count, *positions.shape[1:]), np.nan)
@@ -107,7 +110,10 @@ def frames_of(
     if not steps.size:
         if declared_hz is None:
             raise damaged(
-                "the frame rate is unknown", place(0), "two frames or more, or a rate in the header"
+                "the frame rate is unknown",
+                place(0),
+                "two frames or more, or a rate in the header",
+                code="unknown_rate",
             )
         return np.zeros(1), declared_hz
     duration = float(times_s[-1] - times_s[0])
@@ -131,7 +137,9 @@ def frames_of(
                 f"not {declared_hz:g} Hz as the header or the option says."
             )
     if not 1 <= rate <= 1e6:
-        raise damaged("the times are not in seconds", place(1), "1 Hz or more", f"{rate:g} Hz")
+        raise damaged(
+            "the times are not in seconds", place(1), "1 Hz or more", f"{rate:g} Hz", code="not_seconds"
+        )
     span = frames.sum()
     if declared_hz is not None and abs(span / (duration * rate) - 1) > _TOLERANCE + rounding * rate / span:
         raise _contradiction(place, rate, span / duration)
@@ -142,16 +150,17 @@ def frames_of(
             place(0),
             "the option frame_rate_hz, or a rate in the header",
             f"{rate:.4g} Hz give or take {100 * doubt:.2g} %",
+            code="coarse_times",
+            rate_hz=rate,
+            doubt=doubt,
         )
     even = off.max() <= _allowance(rounding, rate)
     if declared_hz is None:
         rate = _whole(span / duration if even else rate, doubt)
     if even:
         return np.append(0.0, np.cumsum(frames)), rate
-    notes.append(
-        f"The times are not evenly spaced ({steps.min():.4g} to {steps.max():.4g} s); "
-        f"they were resampled to {rate:.6g} Hz."
-    )
+    uneven = f"The times are not evenly spaced ({steps.min():.4g} to {steps.max():.4g} s)"
+    notes.append(Remark(f"{uneven}; they were resampled to {rate:.6g} Hz.", "times"))
     return (times_s - times_s[0]) * rate, rate
 
 
@@ -172,6 +181,9 @@ def _contradiction(place: Callable[[int], str], declared_hz: float, times_hz: fl
         place(1),
         f"{declared_hz:g} Hz",
         f"{times_hz:.4g} Hz",
+        code="rate_contradiction",
+        stated_hz=declared_hz,
+        times_hz=times_hz,
     )
 
 
@@ -203,7 +215,11 @@ def _in_seconds(
     if wrong.size:
         k = int(wrong[0]) + 1
         raise damaged(
-            "the time does not follow the line before", place(k), "seconds that increase", f"{times[k]:g} s"
+            "the time does not follow the line before",
+            place(k),
+            "seconds that increase",
+            f"{times[k]:g} s",
+            code="time_order",
         )
     if len(steps) < 2 or steps.min() <= 1.5:
         return times
@@ -214,9 +230,10 @@ def _in_seconds(
             place(1),
             "the option frame_rate_hz",
             f"frames {step:g} apart",
+            code="unclear_time_unit",
         )
     unit, size = found
-    notes.append(f"The times are taken as {unit}: frames are {step:g} apart.")
+    notes.append(Remark(f"The times are taken as {unit}: frames are {step:g} apart.", "times"))
     return times / size
 
 

@@ -67,7 +67,7 @@ class _Lines:
             read = csv.reader(io.StringIO(text, newline=""), delimiter=separator)
             self.cells = [[cell.strip() for cell in row] for row in read]
         except csv.Error as error:
-            raise damaged("the quoting is broken", where) from error
+            raise damaged("the quoting is broken", where, code="broken_quotes") from error
         self.where, self.notes, self.ended = where, notes, text.endswith("\n")
         self.declared = np.nan  # number of frames
         if separator != ",":
@@ -108,12 +108,21 @@ class _Lines:
         if "time" in of:
             positions, rate = at_equal_intervals(of["time"], positions, rate, place, self.notes)
         elif rate is None:
-            raise damaged("the frame rate is unknown", self.where, "FREQUENCY, or the option frame_rate_hz")
+            raise damaged(
+                "the frame rate is unknown",
+                self.where,
+                "FREQUENCY, or the option frame_rate_hz",
+                code="unknown_rate",
+            )
         elif "frame" in of:  # those that have no line are missing
             counter = of["frame"]
             wrong = np.flatnonzero(np.isnan(counter) | (np.diff(counter, prepend=counter[0] - 1) <= 0))
             if wrong.size:
-                raise damaged("the frame number does not follow the line before", place(int(wrong[0])))
+                raise damaged(
+                    "the frame number does not follow the line before",
+                    place(int(wrong[0])),
+                    code="frame_order",
+                )
             times = (counter - counter[0]) / rate
             positions, rate = at_equal_intervals(times, positions, rate, place, self.notes)
         return motion_capture(names, positions, rate, unit, self.notes)
@@ -127,8 +136,15 @@ class _Lines:
             rows.pop()
             self.notes.append(f"The last line ({stop}) was cut and is not read.")
         if not rows:
-            raise damaged("the table has no frames", self.where, "lines of numbers below the titles")
-        require_memory(64 * len(rows) * len(columns), self.where, "the table has more titles than numbers")
+            raise damaged(
+                "the table has no frames", self.where, "lines of numbers below the titles", code="no_frames"
+            )
+        require_memory(
+            64 * len(rows) * len(columns),
+            self.where,
+            "the table has more titles than numbers",
+            code="titles_alone",
+        )
         # Missing points at the end of a line are often left out with their separators.
         if long := [k for k, row in enumerate(rows) if any(row[last + 1 :])]:
             raise damaged(
@@ -136,6 +152,9 @@ class _Lines:
                 self.place(first + long[0]),
                 last + 1,
                 len(rows[long[0]]),
+                code="wrong_count",
+                needed=last + 1,
+                count=len(rows[long[0]]),
             )
         return Rows(self.where, rows, range(first + 1, stop + 1), self.notes).numbers(columns)
 
@@ -149,12 +168,17 @@ def _nexus(lines: _Lines, units: str | None) -> MotionCapture:
             lines.where,
             "a section Trajectories",
             ", ".join(row[0] for row in lines.cells if len([c for c in row if c]) == 1)[:60],
+            code="no_trajectories",
         )
     begin = starts[0]
     rate = number((lines.cells[begin + 1] or [""])[0])
     if not 0 < rate < 1e6:
         raise damaged(
-            "the frame rate is unusable", lines.place(begin + 1), "hertz", str(lines.cells[begin + 1])[:40]
+            "the frame rate is unusable",
+            lines.place(begin + 1),
+            "hertz",
+            str(lines.cells[begin + 1])[:40],
+            code="unusable_rate",
         )
     heading, titles, unit_row = (lines.cells[begin + k] for k in (2, 3, 4))
     has_units = not np.isfinite(number((unit_row or [""])[0] or "x"))  # older exports have no line of units
@@ -168,6 +192,7 @@ def _nexus(lines: _Lines, units: str | None) -> MotionCapture:
             lines.place(begin + 2),
             f"{axes.count('Y')} names",
             len(named),
+            code="misplaced_names",
         )
     # Beside the trajectories may stand what is computed from them, under titles of its own.
     if others := [name for k, name in enumerate(heading) if name and k not in named]:
@@ -185,14 +210,23 @@ def _qualisys(lines: _Lines, frame_rate_hz: float | None, units: str | None) -> 
     settings = {row[0].upper(): row[1:] for row in lines.cells if row and row[0]}
     kind = (settings.get("DATA_INCLUDED") or ["3D"])[0]
     if kind != "3D":
-        raise damaged("the table holds no markers", lines.where, "an export of 3D data", kind)
+        raise damaged(
+            "the table holds no markers",
+            lines.where,
+            "an export of 3D data",
+            kind,
+            code="no_markers",
+            kind=kind,
+        )
     names = [name for name in settings.get("MARKER_NAMES", []) if name]
     end = len(lines.cells)
     first = next((k for k, row in enumerate(lines.cells, 1) if row and row[0].upper() == "MARKER_NAMES"), end)
     while first < end and not (lines.cells[first] and np.isfinite(number(lines.cells[first][0] or "x"))):
         first += 1
     if first == end or not names:
-        raise damaged("the table has no frames", lines.where, "lines of numbers after MARKER_NAMES")
+        raise damaged(
+            "the table has no frames", lines.where, "lines of numbers after MARKER_NAMES", code="no_frames"
+        )
     titles = [title.lower() for title in lines.cells[first - 1]]
     width = max(k for k, cell in enumerate(lines.cells[first], 1) if cell)
     leading: list[str] = [title for title in ("frame", "time") if title in titles[:2]]
@@ -222,6 +256,7 @@ def _optitrack(lines: _Lines, units: str | None) -> MotionCapture:
             "the titles of the columns cannot be read",
             lines.where,
             "lines Type and Name over columns of Position, and a line Frame, Time",
+            code="unreadable_header",
         )
     unit = unit_of(settings.get("Length Units", "")) or units or ""
     millimetres = millimetres_in(unit, f"{lines.place(0)}, Length Units")
@@ -239,7 +274,9 @@ def _optitrack(lines: _Lines, units: str | None) -> MotionCapture:
     # Where a skeleton's bones expect markers is of use if nothing else is there.
     whole = {key: found for key, found in whole.items() if key[1] != "Bone Marker"} or whole
     if not whole:
-        raise damaged("there are no positions of bones or markers", lines.where, "Type Bone or Marker")
+        raise damaged(
+            "there are no positions of bones or markers", lines.where, "Type Bone or Marker", code="no_points"
+        )
     # A bone and a marker of one name are different points.
     names = [
         name if kind == "Bone" or (name, "Bone") not in whole else f"{name}_marker" for name, kind in whole

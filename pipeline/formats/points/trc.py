@@ -90,7 +90,12 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     if np.isnan(table.times).all():
         rate = rate or frame_rate_hz
         if rate is None:
-            raise damaged("the frame rate is unknown", f"{where}, column Time", "the option frame_rate_hz")
+            raise damaged(
+                "the frame rate is unknown",
+                f"{where}, column Time",
+                "the option frame_rate_hz",
+                code="unknown_rate",
+            )
     else:
         positions, rate = at_equal_intervals(table.times, positions, rate, table.rows.place, notes)
     return motion_capture(table.names, positions, rate, unit, notes, units_assumed=not stated)
@@ -107,6 +112,7 @@ def read_table(path: Path) -> Table:
             f"{where}, line 1",
             "five lines of header that begin with PathFileType",
             f"{lines[0]!r:.40}",
+            code="wrong_format",
         )
     separator = max("\t,;", key=lines[3].count)
     cells = partial(_cells, separator=separator if lines[3].count(separator) > 1 else None)
@@ -124,7 +130,7 @@ def read_table(path: Path) -> Table:
         notes.append("Commas inside numbers were read as decimal points.")
     count = len(rows.cells)
     if not count:
-        raise damaged("the file has no frames", where, "lines of numbers after the header")
+        raise damaged("the file has no frames", where, "lines of numbers after the header", code="no_frames")
     compare_frames(frames, count, notes)
     declared = number(settings.get("nummarkers", ""))
     names, columns = _markers(cells(lines[3]), axes, rows, declared)
@@ -136,6 +142,9 @@ def read_table(path: Path) -> Table:
             rows.place(short[0]),
             columns[-1] + 1,
             len(rows.cells[short[0]]),
+            code="wrong_count",
+            needed=columns[-1] + 1,
+            count=len(rows.cells[short[0]]),
         )
     numbers = rows.numbers([0, 1, *columns])
     positions = numbers[:, 2:].reshape(count, len(names), 3)
@@ -161,7 +170,9 @@ def write(path: Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate
     """
     positions = positions_to_write(names, positions_mm, frame_rate_hz, path.name, distinct=False)
     if quoted := [name for name in names if name != name.strip('"')]:
-        raise damaged("the table cannot hold the point name", path.name, received=quoted[0])
+        raise damaged(
+            "the table cannot hold the point name", path.name, received=quoted[0], code="unwritable_name"
+        )
     names = [*map(harmless, names)]
     rate = repr(float(frame_rate_hz))
     frames, markers = positions.shape[:2]
@@ -208,7 +219,14 @@ def _rate(settings: dict[str, str], where: str) -> float | None:
     written = settings.get("datarate", "")
     value = number(written.replace(",", ".")) if written else 0.0
     if not abs(value) < LARGEST:
-        raise damaged("DataRate is unusable", f"{where}, line 3", "a positive number", f"{written:.40}")
+        raise damaged(
+            "DataRate is unusable",
+            f"{where}, line 3",
+            "a positive number",
+            f"{written:.40}",
+            code="unusable_rate",
+            text=written,
+        )
     return value if value > 0 else None
 
 
@@ -229,7 +247,11 @@ def _markers(
     place = f"{rows.where}, line 4"
     if heading[0].lower().rstrip("#") != "frame" or len(heading) < 3:
         raise damaged(
-            "the line of marker names cannot be read", place, "Frame#, Time and names", f"{heading[:2]!r:.40}"
+            "the line of marker names cannot be read",
+            place,
+            "Frame#, Time and names",
+            f"{heading[:2]!r:.40}",
+            code="unreadable_header",
         )
     named = [(column, name) for column, name in enumerate(heading) if column > 1 and name]
     if (
@@ -260,6 +282,9 @@ def _markers(
                 rows.place(long),
                 at[-1] + 1,
                 width,
+                code="wrong_count",
+                needed=at[-1] + 1,
+                count=width,
             )
         at = filled
     starts = at[::3]
@@ -273,6 +298,8 @@ def _markers(
             place,
             f"{count} names, one over each three columns",
             f"{len(named)} names",
+            code="misplaced_names",
+            count=len(named),
         )
     rows.notes.append(
         f"{count - len(named)} markers have no name; they are called point_1, point_2… by their place."

@@ -22,6 +22,7 @@ from pipeline.skeleton import WALKER15
 from pipeline.skeleton.mapped_joints import map_joints
 from pipeline.validation import InvalidInput
 from tests.formats.contract import FIXTURES, check_contract, recording, replace, source_mapping
+from tests.rejects import rejects
 
 ASF, AMC = FIXTURES / "asf_by_hand.asf", FIXTURES / "amc_by_hand.amc"
 needs_recordings = pytest.mark.skipif(
@@ -126,69 +127,65 @@ def test_what_is_odd_but_readable_is_noted(pair: tuple[Path, Path]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "words"),
+    ("old", "new", "code", "where", "values"),
     [
-        ("\n2\n", "\n4\n", ["after frame 1", "expected 2", "received 4"]),
-        ("\n2\n", "\n1\n", ["repeated", "received 1"]),
-        ("\n2\n", "\n" + "2" * 5000 + "\n", ["no such bone", "2222"]),
-        ("thigh 90 0 0", "thigh 90 0", ["frame 2", "Thigh", "expected 3", "received 2"]),
-        ("thigh 90 0 0", "thigh 90 0 0 0", ["frame 2", "Thigh", "received 4"]),
-        ("shin -90\n", "", ["missing", "frame 2", "shin"]),
-        ("shin -90", "tail -90", ["frame 2", "tail"]),
-        ("shin -90", "shin -90\nshin -90", ["frame 2", "shin", "twice"]),
-        ("thigh 90 0 0", "thigh 90 x 0", ["frame 2", "Thigh, ry", "'x'"]),
-        ("thigh 90 0 0", "thigh 90 1_0 0", ["frame 2", "Thigh, ry", "'1_0'"]),
-        ("thigh 90 0 0", "thigh 90 -1.#IND 0", ["frame 2", "Thigh, ry", "#IND"]),
-        ("thigh 90 0 0", "thigh 90 inf 0", ["frame 2", "Thigh, ry", "inf"]),
-        ("thigh 90 0 0", "thigh 90 1e300 0", ["frame 2", "Thigh, ry", "1e300"]),
-        ("thigh 0 0 0   # hangs down\n", "", ["frame 1", "Thigh"]),
-        ("thigh 0 0 0 ", "leg 0 0 0 ", ["frame 1", "leg"]),
-        (":DEGREES", "DEGREES", ["header", "'DEGREES'"]),
+        ("\n2\n", "\n4\n", "frame_order", "after frame 1", {"needed": 2, "frame": 4}),
+        ("\n2\n", "\n1\n", "frame_order", "after frame 1", {"needed": 2, "frame": 1}),
+        ("\n2\n", "\n" + "2" * 5000 + "\n", "unknown_joint", "frame 1", {"joint": "2" * 5000}),
+        ("thigh 90 0 0", "thigh 90 0", "wrong_count", "frame 2, bone Thigh", {"needed": 3, "count": 2}),
+        ("thigh 90 0 0", "thigh 90 0 0 0", "wrong_count", "frame 2, bone Thigh", {"needed": 3, "count": 4}),
+        ("shin -90\n", "", "incomplete_frame", "frame 2, bone shin", {"joint": "shin"}),
+        ("shin -90", "tail -90", "unknown_joint", "frame 2", {"joint": "tail"}),
+        ("shin -90", "shin -90\nshin -90", "joint_twice", "frame 2, bone shin", {}),
+        ("thigh 90 0 0", "thigh 90 x 0", "not_number", "frame 2, bone Thigh, ry", {"text": "x"}),
+        ("thigh 90 0 0", "thigh 90 1_0 0", "not_number", "frame 2, bone Thigh, ry", {"text": "1_0"}),
+        ("thigh 90 0 0", "thigh 90 -1.#IND 0", "not_number", "frame 2, bone Thigh, ry", {"text": "-1.#IND"}),
+        ("thigh 90 0 0", "thigh 90 inf 0", "not_number", "frame 2, bone Thigh, ry", {"text": "inf"}),
+        ("thigh 90 0 0", "thigh 90 1e300 0", "not_number", "frame 2, bone Thigh, ry", {"text": "1e300"}),
+        ("thigh 0 0 0   # hangs down\n", "", "incomplete_frame", "frame 1, bone Thigh", {"joint": "Thigh"}),
+        ("thigh 0 0 0 ", "leg 0 0 0 ", "unknown_joint", "frame 1", {"joint": "leg"}),
+        (":DEGREES", "DEGREES", "unknown_keyword", "a_01.amc", {"keyword": "DEGREES"}),
     ],
 )
 def test_a_motion_that_contradicts_itself_is_refused_by_frame_and_bone(
-    pair: tuple[Path, Path], old: str, new: str, words: list[str]
+    pair: tuple[Path, Path], old: str, new: str, code: str, where: str, values: dict[str, object]
 ) -> None:
     replace(pair[0], old, new)
-    with pytest.raises(InvalidInput) as refusal:
+    with rejects(code, where, **values):
         acclaim.read(pair[0])
-    for word in words:
-        assert word in str(refusal.value)
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "words"),
+    ("old", "new", "code", "where", "values"),
     [
-        ("dof rz rx", "dof rz l", ["arm", "length", "rz l"]),
-        ("dof rz rx", "dof rz rz", ["arm", "at most once"]),
-        ("dof rz rx", "dof tx", ["arm", "received tx"]),
-        ("axis 0 0 90 XYZ", "axis 0 0 90 XYX", ["arm", "axis", "xyx"]),
-        ("axis 0 0 90 XYZ", "axis 0 90 XYZ", ["arm", "axis", "3 numbers"]),
-        ("direction 0 -2 0", "direction 0 0 0", ["shin", "direction"]),
-        ("length 3\r\n", "length -3\r\n", ["arm", "negative"]),
-        ("length 3\r\n", "length 3\r\n    length 3\r\n", ["`length` stands twice"]),
-        ("direction 0 -2 0", "direction 0 -2", ["shin", "direction", "3 numbers"]),
-        ("name arm", "name shin", ["shin"]),
-        ("name arm", "name root", ["root"]),
-        ("angle deg", "angle grad", ["deg or rad", "grad"]),
-        ("length 0.254", "", ["length"]),
-        ("length 0.254", "length 0", ["length", "in/0"]),
-        ("orientation 0 0 0", "orientation 0 90 0", ["preset orientation"]),
-        ("hip thigh", "hip thigh shin", ["two parents", "shin"]),
-        ("root hip arm", "root hip", ["arm", "no path to the root"]),
-        ("root hip arm", "root hip arm tail", ["tail"]),
-        ("hip thigh\r\n  end\r\n", "hip thigh\r\n", ["cut short"]),
-        (":hierarchy\r\n  begin", ":hierarchy", ["`begin` and `end`"]),
+        ("dof rz rx", "dof rz l", "wrong_channels", "bone arm, dof", {"channels": "rz l"}),
+        ("dof rz rx", "dof rz rz", "wrong_channels", "bone arm, dof", {"channels": "rz rz"}),
+        ("dof rz rx", "dof tx", "wrong_channels", "bone arm, dof", {"channels": "tx"}),
+        ("axis 0 0 90 XYZ", "axis 0 0 90 XYX", "unknown_axes", "bone arm, axis", {"axes": "xyx"}),
+        ("axis 0 0 90 XYZ", "axis 0 90 XYZ", "unusable_line", "bone arm, axis", {"needed": 3}),
+        ("direction 0 -2 0", "direction 0 0 0", "no_direction", "bone shin", {"length": 4.0}),
+        ("length 3\r\n", "length -3\r\n", "no_direction", "bone arm", {"length": -3.0}),
+        ("length 3\r\n", "length 3\r\n    length 3\r\n", "key_twice", "line 47", {"key": "length"}),
+        ("direction 0 -2 0", "direction 0 -2", "unusable_line", "bone shin, direction", {"needed": 3}),
+        ("name arm", "name shin", "no_own_name", "bone 4 of :bonedata", {"name": "shin"}),
+        ("name arm", "name root", "no_own_name", "bone 4 of :bonedata", {"name": "root"}),
+        ("angle deg", "angle grad", "unknown_angle", ":units", {"unit": "grad"}),
+        ("length 0.254", "", "unknown_unit", "a.asf", {"unit": ""}),
+        ("length 0.254", "length 0", "unknown_unit", "a.asf", {"unit": "in/0"}),
+        ("orientation 0 0 0", "orientation 0 90 0", "preset_orientation", ":root", {}),
+        ("hip thigh", "hip thigh shin", "two_parents", ":hierarchy", {"joint": "shin"}),
+        ("root hip arm", "root hip", "no_path_to_root", ":hierarchy", {"joint": "arm"}),
+        ("root hip arm", "root hip arm tail", "unknown_joint", ":hierarchy", {"joint": "tail"}),
+        ("hip thigh\r\n  end\r\n", "hip thigh\r\n", "truncated", "a.asf", {}),
+        (":hierarchy\r\n  begin", ":hierarchy", "unbalanced", "line 54", {}),
     ],
 )
 def test_a_skeleton_that_contradicts_itself_is_refused_by_bone(
-    pair: tuple[Path, Path], old: str, new: str, words: list[str]
+    pair: tuple[Path, Path], old: str, new: str, code: str, where: str, values: dict[str, object]
 ) -> None:
     replace(pair[1], old, new)
-    with pytest.raises(InvalidInput) as refusal:
+    with rejects(code, where, **values):
         asf.read_skeleton(pair[1])
-    for word in words:
-        assert word in str(refusal.value)
 
 
 def test_a_preset_position_moves_the_root(pair: tuple[Path, Path]) -> None:
@@ -204,15 +201,15 @@ def test_the_skeleton_beside_the_motion_is_found_or_asked_for(pair: tuple[Path, 
     (motion.parent / "b.asf").write_bytes(b"of somebody else")
     assert acclaim.read(motion).positions_mm.shape == (3, 5, 3)
     (motion.parent / "A_0.ASF").write_bytes(asf.replace(b" shin", b" calf"))
-    with pytest.raises(InvalidInput, match=r"no such bone.*shin"):
+    with rejects("unknown_joint", joint="shin"):
         acclaim.read(motion)  # the longest beginning wins, and it is the wrong skeleton
     skeleton.unlink()
     (motion.parent / "A_0.ASF").rename(motion.parent / "c.asf")
-    with pytest.raises(InvalidInput, match=r"not clear.*b\.asf, c\.asf"):
+    with rejects("unclear_skeleton", skeletons=["b.asf", "c.asf"]):
         acclaim.read(motion)
     (motion.parent / "b.asf").unlink()
     (motion.parent / "c.asf").unlink()
-    with pytest.raises(InvalidInput, match=r"not clear.*none"):
+    with rejects("unclear_skeleton", skeletons=[]):
         acclaim.read(motion)
 
 
@@ -239,7 +236,7 @@ def test_the_skeleton_in_a_folder_of_its_own_is_found_by_number(pair: tuple[Path
         (skeletons / other).write_bytes(b"of somebody else")
     assert acclaim.skeleton_of(moved) == own
     assert acclaim.read(moved).positions_mm.shape == (3, 5, 3)
-    with pytest.raises(InvalidInput, match=r"not clear.*none"):
+    with rejects("unclear_skeleton", skeletons=[]):
         acclaim.read(moved.rename(motions / "09_01-walk.amc"))
 
 
@@ -274,7 +271,7 @@ def test_foreign_files_are_refused(pair: tuple[Path, Path], content: bytes) -> N
 
 def test_unusable_rates_are_refused() -> None:
     for rate in (0, -1, math.nan, math.inf):
-        with pytest.raises(InvalidInput, match="the frame rate must be above 0 Hz"):
+        with rejects("out_of_range", "the frame rate", value=rate):
             formats.read(AMC, frame_rate_hz=rate)
 
 

@@ -18,6 +18,7 @@ from pipeline.formats import acclaim, bvh
 from pipeline.skeleton.mapped_joints import map_joints
 from pipeline.validation import InvalidInput
 from tests.formats.contract import FIXTURES, check_contract, recording, replace, source_mapping
+from tests.rejects import rejects
 
 BVH = FIXTURES / "bvh_by_hand.bvh"
 
@@ -142,7 +143,7 @@ def test_decimal_commas_are_read_if_nothing_has_a_point(copy: Path) -> None:
     assert motion.frame_rate_hz == 50
     assert any("Decimal commas" in note for note in motion.notes)
     replace(copy, "OFFSET 30,0", "OFFSET 30.0")
-    with pytest.raises(InvalidInput, match="decimal comma"):
+    with rejects("ambiguous_commas"):
         bvh.read(copy)
 
 
@@ -151,7 +152,7 @@ def test_commas_between_values_are_not_taken_for_decimals(copy: Path) -> None:
         copy.read_bytes().decode().replace(".0", "").replace("0.02", "1").replace("0 90 0 0", "0, 90, 0, 0")
     )
     copy.write_bytes(text.encode())
-    with pytest.raises(InvalidInput, match="decimal comma"):
+    with rejects("ambiguous_commas"):
         bvh.read(copy)
 
 
@@ -201,54 +202,58 @@ def test_two_end_sites_of_one_joint_have_names_of_their_own(copy: Path) -> None:
     assert motion.positions_mm[0, 5] == pytest.approx([0, 1220, 0])
 
 
+OFFSET, END = "OFFSET 30.0 0.0 0.0", "OFFSET 10.0 0.0 0.0"
+TURNS, ROW = "CHANNELS 2 Zrotation Xrotation", "10 90 0 0 0 0 90 90 0 -30"
+
+
 @pytest.mark.parametrize(
-    ("old", "new", "words"),
+    ("old", "new", "code", "where", "values"),
     [
-        ("HIERARCHY", "HIERACHY", ["line 1", "HIERARCHY"]),
-        ("ROOT Hips\r\n{", "ROOT Hips", ["line 3", "braces"]),
-        ("\t}\r\n}\r\nMOTION", "\t}\r\nMOTION", ["line 30", "'Hips'", "line 2", "not closed"]),
-        ("\t}\r\n}\r\nMOTION", "\t}\r\n}\r\n}\r\nMOTION", ["line 31", "} too many"]),
-        ("\tJOINT Spine", "\t{\r\n\tJOINT Spine", ["line 6", "braces"]),
-        ("JOINT Leg", "JOINT Spine", ["line 24", "Spine"]),
-        ("JOINT Leg", "JOINT", ["line 24", "name"]),
-        ("JOINT Leg", "ROOT Leg", ["line 24", "ROOT stands inside"]),
-        ("ROOT Hips", "JOINT Hips", ["line 2", "JOINT stands outside"]),
-        ("OFFSET 30.0 0.0 0.0", "OFFSET 30.0 0.0", ["line 12", "Left Arm", "three numbers"]),
-        ("OFFSET 30.0 0.0 0.0", "OFFSET 30.0 x 0.0", ["line 10", "Left Arm", "OFFSET"]),
-        ("OFFSET 30.0 0.0 0.0", "OFFSET 30.0 nan 0.0", ["Left Arm", "OFFSET"]),
-        ("\t\t\tOFFSET 30.0 0.0 0.0\r\n", "", ["line 10", "Left Arm", "nothing"]),
-        ("CHANNELS 2 Z", "CHANNELS 3 Z", ["line 9", "Spine", "count"]),
-        ("CHANNELS 2 Zrotation Xrotation", "CHANNELS 2 Zrotation Zrotation", ["line 9", "at most once"]),
-        ("CHANNELS 2 Zrotation Xrotation", "CHANNELS 2 Zrotation Wrotation", ["line 9", "Wrotation"]),
-        ("OFFSET 10.0 0.0 0.0", "OFFSET 10.0 0.0 0.0\r\nCHANNELS 1 Xrotation", ["Left Arm_end"]),
-        ("OFFSET 10.0 0.0 0.0", "OFFSET 10.0 0.0 0.0\r\nJOINT a", ["inside an End Site"]),
-        ("OFFSET 10.0 0.0 0.0", "OFSET 10.0 0.0 0.0", ["line 16", "OFSET"]),
-        ("Frames:\t3", "Frames:\tthree", ["line 32", "Frames"]),
-        ("Frames:\t3\r\n", "", ["line 32", "Frames"]),
-        ("Frame Time:\t0.02", "Frame Time:\t0", ["Frame Time", "received 0"]),
-        ("Frame Time:\t0.02", "Frame Time:\t-0.02", ["Frame Time", "-0.02"]),
-        ("Frame Time:\t0.02", "Frame Time:\tnan", ["Frame Time", "nan"]),
+        ("HIERARCHY", "HIERACHY", "wrong_format", "line 1", {}),
+        ("ROOT Hips\r\n{", "ROOT Hips", "unbalanced", "line 3", {}),
+        ("\t}\r\n}\r\nMOTION", "\t}\r\nMOTION", "unclosed", "line 30", {"joint": "Hips", "line": 2}),
+        ("\t}\r\n}\r\nMOTION", "\t}\r\n}\r\n}\r\nMOTION", "unopened", "line 31", {}),
+        ("\tJOINT Spine", "\t{\r\n\tJOINT Spine", "unbalanced", "line 6", {}),
+        ("JOINT Leg", "JOINT Spine", "no_own_name", "line 24", {"name": "Spine"}),
+        ("JOINT Leg", "JOINT", "no_own_name", "line 24", {"name": ""}),
+        ("JOINT Leg", "ROOT Leg", "joint_misplaced", "line 24", {"key": "ROOT"}),
+        ("ROOT Hips", "JOINT Hips", "joint_misplaced", "line 2", {"key": "JOINT"}),
         (
-            "10 90 0 0 0 0 90 90 0 -30",
-            "10 90 0 0 0 0 90 90 0",
-            ["line 35", "expected 10", "received 9"],
+            OFFSET,
+            "OFFSET 30.0 0.0",
+            "unreadable_offset",
+            "line 12",
+            {"joint": "Left Arm", "text": "30.0 0.0"},
         ),
-        ("10 90 0 0 0 0 90 90 0 -30", "10 90 0 0 0 0 90 90 0 -30 1", ["line 35", "received 11"]),
-        ("10 90 0 0 0 0 90 90 0 -30", "10 90 0 0 0 0 90 9O 0 -30", ["line 35", "Spine.rx", "'9O'"]),
-        ("10 90 0 0 0 0 90 90 0 -30", "10 90 0 0 0 0 90 9_0 0 -30", ["line 35", "Spine.rx", "'9_0'"]),
-        ("10 90 0 0 0 0 90 90 0 -30", "10 90 0 0 0 0 90 inf 0 -30", ["line 35", "Spine.rx", "inf"]),
-        ("10 90 0 0 0 0 90 90 0 -30", "1e300 90 0 0 0 0 90 90 0 -30", ["line 35", "Hips.tx", "1e300"]),
-        ("0 90 0 0 0 90 0 0 90 -40", "0 90 0 0", ["line 36", "cut short"]),
+        (OFFSET, "OFFSET 30.0 x 0.0", "unusable_line", "OFFSET of Left Arm, line 10", {"needed": 3}),
+        (OFFSET, "OFFSET 30.0 nan 0.0", "unusable_line", "OFFSET of Left Arm, line 10", {"needed": 3}),
+        ("\t\t\t" + OFFSET + "\r\n", "", "unusable_line", "OFFSET of Left Arm, line 10", {"needed": 3}),
+        ("CHANNELS 2 Z", "CHANNELS 3 Z", "wrong_channels", "line 9", {"joint": "Spine"}),
+        (TURNS, "CHANNELS 2 Zrotation Zrotation", "wrong_channels", "line 9", {"joint": "Spine"}),
+        (TURNS, "CHANNELS 2 Zrotation Wrotation", "wrong_channels", "line 9", {"joint": "Spine"}),
+        (END, END + "\r\nCHANNELS 1 Xrotation", "wrong_channels", "line 17", {"joint": "Left Arm_end"}),
+        (END, END + "\r\nJOINT a", "joint_in_end_site", "line 17", {}),
+        (END, END.replace("FF", "F"), "unreadable_line", "line 16", {"text": "OFSET 10.0 0.0 0.0"}),
+        ("Frames:\t3", "Frames:\tthree", "unreadable_header", "line 32", {"key": "Frames"}),
+        ("Frames:\t3\r\n", "", "unreadable_header", "line 32", {"key": "Frames"}),
+        ("Frame Time:\t0.02", "Frame Time:\t0", "unusable_rate", "Frame Time", {"text": "0"}),
+        ("Frame Time:\t0.02", "Frame Time:\t-0.02", "unusable_rate", "Frame Time", {"text": "-0.02"}),
+        ("Frame Time:\t0.02", "Frame Time:\tnan", "unusable_rate", "Frame Time", {"text": "nan"}),
+        (ROW, "10 90 0 0 0 0 90 90 0", "wrong_count", "line 35", {"needed": 10, "count": 9}),
+        (ROW, ROW + " 1", "wrong_count", "line 35", {"needed": 10, "count": 11}),
+        (ROW, ROW.replace("90 0 -", "9O 0 -"), "not_number", "line 35, channel Spine.rx", {"text": "9O"}),
+        (ROW, ROW.replace("90 0 -", "9_0 0 -"), "not_number", "line 35, channel Spine.rx", {"text": "9_0"}),
+        (ROW, ROW.replace("90 0 -", "inf 0 -"), "not_number", "line 35, channel Spine.rx", {"text": "inf"}),
+        (ROW, ROW.replace("10 ", "1e300 "), "not_number", "line 35, channel Hips.tx", {"text": "1e300"}),
+        ("0 90 0 0 0 90 0 0 90 -40", "0 90 0 0", "truncated", "line 36", {"needed": 10, "count": 4}),
     ],
 )
 def test_a_file_that_contradicts_itself_is_refused_by_line(
-    copy: Path, old: str, new: str, words: list[str]
+    copy: Path, old: str, new: str, code: str, where: str, values: dict[str, object]
 ) -> None:
     replace(copy, old, new)
-    with pytest.raises(InvalidInput) as refusal:
+    with rejects(code, where, **values):
         bvh.read(copy)
-    for word in words:
-        assert word in str(refusal.value)
 
 
 def test_a_cut_within_a_frame_is_refused_and_between_frames_is_noted(copy: Path) -> None:
@@ -271,13 +276,13 @@ def test_a_cut_within_a_frame_is_refused_and_between_frames_is_noted(copy: Path)
 def test_a_file_without_frames_or_channels_is_refused(copy: Path) -> None:
     text = copy.read_bytes().decode()
     copy.write_bytes(b"HIERARCHY\nMOTION\n")
-    with pytest.raises(InvalidInput, match="cut short in the motion's header"):
+    with rejects("truncated", part="header"):
         bvh.read(copy)
     copy.write_bytes(text[: text.index("0 90 0")].encode())
-    with pytest.raises(InvalidInput, match="no frames"):
+    with rejects("no_frames"):
         bvh.read(copy)
     copy.write_bytes(re.sub(r"\t+CHANNELS.*", "", text).encode())
-    with pytest.raises(InvalidInput, match="no joint has channels"):
+    with rejects("no_channels"):
         bvh.read(copy)
 
 

@@ -11,6 +11,7 @@ from pipeline import formats
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.validation import InvalidInput
 from tests.formats.contract import FIXTURES, check_contract
+from tests.rejects import rejects
 
 NEXUS = """\
 Trajectories
@@ -168,26 +169,28 @@ def test_a_skeleton_of_qualisys_is_a_plain_table_below_its_settings(tmp_path: Pa
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "code", "where", "values"),
     [
-        (NEXUS.replace("120", "fast"), "line 2: the frame rate is unusable"),
-        (NEXUS.replace(",,Anna:Hip", ",Anna:Hip,"), "line 3: the names do not stand over the columns"),
-        (NEXUS.replace("697,", "696,"), "line 8: the frame number does not follow"),
-        (NEXUS.replace("4,5,6", "4,5,six"), "line 6, cell 8: a value is not a usable number"),
-        (NEXUS.replace("4,5,6", "4,5,6,7"), "line 6: the line has another number of cells"),
-        ("Devices\n1000\n,,Force\nFrame,Sub Frame,Fx\n,,N\n1,0,5\n", "there are no trajectories"),
-        ("Objects\n100\n,,Global Angle a:a,,\nFrame,Sub Frame,TX,TY,TZ\n1,0,1,2,3\n", "there are no trajectories"),
-        (QUALISYS.replace("\t3D", "\t6D"), "holds no markers .*received 6D"),
-        (QUALISYS.replace("FREQUENCY\t120", "FREQUENCY\t0", 1), "the frame rate is unknown"),
-        (OPTITRACK.replace("Millimeters", "Parsec"), "line 1, Length Units: the unit of length is unknown"),
+        (NEXUS.replace("120", "fast"), "unusable_rate", "line 2", {}),
+        (NEXUS.replace(",,Anna:Hip", ",Anna:Hip,"), "misplaced_names", "line 3", {}),
+        (NEXUS.replace("697,", "696,"), "frame_order", "line 8", {}),
+        (NEXUS.replace("4,5,6", "4,5,six"), "not_number", "line 6, cell 8", {"text": "six"}),
+        (NEXUS.replace("4,5,6", "4,5,6,7"), "wrong_count", "line 6", {}),
+        ("Devices\n1000\n,,Force\nFrame,Sub Frame,Fx\n,,N\n1,0,5\n", "no_trajectories", "", {}),
+        ("Objects\n100\n,,Global Angle a:a,,\nFrame,Sub Frame,TX,TY,TZ\n1,0,1,2,3\n", "no_trajectories", "", {}),
+        (QUALISYS.replace("\t3D", "\t6D"), "no_markers", "", {"kind": "6D"}),
+        (QUALISYS.replace("FREQUENCY\t120", "FREQUENCY\t0", 1), "unknown_rate", "", {}),
+        (OPTITRACK.replace("Millimeters", "Parsec"), "unknown_unit", "line 1, Length Units", {"unit": "parsec"}),
         (OPTITRACK.replace("Bone,", "Rigid Body Marker,").replace("Marker,Marker,Marker,Marker", "F,F,F,F"),
-         "no positions of bones or markers"),
-        (OPTITRACK.replace(",Type,", ",Sort,"), "the titles of the columns cannot be read"),
-        (OPTITRACK.replace("0.016667", "0.001"), "line 10: the time does not follow"),
+         "no_points", "", {}),
+        (OPTITRACK.replace(",Type,", ",Sort,"), "unreadable_header", "", {}),
+        (OPTITRACK.replace("0.016667", "0.001"), "time_order", "line 10", {}),
     ],
 )  # fmt: skip
-def test_damage_is_named_by_its_place(text: str, words: str, tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match=words) as caught:
+def test_damage_is_named_by_its_place(
+    text: str, code: str, where: str, values: dict[str, object], tmp_path: Path
+) -> None:
+    with rejects(code, where, **values) as caught:
         read(tmp_path, text)
     assert "\n" not in str(caught.value)
 
@@ -221,5 +224,5 @@ def test_columns_to_the_right_of_the_trajectories_are_no_points(tmp_path: Path) 
     motion = read(tmp_path, text)
     assert_is_the_example(motion)
     assert motion.notes == ("Columns that are not read: Magnitude( X ), Magnitude( Y ), Count.",)
-    with pytest.raises(InvalidInput, match="line 6: the line has another number of cells"):
+    with rejects("wrong_count", "line 6"):
         read(tmp_path, text.replace("2.5,2\n", "2.5,2,7\n", 1))

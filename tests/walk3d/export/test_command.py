@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,7 +17,6 @@ from pipeline.formats.points import trc
 from pipeline.skeleton import WALKER15
 from pipeline.storage.store import packed
 from pipeline.synthetic import walkers
-from pipeline.validation import InvalidInput
 from tests.rejects import rejects
 from walk3d.export.bvh import write as write_bvh
 from walk3d.export.c3d import write as write_c3d
@@ -127,7 +125,7 @@ def test_a_recording_goes_from_format_to_format(walk: np.ndarray, tmp_path: Path
         motion = formats.read(export([str(source), f"to={tmp_path / name}"]))
         np.testing.assert_allclose(motion.positions_mm, holed, atol=1e-3)
         assert (motion.names, motion.frame_rate_hz) == (WALKER15.joints, HZ)
-    with rejects("sample_missing", "b.bvh", joint="left_elbow", frame=10):
+    with rejects("missing_sample", joint="left_elbow", frame=10):
         export([str(source), f"to={tmp_path / 'b.bvh'}", "skeleton=auto"])
     archive = export([str(source), f"to={tmp_path / 'b.npz'}", "skeleton=walker15"])
     with np.load(archive, allow_pickle=False) as stored:
@@ -191,7 +189,7 @@ def test_joints_that_another_program_has_written_again(walk: np.ndarray, tmp_pat
         if rate == HZ:
             stride_hz = fourier.represent(walk, HZ).frequency_hz
             assert keypoint_walk(tmp_path).stride_hz == pytest.approx(stride_hz, rel=0.01)
-    with rejects("unreadable", "joints.csv", error="ZeroDivisionError"):
+    with rejects("unreadable", "joints.csv"):
         keypoint_walk(tmp_path)
 
 
@@ -213,29 +211,24 @@ def test_a_bvh_keeps_its_tree(walk: np.ndarray, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "code", "where", "values"),
+    ("arguments", "code", "where"),
     [
-        ([], "not_one_source", "", {}),
-        (["FIGURE", "to=a.xyz"], "unknown_format", "to", {}),
-        (["FIGURE", "to=no/such/folder/a.c3d"], "no_folder", "no/such/folder", {}),
-        (["FIGURE", "to=a.c3d", "walker=ben"], "unknown_choice", "walker", {"value": "ben"}),
-        (
-            ["FIGURE", "to=a.c3d", "view_angle_deg=45"],
-            "no_such_view",
-            "view_angle_deg",
-            {"views_deg": [30.0]},
-        ),
-        (["FIGURE", "to=a.c3d", "view_angle_deg=side"], "not_a_number", "view_angle_deg", {}),
-        (["FIGURE", "to=a.c3d", "cycles=1e9"], "out_of_range", "cycles", {"value": 1e9}),
-        (["FIGURE", "to=a.c3d", "colour=red"], "unknown_option", "colour", {}),
-        (["FIGURE", "to=a.c3d", "units=m"], "changes_nothing", "units", {"kind": "figure"}),
-        ([".", "to=a.c3d"], "no_figure", "", {}),
+        ([], "no_source", ""),
+        (["FIGURE", "to=a.xyz"], "unknown_format", "to"),
+        (["FIGURE", "to=no/such/folder/a.c3d"], "no_folder", "no/such/folder"),
+        (["FIGURE", "to=a.c3d", "walker=ben"], "unknown_choice", "walker"),
+        (["FIGURE", "to=a.c3d", "view_angle_deg=45"], "no_such_view", "view_angle_deg"),
+        (["FIGURE", "to=a.c3d", "view_angle_deg=side"], "not_a_number", "view_angle_deg"),
+        (["FIGURE", "to=a.c3d", "cycles=1e9"], "out_of_range", "cycles"),
+        (["FIGURE", "to=a.c3d", "colour=red"], "unknown_option", "colour"),
+        (["FIGURE", "to=a.c3d", "units=m"], "no_effect", "units"),
+        ([".", "to=a.c3d"], "no_figure", "."),
     ],
 )
 def test_what_cannot_be_exported_is_refused(
-    figure: Path, arguments: list[str], code: str, where: str, values: dict[str, Any]
+    figure: Path, arguments: list[str], code: str, where: str
 ) -> None:
-    with rejects(code, where, **values):
+    with rejects(code, where):
         export([argument.replace("FIGURE", str(figure)) for argument in arguments])
 
 
@@ -290,7 +283,7 @@ def test_inspect_says_what_a_file_is_and_what_to_type(walk: np.ndarray, tmp_path
     assert "cannot be read: broken.bvh" in broken.lines[0]
     assert "no mapping fits" in odd.lines[-2]
     assert "write=my_lab.yaml" in odd.lines[-1]
-    with pytest.raises(InvalidInput, match="too few points"):
+    with rejects("too_few_points"):
         list(inspect([str(tmp_path / "odd.trc"), f"write={tmp_path / 'my_lab.yaml'}"]))
     list(inspect([str(tmp_path / "anna_1.trc"), f"write={tmp_path / 'my_lab.yaml'}"]))
     assert (tmp_path / "my_lab.yaml").is_file()

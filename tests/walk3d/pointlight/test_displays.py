@@ -101,7 +101,7 @@ def test_phase_scrambling_keeps_each_trajectory_up_to_its_beginning(lights: Poin
         assert min(off) == 0.0
         first.append(int(np.argmin(off)))
     assert len(set(first)) > 8
-    with rejects("does_not_loop"):
+    with rejects("looping_display"):
         pointlight.phase_scrambled(replace(lights, loops=False), generator())
 
 

@@ -44,7 +44,12 @@ def read(path: str | Path) -> Detections:
             if len(alone) > 1:
                 received = f"{len(alone)} files: {alone[0].name}, {alone[1].name} …"
                 raise damaged(
-                    "these may be several films or people", path.name, "the path of one file", received
+                    "these may be several films or people",
+                    path.name,
+                    "the path of one file",
+                    received,
+                    code="several_films",
+                    files=[file.name for file in alone],
                 )
             found = read(alone[0])
             aside = ", ".join(file.name for file in beside) or "none"
@@ -52,12 +57,12 @@ def read(path: str | Path) -> Detections:
             return replace(found, notes=(note, *found.notes))
         return read_one(path, people_json.read_folder)
     if not path.is_file():
-        raise damaged("there is no such file or folder", path)
+        raise damaged("there is no such file or folder", path, code="no_file")
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         raise damaged("the format is unknown", path.name,
                       "a folder of OpenPose, or CSV as DeepLabCut and SLEAP export it: " + " ".join(READERS),
-                      path.suffix or "no suffix")  # fmt: skip
+                      path.suffix or "no suffix", code="unknown_format", suffix=path.suffix)  # fmt: skip
     return read_one(path, reader)
 
 

@@ -12,6 +12,7 @@ from pipeline.formats.points.cells import Rows
 from pipeline.formats.points.csv.table import set_to_seconds
 from pipeline.formats.points.even_times import frames_of
 from pipeline.shortened import shortened
+from pipeline.skeleton.complaint import Remark
 from pipeline.validation import harmless
 
 LARGEST_PX = 1e6
@@ -71,6 +72,19 @@ class Detections:
     notes: tuple[str, ...]
 
 
+def _require_few_people(people: np.ndarray, where: str) -> None:
+    """Require numbers of people by frame (T,) that can be assigned to tracks."""
+    if (pairs := int(people @ people)) > MOST_PAIRS or people.max() > max(len(people), CROWD):
+        raise damaged(
+            "too many people to be told apart",
+            where,
+            f"fewer than frames (are all frames of a person in one?), and {MOST_PAIRS} pairs or fewer",
+            f"up to {people.max()} in a frame, {pairs} pairs",
+            code="too_many_people",
+            people=int(people.max()),
+        )
+
+
 def detections(
     format: str,
     where: str,
@@ -109,22 +123,21 @@ def detections(
     counts = sorted({len(row) for _, _, row in rows})
     if not counts:
         called = "keypoints of a person, called so, landmarks, joints or pose_keypoints_2d"
-        raise damaged("nobody was detected in any frame", where, called, f"{n_frames} frames")
+        raise damaged(
+            "nobody was detected in any frame", where, called, f"{n_frames} frames", code="nobody_seen"
+        )
     if len(counts) > 1:
-        raise damaged("detections differ in their number of points", where, received=counts)
+        raise damaged(
+            "detections differ in their number of points", where, received=counts, code="point_counts_differ"
+        )
     rows = sorted(rows, key=lambda row: row[0])
     frame = np.array([frame for frame, _, _ in rows])
-    _, people = np.unique(frame, return_counts=True)
-    if (pairs := int(people @ people)) > MOST_PAIRS or people.max() > max(len(people), CROWD):
-        raise damaged(
-            "too many people to be told apart",
-            where,
-            f"fewer than frames (are all frames of a person in one?), and {MOST_PAIRS} pairs or fewer",
-            f"up to {people.max()} in a frame, {pairs} pairs",
-        )
+    _require_few_people(np.unique(frame, return_counts=True)[1], where)
     frames = max(n_frames, int(frame[-1]) + 1)
     if frames > MOST_FRAMES:
-        raise damaged("the numbers of frames jump", where, f"{MOST_FRAMES} frames or fewer", frames)
+        raise damaged(
+            "the numbers of frames jump", where, f"{MOST_FRAMES} frames or fewer", frames, code="frames_jump"
+        )
     require_points(len(rows), counts[0], where)
     values = np.array([row for _, _, row in rows], float)
     points, confidence = values[..., :2], values[..., 2]
@@ -143,7 +156,8 @@ def detections(
     missing = np.isnan(points[..., 0])
     confidence[missing] = 0.0
     if missing.all():
-        raise damaged("every keypoint is missing", where, "coordinates of a person", "0, -1 or nothing")
+        expected, empty = "coordinates of a person", "0, -1 or nothing"
+        raise damaged("every keypoint is missing", where, expected, empty, code="nothing_measured")
     seen = ~missing.all(axis=1)
     frame = frame[seen]
     if (gone := int(frame[-1] - frame[0]) + 1 - len(np.unique(frame))) > 0:
@@ -183,7 +197,7 @@ def timed(table: Rows, column: int, frames: np.ndarray | None, rate: float) -> t
         times = table.numbers([column])[first, 0]
         known = np.flatnonzero(np.isfinite(times))  # a frame without people may have none
         if not known.size:
-            raise damaged("no row has a time", table.where)
+            raise damaged("no row has a time", table.where, code="no_times")
         twice = np.flatnonzero(np.diff(times[known]) == 0) + 1
         if 0 < len(twice) <= TWICE * len(known):
             table.notes.append(
@@ -195,7 +209,7 @@ def timed(table: Rows, column: int, frames: np.ndarray | None, rate: float) -> t
     except ValueError as error:  # InvalidInput, or of numpy: a date that is none
         if frames is None:
             raise
-        table.notes.append(f"The times are not used: {error}.")
+        table.notes.append(Remark(f"The times are not used: {error}.", "times"))
         return frames, rate
     if rate and abs(own / rate - 1.0) > 1e-3:
         table.notes.append(f"By the times there are {own:g} frames a second, not {rate:g} as is declared.")

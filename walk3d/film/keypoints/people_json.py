@@ -42,7 +42,9 @@ def load(path: Path) -> Any:
                 return first | {"frames": lines}
             return [first, *lines]
     except json.JSONDecodeError as error:
-        raise damaged("this is not JSON", f"{path.name}, character {error.pos}", received=error.msg) from None
+        raise damaged(
+            "this is not JSON", f"{path.name}, character {error.pos}", received=error.msg, code="not_json"
+        ) from None
 
 
 def numbers(values: Any, where: str, columns: int = 3) -> np.ndarray:
@@ -56,9 +58,16 @@ def numbers(values: Any, where: str, columns: int = 3) -> np.ndarray:
     try:
         found = np.array([np.nan if value is None else value for value in values], float)
     except (TypeError, ValueError, OverflowError):
-        raise damaged("keypoints must be numbers", where, received=f"{values!r:.40}") from None
+        raise damaged(
+            "keypoints must be numbers", where, received=f"{values!r:.40}", code="not_number"
+        ) from None
     if found.ndim != 1 or not found.size or found.size % columns:
-        raise damaged("keypoints must be x, y, confidence in turn", where, received=f"{found.size} numbers")
+        raise damaged(
+            "keypoints must be x, y, confidence in turn",
+            where,
+            received=f"{found.size} numbers",
+            code="not_in_threes",
+        )
     return found.reshape(-1, columns)
 
 
@@ -109,7 +118,12 @@ def read_folder(path: Path) -> Detections:
     if len(files) == 1:
         return read(files[0])
     if not files:
-        raise damaged("no JSON file in the folder", path.name, "one file a frame, as OpenPose writes them")
+        raise damaged(
+            "no JSON file in the folder",
+            path.name,
+            "one file a frame, as OpenPose writes them",
+            code="no_recordings",
+        )
     frames = [(file.name, load(file)) for file in files]
     wrong = [
         name
@@ -122,6 +136,7 @@ def read_folder(path: Path) -> Detections:
             "not a file of OpenPose",
             wrong[0],
             "the people of one frame, a file to each frame; of other programs name the one file",
+            code="not_openpose",
         )
     return _detections("openpose", path.name, frames, {})
 
@@ -134,7 +149,9 @@ def _labelled(path: Path) -> list[dict[str, Any]]:
         width, more = divmod(len(values), 17)
         if width not in (2, 3) or more > 2 or np.isinf(values).any():
             place = f"{path.name}, line {line}"
-            raise damaged("not a label of a pose", place, "class, box and 17 points", words[:40])
+            raise damaged(
+                "not a label of a pose", place, "class, box and 17 points", words[:40], code="not_pose_label"
+            )
         who = values[-1] if more and values[-1] % 1 == 0 else None
         people.append({"keypoints": values[: 17 * width].reshape(17, width).tolist(), "idx": who})
     return people
@@ -155,12 +172,15 @@ def read(path: Path) -> Detections:
         return _detections(_first(_PROGRAMS, keys) or "json", where, frames, settled)
     if _people(content, where) or _has(content, "people"):
         raise damaged(
-            "one frame is no walk", where, "all frames of a film; of OpenPose the folder of its files"
+            "one frame is no walk",
+            where,
+            "all frames of a film; of OpenPose the folder of its files",
+            code="one_frame",
         )
     raise damaged(
         "the keypoints' format is unknown", where,
         "AlphaPose (a list with image_id and keypoints), COCO (images and annotations), MMPose (instance_info), "
-        "MediaPipe (33 landmarks a frame)", f"{content!r:.80}",
+        "MediaPipe (33 landmarks a frame)", f"{content!r:.80}", code="unknown_keypoints"
     )  # fmt: skip
 
 
@@ -243,7 +263,12 @@ def _listed(content: Any, where: str) -> list[tuple[str, Any]]:
         names = {image["id"]: str(image.get("file_name", image["id"])) for image in content["images"]}
         found = [(names.get(item.get("image_id"), ""), item) for item in content["annotations"]]
         if unknown := [k for k, (name, _) in enumerate(found) if not name]:
-            raise damaged("the annotation is of no image", f"{where}, annotation {unknown[0]}", "image_id")
+            raise damaged(
+                "the annotation is of no image",
+                f"{where}, annotation {unknown[0]}",
+                "image_id",
+                code="no_image",
+            )
         return [*((name, {"people": []}) for name in names.values()), *found]
     people = _first(content, _PEOPLE)
     if people and isinstance(people, list) and all(_has(one, "frames") for one in people):
@@ -273,7 +298,11 @@ def _listed(content: Any, where: str) -> list[tuple[str, Any]]:
     given = [_first(item, _WHICH_FRAME) for item in content]
     named = all(isinstance(name, int | float | str) for name in given)
     if not named and any(_has(item, "image_id") for item in content):
-        raise damaged("a detection has no image_id or keypoints", f"{where}, detection {given.index(None)}")
+        raise damaged(
+            "a detection has no image_id or keypoints",
+            f"{where}, detection {given.index(None)}",
+            code="no_image",
+        )
     return [
         (str(name if named else k), item) for k, (name, item) in enumerate(zip(given, content, strict=True))
     ]
@@ -359,7 +388,15 @@ def _points(value: Any, scores: Any, place: str) -> tuple[list[str], np.ndarray]
     if scores or table.shape[1] == 2:
         sure = np.asarray(scores or np.ones(len(table)), float).ravel()
         if len(sure) != len(table):
-            raise damaged("scores and keypoints differ in number", place, len(table), len(sure))
+            raise damaged(
+                "scores and keypoints differ in number",
+                place,
+                len(table),
+                len(sure),
+                code="wrong_count",
+                needed=len(table),
+                count=len(sure),
+            )
         table = np.column_stack([table[:, :2], sure])
     return names if len({*names}) == len(table) else [], table
 

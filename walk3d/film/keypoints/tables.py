@@ -17,6 +17,7 @@ from pipeline.formats.points.cells import Rows
 from pipeline.formats.points.csv.table import UNSURE, coordinates, read_table, role_of
 from pipeline.formats.points.even_times import frames_of
 from pipeline.formats.text import number
+from pipeline.skeleton.complaint import Remark
 from pipeline.validation import InvalidInput
 from walk3d.film.keypoints.contract import IN_3D, MEDIAPIPE, MOST_FRAMES, Detections, detections, timed
 from walk3d.film.keypoints.people_json import frames_by_name, load, settings
@@ -64,7 +65,12 @@ def read_csv(path: Path) -> Detections:
     names, is_long, rows = list(columns), "" in columns, np.arange(len(table.cells))
     if is_long and not ("point" in roles and {"frame", "time"} & set(roles)):
         received = ", ".join(table.header[:8])
-        raise damaged("a long table needs the columns frame and keypoint", table.where, received=received)
+        raise damaged(
+            "a long table needs the columns frame and keypoint",
+            table.where,
+            received=received,
+            code="no_frame_column",
+        )
     people = table.texts(roles["person"]) if "person" in roles else [""] * len(rows)
     frames = _frames(table, roles["frame"]) if "frame" in roles else rows
     if "time" in roles:
@@ -119,7 +125,9 @@ def _columns(table: Rows, is_long: bool) -> dict[str, dict[str, int]]:
     whole = {name: of for name, of in columns.items() if {"x", "y"} <= set(of)}
     if not whole:
         expected = "columns such as left_knee_x and left_knee_y, or keypoint, x and y"
-        raise damaged("no keypoints in the table", table.where, expected, ", ".join(table.header[:6]))
+        raise damaged(
+            "no keypoints in the table", table.where, expected, ", ".join(table.header[:6]), code="no_points"
+        )
     if len(whole) > 1 and not is_long:
         whole.pop("", None)  # of a box around somebody
     return {"": whole[""]} if "" in whole else whole
@@ -164,7 +172,13 @@ def _frames(table: Rows, column: int) -> np.ndarray:
     wrong = np.flatnonzero((frames != np.round(frames)) | (frames < 0) | (frames >= MOST_FRAMES))
     if wrong.size:
         k = int(wrong[0])
-        raise damaged("a frame must be a whole number", table.place(k), received=f"{frames[k]:g}")
+        raise damaged(
+            "a frame must be a whole number",
+            table.place(k),
+            received=f"{frames[k]:g}",
+            code="frame_not_whole",
+            frame=float(frames[k]),
+        )
     return frames.astype(int)
 
 
@@ -174,7 +188,8 @@ def read_trc(path: Path) -> Detections:
     units = table.settings.get("units", "").lower()
     if units not in ("px", "pixel", "pixels"):
         raise damaged("the points of this TRC file are not in pixels", f"{path.name}, Units in line 3",
-                      "px, as Sports2D writes with save_px", units or "nothing")  # fmt: skip
+                      "px, as Sports2D writes with save_px", units or "nothing",
+                      code="not_pixels", unit=units)  # fmt: skip
     values, rate, notes = table.positions, table.rate, table.rows.notes
     values[..., 2] = 1.0
     frames = np.arange(float(len(values)))
@@ -182,7 +197,7 @@ def read_trc(path: Path) -> Detections:
         try:
             frames, rate = frames_of(table.times, rate, table.rows.place, notes)
         except InvalidInput as error:
-            notes.append(f"The times are not used: {error}.")
+            notes.append(Remark(f"The times are not used: {error}.", "times"))
     rows = [(frame, "", points) for frame, points in zip(frames.round(5).tolist(), values, strict=True)]
     return detections(
         "trc", path.name, rows, int(frames[-1]) + 1, names=table.names, frame_rate_hz=rate or 0.0, notes=notes
@@ -206,7 +221,9 @@ def read_array(path: Path) -> Detections:
     if "keypoints" not in fitting and len(fitting) != 1:
         shapes = ", ".join(f"{name} {array.shape}".strip() for name, array in arrays.items())
         expected = "(frame, point, 2 or 3) or (frame, person, point, 2 or 3)"
-        raise damaged("keypoints must be one array", path.name, expected, f"{shapes:.200}")
+        raise damaged(
+            "keypoints must be one array", path.name, expected, f"{shapes:.200}", code="not_one_array"
+        )
     found = arrays["keypoints" if "keypoints" in fitting else fitting[0]].astype(float)
     sure = found[..., -1] if found.shape[-1] > 2 else np.ones(found.shape[:-1])
     sure = next((arrays[name] for name in ("scores", "confidence") if name in arrays), sure)

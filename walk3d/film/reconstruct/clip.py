@@ -13,6 +13,7 @@ import numpy as np
 
 from pipeline.processes import one_thread
 from pipeline.shortened import shortened
+from pipeline.skeleton.complaint import remarks_of
 from pipeline.validation import InvalidInput, Options, listed, require_range
 from walk3d.film import keypoints
 from walk3d.film.keypoints import Detections
@@ -141,7 +142,9 @@ def reconstruct_clip(given: Input, model: Path = model_file.SHIPPED) -> Walk:
 
 def _reconstruct_clip(given: Input, model: Path) -> Walk:
     if not given.path:
-        raise InvalidInput("must name a file or folder of keypoints", "input.path", received="nothing")
+        raise InvalidInput(
+            "must name a file or folder of keypoints", "input.path", received="nothing", code="none_named"
+        )
     for name, (least, most) in POSSIBLE.items():
         if value := getattr(given, name):
             require_range(f"input.{name}", value, at_least=least, at_most=most)
@@ -200,7 +203,7 @@ def _rate(given: Input, source: Detections, notes: list[str]) -> float:
     if not rate:
         raise InvalidInput(
             "the frame rate is not known", "input.frame_rate_hz", "frames per second",
-            " ".join(note for note in notes if note.startswith("The times"))
+            " ".join(remarks_of("times", notes)), code="unknown_rate",
         )  # fmt: skip
     least, most = POSSIBLE["frame_rate_hz"]
     require_range(f"{Path(given.path).name}, frames a second", rate, at_least=least, at_most=most)
@@ -217,7 +220,7 @@ def _chosen(frames: str, frame: np.ndarray, rate: float) -> np.ndarray:
     if parts is None:
         raise InvalidInput(
             "must name a part of the video", "input.frames", "first:last, as 120:300 or 2s:6.5s",
-            frames
+            frames, code="bad_part"
         )  # fmt: skip
     first, last = (
         otherwise if end is None else float(end[:-1]) * rate if end.endswith("s") else float(end)
@@ -227,7 +230,7 @@ def _chosen(frames: str, frame: np.ndarray, rate: float) -> np.ndarray:
     if not used.any():
         raise InvalidInput(
             "no frame is left", "input.frames", f"frames from {frame.min():.0f} to {frame.max():.0f}",
-            frames
+            frames, code="no_frames"
         )  # fmt: skip
     return used
 
@@ -316,7 +319,7 @@ def choose(tracks: list[Track], person: str) -> Track:
         If there is no such person.
     """
     if not tracks:
-        raise InvalidInput("no person is seen with four joints or more in any frame")
+        raise InvalidInput("no person is seen with four joints or more in any frame", code="nobody_seen")
     if not person:
         return tracks[0]
     for track in tracks:
@@ -325,4 +328,6 @@ def choose(tracks: list[Track], person: str) -> Track:
     if person.isdigit() and 1 <= int(person) <= len(tracks) and not any(track.identity for track in tracks):
         return tracks[int(person) - 1]
     listed = sorted({track.identity for track in tracks if track.identity}) or [f"1 to {len(tracks)}"]
-    raise InvalidInput("there is no such person", "input.person", ", ".join(listed), person)
+    raise InvalidInput(
+        "there is no such person", "input.person", ", ".join(listed), person, code="unknown_person"
+    )

@@ -52,6 +52,7 @@ def in_pixels(
             "the points are counted from the middle of the hips, and say nothing of the image",
             expected="landmarks in the image, as MediaPipe's pose_landmarks",
             received="hips at 0, 0 throughout, as in its pose_world_landmarks",
+            code="about_hips",
         )
     if turned := len(known) and (known[:, 1] < 0).mean() > 0.95:
         pixels, known = pixels * [1, -1], known * [1, -1]
@@ -62,6 +63,7 @@ def in_pixels(
                 "coordinates between 0 and 1 need the size of the image",
                 "input.width, input.height",
                 "pixels",
+                code="unknown_size",
             )
         notes.append("Coordinates are shares of the image and were multiplied by its size.")
         if (
@@ -74,6 +76,7 @@ def in_pixels(
                 "the coordinates are neither pixels nor shares of an image, but a body's own",
                 expected="landmarks in the image, as MediaPipe's pose_landmarks",
                 received="many beyond -1 and 1",
+                code="not_in_image",
             )
         pixels = pixels * np.array(size, float)
     elif len(known) and np.percentile(known, 99) <= PERCENT and not 0 < min(size) <= 4 * PERCENT:
@@ -82,6 +85,7 @@ def in_pixels(
             "input.width, input.height",
             "the size of the image that they count pixels of",
             f"{size[0]} x {size[1]}" if all(size) else "nothing",
+            code="tiny_image",
         )
     elif not all(size):
         reach = known.max(axis=0) if len(known) else np.array([1.0, 1.0])
@@ -100,6 +104,7 @@ def in_pixels(
             "input.width, input.height",
             f"one that holds {low[0]} to {high[0]} x {low[1]} to {high[1]} pixels",
             f"{size[0]} x {size[1]}",
+            code="outside_image",
         )
     return pixels, size
 

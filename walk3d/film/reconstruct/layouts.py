@@ -7,6 +7,7 @@ where the points lie in the image.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -65,7 +66,9 @@ def load(path: Path) -> Layout:
     content = read_mapping(path)
     points = tuple(content["points"])
     if len(points) != content["count"] or len(set(points)) != len(points):
-        raise InvalidInput("must list each point once", f"{path.name}, points", received=len(points))
+        raise InvalidInput(
+            "must list each point once", f"{path.name}, points", received=len(points), code="not_distinct"
+        )
     joints: dict[str, tuple[str, ...]] = {joint: (joint,) for joint in WALKER15.joints if joint in points}
     joints["head"] = tuple(require_choice(f"{path.name}, head", point, points) for point in content["head"])
     for derived in ("sternum", "pelvis"):  # middles of others, unless simulated
@@ -169,36 +172,26 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
     points = np.where(in_turn[:, None] < 0, np.nan, found.points[:, in_turn])
     K = len(in_turn)
     if found.names and not numbered:
-        sided = [name for name in found.names if canonical(name).startswith(("left_", "right_"))]
-        apart = (k for k, letters in enumerate(zip(*sided, strict=False)) if len(set(letters)) > 1)
-        before = "".join(sided[:1])[: next(apart, 0)]  # anna:, PoseLandmark.
-        names = {canonical(name.removeprefix(before)): k for k, name in enumerate(found.names)}
-        best, order, rank = None, np.empty(0, int), (0, 0)
-        for layout in [known[wanted]] if wanted else known.values():
-            where = np.array([names.get(canonical(point), -1) for point in layout.points])
-            if (
-                (own := ((where >= 0).sum(), -len(where))) > rank
-                and all(joint in names for joint in _NEEDED)
-                and not (layout.measured and -1 in where and not wanted)  # a part may be anybody's
-            ):
-                best, order, rank = layout, where, own  # the smallest that has as many of the names
-        if best is None:
-            raise InvalidInput(
-                "hips, knees and ankles of both sides are not among the points",
-                expected=", ".join(_NEEDED),
-                received=", ".join(found.names[:8]),
-            )
-        return best, order, f"{best.name}: {rank[0]} of its {len(best.points)} names are in the file"
+        return _by_names(found, known, wanted)
     used = LONGER.get(K, K)
     fitting = [layout for layout in known.values() if len(layout.points) == used]
     if wanted:
         if len(known[wanted].points) != used:
             what, expected = "the number of points is not that of input.layout", len(known[wanted].points)
-            raise InvalidInput(what, expected=f"{expected} for {wanted}", received=K)
+            raise InvalidInput(
+                what,
+                expected=f"{expected} for {wanted}",
+                received=K,
+                code="wrong_count",
+                needed=expected,
+                count=K,
+            )
         return known[wanted], in_turn[:used], f"{wanted}: as input.layout says"
     if not fitting:
         counts = ", ".join(sorted({f"{len(layout.points)} ({layout.name})" for layout in known.values()}))
-        raise InvalidInput("no layout has this number of points", expected=counts, received=K)
+        raise InvalidInput(
+            "no layout has this number of points", expected=counts, received=K, code="unknown_layout", count=K
+        )
     upright = [_upright(layout, points) for layout in fitting]
     scores = np.nan_to_num(upright)
     best = fitting[np.argmax(scores)]
@@ -214,8 +207,35 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
             "the order of the points is not clear: heads must be above hips above ankles in one layout alone",
             expected="points with names, or input.layout=" + " or ".join(layout.name for layout in fitting),
             received=f"{K} points",
+            code="unclear_layout",
+            layouts=[layout.name for layout in fitting],
         )
     return best, in_turn[:used], why
+
+
+def _by_names(found: Detections, known: Mapping[str, Layout], wanted: str) -> tuple[Layout, np.ndarray, str]:
+    """Return the layout whose points have the names in the file, as `recognise` does."""
+    sided = [name for name in found.names if canonical(name).startswith(("left_", "right_"))]
+    apart = (k for k, letters in enumerate(zip(*sided, strict=False)) if len(set(letters)) > 1)
+    before = "".join(sided[:1])[: next(apart, 0)]  # anna:, PoseLandmark.
+    names = {canonical(name.removeprefix(before)): k for k, name in enumerate(found.names)}
+    best, order, rank = None, np.empty(0, int), (0, 0)
+    for layout in [known[wanted]] if wanted else known.values():
+        where = np.array([names.get(canonical(point), -1) for point in layout.points])
+        if (
+            (own := ((where >= 0).sum(), -len(where))) > rank
+            and all(joint in names for joint in _NEEDED)
+            and not (layout.measured and -1 in where and not wanted)  # a part may be anybody's
+        ):
+            best, order, rank = layout, where, own  # the smallest that has as many of the names
+    if best is None:
+        raise InvalidInput(
+            "hips, knees and ankles of both sides are not among the points",
+            expected=", ".join(_NEEDED),
+            received=", ".join(found.names[:8]),
+            code="no_legs",
+        )
+    return best, order, f"{best.name}: {rank[0]} of its {len(best.points)} names are in the file"
 
 
 def _upright(layout: Layout, points: np.ndarray) -> float:

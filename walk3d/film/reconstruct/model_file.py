@@ -109,17 +109,19 @@ def load(folder: Path = SHIPPED) -> TrainedModel:
         remove_stale(folder.parent)
     for name in ("manifest.json", "model.npz"):
         if not (folder / name).is_file():
-            raise InvalidInput("no model of walkers", folder / name, "`make model`")
+            raise InvalidInput("no model of walkers", folder / name, "`make model`", code="no_model")
     return read_one(folder, _load)
 
 
 def _load(folder: Path) -> TrainedModel:
     manifest = read_manifest(folder)
     if manifest.get("version") != VERSION:
-        raise InvalidInput("the model is of another version", folder, VERSION)
+        raise InvalidInput("the model is of another version", folder, VERSION, code="wrong_version")
     data = read_bytes(folder / "model.npz")
     if digest(data) != manifest.get("sha256"):
-        raise InvalidInput("the model is not what its manifest says", folder / "model.npz")
+        raise InvalidInput(
+            "the model is not what its manifest says", folder / "model.npz", code="wrong_digest"
+        )
     stored, _ = load_npz(data, "model.npz")
     arrays = {name: np.asarray(array, float) for name, array in stored.items()}
     for name, shape in (_SHAPES | {f"{k}_multipliers": ("K", *s) for k, s in _MULTIPLIERS.items()}).items():
@@ -139,7 +141,9 @@ def _load(folder: Path) -> TrainedModel:
     about = {k: v for k, v in manifest.items() if k not in of_the_file}
     sources = about.get("people_by_source")
     if not isinstance(sources, dict) or not sources:
-        raise InvalidInput("must tell how many people each source has", "manifest.json, people_by_source")
+        raise InvalidInput(
+            "must tell how many people each source has", "manifest.json, people_by_source", code="no_sources"
+        )
     for source, count in sources.items():
         require_count(f"manifest.json, people_by_source, {source}", count)
     return TrainedModel(compact, calibrations, about)

@@ -103,7 +103,7 @@ def write_walk_page(path: Path, page: WalkPage) -> None:
     if len(content) > MOST_BYTES:
         raise InvalidInput(
             "the page would be too large", path.name, f"at most {MOST_BYTES} bytes",
-            len(content)
+            len(content), code="file_too_large"
         )  # fmt: skip
     path.write_bytes(content)
 

@@ -71,7 +71,7 @@ def run(
     given = Path(options.input.path).resolve()
     folder = Path(options.output.path) if options.output.path else _default_folder(options.input.path)
     if options.input.path and folder.resolve() in (given, *given.parents):
-        raise InvalidInput("must not hold the input", "output.path", received=folder)
+        raise InvalidInput("must not hold the input", "output.path", received=folder, code="holds_input")
     require_replaceable(folder, having="verdict")
     model = Path(options.model_folder) if options.model_folder else SHIPPED
     with video.with_keypoints(options.input, folder, tell, progress) as keypoints:

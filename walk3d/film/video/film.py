@@ -67,7 +67,9 @@ def pictures(path: Path) -> Iterator[tuple[float, np.ndarray]]:
         video = cv2.VideoCapture(str(path))
     try:
         if not video.isOpened():
-            raise InvalidInput("the video cannot be opened", path.name, "a film that FFmpeg reads")
+            raise InvalidInput(
+                "the video cannot be opened", path.name, "a film that FFmpeg reads", code="unreadable"
+            )
         while True:
             there, picture = video.read()
             if not there:
@@ -137,13 +139,17 @@ def keypoints_of(path: Path, pose: Pose, progress: Callable[[int], None] = lambd
         progress(number + 1)
     if not seen:
         expected = "people of a tenth of its longer side or more"
-        raise InvalidInput("nobody is seen in the video", path.name, expected, f"{len(times)} frames")
+        raise InvalidInput(
+            "nobody is seen in the video", path.name, expected, f"{len(times)} frames", code="nobody_seen"
+        )
     rate, uneven = frame_rate(np.array(times), frames_of(path)[1])
     frame, person = (np.array([one[k] for one in seen]) for k in (0, 1))
     points = np.stack([one[2] for one in seen])
     trunk = points[:, _SHOULDERS] - points[:, _HIPS]
     if np.median(trunk[..., 1] - np.abs(trunk[..., 0])) > 0:  # who lies would lie turned by half, too
-        raise InvalidInput("people are upside down in the film", path.name, "the film, turned by half")
+        raise InvalidInput(
+            "people are upside down in the film", path.name, "the film, turned by half", code="upside_down"
+        )
     if uneven:
         at = (np.array(times)[frame] - times[0]) * rate
         frame, person, points = on_even_grid(at, person, points)

@@ -45,7 +45,7 @@ def keypoints_table(
         If the packages, the networks or the video cannot be used, or nobody is seen.
     """
     if not video.is_file():
-        raise InvalidInput("there is no such video", "input.path", received=video)
+        raise InvalidInput("there is no such video", "input.path", received=video, code="no_file")
     with video.open("rb") as film:
         digest = hashlib.file_digest(film, "sha256").hexdigest()
     table, about = folder / TABLE, folder / ABOUT
@@ -65,6 +65,7 @@ def keypoints_table(
         raise InvalidInput(
             f"a video needs {package}, which is not installed", "input.path",
             'pip install "gait-pipeline[video]", or keypoints of another detector', video.name,
+            code="missing_package", package=package
         ) from error  # fmt: skip
     filmed = keypoints_of(video, pose, lambda done: progress(done, every))
     columns = [f"{name}_{what}" for name in names for what in ("x", "y", "visibility")]

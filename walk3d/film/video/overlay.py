@@ -52,7 +52,9 @@ def write_overlay(
                 code = cv2.VideoWriter.fourcc(*FOURCC)
                 writer = cv2.VideoWriter(str(path), code, frame_rate_hz, (width, height))
                 if not writer.isOpened():
-                    raise InvalidInput("no film can be written here", path.name, "OpenCV with MPEG-4")
+                    raise InvalidInput(
+                        "no film can be written here", path.name, "OpenCV with MPEG-4", code="cannot_write"
+                    )
             canvas = cv2.cvtColor(picture, cv2.COLOR_RGB2BGR)
             thick = max(round(height / 300), 2)
             for a, b in bones if number in drawn_px else ():

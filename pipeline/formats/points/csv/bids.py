@@ -58,5 +58,12 @@ def titles_and_rate(path: Path) -> tuple[str, float | None]:
             " and _motion.json with a number SamplingFrequency"
         )
         received = ", ".join(file.name for file in files)
-        raise damaged("the channels or the rate cannot be read", path.name, expected, received) from None
+        raise damaged(
+            "the channels or the rate cannot be read",
+            path.name,
+            expected,
+            received,
+            code="unreadable_channels",
+            files=[file.name for file in files],
+        ) from None
     return "\t".join(titles) + "\n", rate

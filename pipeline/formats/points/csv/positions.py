@@ -78,7 +78,7 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     sample = (index[:, None] * len(names) + point).reshape(-1)
     # A row may name a new point.
     empty = "the table is nearly empty: points have too many names"
-    require_points(len(times), len(names), table.where, empty)
+    require_points(len(times), len(names), table.where, empty, code="nearly_empty")
     order = np.argsort(sample, kind="stable")
     again = order[1:][np.diff(sample[order]) == 0]
     if again.size:
@@ -87,6 +87,8 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
             f"the point {names[sample[k] % len(names)]!r} stands twice in one frame (two people?)",
             table.place(k * len(index) // len(sample)),
             "one row for each frame and point",
+            code="point_twice",
+            point=names[sample[k] % len(names)],
         )
     positions = np.full((len(times) * len(names), 3), np.nan)
     positions[sample] = values * millimetres
@@ -120,7 +122,13 @@ def _frames(table: Rows, columns: Columns, given: float | None) -> tuple[np.ndar
     fractional = np.flatnonzero(frames != np.round(frames))
     if "frame" in columns.roles and fractional.size:
         k = int(fractional[0])
-        raise damaged("the frame number is not whole", table.place(k), received=f"{frames[k]:g}")
+        raise damaged(
+            "the frame number is not whole",
+            table.place(k),
+            received=f"{frames[k]:g}",
+            code="frame_not_whole",
+            frame=float(frames[k]),
+        )
     each, first, index = np.unique(frames, return_index=True, return_inverse=True)
     if (
         timed
@@ -134,7 +142,7 @@ def _frames(table: Rows, columns: Columns, given: float | None) -> tuple[np.ndar
         return times[first], first, index
     if given is None:
         expected = "a column of times with two frames or more, or the option frame_rate_hz"
-        raise damaged("the frame rate is unknown", table.where, expected)
+        raise damaged("the frame rate is unknown", table.where, expected, code="unknown_rate")
     return (each - each[0]) / given, first, index
 
 
@@ -149,7 +157,11 @@ def _points(table: Rows, columns: Columns) -> tuple[tuple[str, ...], np.ndarray]
     else:
         named = [list(columns.axes)] * rows
     if any(not names[0] for names in named):
-        raise damaged("a point has no name", table.place(next(k for k in range(rows) if not named[k][0])))
+        raise damaged(
+            "a point has no name",
+            table.place(next(k for k in range(rows) if not named[k][0])),
+            code="no_name",
+        )
     if "person" in columns.roles:
         people = [who[:80] for who in table.texts(columns.roles["person"])]
         if len(set(people)) > 1:

@@ -16,6 +16,7 @@ from pipeline.formats.contract import damaged
 from pipeline.formats.points.cells import NOTHING, Rows
 from pipeline.formats.points.even_times import unit_of_times
 from pipeline.formats.text import LENGTHS, number, read_text, unit_of
+from pipeline.skeleton.complaint import Remark
 from pipeline.validation import listed
 
 _DIGITS = {
@@ -157,11 +158,20 @@ def read_table(path: Path, titles: str = "") -> Rows:
                 rows.append(row)
                 lines.append(reader.line_num + begin)
     except csv.Error as error:
-        raise damaged("the quoting is broken", f"{where}, line {reader.line_num + begin}") from error
+        raise damaged(
+            "the quoting is broken", f"{where}, line {reader.line_num + begin}", code="broken_quotes"
+        ) from error
     if rows and len(rows[0]) == 4 and not _holds_numbers(rows[0][:1]) and _holds_numbers(rows[0][1:]):
         rows, lines = _numbered(rows), [0, *lines]
     if len(rows) <= titled:
-        raise damaged("there is no table", where, "a header and a row", f"{len(rows)} rows")
+        raise damaged(
+            "there is no table",
+            where,
+            "a header and a row",
+            f"{len(rows)} rows",
+            code="no_table",
+            rows=len(rows),
+        )
     # Titles of several lines may be written as ('nose', 'x').
     words = [["_".join(_QUOTED.findall(cell)) or cell.strip() for cell in row] for row in rows[:titled]]
     header = _without_raw(_joined(words), notes)
@@ -171,7 +181,13 @@ def read_table(path: Path, titles: str = "") -> Rows:
             row.pop()
         if len(row) != len(header):
             raise damaged(
-                "the row has another number of cells than the header", table.place(k), len(header), len(row)
+                "the row has another number of cells than the header",
+                table.place(k),
+                len(header),
+                len(row),
+                code="wrong_count",
+                needed=len(header),
+                count=len(row),
             )
     return table
 
@@ -272,7 +288,13 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
         if role and not (role in columns.roles and UNSURE.fullmatch(title)):
             if role in columns.roles:
                 received = f"{table.header[columns.roles[role]]} and {table.header[column]}"
-                raise damaged(twice, place, received=received)
+                raise damaged(
+                    twice,
+                    place,
+                    received=received,
+                    code="column_twice",
+                    columns=[table.header[columns.roles[role]], table.header[column]],
+                )
             columns.roles[role] = column
     roles = set(columns.roles.values())
     found = coordinates(["" if k in roles else title for k, title in enumerate(table.header)])
@@ -293,7 +315,13 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
             continue
         axes = columns.axes.setdefault(point, {})
         if axis in axes:
-            raise damaged(twice, place, received=f"{table.header[axes[axis]]} and {table.header[column]}")
+            raise damaged(
+                twice,
+                place,
+                received=f"{table.header[axes[axis]]} and {table.header[column]}",
+                code="column_twice",
+                columns=[table.header[axes[axis]], table.header[column]],
+            )
         axes[axis] = column
         columns.units.update({unit} - {""})
     for point, axes in columns.axes.items():
@@ -303,6 +331,9 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
                 place,
                 "x, y and z; keypoints of a film go to `reconstruct`",
                 ", ".join(sorted(axes)),
+                code="missing_axis",
+                point=point,
+                axes=sorted(axes),
             )
         columns.axes[point] = {axis: axes[axis] for axis in "xyz"}
     if not columns.axes or (is_long and "point" not in columns.roles):
@@ -311,6 +342,7 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
             place,
             "columns such as head_x, head_y, head_z; or joint, x, y, z; keypoints of a film go to `reconstruct`",
             beginning,
+            code="no_points",
         )
     if not {"time", "frame"} & set(columns.roles) and (is_long or not rate_is_given):
         raise damaged(
@@ -318,6 +350,7 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
             place,
             "time or frame" + ("" if is_long else ", or the option frame_rate_hz: a row is a frame then"),
             beginning,
+            code="no_times",
         )
     _drop_rotations(columns, unread, table.header)
     if unread:
@@ -358,7 +391,7 @@ def set_to_seconds(table: Rows, column: int) -> None:
     # More than numbers of a table may be.
     large = scale == 1.0 and len(seen) > 1 and seen[-1] >= 1e9
     if large and (unit := unit_of_times(np.median(np.diff(seen)))):
-        table.notes.append(f"The times are taken as {unit[0]}.")
+        table.notes.append(Remark(f"The times are taken as {unit[0]}.", "times"))
         scale, digits = 1 / unit[1], 9
     if scale == 1.0 and not first:
         return
@@ -387,5 +420,7 @@ def unit_of_length(table: Rows, columns: Columns, otherwise: str) -> str:
             table.where,
             "one unit",
             ", ".join(sorted(declared)),
+            code="mixed_units",
+            units=sorted(declared),
         )
     return declared.pop() if declared else otherwise

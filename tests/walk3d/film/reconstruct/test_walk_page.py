@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from pipeline.report import templates
-from pipeline.validation import InvalidInput
+from tests.rejects import rejects
 from tests.walk3d.film.reconstruct.conftest import model
 from tests.walk3d.film.reconstruct.walks import ERROR, alphapose, given, in_layout
 from tests.walk3d.film.walk.walkers import clip
@@ -103,7 +103,7 @@ def test_what_is_drawn_is_what_was_given(tmp_path: Path) -> None:
 
 
 def test_a_page_that_would_be_too_large_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match="too large"):
+    with rejects("too_large"):
         write_walk_page(tmp_path / "walk.html", replace(page(20), lead="a" * 1_000_000))
 
 

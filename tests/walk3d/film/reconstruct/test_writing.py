@@ -13,9 +13,9 @@ from pipeline import formats
 from pipeline.skeleton import WALKER15
 from pipeline.storage import tables
 from pipeline.storage.publishing import publish
-from pipeline.validation import InvalidInput
 from tests.processes import python
 from tests.recordings import reading, viewer
+from tests.rejects import rejects
 from tests.walk3d.film.reconstruct.walks import ERROR, alphapose, given, in_layout
 from tests.walk3d.film.walk.walkers import clip, walks
 from walk3d.export.bvh import Names
@@ -131,12 +131,12 @@ def test_input_and_files_of_others_are_kept(model: Path, tmp_path: Path) -> None
         run(options)
 
     before = path.read_bytes()
-    with pytest.raises(InvalidInput, match=r"output\.path must not hold the input"):
+    with rejects("holds_input", "output.path"):
         again(path, out)
     assert [p.name for p in out.iterdir()] == ["walk.json"]
     path = path.rename(tmp_path / "walk.json")
     (out / "portrait.png").write_text("mine")
-    with pytest.raises(InvalidInput, match="not published by this program"):
+    with rejects("not_replaced", why="no_file"):
         again(path, out)
     assert [p.name for p in out.iterdir()] == ["portrait.png"]
     (out / "portrait.png").unlink()
@@ -145,11 +145,11 @@ def test_input_and_files_of_others_are_kept(model: Path, tmp_path: Path) -> None
     again(path, out)  # ours, with a file of the reader's
     assert (out / "notes.txt").read_text() == "mine"
     assert path.read_bytes() == before
-    with pytest.raises(InvalidInput, match="must not be inside a published folder"):
+    with rejects("inside_published"):
         again(path, out / "inside")
     with publish(tmp_path / "figure", having="figure") as publication:
         publication.facts = {"figure": "zhang2007_fig5"}
-    with pytest.raises(InvalidInput, match=r"manifest\.json without 'verdict'"):
+    with rejects("not_replaced", why="other_command"):
         again(path, tmp_path / "figure")
 
 
