@@ -165,7 +165,7 @@ def load_files(paths: Iterable[str | Path]) -> None:
                 path,
                 f"at most {LARGEST_FILE} bytes",
                 len(content),
-                code="too_large",
+                code="file_too_large",
             )
         known = _files.get(name)
         if known and known.file == path.resolve() and digest_of(known) == hashlib.sha256(content).hexdigest():

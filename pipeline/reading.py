@@ -75,7 +75,7 @@ def read_file(path: Path, *, at_most: int = MAX_TABLE_BYTES) -> bytes:
         ) from error
     if max(size, len(content)) > at_most:
         raise InvalidInput(
-            f"the file is larger than {at_most} bytes", path, code="too_large", at_most=at_most
+            f"the file is larger than {at_most} bytes", path, code="file_too_large", at_most=at_most
         )
     return content
 

@@ -8,6 +8,8 @@ from typing import Any
 
 import pytest
 
+from pipeline.cli.composition import in_words
+from pipeline.cli.errors import sentence
 from pipeline.validation import InvalidInput
 
 
@@ -21,3 +23,16 @@ def rejects(code: str, where: str = "", **values: Any) -> Iterator[pytest.Except
         {name: caught.value.values.get(name) for name in values},
     ), str(caught.value)
     assert where in str(caught.value.where), str(caught.value)
+
+
+@contextmanager
+def rejects_options(code: str, where: str, *shown: str) -> Iterator[pytest.ExceptionInfo[Exception]]:
+    """Require an error of the options, ours or of a library, that has this code and place and shows these names."""
+    with pytest.raises(Exception) as caught:  # Hydra's, OmegaConf's or ours
+        yield caught
+    error = caught.value if isinstance(caught.value, InvalidInput) else in_words(caught.value)
+    assert isinstance(error, InvalidInput)
+    assert (error.code, error.where) == (code, where), str(error)
+    assert [name for name in shown if name not in str(error)] == [], str(error)
+    assert sentence(caught.value) == str(error)
+    assert "\n" not in str(error)

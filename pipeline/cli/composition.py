@@ -179,8 +179,10 @@ def in_words(error: Exception) -> Exception:
         return InvalidInput(str(cause).splitlines()[0], cause.full_key, code="invalid_value")
     lines = str(error).splitlines()
     first = " ".join(lines[: 2 if lines[0].endswith(":") else 1])
-    several = "one value; several values are a multirun: -m in front" if first.startswith("Ambiguous") else ""
-    return InvalidInput(first, expected=several, code="not_composed")
+    if first.startswith("Ambiguous"):
+        several = "one value; several values are a multirun: -m in front"
+        return InvalidInput(first, expected=several, code="several_values")
+    return InvalidInput(first, code="not_composed")
 
 
 def run_hydra(

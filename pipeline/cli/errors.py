@@ -23,5 +23,5 @@ def sentence(error: Exception) -> str:
     if type(error).__module__.startswith("yaml."):
         return " ".join(str(error).split())
     if isinstance(error, OSError) and error.strerror and error.filename:
-        return str(InvalidInput(error.strerror, os.fsdecode(error.filename), code="disk"))
+        return str(InvalidInput(error.strerror, os.fsdecode(error.filename)))
     return ""

@@ -87,7 +87,7 @@ def write_page(
             to / PAGE,
             f"at most {MOST_BYTES} bytes",
             f"{len(content)}, {pictures} of them of pictures",
-            code="too_large",
+            code="file_too_large",
         )
     with new_file(to / PAGE, replace=lambda old: _TITLE in old[:_HEAD_BYTES]) as path:
         path.write_bytes(content)

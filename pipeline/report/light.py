@@ -106,7 +106,7 @@ def keep_light(folder: Path, target: Path, figures: Sequence[str], **traced: Any
                 target,
                 f"at most {MOST_BYTES} bytes",
                 total,
-                code="too_large",
+                code="file_too_large",
             )
     kinds: Counter[str] = Counter()
     for name, size in sizes.items():

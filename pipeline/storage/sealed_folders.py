@@ -194,7 +194,7 @@ def write_manifest(folder: Path, facts: Mapping[str, Any]) -> None:
             folder,
             f"{MAX_JSON_BYTES} bytes",
             len(content),
-            code="too_large",
+            code="file_too_large",
         )
     write_bytes(folder / MANIFEST, content)
     sync(folder)

@@ -8,7 +8,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from hydra.errors import ConfigCompositionException
 
 from pipeline.cli import composition
 from pipeline.cli.compose import built_figures, compose, compose_figures, lacking, on_this_machine
@@ -16,8 +15,8 @@ from pipeline.cli.errors import sentence
 from pipeline.cli.main import _help_of, command, commands
 from pipeline.cli.presets import presets
 from pipeline.resources import CONF
-from pipeline.validation import InvalidInput
 from tests.processes import finished
+from tests.rejects import rejects, rejects_options
 
 HEAVY = ("hydra", "numpy", "pandas", "scipy", "numba", "matplotlib", "rerun", "rich")
 
@@ -73,28 +72,27 @@ def test_help_of_a_command_is_its_docstring() -> None:
 
 
 @pytest.mark.parametrize(
-    ("slip", "named"),
+    ("slip", "code", "where"),
     [
-        ("experiment=zhang2007_fig55", "experiment: "),
-        ("data=opticall", "data: "),
-        ("scale=large", "scale: "),
-        ("sweep=known_views", "sweep: "),
-        ("swep.truth=motion", "swep: "),
-        ("sweep.truht=motion", "sweep.truht: "),
-        ("sweep.truth=fourrier", "sweep.truth: "),
-        ("sweep.view_angle_deg.stepp=1", "sweep.view_angle_deg.stepp: "),
-        ("sweep.view_angle_deg.step=abc", "sweep.view_angle_deg.step: "),
-        ("model.components=0", "model.components must be at least 1"),
-        ("model.components=many", "model.components: "),
-        ("data.population=0", "data.population must be at least 1"),
-        ("seed.x=1", "seed"),
-        ("skeleton.maping=auto", "skeleton.maping: "),
+        ("experiment=zhang2007_fig55", "unknown_option", "experiment"),
+        ("data=opticall", "unknown_option", "data"),
+        ("scale=large", "unknown_option", "scale"),
+        ("sweep=known_views", "unknown_option", "sweep"),
+        ("swep.truth=motion", "unknown_option", "swep"),
+        ("sweep.truht=motion", "unknown_option", "sweep.truht"),
+        ("sweep.truth=fourrier", "invalid_value", "sweep.truth"),
+        ("sweep.view_angle_deg.stepp=1", "unknown_option", "sweep.view_angle_deg.stepp"),
+        ("sweep.view_angle_deg.step=abc", "invalid_value", "sweep.view_angle_deg.step"),
+        ("model.components=0", "out_of_range", "model.components"),
+        ("model.components=many", "invalid_value", "model.components"),
+        ("data.population=0", "out_of_range", "data.population"),
+        ("seed.x=1", "invalid_value", "seed"),
+        ("skeleton.maping=auto", "unknown_option", "skeleton.maping"),
     ],
 )
-def test_a_slip_is_refused_and_its_option_named(slip: str, named: str) -> None:
-    with pytest.raises(Exception) as caught:
+def test_a_slip_is_refused_and_its_option_named(slip: str, code: str, where: str) -> None:
+    with rejects_options(code, where):
         compose(["experiment=zhang2007_fig5", slip]).validate()
-    assert sentence(caught.value).startswith(named)
 
 
 def test_figures_are_composed_in_the_papers_order_with_the_same_overrides() -> None:
@@ -122,8 +120,12 @@ def test_the_last_folder_of_results_counts() -> None:
         compose(["experiment=zhang2007_fig5", "results=one", "results='two and a half'"]).results[:4]
         == "two "
     )
-    for nowhere in ("results=", "results=null", "results=~/three"):
-        with pytest.raises((InvalidInput, ConfigCompositionException), match="results"):
+    for nowhere, code in (
+        ("results=", "no_folder_named"),
+        ("results=null", "invalid_value"),
+        ("results=~/three", "no_folder_named"),
+    ):
+        with rejects_options(code, "results"):
             compose(["experiment=zhang2007_fig5", "results=one", nowhere])
 
 
@@ -160,5 +162,5 @@ def test_a_preset_may_stand_in_brackets() -> None:
 def test_a_paper_that_does_not_exist_is_refused() -> None:
     experiment = compose(["experiment=zhang2007_fig5"])
     experiment.paper = "nobody1999"
-    with pytest.raises(InvalidInput, match=r"paper must be one of .*zhang2007.* \(got nobody1999\)"):
+    with rejects("unknown_choice", "paper", value="nobody1999"):
         on_this_machine(experiment)

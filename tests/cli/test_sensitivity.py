@@ -15,7 +15,7 @@ from pipeline.papers import Agreement, Estimate, Evidence, Verdict
 from pipeline.resources import CONF
 from pipeline.storage import tables
 from pipeline.storage.provenance import PROJECT
-from pipeline.validation import InvalidInput
+from tests.rejects import rejects
 
 pytestmark = pytest.mark.thorough
 
@@ -77,7 +77,7 @@ def test_groups_and_single_switches_are_tabulated(tmp_path: Path, monkeypatch: p
     for words in (["short"], ["few", "short"]):
         assert sensitivity([*options[:-1], *words]) == 0
         assert {row["switch"] for row in tables.read_rows(folder / "table.csv")} == {PLAIN, "short"}
-    with pytest.raises(InvalidInput, match="group of switches"):
+    with rejects("unknown_choice", value="shorter"):
         sensitivity([*options[:-1], "shorter"])
 
 

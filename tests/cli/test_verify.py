@@ -13,7 +13,7 @@ from pipeline.cli.compose import compose, with_options
 from pipeline.cli.main import command
 from pipeline.report.light import keep_light
 from pipeline.storage.sealed_folders import canonical, digest
-from pipeline.validation import InvalidInput
+from tests.rejects import rejects
 from tests.report.planted import CLAIM, plant, view_errors
 
 asked: list[Any] = []
@@ -80,7 +80,7 @@ def test_nothing_is_computed_of_a_changed_archive_or_of_a_figure_that_is_not_in_
     archived: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     names = making(monkeypatch, 1.0)
-    with pytest.raises(InvalidInput, match="no figure to compute again"):
+    with rejects("no_figure", "synthetic"):
         command("verify")([str(archived), "rerun=1", "only=zhang2007_fig2"])
     (archived / "synthetic" / "zhang2007_fig5" / "table.csv").write_text("method\nmap\n")
     assert command("verify")([str(archived), "rerun=1"]) == 1
@@ -88,11 +88,11 @@ def test_nothing_is_computed_of_a_changed_archive_or_of_a_figure_that_is_not_in_
 
 
 def test_an_option_without_a_value_is_taken_for_an_archive_and_refused(archived: Path) -> None:
-    with pytest.raises(InvalidInput, match="rerun: this is no archive"):
+    with rejects("no_archive", "rerun"):
         command("verify")([str(archived), "rerun"])
 
 
 @pytest.mark.parametrize("kept", [{"of_tomorrow": 1}, {"sweep": {"<type>": "Forgotten"}}])
 def test_options_of_another_version_are_not_made_again(kept: dict[str, Any]) -> None:
-    with pytest.raises(InvalidInput, match="zhang2007_fig5: options are not those of this version"):
+    with rejects("other_version", "zhang2007_fig5"):
         with_options(compose(["experiment=zhang2007_fig5"]), kept)

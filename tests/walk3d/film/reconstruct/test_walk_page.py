@@ -103,7 +103,7 @@ def test_what_is_drawn_is_what_was_given(tmp_path: Path) -> None:
 
 
 def test_a_page_that_would_be_too_large_is_refused(tmp_path: Path) -> None:
-    with rejects("too_large"):
+    with rejects("file_too_large"):
         write_walk_page(tmp_path / "walk.html", replace(page(20), lead="a" * 1_000_000))
 
 
