@@ -64,7 +64,7 @@ def chosen(name: str) -> SourceMapping | None:
         "skeleton",
         f"{listed} or a path.yaml",
         name[:60],
-        code="unknown_choice",
+        code="unknown_option",
         value=name,
     )
 

@@ -92,7 +92,7 @@ def test_what_ships_gives_legs_and_says_what_it_is() -> None:
 
 
 def test_a_mapping_that_does_not_exist_is_refused_with_those_that_do() -> None:
-    with rejects("unknown_choice", "skeleton", value="my_lab"):
+    with rejects("unknown_option", "skeleton", value="my_lab"):
         mappings.chosen("my_lab")
     with rejects("unreadable"):
         mappings.chosen("nowhere/my_lab.yaml")

@@ -219,7 +219,7 @@ def test_one_too_large_is_refused(
     results: Path, lock: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("pipeline.report.light.MOST_BYTES", 50_000)
-    with rejects("too_large", "light"):
+    with rejects("file_too_large", "light"):
         keep_light(results, tmp_path / "light", FIGURES, lock=lock, **FACTS)
     assert not (tmp_path / "light").exists()
 

@@ -271,7 +271,7 @@ def test_the_same_results_make_the_same_page(results: Path) -> None:
 
 def test_a_page_too_large_to_send_is_refused(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pipeline.report.document.MOST_BYTES", 1000)
-    with rejects("too_large", PAGE):
+    with rejects("file_too_large", PAGE):
         write_page(results, FIGURES)
     assert not (results / PAGE).exists()
 
