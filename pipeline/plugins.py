@@ -126,7 +126,7 @@ def _installed() -> tuple[tuple[Loaded, ...], Mapping[str, str]]:
     return tuple(loaded), failures
 
 
-def _why(error: Exception) -> str:
+def _why(error: BaseException) -> str:
     """Return an error in one line."""
     return " ".join(f"{type(error).__name__}: {error}".split())[:300]
 
@@ -147,9 +147,14 @@ def load_files(paths: Iterable[str | Path]) -> None:
     Raises
     ------
     InvalidInput
-        If a file cannot be read or run, or has no plug-in.
+        If a file cannot be read or run, has no plug-in, or two have one name.
     """
-    for path in map(Path, paths):
+    files = [*map(Path, paths)]
+    if twice := [path.name for n, path in enumerate(files) if path.name in {each.name for each in files[:n]}]:
+        raise _invalid(
+            "must have files of different names", "plugins", received=twice[0], code="not_distinct"
+        )
+    for path in files:
         name = path.stem
         try:
             if not path.is_file() or path.suffix != ".py":
@@ -193,7 +198,7 @@ def _module_of(name: str, path: Path, content: bytes) -> ModuleType:
     sys.modules[module_name] = module  # dataclasses look their module up
     try:
         exec(compile(content, str(path), "exec"), module.__dict__)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         del sys.modules[module_name]
         line = next((f"line {frame.lineno}" for frame in _frames(error) if frame.filename == str(path)), "")
         raise _invalid(

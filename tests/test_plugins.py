@@ -220,6 +220,21 @@ def test_a_users_file_that_fails_is_one_sentence(
     assert len(str(caught.value).splitlines()) == 1
 
 
+def test_a_users_file_that_ends_the_program_is_one_sentence(tmp_path: Path, no_files: None) -> None:
+    path = tmp_path / "mine.py"
+    path.write_text("raise SystemExit(3)\n", encoding="utf-8")
+    with rejects("plugin_fails", "mine.py line 1"):
+        plugins.load_files([path])
+
+
+def test_two_users_files_of_one_name_are_an_error(ridge: Path, tmp_path: Path) -> None:
+    (tmp_path / "other").mkdir()
+    other = tmp_path / "other" / "ridge.py"
+    other.write_text(RIDGE, encoding="utf-8")
+    with rejects("not_distinct", "plugins"):
+        plugins.load_files([ridge, other])
+
+
 def test_a_users_file_that_does_not_exist_is_named() -> None:
     with rejects("not_a_file", "plugins") as rejection:
         compose(["experiment=zhang2007_fig5", "plugins=nowhere.py"])
