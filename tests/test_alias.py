@@ -47,6 +47,7 @@ from pathlib import Path
 
 import gait_pipeline
 import pipeline
+import walk3d
 from pipeline import InvalidInput, fit, from_view, joints, read, represent
 
 version: str = pipeline.__version__

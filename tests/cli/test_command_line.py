@@ -872,6 +872,7 @@ def stopping_after(module: str, function: str, arguments: Sequence[str]) -> int:
 def interrupted(module: str, function: str, number: int, *arguments: str) -> tuple[int, str]:
     """Exit status and last words of a run that gets a signal after a function has done its work."""
     with forked(lambda: stopping_after(module, function, arguments)) as process:
+        assert process.stdout.readline().startswith("setting up")
         line = process.stdout.readline()
         process.send_signal(number)
         _, err = process.communicate()

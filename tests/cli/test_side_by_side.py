@@ -168,6 +168,7 @@ def test_an_interrupt_that_is_lost_comes_again(tmp_path: Path) -> None:
         "figures", "experiment=zhang2007_fig4,zhang2007_fig5", *QUICK, f"results={tmp_path}", "workers=2"
     ]  # fmt: skip
     with forked(lambda: losing(arguments)) as process:
+        assert process.stdout.readline().startswith("setting up")
         assert process.stdout.readline() == "here\n"
         process.send_signal(signal.SIGTERM)
         out, _ = process.communicate()
@@ -203,6 +204,7 @@ def test_a_signal_ends_all_processes_and_the_next_run_goes_on(
         "figures", "experiment=zhang2007_fig2,zhang2007_fig5", *QUICK, f"results={tmp_path}", "workers=2"
     ]  # fmt: skip
     with forked(lambda: sleeping(arguments)) as process:
+        assert process.stdout.readline().startswith("setting up")
         first, second = sorted(process.stdout.readline() for _ in range(2))
         assert first.startswith("1/2 zhang2007_fig2: "), "a line as soon as a figure is finished"
         assert second == "here\n"

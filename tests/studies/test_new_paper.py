@@ -104,7 +104,7 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     lines = (copy / REGISTRY).read_text(encoding="utf-8")
     for before, after in (
         ("measures, walks", "measures, pace, walks"),
-        ("keypoints.STUDY)", "keypoints.STUDY, pace.STUDY)"),
+        ("limbs.STUDY)", "limbs.STUDY, pace.STUDY)"),
     ):
         assert before in lines
         lines = lines.replace(before, after)

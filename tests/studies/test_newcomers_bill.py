@@ -59,14 +59,14 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     head, *lines = read_bytes(Path(path)).decode("ascii", errors="replace").splitlines()
     rate, *names = head.split() or [""]
     if not names or not lines:
-        raise damaged("a point list has names, and a line to each frame", where)
+        raise damaged("a point list has names, and a line to each frame", where, code="no_points")
     try:
         positions = np.array([line.split() for line in lines], dtype=float).reshape(len(lines), len(names), 3)
         return motion_capture(
             names, positions * millimetres_in(units or "mm", where), float(rate), units or "mm", []
         )
     except ValueError as error:
-        raise damaged("this is no point list", where, received=str(error)) from None
+        raise damaged("this is no point list", where, received=str(error), code="not_a_number") from None
 '''
 
 
