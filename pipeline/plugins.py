@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
+import re
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -117,7 +118,7 @@ def _installed() -> tuple[tuple[Loaded, ...], Mapping[str, str]]:
             plugin = point.load()
             if not isinstance(plugin, Plugin):
                 raise _invalid("must be a value of the class Plugin", point.value, code="wrong_type")
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             failures[point.name] = _why(error)
         else:
             origin = point.dist.name if point.dist else NAME
@@ -150,12 +151,12 @@ def load_files(paths: Iterable[str | Path]) -> None:
         If a file cannot be read or run, has no plug-in, or two have one name.
     """
     files = [*map(Path, paths)]
-    if twice := [path.name for n, path in enumerate(files) if path.name in {each.name for each in files[:n]}]:
+    names = [*map(_module_name, files)]
+    if twice := [path.name for n, path in enumerate(files) if names[n] in names[:n]]:
         raise _invalid(
             "must have files of different names", "plugins", received=twice[0], code="not_distinct"
         )
-    for path in files:
-        name = path.stem
+    for path, name in zip(files, names, strict=True):
         try:
             if not path.is_file() or path.suffix != ".py":
                 raise _invalid(
@@ -181,8 +182,13 @@ def load_files(paths: Iterable[str | Path]) -> None:
             raise _invalid(
                 f"the file has no plug-in: end it with {OBJECT} = Plugin(methods=[…])", path, code="no_plugin"
             )
-        _files[name] = Loaded(name, plugin, module.__name__, file=path.resolve())
+        _files[name] = Loaded(path.stem, plugin, name, file=path.resolve())
         _digests[module.__name__] = hashlib.sha256(content).hexdigest()
+
+
+def _module_name(path: str | Path) -> str:
+    """Return the name of a user's file as a module."""
+    return "plugin_" + re.sub(r"\W", "_", Path(path).stem)
 
 
 _digests: dict[str, str] = {}
@@ -191,15 +197,14 @@ _digests: dict[str, str] = {}
 
 def _module_of(name: str, path: Path, content: bytes) -> ModuleType:
     """Run a user's file as a module."""
-    module_name = f"plugin_{name}"
-    spec = importlib.util.spec_from_file_location(module_name, path.resolve())
+    spec = importlib.util.spec_from_file_location(name, path.resolve())
     assert spec
     module = importlib.util.module_from_spec(spec)
-    sys.modules[module_name] = module  # dataclasses look their module up
+    sys.modules[name] = module  # dataclasses look their module up
     try:
         exec(compile(content, str(path), "exec"), module.__dict__)
     except (Exception, SystemExit) as error:
-        del sys.modules[module_name]
+        del sys.modules[name]
         line = next((f"line {frame.lineno}" for frame in _frames(error) if frame.filename == str(path)), "")
         raise _invalid(
             f"the plug-in cannot be loaded ({_why(error)})", f"{path} {line}".strip(), code="plugin_fails"
@@ -264,44 +269,42 @@ def resolve(place: str) -> Any:
 # --- what they add ----------------------------------------------------------------------------------------
 
 
-def contributions(kind: str) -> list[tuple[str, Any]]:
-    """Return what plug-ins add of a kind (``methods``, ``studies``, ``claims``): name of the plug-in and value.
+def contributions(kind: str) -> list[tuple[Loaded, Any]]:
+    """Return what the loaded plug-ins add of a kind (``methods``, ``studies``, ``claims``): plug-in and value.
 
     Raises
     ------
     InvalidInput
-        If a plug-in, or the place that it names, cannot be imported.
+        If the place that a plug-in names cannot be imported, or has no list.
     """
-    for name, why in failures().items():
-        raise _invalid(
-            f"the plug-in {name!r} cannot be loaded ({why}); repair or uninstall it", code="plugin_fails"
-        )
-    values = []
+    values: list[tuple[Loaded, Any]] = []
     for each in loaded():
         added = getattr(each.plugin, kind)
         if isinstance(added, str):
             try:
                 added = resolve(added)
-            except Exception as error:
+            except (Exception, SystemExit) as error:
                 raise _invalid(
                     f"the {kind} of the plug-in {each.name!r} cannot be loaded ({_why(error)})",
                     added,
                     code="plugin_fails",
                 ) from error
-        values += [(each.name, value) for value in added]
+        if not isinstance(added, list | tuple):
+            received = type(added).__name__
+            raise _invalid(f"{kind} must be a list", each.name, received=received, code="wrong_type")
+        values += [(each, value) for value in added]
     return values
 
 
 def modules_of_files(paths: Iterable[str]) -> list[str]:
     """Return the modules of users' files."""
-    names = [Path(path).stem for path in paths]
-    return [each.module for name, each in _files.items() if name in names]
+    return [name for name in map(_module_name, paths) if name in _files]
 
 
 def methods_of_files(paths: Iterable[str]) -> list[str]:
     """Return the names of the methods of users' files, which are compared without being named in options."""
-    names = [Path(path).stem for path in paths]
-    methods = [method for origin, method in contributions("methods") if origin in names]
+    own = modules_of_files(paths)
+    methods = [method for origin, method in contributions("methods") if origin.module in own]
     return [str(getattr(method, "name", method)) for method in methods]
 
 
@@ -336,11 +339,12 @@ def source_of(module: str) -> Path | None:
     """Return the file of a module of this package or of a plug-in, None for any other."""
     first, _, rest = module.partition(".")
     for each in _files.values():
-        if first == each.module:
+        if each.file and first == each.module:
             return each.file
     folder = PACKAGE if first == PACKAGE.name else _folders().get(first)
-    if folder is None:
-        return None
+    if folder is None:  # perhaps a module next to a user's file, which it can import
+        siblings = [each.file.parent / f"{first}.py" for each in _files.values() if each.file]
+        return next((path for path in siblings if path.is_file() and not rest), None)
     base = folder.joinpath(*rest.split(".")) if rest else folder
     candidates = (base / "__init__.py", base.with_suffix(".py"))
     return next((path for path in candidates if path.is_file()), None)

@@ -12,6 +12,7 @@ import math
 import os
 import re
 import stat
+import tokenize
 import zipfile
 import zlib
 from collections.abc import Iterator
@@ -133,8 +134,9 @@ def read_json(path: Path, kind: Any = Any, content: bytes | None = None) -> Any:
     try:
         text = (read_file(path, at_most=MAX_JSON_BYTES) if content is None else content).decode("utf-8")
         outside = np.frombuffer(_STRING.sub("", text).encode(), np.uint8)
-        opens, closes = np.isin(outside, list(b"[{")), np.isin(outside, list(b"]}"))
-        depth = (np.cumsum(opens, dtype=np.int64) - np.cumsum(closes, dtype=np.int64)).max(initial=0)
+        brackets = outside[np.isin(outside, list(b"[{]}"))]
+        opens = np.isin(brackets, list(b"[{"))
+        depth = np.cumsum(np.where(opens, 1, -1)).max(initial=0)
         if depth > MAX_DEPTH:
             raise InvalidInput(f"the file is nested more than {MAX_DEPTH} deep", path, code="too_deep")
         if opens.sum() + (outside == ord(",")).sum() > MAX_JSON_VALUES:
@@ -180,6 +182,6 @@ def read_arrays(path: Path, content: bytes | None = None) -> dict[str, np.ndarra
                 name = entry.filename.removesuffix(".npy")
                 arrays[name] = np.lib.format.read_array(member, allow_pickle=False)
     except (KeyError, ValueError, AttributeError, NotImplementedError, EOFError, RuntimeError, zipfile.BadZipFile,
-            zlib.error) as error:  # fmt: skip
+            zlib.error, TypeError, OverflowError, MemoryError, SyntaxError, tokenize.TokenError) as error:  # fmt: skip
         raise InvalidInput(f"the file cannot be understood: {error!r:.160}", path, code=code) from error
     return arrays

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from importlib import metadata
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pandas as pd
@@ -19,11 +20,14 @@ from pipeline import papers, plugins
 from pipeline.cli.compose import compose
 from pipeline.cli.presets import presets
 from pipeline.cli.status import status
+from pipeline.palette import Style
 from pipeline.stages.sources import figure_code
-from pipeline.storage import archive, tables
+from pipeline.storage import archive, provenance, source_code, tables
 from pipeline.storage.publishing import publish
 from pipeline.studies.walks import methods
 from pipeline.studies.walks.methods import PUBLISHED
+from pipeline.validation import InvalidInput
+from tests.conftest import Said
 from tests.processes import ROOT, finished
 from tests.recordings.reading import entities
 from tests.rejects import rejects
@@ -253,15 +257,110 @@ def broken(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 def test_a_plug_in_that_fails_to_import_is_one_sentence(
-    broken: None, say: Callable[..., object], tmp_path: Path
+    broken: None, say: Callable[..., Said], tmp_path: Path
 ) -> None:
-    """Commands that need none run with a remark; a figure is rejected."""
+    """Commands and figures that need none run with a remark; a method that is not there names the plug-in."""
     answer = say("equations", "zhang2004")
     assert answer.status == 0
     assert answer.err.startswith("the plug-in broken is left out: it cannot be loaded (ModuleNotFoundError")
-    answer = say("experiment=zhang2007_fig5", "scale=smoke", f"results={tmp_path}")
-    assert answer.status == 1
-    assert "the plug-in 'broken' cannot be loaded (ModuleNotFoundError" in answer.err
+    figure = ("experiment=zhang2007_fig2", "scale=smoke", "figure.picture=false", f"results={tmp_path}")
+    answer = say(*figure)
+    assert (answer.status, len(answer.err.splitlines())) == (0, 1)
+    with rejects("unknown_choice", "sweep.methods", value="knn") as rejection:
+        compose(["experiment=zhang2007_fig5", "sweep.methods=[map,knn]"]).validate()
+    assert "the plug-in broken is not" in str(rejection.value)
+
+
+def installed(monkeypatch: pytest.MonkeyPatch, **added: object) -> None:
+    """Have one more installed plug-in, of this module."""
+    more = plugins.Loaded("more", plugins.Plugin(**added), __name__)  # type: ignore[arg-type]
+    before = plugins._installed()
+    monkeypatch.setattr(plugins, "_installed", lambda: ((*before[0], more), before[1]))
+
+
+def stop(arguments: list[str]) -> int:
+    return 3
+
+
+def test_a_plug_in_takes_the_place_of_no_command(
+    monkeypatch: pytest.MonkeyPatch, say: Callable[..., Said]
+) -> None:
+    installed(monkeypatch, commands={"verify": f"{__name__}:stop"})
+    answer = say("verify", "anything")
+    assert (answer.status, answer.err) == (1, "more: there is another command 'verify'\n")
+
+
+def test_a_command_without_help_is_listed(monkeypatch: pytest.MonkeyPatch, say: Callable[..., Said]) -> None:
+    installed(monkeypatch, commands={"halt": "tests.test_plugins:stop"})
+    assert "python -m pipeline halt" in say("--help").out
+    assert say("halt").status == 3
+
+
+@pytest.mark.parametrize("name", ["my.ridge.py", "my ridge.py"])
+def test_a_file_of_any_name_is_followed_by_keys(name: str, tmp_path: Path, no_files: None) -> None:
+    path, text = tmp_path / name, RIDGE.replace(", claims=[CLAIM]", "")
+    path.write_text(text, encoding="utf-8")
+    (tmp_path / "gains.py").write_text("GAIN = 1.0\n", encoding="utf-8")
+    arguments = ["experiment=zhang2007_fig5", f"plugins={path}", "sweep.methods=[map,ridge]"]
+    codes = [figure_code(compose(arguments))]
+    path.write_text("from gains import GAIN\n" + text, encoding="utf-8")
+    sys.modules["gains"] = ModuleType("gains")
+    sys.modules["gains"].GAIN = 1.0  # type: ignore[attr-defined]
+    try:
+        codes.append(figure_code(compose(arguments)))
+        (tmp_path / "gains.py").write_text("GAIN = 2.0\n", encoding="utf-8")
+        source_code._module.cache_clear()
+        codes.append(figure_code(compose(arguments)))
+    finally:
+        del sys.modules["gains"]
+        source_code._module.cache_clear()
+    assert len({*codes}) == 3
+
+
+def test_a_method_made_by_partial_belongs_to_its_file(tmp_path: Path, no_files: None) -> None:
+    path = tmp_path / "mine.py"
+    text = RIDGE.replace("reconstruct)\nPLUGIN", "partial(reconstruct))\nPLUGIN")
+    path.write_text("from functools import partial\n" + text, encoding="utf-8")
+    plugins.load_files([path])
+    assert "plugin_mine" in methods.modules(["ridge"])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code"),
+    [
+        ('"purple"', '"violet"', "unknown_choice"),
+        ("methods=[RIDGE]", "methods=RIDGE", "wrong_type"),
+        ('"ridge", Style', '"map", Style', "duplicate_name"),
+    ],
+)
+def test_a_slip_in_a_users_file_is_one_sentence(
+    old: str, new: str, code: str, tmp_path: Path, no_files: None
+) -> None:
+    path = tmp_path / "ridge.py"
+    assert old in RIDGE
+    path.write_text(RIDGE.replace(old, new), encoding="utf-8")
+    with rejects(code):
+        compose(["experiment=zhang2007_fig5", f"plugins={path}"])
+
+
+@pytest.mark.parametrize(
+    "result", [[[1.0], [2.0, 3.0]], np.zeros((1, 2, 3)), None, np.full((1, 5, 15), np.nan)]
+)
+def test_a_result_of_another_form_is_one_sentence(result: object) -> None:
+    from tests.walk3d.anatomy.study.test_method import inputs
+
+    given = inputs()
+    fold, walk = methods.held_out(given.dataset, given.model, 0, 70.0)
+    method = methods.Method("mine", Style("mine", "purple"), lambda *_: result)  # type: ignore[arg-type, return-value]
+    with rejects("wrong_result", "mine"):
+        method.apply(fold, walk, np.zeros(1))
+
+
+@pytest.mark.parametrize("used", [5, ["file"], [{"file": "x"}], [{"file": 3, "sha256": []}]])
+def test_a_list_of_plug_ins_of_another_form_is_one_sentence(used: object, no_files: None) -> None:
+    with pytest.raises(InvalidInput) as caught:
+        provenance.require_plugins(used, "an archive")  # type: ignore[arg-type]
+    assert caught.value.code in ("other_entries", "plugin_not_loaded")
 
 
 def test_a_clone_loads_the_plug_ins_next_to_it() -> None:

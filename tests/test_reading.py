@@ -150,6 +150,11 @@ def test_a_compressed_file_is_bounded_by_what_it_unpacks_to(tmp_path: Path) -> N
             unpacked(damaged, tmp_path)
 
 
+def _headed(header: str) -> bytes:
+    """Return the bytes of an array whose header is this text."""
+    return b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header.encode()
+
+
 def _npz(name: str, content: bytes, compression: int = zipfile.ZIP_STORED) -> bytes:
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w", compression) as archive:
@@ -175,6 +180,14 @@ def test_arrays_need_no_more_memory_than_their_file_has_bytes(tmp_path: Path) ->
         (_npz("x.npy", _npy(np.zeros(10**6)), zipfile.ZIP_DEFLATED), "compressed"),
         (_npz("x.npy", _npy(np.arange(3.0), (10**12,))), "truncated"),
         (_npz("x.npy", b"abc"), "not_understood"),
+        (_npz("x.npy", _headed("{'descr': '<f8', 'fortran_order': False, 'shape': (3,")), "not_understood"),
+        (_npz("x.npy", _headed("(" * 9000)), "not_understood"),
+        (_npz("x.npy", _headed("{[]: 1}")), "not_understood"),
+        (_npz("x.npy", _headed("-" * 9000 + "1")), "not_understood"),
+        (
+            _npz("x.npy", _headed(f"{{'descr': '<f8', 'fortran_order': False, 'shape': (0, {10**30})}}")),
+            "not_understood",
+        ),
         (b"abc", "not_understood"),
     ):
         path.write_bytes(content)

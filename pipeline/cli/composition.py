@@ -131,7 +131,10 @@ def _typed(composed: Any, overrides: Sequence[str]) -> Experiment:
     experiment: Experiment = OmegaConf.to_object(composed)  # type: ignore[assignment]
     _refuse_additions(experiment, "")
     if not any(item.startswith("sweep.methods") for item in overrides):
-        experiment.sweep = experiment.sweep.with_methods(plugins.methods_of_files(experiment.plugins))
+        names = plugins.methods_of_files(experiment.plugins)
+        experiment.sweep = experiment.sweep.with_methods(names)
+        if left_out := [name for name in names if name not in getattr(experiment.sweep, "methods", [])]:
+            print(f"{experiment.name} cannot compare {', '.join(left_out)}", file=sys.stderr)
     # Results of a copy that keeps the name of its original would take the original's place.
     files = [name.strip("[]' ") for name in split_named(overrides)[0]]
     if files and experiment.name not in files and not any(item.startswith("name=") for item in overrides):

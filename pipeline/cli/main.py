@@ -69,7 +69,7 @@ if TYPE_CHECKING:
 IDENTITY = {"experiment", "data", "scale", "workers", "results", "data.mirror", "data.raw"}
 """Overrides with which a preset is still published in its own folder."""
 OWN_FILES = {"skeleton", "skeleton.mapping", "skeleton.missing"} | {
-    f"data.{x}" for x in ("path", "pattern", "person", "subject", "units", "frame_rate_hz", "name")
+    f"data.{x}" for x in ("path", "pattern", "person", "subject", "units", "up", "frame_rate_hz", "name")
 }
 """Further ones with data=folder: they define the data set."""
 
@@ -99,8 +99,15 @@ LIGHT = ("inspect", "equations")
 
 def commands() -> dict[str, str]:
     """Return the places of all commands by name: the package's, then those of plug-ins."""
-    added = {name: place for each in plugins.loaded() for name, place in each.plugin.commands.items()}
-    return {**COMMANDS, **added}
+    places = dict(COMMANDS)
+    for each in plugins.loaded():
+        for name, place in each.plugin.commands.items():
+            if name in places:
+                from pipeline.validation import InvalidInput
+
+                raise InvalidInput(f"there is another command {name!r}", each.name, code="duplicate_name")
+            places[name] = place
+    return places
 
 
 def command(name: str) -> Callable[[Sequence[str]], int]:
@@ -154,7 +161,7 @@ def _cannot_write(error: OSError) -> int:
 
 def _first_words(docstring: str) -> str:
     """Return the first line of a command's help up to its usage, in at most 60 characters."""
-    return textwrap.shorten(docstring.splitlines()[0].split(":")[0], 60, placeholder=" …")
+    return textwrap.shorten(docstring.partition("\n")[0].split(":")[0], 60, placeholder=" …")
 
 
 def help_text() -> str:

@@ -29,7 +29,8 @@ def all_papers() -> dict[str, Paper]:
 @cache
 def _load(_: object) -> dict[str, Paper]:
     added: dict[str, Any] = {}
-    for name, claims in plugins.contributions("claims"):
+    for origin, claims in plugins.contributions("claims"):
+        name = origin.name
         if isinstance(claims, Path):
             added[claims.stem] = read_mapping(claims)
         else:

@@ -100,7 +100,7 @@ def used_plugins(modules: Iterable[str], files: Iterable[str]) -> list[dict[str,
     return described
 
 
-def require_plugins(used: Iterable[Mapping[str, str]], where: object) -> list[str]:
+def require_plugins(used: Sequence[Mapping[str, str]], where: object) -> list[str]:
     """Return the paths of the users' files that a result used, if files with the same content are loaded.
 
     Raises
@@ -109,7 +109,10 @@ def require_plugins(used: Iterable[Mapping[str, str]], where: object) -> list[st
         If one is not; the sentence has its name and sha256.
     """
     here = {plugins.digest_of(each): str(each.file) for each in plugins.loaded() if each.file}
-    wanted = [each for each in used if "file" in each]
+    texts = isinstance(used, list) and all(isinstance(each, dict) for each in used)
+    if not texts or any({*map(type, each.values())} - {str} for each in used):
+        raise InvalidInput("the manifest lists plug-ins in another form", where, code="other_entries")
+    wanted = [{"sha256": "", **each} for each in used if "file" in each]
     for each in wanted:
         if each["sha256"] not in here:
             raise InvalidInput(

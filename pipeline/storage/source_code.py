@@ -52,7 +52,9 @@ def _module(name: str, _: object) -> tuple[str, frozenset[str]]:
     assert path is not None
     seal, imports = _parsed(path.read_bytes())
     # From a package, a name is a module of it, or one that its __init__ has.
-    imported = {full if source_of(full) else module for full, module in imports}
+    package = name if path.name == "__init__.py" else name.rpartition(".")[0]
+    absolute = {tuple(_absolute(each, package) for each in pair) for pair in imports}
+    imported = {full if source_of(full) else module for full, module in absolute}
     return seal, frozenset(found for found in imported if found != name and source_of(found))
 
 
@@ -73,12 +75,23 @@ def _parsed(content: bytes) -> Code:
         if id(node) in unread:
             continue
         if isinstance(node, ast.ImportFrom):
-            imports |= {(f"{node.module}.{alias.name}", str(node.module)) for alias in node.names}
+            of = "." * node.level + (node.module or "")
+            between = "" if of.endswith(".") else "."
+            imports |= {(f"{of}{between}{alias.name}", of) for alias in node.names}
         elif isinstance(node, ast.Import):
             imports |= {(alias.name, alias.name) for alias in node.names}
         elif isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             node.body = [line for line in node.body if not _is_text(line)] or [ast.Pass()]
     return digest(ast.dump(tree).encode()), frozenset(imports)
+
+
+def _absolute(module: str, package: str) -> str:
+    """Return the full name of a module that a module of a package imports."""
+    dots = len(module) - len(module.lstrip("."))
+    if not dots:
+        return module
+    above = package.split(".")[: len(package.split(".")) - dots + 1]
+    return ".".join([*above, *filter(None, [module.lstrip(".")])])
 
 
 def _is_text(line: ast.stmt) -> bool:

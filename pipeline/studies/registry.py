@@ -24,7 +24,7 @@ def studies() -> tuple[Study, ...]:
         if not isinstance(study, Study):
             raise InvalidInput(
                 "studies must be values of the class Study",
-                origin,
+                origin.name,
                 received=type(study).__name__,
                 code="wrong_type",
             )

@@ -72,6 +72,11 @@ def test_what_the_study_does_not_compute_with_leaves_the_digest(
     assert edited(name, old, new) == before
 
 
+def test_relative_imports_are_followed(edited: Callable[[str, str, str], str], tmp_path: Path) -> None:
+    before = edited("studies/walks.py", "from pipeline.core import camera", "from ..core import camera")
+    assert edited("core/camera.py", "SCALE = 1", "SCALE = 2") != before
+
+
 @pytest.mark.parametrize(
     ("name", "old", "new"),
     [

@@ -118,6 +118,5 @@ METHODS = (
         lambda fold, walk, views: fold.prepared.estimate(walk.number, views),
         title="Anatomical",
         prepare=AnatomicalApproach,
-        source=__name__,
     ),
 )

@@ -16,7 +16,7 @@ import numpy as np
 from pipeline import plugins
 from pipeline.core import camera, linear_model, reconstruction
 from pipeline.core.linear_model import LinearModel, unflatten
-from pipeline.palette import CYCLE, Style
+from pipeline.palette import CYCLE, NAMES, Style
 from pipeline.studies.eigenwalkers.model import Eigenwalkers
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Grid
@@ -131,7 +131,7 @@ class Method:
     prepare : callable, optional
         Given the data set, returns what all folds share, before they are divided among processes.
     source : str
-        Module that contains the method: results are computed again if it changes.
+        Module of the plug-in that brings the method: results are computed again if it changes.
     """
 
     name: str
@@ -144,9 +144,10 @@ class Method:
     source: str = ""
 
     @property
-    def module(self) -> str:
-        """Module whose sources compute the method."""
-        return self.source or self.reconstruct.__module__
+    def modules(self) -> list[str]:
+        """Modules whose sources compute the method."""
+        parts = (self.reconstruct, self.estimate, self.prepare)
+        return [*filter(None, (self.source, *(getattr(part, "__module__", "") for part in parts)))]
 
     def prepared(self, data: FourierSamples) -> Any:
         """Return what all folds of a data set share."""
@@ -161,21 +162,23 @@ class Method:
             If the method returns another shape than (A, 5, 15), or numbers that are not finite.
         """
         result = self.reconstruct(fold, walk, views)
-        if isinstance(result, Reconstruction):
-            return result
         walker = unflatten(walk.sample)
-        missing, turned = np.asarray(result, float), np.asarray(views)[:, None, None]
-        if (
-            missing.shape != (len(views), *walker.shape[:2])
-            or not np.isfinite(missing[..., walk.measured]).all()
-        ):
+        shape = (len(views), *walker.shape[:2])
+        try:
+            missing = np.asarray(result.missing if isinstance(result, Reconstruction) else result, float)
+        except (TypeError, ValueError):
+            missing = np.empty(0)
+        if missing.shape != shape or not np.isfinite(missing[..., walk.measured]).all():
             raise InvalidInput(
                 "the method must return finite numbers (views, harmonics, joints)",
                 self.name,
-                (len(views), *walker.shape[:2]),
-                missing.shape,
+                shape,
+                missing.shape or type(result).__name__,
                 code="wrong_result",
             )
+        if isinstance(result, Reconstruction):
+            return result
+        turned = np.asarray(views)[:, None, None]
         full = camera.combine(camera.project(walker, turned), missing, turned)
         return Reconstruction(
             missing=missing,
@@ -275,34 +278,43 @@ def registered() -> dict[str, Method]:
     Raises
     ------
     InvalidInput
-        If a plug-in's method has the name of another, or is not a `Method`.
+        If a plug-in's method has the name of another, is not a `Method`, or has a colour that there is not.
     """
     methods = dict(PUBLISHED)
     for origin, method in plugins.contributions("methods"):
         if not isinstance(method, Method):
             raise InvalidInput(
                 "methods must be values of the class Method",
-                origin,
+                origin.name,
                 received=type(method).__name__,
                 code="wrong_type",
             )
         if method.name in methods or method.name in BASELINES:
             raise InvalidInput(
                 f"there is another method {method.name!r}",
-                origin,
+                origin.name,
                 "another name",
                 code="duplicate_name",
             )
-        if not method.style.colour:
-            colour = _FREE_COLOURS[(len(methods) - len(PUBLISHED)) % len(_FREE_COLOURS)]
-            method = replace(method, style=replace(method.style, colour=colour))
-        methods[method.name] = method
+        colour = method.style.colour or _FREE_COLOURS[(len(methods) - len(PUBLISHED)) % len(_FREE_COLOURS)]
+        require_choice(f"the colour of {method.name}", colour, NAMES)
+        style = replace(method.style, colour=colour)
+        methods[method.name] = replace(method, style=style, source=origin.module)
     return methods
 
 
 def chosen(names: Sequence[str], name: str = "sweep.methods") -> list[Method]:
     """Return the methods of these names.  Raises InvalidInput if one is not registered; the sentence lists them."""
     methods = registered()
+    if plugins.failures() and (unknown := [each for each in names if each not in methods]):
+        lacking = ", ".join(plugins.failures())
+        raise InvalidInput(
+            f"must be a method that is loaded; the plug-in {lacking} is not",
+            name,
+            received=unknown[0],
+            code="unknown_choice",
+            value=unknown[0],
+        )
     return [methods[require_choice(name, each, methods)] for each in names]
 
 
@@ -313,7 +325,7 @@ def with_baselines(methods: Sequence[Method]) -> list[Method]:
 
 def modules(names: Sequence[str]) -> list[str]:
     """Return the modules that compute these methods."""
-    return [method.module for method in chosen(names)]
+    return [module for method in chosen(names) for module in method.modules]
 
 
 def styles(names: Sequence[str]) -> dict[str, Style]:
