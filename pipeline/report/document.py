@@ -114,10 +114,9 @@ def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str
         no_walkers = no_clips = (
             f"this page gives no recorded motion on; make sweeps DATA={results.data} makes one that plays"
         )
+    known = {**results.figures, **results.missing}
     of_papers = {
-        key
-        for key in papers.all_papers()
-        if any(f.startswith(key) for f in {**results.figures, **results.missing})
+        key for key, paper in papers.all_papers().items() if known.keys() & {*paper.figures, *paper.beyond}
     }
     reasons = [
         reason

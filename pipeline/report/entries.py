@@ -32,7 +32,9 @@ def paper_entry(
     paper: papers.Paper, results: Published, entries: Mapping[str, dict[str, Any]]
 ) -> dict[str, Any]:
     """Return what the page shows of a paper: sentences with our numbers, a picture, verdicts, and its figures."""
-    wanted = (*paper.figures, *paper.beyond)
+    made_for = {name: figure.manifest.get("paper", paper.key) for name, figure in results.figures.items()}
+    # Claims on a figure of another paper stand here, the figure stands there.
+    wanted = [n for n in (*paper.figures, *paper.beyond) if made_for.get(n, paper.key) == paper.key]
     claims = [row for row in results.claims_of(paper=paper.key) if not row.get("same_as")]
     answered = [row["agreement"] for row in claims if _judged(row)]
     return {

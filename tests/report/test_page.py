@@ -377,3 +377,21 @@ def test_every_answer_has_a_sign_and_words() -> None:
     style = templates.style()
     for name, _ in (*verdicts.AGREEMENTS.values(), *verdicts.BEYOND.values()):
         assert f".{name}::before" in style, name
+
+
+def test_figures_of_our_own_claims_stand_under_them_and_none_stands_twice(tmp_path: Path) -> None:
+    """zhang2007_occlusion is a figure of zhang2007 on which targets of `anatomy` rest."""
+    from pipeline.report import entries
+
+    made_for = {"zhang2007_occlusion": "zhang2007", "zhang2007_structure": "anatomy"}
+    for name in made_for:
+        plant(tmp_path / name)
+    results = read_published(tmp_path, list(made_for))
+    for name, paper in made_for.items():
+        results.figures[name].manifest["paper"] = paper
+    shown = {name: {"name": name} for name in results.figures}
+    of = {
+        key: [figure["name"] for figure in entries.paper_entry(papers.paper(key), results, shown)["figures"]]
+        for key in ("zhang2007", "anatomy")
+    }
+    assert of == {"zhang2007": ["zhang2007_occlusion"], "anatomy": ["zhang2007_structure"]}
