@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,7 @@ from pipeline.core import errors, linear_model
 from pipeline.core.linear_model import LinearModel
 from pipeline.studies.study import Grid
 from pipeline.studies.walks import known_view
-from pipeline.studies.walks.known_view import KnownView
+from pipeline.studies.walks.known_view import KnownView, Truth
 from pipeline.studies.walks.methods import PUBLISHED
 from pipeline.studies.walks.unknown_view import UnknownView
 from tests.core.printed import printed, printed_cost
@@ -50,6 +52,25 @@ def test_every_error_at_a_known_view_is_that_of_the_printed_estimate() -> None:
         path = [np.mean([error(view, sigma2) for view in views]) for sigma2 in found.sigma2_mm2]
         curve = found.sigma2[found.sigma2["walker"] == DATA.clip[walk]]
         np.testing.assert_allclose(curve["absolute_error_mm2"], path, rtol=1e-6)
+
+
+def test_residual_and_variance_are_along_the_missing_dimension_of_each_view() -> None:
+    """Of a covariance of 100, 400 and 30 mm² along x, y and both: s² 100 - 2 s c 30 + c² 400."""
+    covariance = np.array([[100.0, 30.0, 0.0], [30.0, 400.0, 0.0], [0.0, 0.0, 25.0]])
+    residual = np.broadcast_to(covariance, (*DATA.residual_covariance.shape[:2], 3, 3))
+    data = replace(DATA, residual_covariance=residual, temporal_covariance=10.0 * residual)
+    given, sigma2 = replace(inputs(), dataset=data), Grid(start=1, stop=71, step=35)
+    motion, fourier = (
+        KnownView(view_angle_deg=VIEWS, sigma2_mm2=sigma2, truth=truth).measure(given) for truth in Truth
+    )
+    views = np.radians(VIEWS.values("views"))
+    along = 100 * np.sin(views) ** 2 - 60 * np.sin(views) * np.cos(views) + 400 * np.cos(views) ** 2
+    each = np.tile(along, len(motion.rows) // len(views))
+    for name, expected in (("absolute_error_mm2", each), ("missing_variance_mm2", each)):
+        np.testing.assert_allclose(motion.rows[name] - fourier.rows[name], expected, rtol=1e-6)
+    np.testing.assert_allclose(motion.rows["missing_variance_mm2"], 10 * each, rtol=1e-9)
+    added = motion.sigma2_view_mm2 - fourier.sigma2_view_mm2
+    np.testing.assert_allclose(added, np.repeat(along[:, None], added.shape[1], axis=1), rtol=1e-6)
 
 
 @pytest.mark.parametrize("blocks", [1, 2, 250])
