@@ -1,4 +1,4 @@
-"""Check of a mapping by names and rules, without coordinates: which joints cannot be what their rules say."""
+"""Check of a mapping by its rules and the names of points; coordinates are not used."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ _CENTRE = re.compile("origin|pelvi|sacr|root|midhip|hips")
 """Parts of names of points at the centre of the pelvis."""
 
 _HALF = 0.5 - 1e-9
-"""Weight from which a point serves a joint."""
+"""Smallest weight with which a point counts as the joint."""
 
 
 def check(motion: MotionCapture, mapping: SourceMapping) -> list[Complaint]:
-    """Return what is wrong with the rules by which points of a recording become joints; nothing if they fit a person.
+    """Return the faults of a mapping on a recording; an empty list if it fits a person.
 
     Both sides of a pair need the same rule.  A hip is neither a marker of the pelvis's front whose regression is
     possible nor the centre of the pelvis.  No point is a joint of the left and one of the right.
@@ -83,21 +83,21 @@ def check(motion: MotionCapture, mapping: SourceMapping) -> list[Complaint]:
 
 
 def _alike(left: _Weights, right: _Weights, twins: dict[int, int]) -> bool:
-    """Whether a rule is that of the other side with its points in place; by weights alone where no point has a side."""
+    """True if the right rule is the mirrored left one; rules of points without a side are compared by weights."""
     if not twins.keys() & {*left, *right}:
         return sorted(left.values()) == sorted(right.values())
     return {twins.get(k, k): weight for k, weight in left.items()} == right
 
 
 def _shared(left: _Weights, right: _Weights) -> list[int]:
-    """Points that are at least half of either joint, of rules that only average."""
+    """Return the points with at least half the weight in both rules; none if a rule extrapolates."""
     if min((*left.values(), *right.values()), default=0.0) < 0:
         return []
     return [k for k in left if min(left[k], right.get(k, 0.0)) >= _HALF]
 
 
 def _regressed(motion: MotionCapture) -> set[int]:
-    """Markers at the front of the pelvis, if those of a regression of the hips are in the file."""
+    """Return the two markers at the front of the pelvis if the file has all markers of the hip regression."""
     family = shipped()["skin_landmarks"]
     points = SourcePoints(motion, family.points)
     front, back, sacrum = (

@@ -124,7 +124,7 @@ def check(
     walk: bool,
     up: UpAxis = UpAxis.auto,
 ) -> list[Complaint]:
-    """Return what is wrong with a body, the gravest first; nothing if it is a person's.
+    """Return the complaints about a body, the gravest first; an empty list if it is a person's.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The axis along which a person stands, and how a person stands and walks: upright, on which knees, at which cadence.
+"""Checks of posture and gait: the upward axis, the bend of the knees, the height of the hips and the cadence.
 
 Positions are (T, 15, 3), mm, z up unless an axis is looked for, and NaN where a joint was not measured.
 """
@@ -15,7 +15,7 @@ from pipeline.skeleton.source_mapping import UpAxis
 from pipeline.validation import InvalidInput, told_apart
 
 NEAR_RATIO = 1.5
-"""Ratio of the heights along two axes up to which a mapping's fixed axis decides between them."""
+"""If the heights along two axes differ by less than this ratio, the mapping's fixed axis decides."""
 
 CROUCHED = 0.8
 """Height of the hips above the ankles, in legs: a walker below is crouched (63 recordings: .82 to .98)."""
@@ -82,7 +82,7 @@ def axis_up(positions: np.ndarray, fixed: UpAxis = UpAxis.auto) -> tuple[UpAxis,
 
 
 def not_upright(body: np.ndarray, rejects: bool) -> list[Complaint]:
-    """A complaint about a body that does not stand along z."""
+    """Return a complaint if the body does not stand along z."""
     axis, ordered = axis_up(body, UpAxis.z)
     if ordered and axis == UpAxis.z:
         return []
@@ -97,14 +97,14 @@ def not_upright(body: np.ndarray, rejects: bool) -> list[Complaint]:
 
 
 def _forward(body: np.ndarray) -> np.ndarray:
-    """Horizontal unit direction (T, 3) that the hips face."""
+    """Return the horizontal unit direction (T, 3) that the hips face."""
     right = body[:, _HIPS[1]] - body[:, _HIPS[0]]
     forward = np.stack([-right[:, 1], right[:, 0], np.zeros(len(body))], axis=-1)
     return forward / np.maximum(np.linalg.norm(forward, axis=-1, keepdims=True), np.finfo(float).tiny)
 
 
 def bent_knees(body: np.ndarray, leg: float, rejects: bool) -> list[Complaint]:
-    """A complaint about knees that bend backwards from where the hips face."""
+    """Return a complaint if the knees bend backwards relative to the direction that the hips face."""
     hips, knees, ankles = (body[:, part] for part in (_HIPS, _KNEES, ANKLES))
     along = ankles - hips
     share = ((knees - hips) * along).sum(axis=-1) / np.maximum((along**2).sum(axis=-1), np.finfo(float).tiny)
@@ -119,7 +119,7 @@ def bent_knees(body: np.ndarray, leg: float, rejects: bool) -> list[Complaint]:
 
 
 def crouched(body: np.ndarray, leg: float) -> list[Complaint]:
-    """A remark on hips that are low over the ankles throughout."""
+    """Return a remark if the walker is crouched: the median height of the hips above the ankles is low."""
     heights = (body[:, _HIPS, 2] - body[:, ANKLES, 2]).mean(axis=1)
     heights = heights[np.isfinite(heights)]
     height = float(np.median(heights)) if len(heights) else np.nan
