@@ -60,11 +60,11 @@ FEW_TRIALS = {
     "mozerov2006_warp_error": ["sweep.smoothness=[0,0.01,0.02,0.1,1,10]"],
     "zhang2007_fig6": ["scale.view_step_deg=30", "sweep.published_views_deg=[-60,0,60]"],
     "zhang2004_fig5": ["scale.view_step_deg=30"],
-    "zhang2007_joint_angles": ["scale.structure_step_deg=30"],
+    "zhang2007_joint_angles": ["sweep.view_angle_deg.step=30"],
     "mozerov2006_tracking": [
         "sweep.particles=[200,500]", "sweep.tracked=5", "sweep.noise_mm=[0]", "sweep.occluded=[0]",
     ],
-    "zhang2007_occlusion": ["scale.walkers=16", "scale.few_views_step_deg=90", "scale.partners=2"],
+    "zhang2007_occlusion": ["scale.walkers=16", "sweep.seen_from_deg.step=90", "sweep.partners=2"],
 }  # fmt: skip
 """What keeps figures short where their claims are tested: fewer trials or people, and certificates for one alone."""
 

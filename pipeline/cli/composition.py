@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, fields, is_dataclass
 from functools import cache
 from pathlib import Path
@@ -24,7 +24,12 @@ from hydra.errors import MissingConfigException, OverrideParseException
 from hydra.plugins.search_path_plugin import SearchPathPlugin
 from hydra.types import RunMode
 from omegaconf import OmegaConf
-from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException
+from omegaconf.errors import (
+    ConfigAttributeError,
+    ConfigKeyError,
+    InterpolationResolutionError,
+    OmegaConfBaseException,
+)
 
 from pipeline import plugins
 from pipeline.cli.overrides import quoted
@@ -33,6 +38,9 @@ from pipeline.ingestion.data import DATA_SETS
 from pipeline.studies import registry
 from pipeline.studies.experiment import Experiment, Scale
 from pipeline.validation import InvalidInput
+
+_BY_SCALE = "by_scale"
+"""Name of the resolver of options that have sizes of their own."""
 
 
 class _PluginFolders(SearchPathPlugin):
@@ -74,11 +82,32 @@ def _schema(option: type[Any]) -> Any:
     for field in fields(option):
         if sizes := field.metadata.get("scale"):
             assert field.default is MISSING, f"{field.name}: the scale sets it"
-            values = {
-                name: f"${{scale.{size}}}" if isinstance(size, str) else size for name, size in sizes.items()
-            }
+            values = {name: _interpolation(size) for name, size in sizes.items()}
             OmegaConf.update(schema, field.name, values.get("value", values))
     return schema
+
+
+def _interpolation(size: str | float | Mapping[str, float]) -> str | float:
+    """Return the value of a part of a scaled option: a number, or the text that OmegaConf resolves to one."""
+    if isinstance(size, Mapping):
+        sizes = ",".join(f"{scale}:{value}" for scale, value in size.items())
+        return f"${{{_BY_SCALE}:${{scale.name}},{{{sizes}}}}}"
+    return f"${{scale.{size}}}" if isinstance(size, str) else size
+
+
+def _by_scale(scale: str, sizes: Mapping[str, float]) -> float:
+    """Return the size of an option at a scale.  Raises InvalidInput if the option has no size at this scale."""
+    if scale not in sizes:
+        raise InvalidInput(
+            "must be given: it has no size at this scale",
+            expected=f"scale={'|'.join(sizes)}",
+            received=scale,
+            code="no_size",
+        )
+    return sizes[scale]
+
+
+OmegaConf.register_new_resolver(_BY_SCALE, _by_scale, replace=True)
 
 
 def with_plugins(overrides: Sequence[str]) -> list[str]:
@@ -174,6 +203,14 @@ def in_words(error: Exception) -> Exception:
             code="not_an_override",
         )
     cause = error if isinstance(error, OmegaConfBaseException) else error.__cause__
+    if isinstance(
+        cause, InterpolationResolutionError
+    ):  # OmegaConf wraps what `_by_scale` raises, several times
+        inner: BaseException | None = cause
+        while inner is not None and not isinstance(inner, InvalidInput):
+            inner = inner.__context__
+        if inner is not None:
+            return InvalidInput(inner.what, cause.full_key, inner.expected, inner.received, code=inner.code)
     if isinstance(cause, OmegaConfBaseException) and cause.full_key:
         if isinstance(cause, ConfigAttributeError | ConfigKeyError) and is_dataclass(cause.object_type):
             names = [field.name for field in fields(cause.object_type)]

@@ -21,7 +21,7 @@ from pipeline.studies.study import NoSweep, SweepInputs, Tables
 def count(experiment: Experiment) -> int:
     """Return how many further populations a figure has: none where its sweep reads clips, which are not kept."""
     data, figure = experiment.data, experiment.figure
-    if not isinstance(data, SyntheticPeople) or not figure.over_people or experiment.sweep.reads_clips:
+    if not isinstance(data, SyntheticPeople) or not figure.traits.over_people or experiment.sweep.reads_clips:
         return 0
     return data.populations
 
@@ -39,7 +39,7 @@ def tables(experiment: Experiment, store: Store) -> Tables:
         inputs = inputs_of(experiment, number, store.forgetful())
         with without_intervals():
             found = figure.tables(inputs)
-        return {name: _without_intervals(found[name], number) for name in figure.over_people}
+        return {name: _without_intervals(found[name], number) for name in figure.traits.over_people}
 
     # Figures that begin together share the work: one makes populations from the first on, others from the middle.
     begin = 0 if isinstance(experiment.sweep, NoSweep) else total // 2
@@ -51,7 +51,7 @@ def tables(experiment: Experiment, store: Store) -> Tables:
         name.removesuffix("_people") + "_populations": pd.concat(
             [made[number][name] for number in range(total)], ignore_index=True
         )
-        for name in figure.over_people
+        for name in figure.traits.over_people
     }
 
 

@@ -31,8 +31,8 @@ def shown(inputs: Inputs, store: Store) -> tuple[Inputs, Tables]:
 
 
 def _in_the_middle(experiment: Experiment, made: Tables) -> int:
-    """Return the population whose error is the median one, the lower of two, by `Figure.ranked_by`."""
-    name, column = experiment.figure.ranked_by
+    """Return the population whose error is the median one, the lower of two, by `Traits.ranked_by`."""
+    name, column = experiment.figure.traits.ranked_by
     rows = made[f"{name}_populations"]
     if "method" in rows:  # of the first one
         rows = rows[rows["method"] == str(getattr(experiment.sweep, "methods")[0])]  # noqa: B009 - of every such sweep
@@ -46,12 +46,13 @@ def _with_range(figure: Figure, table: pd.DataFrame, each: pd.DataFrame, populat
     Between places of the abscissa that were not computed of all, what they are above and below of this one is
     interpolated.
     """
-    x = next(str(name) for name in table if name != "method")
+    traits = figure.traits
+    x = traits.abscissa
     series = ["method"] if "method" in table else []
-    names = [figure.ranked_by[1], *(str(n).removesuffix("_low") for n in table if str(n).endswith("_low"))]
+    names = [traits.ranked_by[1], *(str(n).removesuffix("_low") for n in table if str(n).endswith("_low"))]
     made = table.copy()
     for name in dict.fromkeys(name for name in names if name in table):
-        column = figure.rows_of.get(name, name)
+        column = traits.rows_of.get(name, name)
         curves = each.groupby([POPULATION, *series, x])[column].mean().unstack(POPULATION)
         for end, ends in (("low", curves.min(axis=1)), ("high", curves.max(axis=1))):
             away = ends - curves[population]

@@ -18,20 +18,12 @@ class Scale(Options):
     walkers: int  # most people; 0: all
     view_step_deg: float  # between views of walkers
     sigma2_step_mm2: float  # between noise variances
-    structure_step_deg: float  # views of the anatomical reconstruction
-    few_views_step_deg: float  # the same, for hidden joints
-    partners: int  # people who choose the settings of each person
     performances: int  # most performances of an action; 0: all
     tracked: int  # performances that are held out and tracked; 0: all
     particles: list[int]  # of each filter, one track to each number
     clips: int  # most clips of varied motion; 0: all
     populations: int  # further synthetic populations for intervals; 0: none
     trials: int  # trials for every value of a sweep over limbs
-    filmed: int  # simulated clips of keypoints, from all sides
-    filmed_elsewhere: int  # the same, of people of a laboratory that is left out
-    takes: int  # the same, under every condition
-    films: int  # simulated clips of each kind of film as people make it
-    levels: int  # of each kind of change of these clips, the last so many; 0: all
 
 
 class Experiment(Options):

@@ -59,7 +59,7 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
         """Which population this is, and why."""
         if not self.population:
             return ""
-        error = re.sub("_(mm2?|deg)$", "", self.experiment.figure.ranked_by[1]).replace("_", " ")
+        error = re.sub("_(mm2?|deg)$", "", self.experiment.figure.traits.ranked_by[1]).replace("_", " ")
         count = self.experiment.scale.populations
         return f"; of {count} populations, number {self.population}, whose {error} is the median"
 

@@ -80,18 +80,19 @@ Swept = Annotated[Grid, lambda name, grid: grid.values(name)]
 """A grid whose values there are."""
 
 
-def scaled(**fields: str | float) -> Any:
-    """Return a dataclass field whose default, or parts of it, are sizes of the scale.
+def scaled(**fields: str | float | Mapping[str, float]) -> Any:
+    """Return a dataclass field whose default, or parts of it, depend on the scale.
 
     Parameters
     ----------
-    **fields : str
-        ``value="trials"``: the option is ``scale.trials``.  Otherwise the option is a `Grid`, and the keywords are
-        its fields: numbers, or the name of a field of the scale.
+    **fields : str, number or mapping of str to number
+        ``value="trials"``: the option is ``scale.trials``.  ``value={"full": 16, "smoke": 2}``: the option has sizes
+        of its own, by the name of the scale.  Otherwise the option is a `Grid`, and the keywords are its fields, each
+        of them a number, the name of a field of the scale, or sizes of its own.
 
     Examples
     --------
-    ``trials: int = scaled(value="trials")`` and
+    ``trials: int = scaled(value="trials")``, ``partners: int = scaled(value={"full": 16, "smoke": 2})`` and
     ``view_angle_deg: Grid = scaled(start=-90, stop=90, step="view_step_deg")``.
     """
     return field(metadata={"scale": fields})
@@ -223,6 +224,34 @@ class NoSweep(Sweep):
         return NoResult()
 
 
+@dataclass(frozen=True)
+class Traits:
+    """Properties of a figure that the stages need, and its timeline.
+
+    Attributes
+    ----------
+    over_people : tuple of str
+        Tables that are computed again for every further population.
+    ranked_by : (str, str)
+        Table and column whose mean size, of the first method, orders populations: the median one is shown.
+    abscissa : str
+        Column of ``table`` along which its ranges over populations run; needed where ``table`` is one of `over_people`.
+    rows_of : mapping of str to str
+        Column of ``table`` → column of the populations' rows that it is the mean of, where the names differ.
+    sequence : str
+        Name of the sweep's grid on the recording's timeline, which has whole numbers; empty if there is none.
+    timeline : str
+        Timeline of a recording that has only charts.
+    """
+
+    over_people: tuple[str, ...] = ()
+    ranked_by: tuple[str, str] = ("table", "absolute_error_mm2")
+    abscissa: str = ""
+    rows_of: Mapping[str, str] = field(default_factory=dict)
+    sequence: str = ""
+    timeline: str = ""
+
+
 class Figure(Options, ABC):
     """Options of the figure stage: tables, picture and recordings.
 
@@ -233,16 +262,8 @@ class Figure(Options, ABC):
     """Class of the model that it shows."""
     sweep: ClassVar[Any] = Sweep
     """Class of the sweep that it shows."""
-    over_people: ClassVar[tuple[str, ...]] = ()
-    """Tables that are made again of every further population."""
-    ranked_by: ClassVar[tuple[str, str]] = ("table", "absolute_error_mm2")
-    """Table and column whose mean size, of the first method, orders populations: the one in the middle is shown."""
-    rows_of: ClassVar[Mapping[str, str]] = {}
-    """Column of the populations' rows of which a column of ``table`` is the mean, where its name is another."""
-    sequence: ClassVar[str] = ""
-    """Name of the sweep's grid on the recording's timeline, which has whole numbers; empty if there is none."""
-    timeline: ClassVar[str] = ""
-    """Timeline of a recording that has charts alone."""
+    traits: ClassVar[Traits] = Traits()
+    """Populations and timeline."""
 
     picture: bool = True  # draw the PNG and the PDF
     recording: bool = True  # write the Rerun recording
@@ -273,17 +294,18 @@ class Figure(Options, ABC):
         return own or any(chart.picture and not chart.page for chart in sheet.charts)
 
     def record(self, inputs: Any, tables: Tables, begin: Recorder) -> None:
-        """Write the recording: the charts over `timeline` by default."""
-        with begin(timeline=self.timeline) as recording:
+        """Write the recording: the charts over the timeline of its traits by default."""
+        with begin(timeline=self.traits.timeline) as recording:
             recording.blueprint(Columns(Rows(*recording.plots), Notes(), shares=(2, 1)))
 
     def check_sequence(self, sweep: Sweep) -> None:
         """Require whole numbers on the recording's timeline.  Raises InvalidInput."""
-        grid = getattr(sweep, self.sequence, None) if self.sequence else None
+        name = self.traits.sequence
+        grid = getattr(sweep, name, None) if name else None
         if self.recording and isinstance(grid, Grid) and (grid.start % 1 or grid.step % 1):
             raise InvalidInput(
                 "must have whole numbers as start and step for the recording's timeline, or figure.recording=false",
-                f"sweep.{self.sequence}",
+                f"sweep.{name}",
                 received=f"start {grid.start:g}, step {grid.step:g}",
                 code="not_whole",
                 start=grid.start,

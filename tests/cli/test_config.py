@@ -5,6 +5,8 @@ from __future__ import annotations
 import dataclasses
 import functools
 import re
+from collections.abc import Mapping
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, get_type_hints
 
@@ -24,7 +26,7 @@ from pipeline.ingestion.data import FolderData
 from pipeline.skeleton.mapped_joints import LOWER_BODY
 from pipeline.studies import registry
 from pipeline.studies.experiment import Experiment
-from pipeline.studies.study import Figure, Grid
+from pipeline.studies.study import Figure
 from tests.rejects import rejects, rejects_options
 
 CONF = Path(__file__).resolve().parents[2] / "conf"
@@ -115,10 +117,22 @@ def test_a_preset_wears_the_scale(figure: str) -> None:
     """`scale=smoke` reaches every size: people, views, variances."""
     small = composed("scale=smoke", f"experiment={figure}")
     assert small.data.walkers == small.scale.walkers > 0
-    steps = {"view_angle_deg": ("view_step_deg", "structure_step_deg"), "sigma2_mm2": ("sigma2_step_mm2",)}
-    for name, those in steps.items():
-        if isinstance(grid := getattr(small.sweep, name, None), Grid):
-            assert grid.step in [getattr(small.scale, step) for step in those]
+    for field in fields(small.sweep):
+        for part, size in field.metadata.get("scale", {}).items():
+            value = getattr(small.sweep, field.name)
+            value = value if part == "value" else getattr(value, part)
+            if isinstance(size, Mapping):
+                assert value == size["smoke"] != size["full"]
+            else:
+                assert value == (getattr(small.scale, size) if isinstance(size, str) else size)
+
+
+def test_an_option_with_sizes_of_its_own_is_required_at_another_scale() -> None:
+    other = ["experiment=zhang2007_structure", "scale.name=medium"]
+    with rejects_options("no_size", "sweep.seen_from_deg.step", "scale=full|smoke", "medium"):
+        compose(other)
+    sweep = compose([*other, "sweep.seen_from_deg.step=9", "sweep.partners=4"]).sweep
+    assert (sweep.seen_from_deg.step, sweep.partners) == (9, 4)
 
 
 def test_the_full_scale_is_the_papers() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from dataclasses import MISSING, fields, is_dataclass, replace
 from functools import cache
@@ -77,6 +78,8 @@ def test_the_sizes_that_the_scale_sets_are_fields_of_the_scale(group: str, optio
     for field in fields(option):
         if set_by := field.metadata.get("scale"):
             assert {name for name in set_by.values() if isinstance(name, str)} <= sizes, field.name
+            own = [{*size} for size in set_by.values() if isinstance(size, Mapping)]
+            assert all(scales == {"full", "smoke"} for scales in own), field.name
             assert set(set_by) == ({"start", "stop", "step"} if hints[field.name] is Grid else {"value"})
             assert field.default is MISSING, f"{field.name} has a value of its own"
 
@@ -238,7 +241,8 @@ def test_an_option_says_what_it_returns_and_what_it_is_made_of(group: str, optio
     known = {name: set(registry.options(name).values()) for name in registry.GROUPS}
     if group == "figure":
         assert option.model in known["model"]
-        assert not option.sequence or option.sequence in {field.name for field in fields(option.sweep)}
+        sequence = option.traits.sequence
+        assert not sequence or sequence in {field.name for field in fields(option.sweep)}
         return
     returned = result_type(getattr(option, {"dataset": "build", "model": "learn", "sweep": "measure"}[group]))
     assert is_dataclass(returned)

@@ -57,7 +57,7 @@ class JointAngleErrors:
 class JointAngles(Sweep):
     """Joint angles of reconstructions at a known view angle."""
 
-    view_angle_deg: Swept = scaled(start=-90, stop=90, step="structure_step_deg")  # true views
+    view_angle_deg: Swept = scaled(start=-90, stop=90, step={"full": 6, "smoke": 90})  # true views
     methods: Methods = [*PUBLISHED, "anatomical"]  # that are compared
     noise_variance_mm2: Positive = 70.0  # sigma² of approach II
     instants: Annotated[int, bounded(at_least=5, at_most=1000)] = (

@@ -35,9 +35,13 @@ class KeypointChanges(FilmedClips):
     """Simulated clips, each under every condition with the same random numbers."""
 
     changes: Changes  # kind of changes: degradations, or parts taken away
-    takes: Several = scaled(value="takes")  # clips of the usual condition
-    levels: CountOrAll = scaled(value="levels")  # of each kind of change, the last so many; 0: all
-    films: Several = scaled(value="films")  # simulated clips of each kind of film as people make it
+    takes: Several = scaled(value={"full": 16, "smoke": 2})  # clips of the usual condition
+    levels: CountOrAll = scaled(
+        value={"full": 0, "smoke": 1}
+    )  # of each kind of change, the last so many; 0: all
+    films: Several = scaled(
+        value={"full": 40, "smoke": 2}
+    )  # simulated clips of each kind of film as people make it
 
     @property
     def conditions(self) -> list[Condition]:

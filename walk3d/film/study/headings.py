@@ -19,7 +19,7 @@ class KeypointHeadings(FilmedClips):
     """Simulated clips from all sides."""
 
     clips: Annotated[int, bounded(at_least=len(HEADINGS_DEG))] = scaled(
-        value="filmed"
+        value={"full": 800, "smoke": 8}
     )  # number of simulated clips
     # Of each joint of the simulated detector; what the model believes, too.
     bias_mm: Annotated[float, bounded(at_least=0, at_most=100)] = (
@@ -47,7 +47,7 @@ class KeypointLaboratories(KeypointHeadings):
     """Simulated clips of people whose laboratory no model has seen; of a single source, each person is left out."""
 
     clips: Annotated[int, bounded(at_least=len(HEADINGS_DEG))] = scaled(
-        value="filmed_elsewhere"
+        value={"full": 80, "smoke": 8}
     )  # number of simulated clips
 
     @property

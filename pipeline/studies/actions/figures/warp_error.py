@@ -21,7 +21,7 @@ from pipeline.studies.actions.smoothness import Smoothness, TimeErrors
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.replicated import interval_over_people, interval_words
-from pipeline.studies.study import Figure, Tables
+from pipeline.studies.study import Figure, Tables, Traits
 
 PENALTIES = {
     "change": Style("change of the disparity is penalised", "blue"),
@@ -47,7 +47,7 @@ class WarpError(Figure):
 
     model = ActionSpaceModel
     sweep = Smoothness
-    timeline = "log10_smoothness_per_mille"
+    traits = Traits(timeline="log10_smoothness_per_mille")
 
     def validate(self, experiment: Experiment) -> None:
         """Raise InvalidInput, with ``data`` as its `where`, if the data set does not know the true course."""
@@ -114,7 +114,7 @@ class WarpError(Figure):
                     x="smoothness",
                     x_label="smoothness µ (mean squared deviations)",
                     log_x=True,
-                    timeline=self.timeline,
+                    timeline=self.traits.timeline,
                     y=column,
                     by="penalty",
                     styles=PENALTIES,

@@ -14,7 +14,7 @@ from pipeline.studies.eigenwalkers.model import EigenwalkersModel
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import sd, tidy
 from pipeline.studies.replicated import OVER_PEOPLE
-from pipeline.studies.study import Figure, Recorder, Tables
+from pipeline.studies.study import Figure, Recorder, Tables, Traits
 from pipeline.studies.walks.figures.view_errors import Inputs, over_walkers
 from pipeline.studies.walks.known_view import KnownView
 from pipeline.studies.walks.methods import AVERAGE_WALKER, MAP
@@ -28,8 +28,7 @@ class NoiseVariance(Figure):
 
     model = EigenwalkersModel
     sweep = KnownView
-    over_people = ("table", "table_nested")
-    sequence = "sigma2_mm2"
+    traits = Traits(over_people=("table", "table_nested"), abscissa="sigma2_mm2", sequence="sigma2_mm2")
 
     def validate(self, experiment: Experiment) -> None:
         """Validate the options against the sweep's.  Raises InvalidInput if approach II is not among its methods."""

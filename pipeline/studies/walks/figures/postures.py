@@ -17,7 +17,7 @@ from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, columns_of, tidy
 from pipeline.studies.presentation import entity_name, lift
-from pipeline.studies.study import Figure, Picture, Recorder, Tables
+from pipeline.studies.study import Figure, Picture, Recorder, Tables, Traits
 from pipeline.studies.walks import methods
 from pipeline.studies.walks.figures.identification import identification_table, missing_dimensions
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
@@ -42,8 +42,10 @@ class Postures(Figure):
 
     model = EigenwalkersModel
     sweep = KnownView
-    over_people = ("table_demonstrations", "table_identification")
-    ranked_by = ("table_demonstrations", "rms_error_least_squares_mm")
+    traits = Traits(
+        over_people=("table_demonstrations", "table_identification"),
+        ranked_by=("table_demonstrations", "rms_error_least_squares_mm"),
+    )
 
     walker: CountOrAll = 0  # that is drawn, by number
     instants: Count = 5  # of the cycle that are drawn

@@ -14,7 +14,7 @@ from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
-from pipeline.studies.study import Figure, NoResult, Recorder, Tables
+from pipeline.studies.study import Figure, NoResult, Recorder, Tables, Traits
 
 EIGENWALKERS_SHOWN = 3
 
@@ -37,8 +37,11 @@ class Spectrum(Figure):
     """Cumulative variance and share of each harmonic."""
 
     model = EigenwalkersModel
-    over_people = ("table", "table_harmonics")
-    ranked_by = ("table", "cumulative_fraction")
+    traits = Traits(
+        over_people=("table", "table_harmonics"),
+        ranked_by=("table", "cumulative_fraction"),
+        abscissa="component",
+    )
 
     def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: variance of each component; ``table_harmonics``: share of each harmonic per walker."""

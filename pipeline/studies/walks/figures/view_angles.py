@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import ClassVar
 
 import numpy as np
 import pandas as pd
@@ -14,7 +13,7 @@ from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.replicated import aggregate
-from pipeline.studies.study import Figure, Tables
+from pipeline.studies.study import Figure, Tables, Traits
 from pipeline.studies.walks import methods
 from pipeline.studies.walks.figures.presentation import VIEW
 from pipeline.studies.walks.unknown_view import UnknownView, ViewAngles
@@ -30,10 +29,14 @@ class ViewAngleEstimates(Figure):
 
     model = EigenwalkersModel
     sweep = UnknownView
-    over_people = ("table_people",)
-    ranked_by = ("table", "error_deg")
-    rows_of: ClassVar = {"estimated_mean_deg": "error_deg"}
-    sequence = timeline = "view_angle_deg"
+    traits = Traits(
+        over_people=("table_people",),
+        ranked_by=("table", "error_deg"),
+        abscissa="view_angle_deg",
+        rows_of={"estimated_mean_deg": "error_deg"},
+        sequence="view_angle_deg",
+        timeline="view_angle_deg",
+    )
 
     def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: per method and view; ``table_people``: the error of every walker at every view.

@@ -20,7 +20,7 @@ from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
 from pipeline.studies.replicated import SD, aggregate
-from pipeline.studies.study import Figure, Recorder, Tables
+from pipeline.studies.study import Figure, Recorder, Tables, Traits
 from pipeline.studies.walks import methods
 from pipeline.studies.walks.figures.presentation import VIEW
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
@@ -53,8 +53,11 @@ class ViewErrors(Figure):
 
     model = EigenwalkersModel
     sweep = KnownView
-    over_people = ("table", "table_walkers", "table_coefficients")
-    sequence = "view_angle_deg"
+    traits = Traits(
+        over_people=("table", "table_walkers", "table_coefficients"),
+        abscissa="view_angle_deg",
+        sequence="view_angle_deg",
+    )
 
     def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``, per method and view, and the tables beside it.

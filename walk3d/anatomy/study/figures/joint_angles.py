@@ -15,7 +15,7 @@ from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
 from pipeline.studies.replicated import OVER_PEOPLE, SD, aggregate
-from pipeline.studies.study import Figure, Recorder, Tables
+from pipeline.studies.study import Figure, Recorder, Tables, Traits
 from pipeline.studies.walks import methods
 from pipeline.studies.walks.figures.presentation import VIEW
 from walk3d.anatomy.joint_angles import JOINT_ANGLES, SIDES
@@ -29,8 +29,7 @@ class JointAngleFigure(Figure):
 
     model = EigenwalkersModel
     sweep = JointAngles
-    over_people = ("table_walkers",)
-    ranked_by = ("table_walkers", "rmse_deg")
+    traits = Traits(over_people=("table_walkers",), ranked_by=("table_walkers", "rmse_deg"))
 
     def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: each method, angle and view, over walkers; ``table_walkers``: each walker, over views.

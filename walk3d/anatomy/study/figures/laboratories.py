@@ -9,7 +9,7 @@ from pipeline.palette import Style
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.replicated import OVER_PEOPLE, aggregate
-from pipeline.studies.study import Figure, Tables
+from pipeline.studies.study import Figure, Tables, Traits
 from walk3d.anatomy.study.model import AnatomicalModel, AnatomicalWalkers
 from walk3d.anatomy.study.sweeps.laboratories import LABORATORY, PERSON, Laboratories, LaboratoryErrors
 from walk3d.anatomy.study.sweeps.ladder import STYLES
@@ -34,7 +34,7 @@ class LearningCurves(Figure):
 
     model = AnatomicalModel
     sweep = Laboratories
-    timeline = "people"
+    traits = Traits(timeline="people")
 
     def tables(self, inputs: Inputs) -> Tables:
         """``table``: by people learnt from; ``table_sources``: by laboratory, what is learnt from, and method.

@@ -11,7 +11,7 @@ from pipeline.charts import Chart, Reference, Sheet
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.replicated import OVER_PEOPLE
-from pipeline.studies.study import Figure, Tables
+from pipeline.studies.study import Figure, Tables, Traits
 from pipeline.studies.walks.figures.presentation import VIEW
 from walk3d.anatomy.study.model import AnatomicalModel, AnatomicalWalkers
 from walk3d.anatomy.study.people_intervals import PeopleResampled
@@ -37,7 +37,7 @@ class HiddenJointErrors(Figure):
 
     model = AnatomicalModel
     sweep = Occlusion
-    timeline = "view_angle_deg"
+    traits = Traits(timeline="view_angle_deg")
 
     def tables(self, inputs: Inputs) -> Tables:
         """``table``: by hidden joints, method and view; ``table_hidden``: over views; bars and walkers beside them.

@@ -12,7 +12,7 @@ from pipeline.palette import Style
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.replicated import OVER_PEOPLE
-from pipeline.studies.study import Figure, Tables
+from pipeline.studies.study import Figure, Tables, Traits
 from pipeline.studies.walks.figures.presentation import VIEW
 from walk3d.anatomy.study.model import AnatomicalModel, AnatomicalWalkers
 from walk3d.anatomy.study.people_intervals import PeopleResampled
@@ -33,8 +33,7 @@ class StructureLadder(Figure):
 
     model = AnatomicalModel
     sweep = Structure
-    sequence = "seen_from_deg"
-    timeline = "view_angle_deg"
+    traits = Traits(sequence="seen_from_deg", timeline="view_angle_deg")
 
     def tables(self, inputs: Inputs) -> Tables:
         """``table``: by method and view; ``table_ladder``: by method; ``table_walkers``: of every walker."""

@@ -16,6 +16,7 @@ from walk3d.anatomy.study.model import AnatomicalInputs
 from walk3d.anatomy.study.sweeps.held_out import (
     BARS,
     NOISE_VARIANCES_MM2,
+    PARTNERS,
     PHASES,
     Choosers,
     MirroredViews,
@@ -62,8 +63,8 @@ class Coverage(Sweep):
 
     draws_random_numbers = True
 
-    seen_from_deg: MirroredViews = scaled(start=-90, stop=90, step="structure_step_deg")  # true views
-    partners: Choosers = scaled(value="partners")  # people who choose sigma² of MAP for each person
+    seen_from_deg: MirroredViews = scaled(start=-90, stop=90, step={"full": 6, "smoke": 90})  # true views
+    partners: Choosers = scaled(value=PARTNERS)  # people who choose sigma² of MAP for each person
 
     def measure(self, inputs: AnatomicalInputs) -> Bars:
         """Return errors and standard deviations of every method."""

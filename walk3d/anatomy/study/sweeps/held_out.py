@@ -396,3 +396,5 @@ def require_mirrored_grid(name: str, grid: Grid) -> None:
 MirroredViews = Annotated[Grid, require_mirrored_grid]
 Choosers = Several
 """People who choose settings for each person."""
+PARTNERS = {"full": 16, "smoke": 2}
+"""Number of people who choose the settings of each person, by scale."""

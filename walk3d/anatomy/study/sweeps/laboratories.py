@@ -24,6 +24,7 @@ from walk3d.anatomy.study.sweeps.held_out import (
     CHOOSING_VIEWS_DEG,
     NOISE_VARIANCES_MM2,
     NORMAL_95,
+    PARTNERS,
     Choosers,
     Fold,
     People,
@@ -93,7 +94,7 @@ class Laboratories(Sweep):
 
     draws_random_numbers = True
 
-    partners: Choosers = scaled(value="partners")  # people who choose sigma² of MAP for each person
+    partners: Choosers = scaled(value=PARTNERS)  # people who choose sigma² of MAP for each person
 
     def measure(self, inputs: AnatomicalInputs) -> LaboratoryErrors:
         """Return errors and bars of everybody; people of a single source get two simulated laboratories."""

@@ -20,6 +20,7 @@ from walk3d.anatomy.study.sweeps.held_out import (
     BARS,
     NOISE_VARIANCES_MM2,
     NORMAL_95,
+    PARTNERS,
     PHASES,
     Choosers,
     People,
@@ -65,8 +66,8 @@ class HiddenJoints:
 class Occlusion(Sweep):
     """Hidden joints at known views."""
 
-    seen_from_deg: Swept = scaled(start=0, stop=90, step="few_views_step_deg")  # true views
-    partners: Choosers = scaled(value="partners")  # people who choose sigma² of MAP for each person
+    seen_from_deg: Swept = scaled(start=0, stop=90, step={"full": 30, "smoke": 90})  # true views
+    partners: Choosers = scaled(value=PARTNERS)  # people who choose sigma² of MAP for each person
 
     def measure(self, inputs: AnatomicalInputs) -> HiddenJoints:
         """Return errors and coverage of every method, with each set of joints hidden."""

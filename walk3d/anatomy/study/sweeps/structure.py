@@ -21,7 +21,14 @@ from pipeline.studies.walks.stacked import stacked
 from pipeline.validation import require_range
 from walk3d.anatomy import prior as anatomical
 from walk3d.anatomy.study.model import AnatomicalInputs
-from walk3d.anatomy.study.sweeps.held_out import NOISE_VARIANCES_MM2, Choosers, Fold, MirroredViews, People
+from walk3d.anatomy.study.sweeps.held_out import (
+    NOISE_VARIANCES_MM2,
+    PARTNERS,
+    Choosers,
+    Fold,
+    MirroredViews,
+    People,
+)
 from walk3d.anatomy.study.sweeps.ladder import METHODS, MOST_HARMONICS, of_part
 from walk3d.anatomy.study.sweeps.setting import PLAIN, Setting, anatomical_setting, approach_two
 
@@ -48,8 +55,8 @@ class StructureErrors:
 class Structure(Sweep):
     """Ladder of the anatomical reconstruction at known views."""
 
-    seen_from_deg: MirroredViews = scaled(start=-90, stop=90, step="structure_step_deg")  # true views
-    partners: Choosers = scaled(value="partners")  # people who choose the settings of each person
+    seen_from_deg: MirroredViews = scaled(start=-90, stop=90, step={"full": 6, "smoke": 90})  # true views
+    partners: Choosers = scaled(value=PARTNERS)  # people who choose the settings of each person
 
     def measure(self, inputs: AnatomicalInputs) -> StructureErrors:
         """Return the errors of every method."""
