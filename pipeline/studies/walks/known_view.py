@@ -50,6 +50,25 @@ class MissingVariance(StrEnum):
 
 
 @dataclass(frozen=True)
+class MapErrors:
+    """Errors of MAP for every sigma².
+
+    Attributes
+    ----------
+    walker_mm2 : (R, S)
+        For every walker, mean over views; no columns if MAP was not tried.
+    view_mm2 : (A, S)
+        At every view, mean over walkers.
+    nested : (R,) or (0,) int
+        Which sigma² others choose for each walker, on models without that walker; empty where people are too few.
+    """
+
+    walker_mm2: np.ndarray
+    view_mm2: np.ndarray
+    nested: np.ndarray
+
+
+@dataclass(frozen=True)
 class KnownViewErrors:
     """Errors of both approaches and of baselines from every view, and what they reconstruct.
 
@@ -61,22 +80,16 @@ class KnownViewErrors:
     coefficients : DataFrame
         A row to each walker and method: the share of coefficients, over views and eigenwalkers, that exceed the largest
         of training; the share of views at which one exceeds it twofold; and the same of the walker seen whole.
-    person, walker : (R,) text
-    sigma2_walker_mm2 : (R, S)
-        Error of MAP for every walker and sigma², mean over views; no columns if MAP was not tried.
-    nested : (R,) or (0,) int
-        Which sigma² others choose for each walker, on models without that walker; of nobody, where people are too few.
+    person : (R,) text
+    map_errors : MapErrors
     methods : (M,) text
     view_angle_deg : (A,)
     sigma2_mm2 : (S,)
-    sigma2_view_mm2 : (A, S)
-        Error of MAP at every view, mean over walkers.
     demonstration_view_deg : (V,)
     missing : (M, R, V, 1 + 2H, 15)
         Fourier coefficients of the missing dimension at the demonstration views, at phase zero.
     average_walker : (R, V, 1 + 2H, 15)
         The same of the average walker.
-    noise_variance_mm2 : float
     unmeasured : (R, 15) bool
         Joints that are estimated or dropped; they have no errors.
     original : (R, 1 + 2H, 15, 3)
@@ -90,39 +103,34 @@ class KnownViewErrors:
     demonstrations: pd.DataFrame
     coefficients: pd.DataFrame
     person: np.ndarray
-    walker: np.ndarray
-    sigma2_walker_mm2: np.ndarray
-    nested: np.ndarray
+    map_errors: MapErrors
     methods: np.ndarray
     view_angle_deg: np.ndarray
     sigma2_mm2: np.ndarray
-    sigma2_view_mm2: np.ndarray
     demonstration_view_deg: np.ndarray
     missing: np.ndarray
     average_walker: np.ndarray
-    noise_variance_mm2: float
     unmeasured: np.ndarray
     original: np.ndarray
     stride_hz: np.ndarray
 
-    @property
-    def sigma2(self) -> pd.DataFrame:
-        """A row to each walker and sigma²: the error of MAP, mean over views."""
-        walkers, values = self.sigma2_walker_mm2.shape
+    def sigma2(self, walker: Sequence[str]) -> pd.DataFrame:
+        """Return a row for each of these walkers (R,) and sigma²: the error of MAP, mean over views."""
+        walkers, values = self.map_errors.walker_mm2.shape
         return pd.DataFrame(
             {
                 "person": np.repeat(self.person, values),
-                "walker": np.repeat(self.walker, values),
+                "walker": np.repeat(np.asarray(walker), values),
                 "method": MAP.name,
                 "sigma2_mm2": np.tile(self.sigma2_mm2, walkers)[: walkers * values],
-                "absolute_error_mm2": self.sigma2_walker_mm2.ravel(),
+                "absolute_error_mm2": self.map_errors.walker_mm2.ravel(),
             }
         )
 
-    @property
-    def chosen(self) -> pd.DataFrame:
-        """Of `sigma2` the rows that others choose for each walker."""
-        return self.sigma2.iloc[np.arange(len(self.nested)) * len(self.sigma2_mm2) + self.nested]
+    def chosen(self, walker: Sequence[str]) -> pd.DataFrame:
+        """Return the rows of `sigma2` that others choose for each of these walkers (R,)."""
+        nested = self.map_errors.nested
+        return self.sigma2(walker).iloc[np.arange(len(nested)) * len(self.sigma2_mm2) + nested]
 
 
 class KnownView(Sweep):
@@ -181,17 +189,17 @@ class KnownView(Sweep):
         return KnownViewErrors(
             **{name: stacked(rows) for name, rows in parts.items()},
             person=data.person,
-            walker=data.clip,
-            sigma2_walker_mm2=np.stack(of_walkers),
-            nested=nested,
+            map_errors=MapErrors(
+                walker_mm2=np.stack(of_walkers),
+                view_mm2=total / count,
+                nested=nested,
+            ),
             methods=np.array(self.methods, str),
             view_angle_deg=view_deg,
             sigma2_mm2=sigma2,
-            sigma2_view_mm2=total / count,
             demonstration_view_deg=np.array(self.demonstration_views_deg),
             missing=np.stack(missing, axis=1),
             average_walker=np.stack(average),
-            noise_variance_mm2=self.noise_variance_mm2,
             unmeasured=data.unmeasured,
             original=data.coefficients,
             stride_hz=data.frequency_hz,

@@ -50,7 +50,8 @@ def test_every_error_at_a_known_view_is_that_of_the_printed_estimate() -> None:
             expected = of_joints.mean(axis=axis).ravel()
             np.testing.assert_allclose(rows["absolute_error_mm2"], expected, rtol=1e-6)
         path = [np.mean([error(view, sigma2) for view in views]) for sigma2 in found.sigma2_mm2]
-        curve = found.sigma2[found.sigma2["walker"] == DATA.clip[walk]]
+        sigma2 = found.sigma2(DATA.clip)
+        curve = sigma2[sigma2["walker"] == DATA.clip[walk]]
         np.testing.assert_allclose(curve["absolute_error_mm2"], path, rtol=1e-6)
 
 
@@ -69,7 +70,7 @@ def test_residual_and_variance_are_along_the_missing_dimension_of_each_view() ->
     for name, expected in (("absolute_error_mm2", each), ("missing_variance_mm2", each)):
         np.testing.assert_allclose(motion.rows[name] - fourier.rows[name], expected, rtol=1e-6)
     np.testing.assert_allclose(motion.rows["missing_variance_mm2"], 10 * each, rtol=1e-9)
-    added = motion.sigma2_view_mm2 - fourier.sigma2_view_mm2
+    added = motion.map_errors.view_mm2 - fourier.map_errors.view_mm2
     np.testing.assert_allclose(added, np.repeat(along[:, None], added.shape[1], axis=1), rtol=1e-6)
 
 
@@ -79,8 +80,8 @@ def test_errors_over_sigma2_do_not_depend_on_how_many_walkers_are_summed_togethe
 ) -> None:
     monkeypatch.setattr(known_view, "BLOCKS", blocks)
     found = KnownView(view_angle_deg=VIEWS, sigma2_mm2=Grid(start=1, stop=71, step=35)).measure(inputs())
-    assert found.walker.tolist() == DATA.clip.tolist()
-    of_walkers, of_views = found.sigma2_walker_mm2, found.sigma2_view_mm2
+    assert found.person.tolist() == DATA.person.tolist()
+    of_walkers, of_views = found.map_errors.walker_mm2, found.map_errors.view_mm2
     np.testing.assert_allclose(of_views.mean(axis=0), of_walkers.mean(axis=0), rtol=1e-12)
 
 

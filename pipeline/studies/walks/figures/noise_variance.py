@@ -53,28 +53,27 @@ class NoiseVariance(Figure):
             "absolute_error_se_mm2": ("absolute_error_mm2", lambda each: sd(each) / np.sqrt(len(each))),
         }
         walkers = sweep.rows.groupby(by, as_index=False)["absolute_error_mm2"].mean()
+        sigma2, chosen = sweep.sigma2(inputs.samples), sweep.chosen(inputs.samples)
         average = walkers[
-            (walkers["method"] == AVERAGE_WALKER.name) & walkers["walker"].isin(sweep.chosen["walker"])
+            (walkers["method"] == AVERAGE_WALKER.name) & walkers["walker"].isin(chosen["walker"])
         ]
-        errors = sweep.sigma2.pivot(
-            index=["person", "walker"], columns="sigma2_mm2", values="absolute_error_mm2"
-        )
+        errors = sigma2.pivot(index=["person", "walker"], columns="sigma2_mm2", values="absolute_error_mm2")
         added = errors.sub(errors[errors.mean().idxmin()], axis=0).stack().rename("added_error_mm2")
         return {
             "table_paired": over_walkers(
                 added.reset_index(), ["sigma2_mm2"], {added.name: (added.name, "mean")}
             ),
-            "table": over_walkers(sweep.sigma2, ["sigma2_mm2"], curve),
-            "table_people": tidy(sweep.sigma2.drop(columns="method"), by=["walker", "sigma2_mm2"]),
+            "table": over_walkers(sigma2, ["sigma2_mm2"], curve),
+            "table_people": tidy(sigma2.drop(columns="method"), by=["walker", "sigma2_mm2"]),
             "table_views": tidy(
                 {
                     "view_angle_deg": sweep.view_angle_deg[:, None],
                     "sigma2_mm2": sweep.sigma2_mm2,
-                    "absolute_error_mm2": sweep.sigma2_view_mm2,
+                    "absolute_error_mm2": sweep.map_errors.view_mm2,
                 },
                 by=["view_angle_deg", "sigma2_mm2"],
             ),
-            "table_nested": tidy(pd.concat([sweep.chosen, average]), by=["walker", "method"]),
+            "table_nested": tidy(pd.concat([chosen, average]), by=["walker", "method"]),
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
@@ -120,7 +119,7 @@ class NoiseVariance(Figure):
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
         """The curves over sigma², and the error of every view at every sigma² with its valley."""
-        views = inputs.sweep.sigma2_view_mm2
+        views = inputs.sweep.map_errors.view_mm2
         valley = np.column_stack([np.arange(len(views)), views.argmin(axis=1)])
         with begin(timeline="sigma2_mm2") as rec:
             rec.matrix("matrices/error_by_view_and_sigma2", views, paths={"valley": (valley, "orange")})

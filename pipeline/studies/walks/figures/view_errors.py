@@ -159,7 +159,9 @@ class ViewErrors(Figure):
         of_first = sweep.rows[sweep.rows["method"] == sweep.methods[0]]
         error = of_first.groupby("walker", sort=False)["absolute_error_mm2"].mean()
         walker = error.argsort().iloc[len(error) // 2]  # the median one
-        fold, walk = methods.held_out(data, model, int(walker), sweep.noise_variance_mm2)
+        options = inputs.experiment.sweep
+        assert isinstance(options, KnownView)
+        fold, walk = methods.held_out(data, model, int(walker), options.noise_variance_mm2)
         truth = data.coefficients[walker]
         instant = np.array([_INSTANT])
         posture = fourier.synthesise(truth, 1.0, instant)[0]
