@@ -17,6 +17,7 @@ from walk3d.film.simulation.keypoints import DetectorError, Filming
 from walk3d.film.walk import (
     CompactMoments,
     Detector,
+    Fitting,
     Moments,
     compact,
     errors,
@@ -81,7 +82,7 @@ def left_out_errors(
                 sim = film(generator, walks, k, error, filming)
                 seen = np.ones(sim.pixels.shape[:2])
                 found = reconstruct(
-                    sim.pixels, seen, sim.frame_rate_hz, sim.focal_px, prior, both_labellings=False
+                    sim.pixels, seen, sim.frame_rate_hz, sim.focal_px, prior, Fitting(both_labellings=False)
                 )
                 of_truth = found, sim.positions_mm, sim.heading_rad
                 events = errors.event_errors(*of_truth)

@@ -64,7 +64,7 @@ def reconstruct_clip(simulated: SimulatedKeypoints, prior: Prior, condition: Con
         simulated.frame_rate_hz,
         simulated.focal_px * condition.focal_told,
         prior,
-        **vars(condition.fit),
+        condition.fitting,
     )
 
 

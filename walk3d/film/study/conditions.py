@@ -9,11 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from functools import partial
 from typing import Any
 
 from pipeline.skeleton import WALKER15
 from walk3d.film.simulation.keypoints import DetectorError
-from walk3d.film.walk.objective import FOCAL_SD, NU
+from walk3d.film.walk import Fitting
+from walk3d.film.walk.objective import FOCAL_SD
 
 USUAL = "as usual"
 
@@ -47,28 +49,7 @@ class Knowledge:
     other_sources: bool = False
 
 
-@dataclass(frozen=True, kw_only=True)
-class Fit:
-    """How the reconstruction is fitted: arguments of `walk3d.film.walk.reconstruct`.
-
-    Attributes
-    ----------
-    both_labellings, relabel : bool
-    overground : bool, optional
-        False: the path is not as fast as the feet say, even if the walker moves through space.
-    most_starts : int
-    nu : float
-        Degrees of freedom of the residuals.
-    focal_sd : float
-        Of the logarithm of the focal length that is told; 0: it is believed.
-    """
-
-    both_labellings: bool = False
-    relabel: bool = True
-    overground: bool | None = None
-    most_starts: int = 4
-    nu: float = NU
-    focal_sd: float = 0.0
+_as_labelled = partial(Fitting, both_labellings=False)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,7 +72,8 @@ class Condition:
     wrong_labels : bool
         Left and right are exchanged throughout.
     knowledge : Knowledge
-    fit : Fit
+    fitting : Fitting
+        As labelled, unless a condition says otherwise.
     """
 
     kind: str = USUAL
@@ -103,7 +85,7 @@ class Condition:
     hidden: tuple[str, ...] = ()
     wrong_labels: bool = False
     knowledge: Knowledge = field(default_factory=Knowledge)
-    fit: Fit = field(default_factory=Fit)
+    fitting: Fitting = field(default_factory=_as_labelled)
 
     @property
     def name(self) -> str:
@@ -155,7 +137,7 @@ CONDITIONS: dict[Changes, list[Condition]] = {
             "focal length told", lambda times: {"focal_told": times}, {"25 % too long": 1.25, "20 % too short": 0.8}
         ),
         *_several(
-            "focal length found", lambda times: {"focal_told": times, "fit": Fit(focal_sd=FOCAL_SD)},
+            "focal length found", lambda times: {"focal_told": times, "fitting": _as_labelled(focal_sd=FOCAL_SD)},
             {"from 40 % too short": 0.6, "from 40 % too long": 1.4},
         ),
     ],
@@ -169,10 +151,10 @@ CONDITIONS: dict[Changes, list[Condition]] = {
             },
         ),
         *_several(
-            "without", lambda fit: {"fit": fit},
+            "without", lambda fitting: {"fitting": fitting},
             {
-                "several starts": Fit(most_starts=1), "search for swaps": Fit(relabel=False),
-                "long tails of errors": Fit(nu=1e6), "path as fast as feet": Fit(overground=False),
+                "several starts": _as_labelled(most_starts=1), "search for swaps": _as_labelled(relabel=False),
+                "long tails of errors": _as_labelled(nu=1e6), "path as fast as feet": _as_labelled(overground=False),
             },
         ),
         Condition(kind="without", level="giving the bias back", knowledge=Knowledge(floor_mm=0.0)),
@@ -184,7 +166,7 @@ CONDITIONS: dict[Changes, list[Condition]] = {
             },
         ),
         Condition(kind="labels wrong", level="as given", wrong_labels=True),
-        Condition(kind="labels wrong", level="both tried", wrong_labels=True, fit=Fit(both_labellings=True)),
+        Condition(kind="labels wrong", level="both tried", wrong_labels=True, fitting=Fitting()),
         Condition(kind="learnt from", level="other sources", knowledge=Knowledge(other_sources=True)),
     ],
 }  # fmt: skip

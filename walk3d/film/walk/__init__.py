@@ -10,6 +10,7 @@ from walk3d.film.walk.posterior import Posterior
 from walk3d.film.walk.prior import Detector, Prior, prepare
 from walk3d.film.walk.reconstruction import (
     Candidate,
+    Fitting,
     Reconstruction,
     reconstruct,
     reconstruct_followed,
@@ -36,6 +37,7 @@ __all__ = [
     "Candidate",
     "CompactMoments",
     "Detector",
+    "Fitting",
     "Moments",
     "Posterior",
     "Prior",

@@ -193,22 +193,49 @@ class Reconstruction:
         return (self.fit.times[-1] - self.fit.times[0]) * self.fit.frequency_hz
 
 
+@dataclass(frozen=True, kw_only=True)
+class Fitting:
+    """How a walk is fitted to keypoints.
+
+    Attributes
+    ----------
+    both_labellings : bool
+        Whether to try left and right exchanged throughout, too.
+    overground : bool, optional
+        Whether the walker moves through space; None: decided by the path.  False: the path is not as fast as the feet
+        say, even if the walker moves through space.
+    relabel : bool
+        Whether to look for frames with exchanged labels.
+    most_starts : int
+    cosines : int
+        Number of cosines of a path that wanders, or of a camera that follows; 0 for a still camera and a nearly
+        straight path.
+    nu : float
+        Degrees of freedom of the residuals' Student's t.
+    focal_sd : float
+        Standard deviation of the logarithm of the focal length, which is then an unknown of the fit; 0: it is known.
+    most_distance, most_together : float
+        `Starts.least_distance` and `Starts.ankles_together` beyond which nothing is refined.
+    """
+
+    both_labellings: bool = True
+    overground: bool | None = None
+    relabel: bool = True
+    most_starts: int = 4
+    cosines: int = 0
+    nu: float = NU
+    focal_sd: float = 0.0
+    most_distance: float = np.inf
+    most_together: float = np.inf
+
+
 def reconstruct(
     pixels: np.ndarray,
     weights: np.ndarray,
     frame_rate_hz: float,
     focal_px: float,
     prior: Prior,
-    *,
-    both_labellings: bool = True,
-    overground: bool | None = None,
-    relabel: bool = True,
-    most_starts: int = 4,
-    cosines: int = 0,
-    nu: float = NU,
-    focal_sd: float = 0.0,
-    most_distance: float = np.inf,
-    most_together: float = np.inf,
+    fitting: Fitting = Fitting(),
 ) -> Reconstruction:
     """Reconstruct a straight walk.
 
@@ -220,21 +247,7 @@ def reconstruct(
         0 where missing.
     frame_rate_hz, focal_px : float
     prior : Prior
-    both_labellings : bool
-        Whether to try left and right exchanged throughout, too.
-    overground : bool, optional
-        Whether the walker moves through space; None: decided by the path.
-    relabel : bool
-        Whether to look for frames with exchanged labels.
-    most_starts : int
-    cosines : int
-        Of a path that wanders, or of a camera that follows; 0 for a still camera and a nearly straight path.
-    nu : float
-        Degrees of freedom of the residuals' Student's t.
-    focal_sd : float
-        Standard deviation of the logarithm of the focal length, which is then an unknown of the fit; 0: it is known.
-    most_distance, most_together : float
-        `Starts.least_distance` and `Starts.ankles_together` beyond which nothing is refined.
+    fitting : Fitting
 
     Raises
     ------
@@ -248,32 +261,35 @@ def reconstruct(
     times = (np.arange(len(pixels)) - (len(pixels) - 1) / 2.0) / frame_rate_hz
 
     def begin(pixels: np.ndarray, exchanged: dict[str, np.ndarray]) -> Iterator[_Begun]:
-        for other in (False, True) if both_labellings else (False,):
+        for other in (False, True) if fitting.both_labellings else (False,):
             given = (exchange_all(pixels), exchange_all(weights)) if other else (pixels, weights)
             keypoints = Keypoints(*given)
             used = relabelled(keypoints, exchanged)
-            starts = find_starts(used.pixels, used.weights, times, focal_px, prior, cosines)
-            if overground is not None:
-                starts = replace(starts, overground=overground)
-            setting = Setting(times, focal_px, starts.overground, cosines, nu, focal_sd)
-            refine = partial(Refinement, prior, setting, keypoints, path=starts.path, relabel=relabel)
-            for start in starts.starts[:most_starts]:
+            starts = find_starts(used.pixels, used.weights, times, focal_px, prior, fitting.cosines)
+            if fitting.overground is not None:
+                starts = replace(starts, overground=fitting.overground)
+            setting = Setting(
+                times, focal_px, starts.overground, fitting.cosines, fitting.nu, fitting.focal_sd
+            )
+            refine = partial(Refinement, prior, setting, keypoints, path=starts.path, relabel=fitting.relabel)
+            for start in starts.starts[: fitting.most_starts]:
                 yield _Begun(other, starts, refine(start, exchanged=exchanged))
 
     def best_of(pixels: np.ndarray) -> tuple[_Begun, list[Candidate]]:
         none = np.zeros(len(times), bool)
         begun = list(begin(pixels, {"legs": none, "arms": none}))
-        if (together := begun[0].starts.ankles_together) > most_together:
+        if (together := begun[0].starts.ankles_together) > fitting.most_together:
             raise InvalidInput(
                 "the feet move together",
-                expected=f"a correlation of {most_together:g} or less",
+                expected=f"a correlation of {fitting.most_together:g} or less",
                 received=f"{together:.2f}",
                 code="feet_together",
             )
-        if min(one.starts.least_distance for one in begun) > most_distance:
+        if min(one.starts.least_distance for one in begun) > fitting.most_distance:
             raise InvalidInput("a walker looks like this from no side", code="no_view_fits")
         _race(begun)
-        if relabel and both_labellings and _at_odds(begun[np.argmin(_costs(begun))].fit()[0]):
+        both = fitting.relabel and fitting.both_labellings
+        if both and _at_odds(begun[np.argmin(_costs(begun))].fit()[0]):
             begun += (legs_exchanged := list(begin(pixels, {"legs": ~none, "arms": none})))
             _race(legs_exchanged)
         return _best_of(begun)
@@ -440,18 +456,18 @@ def reconstruct_followed(
     Parameters
     ----------
     pixels, weights, frame_rate_hz, focal_px, prior, both_labellings, focal_sd, most_distance
-        As `reconstruct` has them.
+        As `reconstruct` and `Fitting` have them.
     """
     given = pixels, weights, frame_rate_hz, focal_px, prior
     strides = (len(pixels) - 1) / frame_rate_hz * np.exp(prior.model.log_frequency[0])
     cosines = int(COSINES_PER_STRIDE * strides)
-    once = partial(reconstruct, *given, both_labellings=both_labellings, most_distance=most_distance)
-    still = once(focal_sd=focal_sd, most_together=SURELY_TOGETHER)
+    fitting = partial(Fitting, both_labellings=both_labellings, most_distance=most_distance)
+    still = reconstruct(*given, fitting(focal_sd=focal_sd, most_together=SURELY_TOGETHER))
     enough = still.relative_residual <= FOLLOWED_RESIDUAL or strides < 2.0
     if enough or still.unshared_residual > UNSHARED:
         return still
     # A camera that follows turns: where in the image somebody is says nothing of its focal length, which is held.
-    followed = once(cosines=cosines)
+    followed = reconstruct(*given, fitting(cosines=cosines))
     surer = followed.relative_residual <= FOLLOWED_RESIDUAL
     gain = SURER_GAIN if surer else FOLLOWED_GAIN
     better = followed.relative_residual < gain * still.relative_residual

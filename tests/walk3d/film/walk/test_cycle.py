@@ -8,7 +8,7 @@ import pytest
 from pipeline.skeleton import WALKER15
 from tests.walk3d.film.walk.walkers import clip, prior, walks
 from walk3d.anatomy.prior import mirror_image, stance_rows
-from walk3d.film.walk import TrainingWalk, errors, reconstruct
+from walk3d.film.walk import Fitting, TrainingWalk, errors, reconstruct
 from walk3d.film.walk.cycle import (
     LATER,
     NUMBERS,
@@ -135,7 +135,12 @@ def test_a_reconstructed_walk_has_the_events_of_the_recorded_one() -> None:
     sim, walk = clip(40.0), walks()[0]
     seen = np.ones(sim.pixels.shape[:2])
     found = reconstruct(
-        sim.pixels, seen, sim.frame_rate_hz, sim.focal_px, prior(), both_labellings=False, most_starts=1
+        sim.pixels,
+        seen,
+        sim.frame_rate_hz,
+        sim.focal_px,
+        prior(),
+        Fitting(both_labellings=False, most_starts=1),
     )
     contacts, toe_offs = errors.event_errors(found, sim.positions_mm, sim.heading_rad)
     assert len(contacts) >= 3

@@ -7,7 +7,7 @@ import pytest
 
 from tests.walk3d.film.walk.walkers import clip, prior
 from walk3d.film.simulation.keypoints import SimulatedKeypoints
-from walk3d.film.walk import Reconstruction, errors, reconstruct
+from walk3d.film.walk import Fitting, Reconstruction, errors, reconstruct
 
 
 @pytest.fixture(scope="module")
@@ -16,7 +16,12 @@ def found() -> tuple[SimulatedKeypoints, Reconstruction]:
     sim = clip(40.0)
     seen = np.ones(sim.pixels.shape[:2])
     return sim, reconstruct(
-        sim.pixels, seen, sim.frame_rate_hz, sim.focal_px, prior(), both_labellings=False, most_starts=1
+        sim.pixels,
+        seen,
+        sim.frame_rate_hz,
+        sim.focal_px,
+        prior(),
+        Fitting(both_labellings=False, most_starts=1),
     )
 
 

@@ -11,7 +11,7 @@ from tests.walk3d.film.walk.walkers import CLEAN, RATE, clip, motions, prior, wa
 from walk3d.film.simulation.activities import Activity, perform, with_standing
 from walk3d.film.simulation.filmed import lasting
 from walk3d.film.simulation.keypoints import DetectorError, Filming, SimulatedKeypoints, simulate_keypoints
-from walk3d.film.walk import errors, reconstruct
+from walk3d.film.walk import Fitting, errors, reconstruct
 from walk3d.film.walk.film import Film, Watched, watch
 from walk3d.film.walk.tracks import moving_parts, path_turn_rad
 
@@ -56,10 +56,11 @@ def test_a_walk_throughout_is_not_cut() -> None:
 def test_the_shake_of_a_hand_is_taken_out_and_a_still_camera_is_left_alone() -> None:
     still = clip(45.0, USUAL)
     shaken = clip(45.0, replace(USUAL, shake_px=25.0))
+    fitting = Fitting(both_labellings=False)
     found = [
-        reconstruct(sim.pixels, np.ones(sim.pixels.shape[:2]), 30.0, sim.focal_px, prior(), both_labellings=False)
+        reconstruct(sim.pixels, np.ones(sim.pixels.shape[:2]), 30.0, sim.focal_px, prior(), fitting)
         for sim in (still, shaken)
-    ]  # fmt: skip
+    ]
     assert not found[0].shake_px.any()
     off = shaken.pixels - still.pixels
     # From frame to frame: what is slow may be the path as well.
@@ -126,12 +127,17 @@ def test_a_path_on_a_circle_turns_by_its_angle_and_a_straight_one_does_not() -> 
 def test_a_noisy_detector_does_not_make_a_walk_into_something_else() -> None:
     sim = clip(60.0, replace(USUAL, white_px=8.0, slow_px=4.0))
     found = reconstruct(
-        sim.pixels, np.ones(sim.pixels.shape[:2]), 30.0, sim.focal_px, prior(), both_labellings=False
+        sim.pixels, np.ones(sim.pixels.shape[:2]), 30.0, sim.focal_px, prior(), Fitting(both_labellings=False)
     )
     residual = (found.fit.objective.residual(found.fit.x, found.keypoints))[found.keypoints.weights > 0]
     assert float(np.sqrt(np.mean(residual**2))) > 1.6 * found.rms_residual_px
     quiet = clip(60.0, replace(CLEAN, slow_px=4.0))
     slow = reconstruct(
-        quiet.pixels, np.ones(quiet.pixels.shape[:2]), 30.0, quiet.focal_px, prior(), both_labellings=False
+        quiet.pixels,
+        np.ones(quiet.pixels.shape[:2]),
+        30.0,
+        quiet.focal_px,
+        prior(),
+        Fitting(both_labellings=False),
     )
     assert found.rms_residual_px == pytest.approx(slow.rms_residual_px, rel=0.35)

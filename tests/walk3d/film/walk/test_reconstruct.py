@@ -11,7 +11,7 @@ from pipeline.skeleton import WALKER15
 from tests.rejects import rejects
 from tests.walk3d.film.walk.walkers import RATE, clip, motions, prior, walks
 from walk3d.film.simulation.keypoints import DetectorError, Filming, SimulatedKeypoints, simulate_keypoints
-from walk3d.film.walk import errors, reconstruct, reconstruct_followed, view_angle_deg
+from walk3d.film.walk import Fitting, errors, reconstruct, reconstruct_followed, view_angle_deg
 from walk3d.film.walk.objective import FOCAL_SD, HEADING, LOG_F
 from walk3d.film.walk.path import median_of_seen
 from walk3d.film.walk.verdict import Verdict, judge
@@ -57,8 +57,7 @@ def test_a_wrong_focal_length_moves_the_view_less_if_it_is_an_unknown() -> None:
             sim.frame_rate_hz,
             focal,
             prior(),
-            both_labellings=False,
-            focal_sd=sd,
+            Fitting(both_labellings=False, focal_sd=sd),
         )
         headings.append(np.degrees(found.fit.x[HEADING]))
     assert found.focal_px < 0.75 * told
@@ -78,7 +77,12 @@ def test_frames_with_exchanged_legs_are_found() -> None:
     pixels = sim.pixels.copy()
     pixels[20:28, 9:12], pixels[20:28, 12:15] = sim.pixels[20:28, 12:15], sim.pixels[20:28, 9:12]
     found = reconstruct(
-        pixels, np.ones(pixels.shape[:2]), sim.frame_rate_hz, sim.focal_px, prior(), both_labellings=False
+        pixels,
+        np.ones(pixels.shape[:2]),
+        sim.frame_rate_hz,
+        sim.focal_px,
+        prior(),
+        Fitting(both_labellings=False),
     )
     frames = np.flatnonzero(found.fit.exchanged["legs"])
     assert set(frames) <= set(range(20, 28))
@@ -115,9 +119,9 @@ def test_what_is_missing_has_no_say() -> None:
     sim = clip(45.0, DetectorError(missing=0.1))
     weights = np.isfinite(sim.pixels).all(axis=-1).astype(float)
     filled = np.where(weights[..., None] > 0, sim.pixels, 1e5)
-    options = {"both_labellings": False, "most_starts": 1}
-    one = reconstruct(sim.pixels, weights, sim.frame_rate_hz, sim.focal_px, prior(), **options)
-    other = reconstruct(filled, weights, sim.frame_rate_hz, sim.focal_px, prior(), **options)
+    options = Fitting(both_labellings=False, most_starts=1)
+    one = reconstruct(sim.pixels, weights, sim.frame_rate_hz, sim.focal_px, prior(), options)
+    other = reconstruct(filled, weights, sim.frame_rate_hz, sim.focal_px, prior(), options)
     np.testing.assert_allclose(one.fit.x, other.fit.x, rtol=1e-9)
 
 
@@ -125,7 +129,9 @@ def test_bars_are_wider_where_nothing_is_seen() -> None:
     sim = clip(90.0)
     weights = np.ones(sim.pixels.shape[:2])
     weights[:, 2:5] = 0.0  # the left arm
-    found = reconstruct(sim.pixels, weights, sim.frame_rate_hz, sim.focal_px, prior(), both_labellings=False)
+    found = reconstruct(
+        sim.pixels, weights, sim.frame_rate_hz, sim.focal_px, prior(), Fitting(both_labellings=False)
+    )
     sd = found.posterior.sd_mm.mean(axis=(0, 2))
     assert sd[4] > 1.2 * sd[7]
     assert (sd[8] == 0).all()
@@ -168,7 +174,7 @@ def test_nothing_is_refined_of_feet_that_move_together() -> None:
         pixels[:, right] = pixels[:, left] + [5.0, 0.0]
     given = np.ones(pixels.shape[:2]), sim.frame_rate_hz, sim.focal_px, prior()
     assert reconstruct(pixels, *given).starts.ankles_together > 0.9
-    assert reconstruct(sim.pixels, *given, most_together=0.5).starts.ankles_together < 0.0
+    assert reconstruct(sim.pixels, *given, Fitting(most_together=0.5)).starts.ankles_together < 0.0
     with rejects("feet_together"):
         reconstruct_followed(pixels, *given)
 

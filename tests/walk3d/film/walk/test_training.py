@@ -10,7 +10,7 @@ from tests.rejects import rejects
 from tests.walk3d.film.walk.walkers import CLEAN, RATE, motions, prior, walks
 from walk3d.anatomy.prior import BONES, PAIRS, bone_lengths, definitions, mirror_image, stance_rows
 from walk3d.film.simulation.keypoints import Filming, simulate_keypoints
-from walk3d.film.walk import compact, expand, moments, prepare, reconstruct, train, training_walk
+from walk3d.film.walk import Fitting, compact, expand, moments, prepare, reconstruct, train, training_walk
 from walk3d.film.walk.errors import headings, level_angles
 from walk3d.film.walk.prior import Detector
 from walk3d.film.walk.sagittal_angles import ANGLES
@@ -119,7 +119,7 @@ def test_knees_that_a_laboratory_puts_elsewhere_are_seen_from_the_side(shift_mm:
         sim = simulate_keypoints(np.random.default_rng(0), moved(motions()[0]), RATE, filming, CLEAN)
         found = reconstruct(
             sim.pixels, np.ones(sim.pixels.shape[:2]), sim.frame_rate_hz, sim.focal_px,
-            prepare(prior().model, Detector(), unfamiliar=unfamiliar), both_labellings=False,
+            prepare(prior().model, Detector(), unfamiliar=unfamiliar), Fitting(both_labellings=False),
         )  # fmt: skip
         of_knees = [
             level_angles(positions, at)[:, KNEES]
