@@ -15,7 +15,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from pipeline.core.pinhole import Pinhole, look_at
-from pipeline.core.refinement import Refinement, refine, reprojection
+from pipeline.core.refinement import Refinement, RefinementOptions, refine, reprojection
 from pipeline.core.refinement.inputs import starting_path
 from pipeline.core.refinement.spherical import SphericalTrajectory
 from pipeline.core.trajectory_basis import cosine_basis
@@ -54,7 +54,7 @@ class Clip:
             self.start,
             self.lengths,
             basis=self.basis,
-            charts=self.charts,
+            options=RefinementOptions(charts=self.charts),
         )
 
 

@@ -109,15 +109,15 @@ def test_bodies_have_human_sizes_and_are_the_same_in_all_of_a_person_s_performan
     for subject in range(20):
         assert np.ptp(lengths[clean.subject == subject], axis=0).max() < 1e-6
     assert (np.ptp(lengths, axis=0) > 10.0).all()
-    assert all(abs(person.stature - 1700) < 300 for person in clean.people)
+    assert all(abs(person.body.stature - 1700) < 300 for person in clean.people)
     ankle = [joint(p, "left_ankle")[0, 2] for p in clean.positions_mm[:20]]
     legs = lengths[:20, [4, 5, 6, 7]].sum(axis=1) / 2 + ankle
-    np.testing.assert_allclose(legs, [person.leg_length for person in clean.people], rtol=1e-9)
+    np.testing.assert_allclose(legs, [person.body.leg_length for person in clean.people], rtol=1e-9)
 
 
 def test_everybody_stands_bends_to_the_floor_and_stands_again(clean: BendingPerformances) -> None:
     for positions, phase, subject in zip(clean.positions_mm, clean.phase, clean.subject, strict=True):
-        stature = clean.people[subject].stature
+        stature = clean.people[subject].body.stature
         heads = joint(positions, "head")[:, 2]
         wrists = np.minimum(joint(positions, "left_wrist")[:, 2], joint(positions, "right_wrist")[:, 2])
         ends = (phase < 0.03) | (phase > 0.97)
@@ -166,7 +166,7 @@ def test_the_centre_of_mass_stays_over_the_feet(clean: BendingPerformances) -> N
         ) / 0.971
         across = joint(positions, "right_hip")[0] - joint(positions, "left_hip")[0]
         ahead = np.array([-across[1], across[0]]) / np.hypot(*across[:2])
-        reach = (mass - both["ankle"])[:, :2] @ ahead / clean.people[subject].stature
+        reach = (mass - both["ankle"])[:, :2] @ ahead / clean.people[subject].body.stature
         # From the heel to the ball of the foot.
         assert reach.min() > -0.04
         assert reach.max() < 0.12

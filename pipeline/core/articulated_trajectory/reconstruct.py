@@ -28,7 +28,7 @@ from pipeline.core.articulation import Adjustment
 from pipeline.core.limb_chain import WALKER14, Chain
 from pipeline.core.limb_chain.lengths import length_from_rays
 from pipeline.core.pinhole import Pinhole, project_by_matrix
-from pipeline.core.refinement import Refinement
+from pipeline.core.refinement import Refinement, RefinementOptions
 from pipeline.core.refinement.inputs import starting_path
 from pipeline.core.refinement.spherical import SphericalTrajectory
 from pipeline.core.trajectory_basis import TrajectoryBasis, cosine_basis
@@ -338,12 +338,10 @@ class Reconstruction:
             self.camera,
             self.root,
             [-1, *(names.index(self.chain.held_by(limb)) for limb in self.chain.limbs)],
-            np.stack([tree.choices[limb].directions for limb in self.chain.limbs], axis=1),
+            paths,
             tree.lengths,
             basis=rows,
-            paths=paths,
-            cutoff=basis.cutoff,
-            max_iterations=max_iterations,
+            options=RefinementOptions(cutoff=basis.cutoff, max_iterations=max_iterations),
             names=names,
         )
 

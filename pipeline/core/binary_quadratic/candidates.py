@@ -109,7 +109,8 @@ class Programme(NamedTuple):
             z, half = np.empty((3, self.basis.shape[1])), np.empty(len(best))
             trail = np.empty(len(best), np.int64)
             most = kernels.LAST_SWEEPS
-            kernels.relax(self, held, best, z, half, np.nan, np.inf, 0, most, self.allowance(0.0), trail, 0)
+            point, allowance = (best, z, half), self.allowance(0.0)
+            kernels.relax(self, held, point, np.nan, np.inf, (0, most), allowance, trail, 0)
         return best
 
 

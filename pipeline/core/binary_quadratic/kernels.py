@@ -184,19 +184,21 @@ def curvature(basis, half_chord):  # type: ignore[no-untyped-def]
 
 
 @compiled_with_free_sums
-def relax(p, held, values, z, half, known, cutoff, fewest, most, allowance, trail, length):  # type: ignore[no-untyped-def]
+def relax(p, held, point, known, cutoff, sweeps_allowed, allowance, trail, length):  # type: ignore[no-untyped-def]
     """The least J over the box, about: (a lower bound over the whole box, J, sweeps, frames on the trail).
 
-    Frames whose `held` is 0 range over -1 … +1, the others stay.  Coordinate descent from `values`, which it
-    overwrites, with `z` and `half`; `known` is J of the values, or NaN where it and `half` are to be computed.
+    Frames whose `held` is 0 range over -1 … +1, the others stay.  Coordinate descent from the values of `point`, which
+    is (values, z, half) and is overwritten; `known` is J of the values, or NaN where it and half are to be computed.
     J is convex: from any point, converged or not, ``J(t) >= J(s) - 2 sum(|half_i| + half_i s_i)`` over the box, and
     ``4 |half_i|`` more where t_i has the sign of half_i.  A sign that this lifts to `cutoff` is held at the other
     one, and put on the trail.
 
-    It ends when the bound reaches `cutoff`; after `fewest` sweeps, when J is below it, so that no bound can reach
-    it; when nothing moves; or after `most` sweeps.
+    It ends when the bound reaches `cutoff`; after the fewest sweeps, when J is below it, so that no bound can reach
+    it; when nothing moves; or after the most sweeps.  `sweeps_allowed` is (fewest, most).
     """
     basis, middle, half_chord, kind, bent, table = p.basis, p.middle, p.half_chord, p.kind, p.bent, p.table
+    values, z, half = point
+    fewest, most = sweeps_allowed
     following = slopes(p, values, z, half) if np.isnan(known) else known
     sweeps = 0
     while True:
@@ -503,8 +505,9 @@ def search_boxes(p, tree, best, found, gap, allowance, budget):  # type: ignore[
                     relaxed += move(p, i, held[i] - values[i], z, half)
                 values[i] = held[i]
         bound, relaxed, sweeps, counts[TRAIL] = relax(
-            p, held, values, z, half, relaxed, cutoff, FEWEST_SWEEPS if left else LAST_SWEEPS,
-            MOST_SWEEPS if left else LAST_SWEEPS, allowance, trail, counts[TRAIL],
+            p, held, (values, z, half), relaxed, cutoff,
+            (FEWEST_SWEEPS if left else LAST_SWEEPS, MOST_SWEEPS if left else LAST_SWEEPS),
+            allowance, trail, counts[TRAIL],
         )  # fmt: skip
         budget -= sweeps + 1
         if depth > 0:
@@ -732,7 +735,7 @@ def enter_leaf(p, signs, leaf, known, best, found, gap, allowance, ends):  # typ
             values[i] = held[i]
     cutoff = best[0] - max(gap * abs(best[0]), 2.0 * allowance)
     bound, known, _, _ = relax(
-        p, held, values, z, half, known, cutoff, LAST_SWEEPS, LAST_SWEEPS, allowance, trail, 0
+        p, held, (values, z, half), known, cutoff, (LAST_SWEEPS, LAST_SWEEPS), allowance, trail, 0
     )
     # Half of what is not looked for: what is better by less may be rounding.
     enough = 0.5 * (best[0] + cutoff)

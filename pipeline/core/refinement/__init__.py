@@ -1,5 +1,5 @@
 """Refinement of a whole body's trajectories by reprojection error: park2011 section 3.1."""
 
-from pipeline.core.refinement.steps import LENGTH_FACTOR, Refinement, refine
+from pipeline.core.refinement.steps import LENGTH_FACTOR, Refinement, RefinementOptions, refine
 
-__all__ = ["LENGTH_FACTOR", "Refinement", "refine"]
+__all__ = ["LENGTH_FACTOR", "Refinement", "RefinementOptions", "refine"]

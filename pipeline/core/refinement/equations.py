@@ -74,7 +74,8 @@ def normal_equations(given: Observations, unknowns: np.ndarray, *, exact: bool =
     along, own = np.empty((2, limbs, numbers, frames))
     couplings = np.zeros((limbs, lines.shape[1], numbers, numbers, frames))
     tree = (given.carriers, lengths_mm(given, unknowns), given.charts)
-    kernels.frame_by_frame(given.seen_by, tree, lines, theta, phi, numbers > 2, exact, along, own, couplings)
+    sums = along, own, couplings
+    kernels.frame_by_frame(given.seen_by, tree, lines, theta, phi, numbers > 2, exact, sums)
     gradient, scale = given.penalty * unknowns, given.penalty.copy()
     rows = np.zeros((limbs, size, lines.shape[1], size))
     kernels.fill_gradient(along @ given.sums[0], own @ given.sums[1], gradient, scale)

@@ -21,7 +21,10 @@ _START_PENALTY = 1e-4
 
 
 def frames_and_limbs(
-    images: np.ndarray, root: np.ndarray, directions: np.ndarray, lengths: np.ndarray
+    images: np.ndarray,
+    root: np.ndarray,
+    directions: np.ndarray | Sequence[SphericalTrajectory],
+    lengths: np.ndarray,
 ) -> tuple[int, int]:
     """F and L of arrays whose shapes agree.
 
@@ -29,7 +32,7 @@ def frames_and_limbs(
     ----------
     images : (F, J, 2)
     root : (F, 3)
-    directions : (F, L, 3)
+    directions : (F, L, 3), or a sequence of L SphericalTrajectory
     lengths : (L,)
 
     Raises
@@ -40,9 +43,10 @@ def frames_and_limbs(
     frames, joints, _ = require_shape("images", images, ("F", "J", 2)).shape
     limbs = int(require_range("joints", joints, at_least=2)) - 1
     require_range("frames", frames, at_least=1)
+    paths = len(directions) > 0 and isinstance(directions[0], SphericalTrajectory)
     for name, array, wanted in (
         ("root", root, (frames, 3)),
-        ("directions", directions, (frames, limbs, 3)),
+        ("directions", directions, (limbs,) if paths else (frames, limbs, 3)),
         ("lengths", lengths, (limbs,)),
     ):
         require_shape(name, array, wanted)

@@ -52,14 +52,15 @@ def squared_distances(seen_by, tree, theta, phi):  # type: ignore[no-untyped-def
 
 
 @compiled_with_free_sums
-def frame_by_frame(seen_by, tree, lines, theta, phi, free, exact, along, own, couplings):  # type: ignore[no-untyped-def]
+def frame_by_frame(seen_by, tree, lines, theta, phi, free, exact, sums):  # type: ignore[no-untyped-def]
     """What the normal equations sum over frames, by the C numbers of a limb: theta, phi and, if free, its length.
 
-    Into `along` (L, C, F) the gradient, into `own` (L, C, F) the diagonal of the curvature after Gauss and Newton, into
-    `couplings` (L, M, C, C, F) the curvature between a limb and those of its line, exact or after Gauss and Newton.
+    Added to the three arrays of `sums`: the gradient (L, C, F), the diagonal of the curvature after Gauss and Newton
+    (L, C, F), and the curvature between a limb and those of its line, exact or after Gauss and Newton (L, M, C, C, F).
     """
     images, seen, projection, centre, root = seen_by
     parents, lengths, charts = tree
+    along, own, couplings = sums
     limbs, frames = theta.shape
     numbers = 3 if free else 2
     positions = np.empty((limbs, frames, 3))

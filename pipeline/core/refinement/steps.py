@@ -39,6 +39,36 @@ LENGTH_FACTOR = 2.0
 """How far a free length may go from the given one, up or down, unless told otherwise."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class RefinementOptions:
+    """How trajectories are refined.
+
+    Attributes
+    ----------
+    free_lengths : bool
+        Whether the logarithms of lengths are unknowns too.
+    length_factor : float
+        How far a free length may go from the given one, up or down.
+    cutoff : float, optional
+        k0 of a soft basis: each coefficient k is drawn to zero with weight (k / k0)^6, in units of the square of
+        pixels to the radian; a hard basis by default.
+    charts : (L, 3, 3), optional
+        Rotations from the world to the axes of each limb's angles, as an earlier refinement returns them; by default
+        the pole of each is farthest from the limb's path.
+    max_iterations : int
+        Steps to try, at least one.
+    tolerance : float
+        Largest move of an unknown, rad, in the last step, see the notes of `refine`.
+    """
+
+    free_lengths: bool = False
+    length_factor: float = LENGTH_FACTOR
+    cutoff: float | None = None
+    charts: np.ndarray | None = None
+    max_iterations: int = 500
+    tolerance: float = 1e-8
+
+
 @dataclass(frozen=True)
 class Refinement:
     """Refined trajectories of all joints, and how far they are to be trusted.
@@ -87,17 +117,11 @@ def refine(
     camera: Pinhole,
     root: np.ndarray,
     parents: Sequence[int] | np.ndarray,
-    directions: np.ndarray,
+    directions: np.ndarray | Sequence[SphericalTrajectory],
     lengths: np.ndarray,
     *,
     basis: np.ndarray | int,
-    charts: np.ndarray | None = None,
-    paths: Sequence[SphericalTrajectory] | None = None,
-    free_lengths: bool = False,
-    length_factor: float = LENGTH_FACTOR,
-    cutoff: float | None = None,
-    max_iterations: int = 500,
-    tolerance: float = 1e-8,
+    options: RefinementOptions = RefinementOptions(),
     names: Sequence[str] | None = None,
 ) -> Refinement:
     """Trajectories of all joints that minimise the reprojection error over the whole tree [park2011 5].
@@ -112,28 +136,14 @@ def refine(
         mm; frames of NaN drop out.
     parents : (J,) int
         Index of each joint's parent; the root first with -1, and every parent before its children.
-    directions : (F, L, 3)
-        Where to start: relative trajectories of the joints after the root, or their directions; NaN where not known.
+    directions : (F, L, 3), or sequence of SphericalTrajectory
+        Where to start: relative trajectories of the joints after the root, or their directions, NaN where not known;
+        or each limb's path in the basis, as `inputs.starting_path` returns it.
     lengths : (L,)
         mm.
     basis : (F, K) or int
         Trajectory basis, or K for the first K cosines.
-    charts : (L, 3, 3), optional
-        Rotations from the world to the axes of each limb's angles, as an earlier refinement returns them; by default
-        the pole of each is farthest from the limb's path.
-    paths : sequence of SphericalTrajectory, optional
-        The limbs' starts in the basis, as `inputs.starting_path` makes them of the directions, where they are known.
-    free_lengths : bool
-        Whether the logarithms of lengths are unknowns too.
-    length_factor : float
-        How far a free length may go from the given one, up or down.
-    cutoff : float, optional
-        k0 of a soft basis: each coefficient k is drawn to zero with weight (k / k0)^6, in units of the square of
-        pixels to the radian; a hard basis by default.
-    max_iterations : int
-        Steps to try, at least one.
-    tolerance : float
-        Largest move of an unknown, rad, in the last step, see Notes.
+    options : RefinementOptions
     names : sequence of str, optional
         Names of the J joints, for messages.
 
@@ -153,37 +163,13 @@ def refine(
     tree = tree_in_order(parents, limbs + 1)
     called = [str(joint) for joint in range(limbs + 1)] if names is None else list(names)
     lengths = named_lengths(lengths, called)
-    require_range("tolerance", tolerance, above=0.0)
-    require_count("max_iterations", max_iterations)
-    require_range("length_factor", length_factor, above=1.0)
+    require_range("tolerance", options.tolerance, above=0.0)
+    require_count("max_iterations", options.max_iterations)
+    require_range("length_factor", options.length_factor, above=1.0)
     rows = basis_rows(basis, frames)
-    if paths is None:
-        turns = [None] * limbs if charts is None else require_shape("charts", charts, (limbs, 3, 3))
-        starts = zip(np.moveaxis(np.asarray(directions, float), 1, 0), turns, called[1:], strict=True)
-        paths = [starting_path(d, rows, chart=chart, cutoff=cutoff, called=name) for d, chart, name in starts]
-    given, unknowns = _begun(images, camera, root, tree, lengths, paths, rows, free_lengths, called)
-    if cutoff is not None:
-        given = _softened(given, unknowns, cutoff)
-    bound = np.full_like(unknowns, np.inf)
-    bound[:, 2 * rows.shape[1] :] = np.log(length_factor)
-    found = minimise(given, unknowns, bound, max_iterations=max_iterations, tolerance=tolerance)
-    return _refinement(given, np.asarray(root, float), *found)
-
-
-def _begun(
-    images: np.ndarray,
-    camera: Pinhole,
-    root: np.ndarray,
-    tree: Sequence[int],
-    lengths: np.ndarray,
-    paths: Sequence[SphericalTrajectory],
-    rows: np.ndarray,
-    free_lengths: bool,
-    called: Sequence[str],
-) -> tuple[Observations, np.ndarray]:
-    """What was observed, without a penalty, and the unknowns (L, 2 K, or 2 K + 1 with the lengths) of the start."""
+    paths = _starting_paths(directions, rows, options, called)
     start = np.stack([np.concatenate([path.coefficients_theta, path.coefficients_phi]) for path in paths])
-    unknowns = np.column_stack([start, np.zeros(len(start))]) if free_lengths else start
+    unknowns = np.column_stack([start, np.zeros(limbs)]) if options.free_lengths else start
     given = reprojection.observe(
         np.asarray(images, float)[:, 1:],
         camera,
@@ -195,7 +181,32 @@ def _begun(
         penalty=np.zeros_like(unknowns),
     )
     _check_start(given, unknowns, called)
-    return given, unknowns
+    if options.cutoff is not None:
+        given = _softened(given, unknowns, options.cutoff)
+    bound = np.full_like(unknowns, np.inf)
+    bound[:, 2 * rows.shape[1] :] = np.log(options.length_factor)
+    found = minimise(
+        given, unknowns, bound, max_iterations=options.max_iterations, tolerance=options.tolerance
+    )
+    return _refinement(given, np.asarray(root, float), *found)
+
+
+def _starting_paths(
+    directions: np.ndarray | Sequence[SphericalTrajectory],
+    rows: np.ndarray,
+    options: RefinementOptions,
+    called: Sequence[str],
+) -> list[SphericalTrajectory]:
+    """Return the path of each limb in the basis (F, K) with which the refinement starts."""
+    limbs, charts = len(called) - 1, options.charts
+    if paths := [path for path in directions if isinstance(path, SphericalTrajectory)]:
+        return paths
+    turns = [None] * limbs if charts is None else require_shape("charts", charts, (limbs, 3, 3))
+    starts = zip(np.moveaxis(np.asarray(directions, float), 1, 0), turns, called[1:], strict=True)
+    return [
+        starting_path(path, rows, chart=chart, cutoff=options.cutoff, called=name)
+        for path, chart, name in starts
+    ]
 
 
 def _refinement(

@@ -12,7 +12,7 @@ import numpy as np
 
 from pipeline.core.articulated_trajectory import LimbChoice, TrajectoryBasis
 from pipeline.core.articulation import Adjustment, cast_rays, on_sphere
-from pipeline.core.refinement import refine
+from pipeline.core.refinement import RefinementOptions, refine
 from pipeline.core.trajectory_basis import cosine_basis
 from pipeline.studies.limbs import baselines
 from pipeline.studies.limbs.scores import certificate, distance, limb_errors, reconstructibility_of
@@ -116,10 +116,12 @@ class _Ways:
             choice.directions[:, None],
             np.array([choice.hits.radius]),
             basis=cosine_basis(frames, choice.basis.components),
-            cutoff=choice.basis.cutoff,
-            free_lengths=True,
-            length_factor=ANY_FACTOR,
-            max_iterations=MOST_STEPS,
+            options=RefinementOptions(
+                cutoff=choice.basis.cutoff,
+                free_lengths=True,
+                length_factor=ANY_FACTOR,
+                max_iterations=MOST_STEPS,
+            ),
         )
         relative = found.relative[:, 0]
         error = distance(relative, trial.relative) / trial.length

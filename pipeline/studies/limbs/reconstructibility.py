@@ -15,7 +15,7 @@ import pandas as pd
 from pipeline.core.articulated_trajectory import LimbChoice
 from pipeline.core.articulation import Adjustment
 from pipeline.core.reconstructibility import Reading, confidence_of_mirror_margin, outside, reconstructibility
-from pipeline.core.refinement import refine
+from pipeline.core.refinement import RefinementOptions, refine
 from pipeline.core.trajectory_basis import cosine_basis, on_rays
 from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
@@ -153,7 +153,7 @@ def _from_each_start(
             directions[:, None],
             np.array([choice.hits.radius]),
             basis=cosine_basis(frames, choice.basis.components),
-            cutoff=choice.basis.cutoff,
+            options=RefinementOptions(cutoff=choice.basis.cutoff),
         )
         for directions in (choice.directions, by_coin.directions, np.broadcast_to(towards, (frames, 3)))
     ]

@@ -39,7 +39,7 @@ _DEPTHS = (0.2, 1.6)
 def bend(person: Person, manner: Manner, phase: np.ndarray, sway: dict[str, np.ndarray]) -> np.ndarray:
     """Return joint centres (F, 15, 3), mm, in WALKER15 order, facing +y, at phases (F,) of the action."""
     still = dict.fromkeys(SWAY, np.zeros(1))
-    target = manner.statures[0] * person.stature
+    target = manner.statures[0] * person.body.stature
     share = np.array([1.0 - manner.one_handed, 1.0 + manner.one_handed]) / 2.0
 
     def over_target(depth: float) -> float:
@@ -64,7 +64,7 @@ def _posture(
         angles[f"standing_{name}"] + gone[name] * np.minimum(depth * angles[name], STOP)
         for name in ("knee", "hip")
     )
-    _, width, ahead, balance = manner.statures * person.stature
+    _, width, ahead, balance = manner.statures * person.body.stature
     tilt, pelvis = _balanced(person, knee, hip, balance + sway["balance_mm"])
     tilt = tilt + sway["trunk"]
 
@@ -77,10 +77,10 @@ def _posture(
     ankles = np.zeros((2, len(phase), 3))
     ankles[:, :, 0] = SIDE * width / 2.0
     ankles[:, :, 1] = -SIDE * ahead / 2.0
-    ankles[:, :, 2] = body.SEGMENTS["ankle_height"] * person.stature
+    ankles[:, :, 2] = body.SEGMENTS["ankle_height"] * person.body.stature
     yaw = 0.4 * twist
     across = np.column_stack([np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)])
-    hips = pelvis + (person.half_hips * SIDE)[..., None] * across
+    hips = pelvis + (person.body.half_hips * SIDE)[..., None] * across
     lowered = _too_high(person, hips, ankles)
     pelvis[:, 2] -= lowered
     hips[..., 2] -= lowered
@@ -89,14 +89,16 @@ def _posture(
     knees = _knees(person, hips, ankles, opened)
 
     up = leaning(tilt, lean).T
-    sternum = pelvis + person.trunk * up
+    sternum = pelvis + person.body.trunk * up
     nod = angles["standing_head"] + 0.8 * tilt - gone["head"] * angles["head"] + sway["head"]
-    head = sternum + person.head * leaning(nod, lean / 2.0).T
+    head = sternum + person.body.head * leaning(nod, lean / 2.0).T
     right = across - (across * up).sum(axis=-1, keepdims=True) * up
     right = right / np.linalg.norm(right, axis=-1, keepdims=True)
     turn = (twist - yaw)[:, None]
     right = np.cos(turn) * right + np.sin(turn) * np.cross(up, right)
-    shoulders = sternum - person.shoulder_drop * up + (person.half_shoulders * SIDE)[..., None] * right
+    shoulders = (
+        sternum - person.body.shoulder_drop * up + (person.body.half_shoulders * SIDE)[..., None] * right
+    )
     elbows, wrists = _arms(person, manner, gone, sway, tilt, up, right, shoulders)
     limbs = [shoulders, elbows, wrists]
     legs = [hips, knees, ankles]
@@ -108,7 +110,7 @@ def _balanced(
     person: Person, knee: np.ndarray, hip: np.ndarray, ahead: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the tilt of the trunk (F,) and the pelvis (F, 3), mm, with the centre of mass `ahead` mm of the ankles."""
-    thigh, shank = person.thigh.mean(), person.shank.mean()
+    thigh, shank = person.body.thigh.mean(), person.body.shank.mean()
 
     def along(tilt: np.ndarray) -> np.ndarray:
         return np.stack([np.sin(tilt), np.cos(tilt)])
@@ -116,7 +118,7 @@ def _balanced(
     # First with an upright shank: thigh and trunk as they stand to it, (2, F) ahead and up from the ankles.
     knees = shank * along(np.zeros_like(knee))
     hips = knees + thigh * along(-knee)
-    upper = hips + UPPER_CENTRE * person.trunk * along(hip - knee)
+    upper = hips + UPPER_CENTRE * person.body.trunk * along(hip - knee)
     centre = (
         LEG_MASSES["shank"] * (1.0 - LEG_CENTRE) * knees
         + LEG_MASSES["thigh"] * (hips + LEG_CENTRE * (knees - hips))
@@ -125,13 +127,13 @@ def _balanced(
     # Then the whole turns about the ankles.
     turn = np.arcsin(ahead / np.hypot(*centre)) - np.arctan2(*centre)
     hips = shank * along(turn) + thigh * along(turn - knee)
-    ankle = body.SEGMENTS["ankle_height"] * person.stature
+    ankle = body.SEGMENTS["ankle_height"] * person.body.stature
     return turn - knee + hip, np.stack([np.zeros_like(knee), hips[0], ankle + hips[1]], axis=-1)
 
 
 def _too_high(person: Person, hips: np.ndarray, ankles: np.ndarray) -> float:
     """Return by how many mm, at most, the hips are higher than the legs reach; 0 if they are not."""
-    thigh, shank = person.thigh[:, 0], person.shank[:, 0]
+    thigh, shank = person.body.thigh[:, 0], person.body.shank[:, 0]
     reach = np.sqrt(thigh**2 + shank**2 + 2.0 * thigh * shank * np.cos(LEAST_BEND))
     apart = hips - ankles
     highest = np.sqrt(reach[:, None] ** 2 - (apart[..., :2] ** 2).sum(axis=-1))
@@ -143,7 +145,7 @@ def _knees(person: Person, hips: np.ndarray, ankles: np.ndarray, opened: np.ndar
     line = ankles - hips
     distance = np.linalg.norm(line, axis=-1, keepdims=True)
     line = line / distance
-    thigh, shank = person.thigh[..., None], person.shank[..., None]
+    thigh, shank = person.body.thigh[..., None], person.body.shank[..., None]
     cos = (thigh**2 + distance**2 - shank**2) / (2.0 * thigh * distance)
     forward = np.array([0.0, 1.0, 0.0]) - line[..., 1:2] * line
     forward = forward / np.linalg.norm(forward, axis=-1, keepdims=True)
@@ -179,6 +181,6 @@ def _arms(
     upper = np.cos(out) * hanging + np.sin(out) * outward
     inward = np.sin(out) * hanging - np.cos(out) * outward
     turned = np.cos(turned_in) * forward + np.sin(turned_in) * inward
-    elbows = shoulders + person.upper_arm * upper
+    elbows = shoulders + person.body.upper_arm * upper
     fore = np.cos(flexed)[..., None] * upper + np.sin(flexed)[..., None] * turned
-    return elbows, elbows + person.forearm * fore
+    return elbows, elbows + person.body.forearm * fore

@@ -26,8 +26,8 @@ def rolling_foot(person: Person, phase: np.ndarray, gains: np.ndarray) -> tuple[
     pitch = _FOOT_PITCH(phase % 1.0)
     pitch = pitch * np.where(pitch > 0, gains[0], gains[1])
     # The foot turns about the heel while the toes are up, about the ball while the heel is up.
-    pivot = person.stature * np.where(pitch > 0, -body.FOOT_HEEL, body.FOOT_BALL)
-    height = person.stature * body.SEGMENTS["ankle_height"]
+    pivot = person.body.stature * np.where(pitch > 0, -body.FOOT_HEEL, body.FOOT_BALL)
+    height = person.body.stature * body.SEGMENTS["ankle_height"]
     sin, cos = np.sin(pitch), np.cos(pitch)
     return pivot - pivot * cos - height * sin, height * cos - pivot * sin
 
@@ -62,7 +62,7 @@ def keep_to_floor(person: Person) -> Person:
     thighs, knees = four[:2], four[2:]
     expected = np.zeros(sum(sizes))
     expected[surge] = norm.SURGE_MM
-    sd = np.full(expected.size, person.stature)  # places on the belt and the pelvis's level are free
+    sd = np.full(expected.size, person.body.stature)  # places on the belt and the pelvis's level are free
     sd[: knees[0].start] = np.radians(norm.CORRECTION_SD_DEG["thigh"])
     sd[knees[0].start : scale.start] = np.radians(norm.CORRECTION_SD_DEG["knee"])
     sd[scale], sd[gains] = norm.CORRECTION_SCALE_SD, norm.FOOT_GAIN_CV
@@ -87,7 +87,7 @@ def keep_to_floor(person: Person) -> Person:
             free = knee_basis @ (knee[side] + x[knees[side]])
             k = norm.stopped(free, norm.KNEE_STOP_DEG)
             slope = (norm.stopped(free + _STEP, norm.KNEE_STOP_DEG) - k) / _STEP
-            l1, l2 = person.thigh[side], person.shank[side]
+            l1, l2 = person.body.thigh[side], person.body.shank[side]
             reach, length = l1 * np.sin(e) + l2 * np.sin(e - k), l1 * np.cos(e) + l2 * np.cos(e - k)
             upright = np.sqrt(1.0 - (across / length) ** 2)
             ahead = x[surge] @ waves[:, :4].T + belt - x[places][side] + hip[1] + reach - foot[0]

@@ -22,8 +22,8 @@ def walk(person: Person, strides: Strides, frame_rate_hz: float) -> np.ndarray:
     # Legs: angles first, in each leg's own plane.
     thigh = person.curve("thigh", phase, gains["thigh"])
     knee = norm.stopped(person.curve("knee", phase, gains["knee"]), norm.KNEE_STOP_DEG)
-    reach = person.thigh * np.sin(thigh) + person.shank * np.sin(thigh - knee)
-    length = person.thigh * np.cos(thigh) + person.shank * np.cos(thigh - knee)
+    reach = person.body.thigh * np.sin(thigh) + person.body.shank * np.sin(thigh - knee)
+    length = person.body.thigh * np.cos(thigh) + person.body.shank * np.cos(thigh - knee)
 
     # The plane of each leg leans sideways so that the ankle stays on its line.
     hips = person.hips(phase)
@@ -62,14 +62,14 @@ def walk(person: Person, strides: Strides, frame_rate_hz: float) -> np.ndarray:
 def _knees(person: Person, thigh: np.ndarray, knee: np.ndarray, lean: np.ndarray) -> np.ndarray:
     """Return knees relative to their hips, (3, 2, T) mm: forward of the line hip–ankle, turned out about it."""
     # In the leg's plane: how far the thigh is turned from the line hip–ankle.
-    bend = np.arctan2(person.shank * np.sin(knee), person.thigh + person.shank * np.cos(knee))
+    bend = np.arctan2(person.body.shank * np.sin(knee), person.body.thigh + person.body.shank * np.cos(knee))
     inclination = thigh - bend
     sin, cos = np.sin(inclination), np.cos(inclination)
     line = np.stack([cos * np.sin(lean), sin, -cos * np.cos(lean)])
     forward = np.stack([-sin * np.sin(lean), cos, sin * np.cos(lean)])
     outward = SIDE * np.stack([np.cos(lean), np.zeros_like(lean), np.sin(lean)])
     turned = np.cos(person.knee_out) * forward + np.sin(person.knee_out) * outward
-    return person.thigh * (np.cos(bend) * line + np.sin(bend) * turned)
+    return person.body.thigh * (np.cos(bend) * line + np.sin(bend) * turned)
 
 
 def _upper_body(
@@ -78,16 +78,16 @@ def _upper_body(
     """Return sternum (3, T), head (3, T), shoulders (3, 2, T), mm, and the rotation of the thorax (T,), radians."""
     lean = person.opposed("trunk_sway", phase) * gain
     up = leaning(person.shared("trunk_lean", phase), lean)
-    sternum = pelvis + person.trunk * up
+    sternum = pelvis + person.body.trunk * up
     # The head leans sideways by a third of the trunk's lean.
-    head = sternum + person.head * leaning(person.shared("head_lean", phase), lean / 3.0)
+    head = sternum + person.body.head * leaning(person.shared("head_lean", phase), lean / 3.0)
     yaw = person.opposed("thorax_rotation", phase) * gain
     roll = person.opposed("thorax_obliquity", phase) * gain
     axis = np.stack([np.cos(yaw) * np.cos(roll), np.sin(yaw) * np.cos(roll), np.sin(roll)])
     axis = axis - (axis * up).sum(axis=0) * up
     axis = axis / np.linalg.norm(axis, axis=0)
-    middle = sternum - person.shoulder_drop * up
-    return sternum, head, middle[:, None] + person.half_shoulders * SIDE * axis[:, None], yaw
+    middle = sternum - person.body.shoulder_drop * up
+    return sternum, head, middle[:, None] + person.body.half_shoulders * SIDE * axis[:, None], yaw
 
 
 def _arms(
@@ -105,5 +105,5 @@ def _arms(
     upper_arm = np.cos(person.arm_out) * hanging + np.sin(person.arm_out) * outward
     inward = np.sin(person.arm_out) * hanging - np.cos(person.arm_out) * outward
     turned = np.cos(person.forearm_in) * forward + np.sin(person.forearm_in) * inward
-    elbows = shoulders + person.upper_arm * upper_arm
-    return elbows, elbows + person.forearm * (np.cos(bend) * upper_arm + np.sin(bend) * turned)
+    elbows = shoulders + person.body.upper_arm * upper_arm
+    return elbows, elbows + person.body.forearm * (np.cos(bend) * upper_arm + np.sin(bend) * turned)

@@ -27,14 +27,9 @@ class Manner:
 
 
 @dataclass(frozen=True)
-class Person:
-    """One walker: lengths in mm, speed in mm/s, frequency in Hz, angles in radians; left and right as columns (2, 1).
+class Body:
+    """Lengths of one walker in mm; left and right as columns (2, 1)."""
 
-    `foot_gains` (2,) scales the foot's toes-up and heel-up excursions.
-    """
-
-    male: bool
-    age_years: float
     stature: float
     thigh: np.ndarray
     shank: np.ndarray
@@ -45,6 +40,23 @@ class Person:
     half_shoulders: float
     upper_arm: float
     forearm: float
+
+    @property
+    def leg_length(self) -> float:
+        """Hip to floor, mean of the sides, mm."""
+        return np.mean(self.thigh + self.shank) + body.SEGMENTS["ankle_height"] * self.stature
+
+
+@dataclass(frozen=True)
+class Person:
+    """One walker: lengths in mm, speed in mm/s, frequency in Hz, angles in radians; left and right as columns (2, 1).
+
+    `foot_gains` (2,) scales the foot's toes-up and heel-up excursions.
+    """
+
+    male: bool
+    age_years: float
+    body: Body
     speed: float
     frequency: float
     start_phase: float
@@ -56,11 +68,6 @@ class Person:
     arm_out: np.ndarray
     forearm_in: np.ndarray
     manner: dict[str, Manner]
-
-    @property
-    def leg_length(self) -> float:
-        """Hip to floor, mean of the sides, mm."""
-        return np.mean(self.thigh + self.shank) + body.SEGMENTS["ankle_height"] * self.stature
 
     def basis(self, name: str, phase: np.ndarray) -> np.ndarray:
         """Weights (P, n) of the landmark values at phases (P,) in cycles."""
@@ -95,7 +102,7 @@ class Person:
         yaw = self.opposed("pelvic_rotation", phase)
         roll = self.opposed("pelvic_obliquity", phase)
         axis = np.stack([np.cos(yaw) * np.cos(roll), np.sin(yaw) * np.cos(roll), np.sin(roll)])
-        return self.half_hips * SIDE * axis[:, None]
+        return self.body.half_hips * SIDE * axis[:, None]
 
     def sideways(self, phase: np.ndarray) -> np.ndarray:
         """Sideways path of the pelvis, (T,) mm."""
@@ -186,16 +193,18 @@ def draw_person(rng: np.random.Generator, male: bool, offsets: float = 1.0) -> P
     return Person(
         male=male,
         age_years=float(age),
-        stature=float(stature),
-        thigh=thigh,
-        shank=shank,
-        trunk=float(trunk),
-        head=stature * body.NECK_AND_HEAD * _positive(rng, 1.0, body.HEAD_CV),
-        shoulder_drop=stature * body.SHOULDER_DROP * _positive(rng, 1.0, 0.3),
-        half_hips=hips / 2.0,
-        half_shoulders=shoulders * body.BIACROMIAL_TO_SHOULDER_CENTRES / 2.0,
-        upper_arm=arm * body.SEGMENTS["upper_arm"] * np.exp(-elbow),
-        forearm=arm * body.SEGMENTS["forearm"] * np.exp(elbow),
+        body=Body(
+            stature=float(stature),
+            thigh=thigh,
+            shank=shank,
+            trunk=float(trunk),
+            head=stature * body.NECK_AND_HEAD * _positive(rng, 1.0, body.HEAD_CV),
+            shoulder_drop=stature * body.SHOULDER_DROP * _positive(rng, 1.0, 0.3),
+            half_hips=hips / 2.0,
+            half_shoulders=shoulders * body.BIACROMIAL_TO_SHOULDER_CENTRES / 2.0,
+            upper_arm=arm * body.SEGMENTS["upper_arm"] * np.exp(-elbow),
+            forearm=arm * body.SEGMENTS["forearm"] * np.exp(elbow),
+        ),
         speed=speed,
         frequency=frequency,
         start_phase=rng.uniform(),

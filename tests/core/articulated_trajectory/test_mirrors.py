@@ -66,7 +66,7 @@ class Seen:
             np.stack([tree.choices[limb].directions for limb in ARM.limbs], axis=1),
             LENGTHS,
             basis=SMOOTH.components,
-            max_iterations=10,
+            options=refinement.RefinementOptions(max_iterations=10),
         )
 
     def cost(self, tree: LimbTree) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from pipeline.core.pinhole import Pinhole, look_at
-from pipeline.core.refinement import Refinement, refine, reprojection
+from pipeline.core.refinement import Refinement, RefinementOptions, refine, reprojection
 from pipeline.core.refinement.equations import LimbEquations, damped_step, minimise, normal_equations
 from pipeline.core.refinement.reprojection import Observations
 from pipeline.core.refinement.spherical import SphericalTrajectory
@@ -56,8 +56,10 @@ class Body:
     def refined(self, start: np.ndarray, **options: Any) -> Refinement:
         """From a start, in the charts of the truth unless others are asked for."""
         given = {"images": self.images, "camera": self.camera, "root": self.root, "lengths": self.lengths}
-        given |= {"parents": self.parents, "basis": self.basis, "charts": self.charts}
-        return refine(directions=start, **(given | options))
+        given |= {"parents": self.parents, "basis": self.basis}
+        of_refinement = {field.name for field in fields(RefinementOptions)}
+        how = {"charts": self.charts} | {name: options.pop(name) for name in of_refinement & {*options}}
+        return refine(directions=start, options=RefinementOptions(**how), **(given | options))
 
 
 def kinematics(parents: tuple[int, ...], root: np.ndarray, relative: np.ndarray) -> np.ndarray:
@@ -480,7 +482,16 @@ def test_a_step_behind_the_camera_is_refused_and_the_run_goes_on() -> None:
     begin = np.tile([np.sin(0.6), 0.5, -np.cos(0.6)], (frames, 1))[:, None]
     images = camera.project(kinematics((-1, 0), root, 1000.0 * truth))
     with_pole = np.array([[[0.0, 0, -1], [1, 0, 0], [0, -1, 0]]])
-    found = refine(images, camera, root, (-1, 0), begin, np.array([1000.0]), basis=1, charts=with_pole)
+    found = refine(
+        images,
+        camera,
+        root,
+        (-1, 0),
+        begin,
+        np.array([1000.0]),
+        basis=1,
+        options=RefinementOptions(charts=with_pole),
+    )
     assert found.converged
     np.testing.assert_allclose(found.relative[:, 0], 1000.0 * truth[:, 0], atol=1e-5)
     given = reprojection.observe(

@@ -13,7 +13,7 @@ from walk3d.film.reconstruct.clip import Walk
 from walk3d.film.reconstruct.cycle import LEVEL_95, scale_mm
 from walk3d.film.reconstruct.motion import keypoints_px, upright
 from walk3d.film.reconstruct.summary import half_widths_mm, observed, view_sd_rad
-from walk3d.film.reconstruct.walk_page import WalkPage
+from walk3d.film.reconstruct.walk_page import Cycle, Frames, Heading, WalkPage
 from walk3d.film.walk.calibration import NORMAL
 from walk3d.film.walk.objective import HEADING
 from walk3d.film.walk.sagittal_angles import KINDS
@@ -48,19 +48,24 @@ def page_of(walk: Walk, summary: dict[str, Any], path: str, files: Sequence[str]
         terms=f"Walkers are {summary['terms']}.",
         facts=words.facts(summary),
         files=files,
-        frame_numbers=stretch.frames,
-        frame_rate_hz=walk.frame_rate_hz,
-        observed=observed(found),
-        keypoints_px=keypoints_px(found) + walk.centre_px,
-        reprojection_px=found.image_px + walk.centre_px,
-        positions_mm=positions,
-        half_mm=half,
-        image_px=2.0 * walk.centre_px,
-        numbers=summary["gait_cycle"]["numbers"],
-        curves=cycle.curves(walk, found),
-        curve_names=KINDS,
-        cycle_percent=100.0 * ((found.fit.phases_rad[:, None] - found.cycle.phases[0]) / (2.0 * np.pi) % 1.0),
-        heading_deg=np.degrees(heading),
-        heading_interval_deg=(np.degrees(heading - reach), np.degrees(heading + reach)),
-        alternatives_deg=[other["heading_deg"] for other in view["alternatives"]],
+        frames=Frames(
+            numbers=stretch.frames,
+            rate_hz=walk.frame_rate_hz,
+            observed=observed(found),
+            keypoints_px=keypoints_px(found) + walk.centre_px,
+            reprojection_px=found.image_px + walk.centre_px,
+            image_px=2.0 * walk.centre_px,
+            positions_mm=positions,
+            half_mm=half,
+            cycle_percent=100.0
+            * ((found.fit.phases_rad[:, None] - found.cycle.phases[0]) / (2.0 * np.pi) % 1.0),
+        ),
+        cycle=Cycle(
+            numbers=summary["gait_cycle"]["numbers"], curves=cycle.curves(walk, found), curve_names=KINDS
+        ),
+        heading=Heading(
+            deg=np.degrees(heading),
+            interval_deg=(np.degrees(heading - reach), np.degrees(heading + reach)),
+            alternatives_deg=[other["heading_deg"] for other in view["alternatives"]],
+        ),
     )

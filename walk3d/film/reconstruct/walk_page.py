@@ -20,19 +20,14 @@ _SCRIPTS = ("walker.js", "players.js", "theme.js", "walk.js")
 
 
 @dataclass(frozen=True)
-class WalkPage:
-    """What the page of a walk shows.
+class Frames:
+    """Frames of the film, and the walk in them.
 
     Attributes
     ----------
-    title, lead, source, view_words, terms : str
-    facts : sequence of (str, sequence of str)
-        Titles and sentences.
-    files : sequence of str
-        Names of files beside the page.
-    frame_numbers : (T,) int
-        Of the video.
-    frame_rate_hz : float
+    numbers : (T,) int
+        In the video.
+    rate_hz : float
     observed : (15,) bool
         False for joints that were never seen.
     keypoints_px, reprojection_px : (T, 15, 2)
@@ -41,21 +36,73 @@ class WalkPage:
         Width and height of the image.
     positions_mm, half_mm : (T, 15, 3)
         About the pelvis, right, away and up; half widths of 95 % bars.
+    cycle_percent : (T, 2)
+        Where in its cycle each side is.
+    """
+
+    numbers: np.ndarray
+    rate_hz: float
+    observed: np.ndarray
+    keypoints_px: np.ndarray
+    reprojection_px: np.ndarray
+    image_px: np.ndarray
+    positions_mm: np.ndarray
+    half_mm: np.ndarray
+    cycle_percent: np.ndarray
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """The gait cycle.
+
+    Attributes
+    ----------
     numbers : dict
-        Numbers of the gait cycle, as ``summary.json`` has them.
+        As ``summary.json`` has them.
     curves : dict of str to array
         Over the cycle, by percent, degrees: ``angles`` (C, 2, K), left and right, each from its own foot's contact, and
         ``angles_half``, widths of their 95 % bars; ``walkers`` (C, K), the average walker, and ``walkers_half``, which
-        hold 95 % of walkers.  ``stance`` (2,): per cent at which each foot is taken off.
+        contain 95 % of walkers.  ``stance`` (2,): per cent at which each foot is taken off.
     curve_names : sequence of str
         Of C angles.
-    cycle_percent : (T, 2)
-        Where in its cycle each side is.
-    heading_deg : float
-        0 is towards the camera, +90 to the image's right.
-    heading_interval_deg : (float, float)
+    """
+
+    numbers: Mapping[str, Mapping[str, Any]]
+    curves: Mapping[str, np.ndarray]
+    curve_names: Sequence[str]
+
+
+@dataclass(frozen=True)
+class Heading:
+    """Heading of the walker: 0 is towards the camera, +90 to the image's right.
+
+    Attributes
+    ----------
+    deg : float
+    interval_deg : (float, float)
     alternatives_deg : sequence of float
         Other headings that are possible.
+    """
+
+    deg: float
+    interval_deg: tuple[float, float]
+    alternatives_deg: Sequence[float]
+
+
+@dataclass(frozen=True)
+class WalkPage:
+    """Content of the page of a walk.
+
+    Attributes
+    ----------
+    title, lead, source, view_words, terms : str
+    facts : sequence of (str, sequence of str)
+        Titles and sentences.
+    files : sequence of str
+        Names of files beside the page.
+    frames : Frames
+    cycle : Cycle
+    heading : Heading
     pictures : sequence of (int, str)
         Frames of the film with the skeleton over it: number, and address of data.
     """
@@ -67,21 +114,9 @@ class WalkPage:
     terms: str
     facts: Sequence[tuple[str, Sequence[str]]]
     files: Sequence[str]
-    frame_numbers: np.ndarray
-    frame_rate_hz: float
-    observed: np.ndarray
-    keypoints_px: np.ndarray
-    reprojection_px: np.ndarray
-    image_px: np.ndarray
-    positions_mm: np.ndarray
-    half_mm: np.ndarray
-    numbers: Mapping[str, Mapping[str, Any]]
-    curves: Mapping[str, np.ndarray]
-    curve_names: Sequence[str]
-    cycle_percent: np.ndarray
-    heading_deg: float
-    heading_interval_deg: tuple[float, float]
-    alternatives_deg: Sequence[float]
+    frames: Frames
+    cycle: Cycle
+    heading: Heading
     pictures: Sequence[tuple[int, str]] = ()
 
 
@@ -110,29 +145,30 @@ def write_walk_page(path: Path, page: WalkPage) -> None:
 
 def _packed(page: WalkPage) -> dict[str, Any]:
     """Return what the browser draws, every so many frames of a long clip."""
-    every = -(-len(page.frame_numbers) // MOST_FRAMES)
-    numbers = page.frame_numbers[::every]
+    frames, cycle, heading = page.frames, page.cycle, page.heading
+    every = -(-len(frames.numbers) // MOST_FRAMES)
+    numbers = frames.numbers[::every]
 
     def packed(values: np.ndarray) -> dict[str, str]:
         return quantised(values[::every].reshape(len(numbers), -1))
 
-    seen = np.isfinite(page.keypoints_px).all(axis=-1)
+    seen = np.isfinite(frames.keypoints_px).all(axis=-1)
     return {
         "frames": len(numbers),
         "frame_numbers": numbers.tolist(),
-        "times_s": [round(float(number) / page.frame_rate_hz, 4) for number in numbers],
-        "rate_hz": page.frame_rate_hz / every,
-        "observed": page.observed.tolist(),
+        "times_s": [round(float(number) / frames.rate_hz, 4) for number in numbers],
+        "rate_hz": frames.rate_hz / every,
+        "observed": frames.observed.tolist(),
         "seen": encoded(seen[::every], "u1"),
-        "keypoints": packed(np.where(seen[..., None], page.keypoints_px, page.reprojection_px)),
-        "image": packed(page.reprojection_px),
-        "positions": packed(page.positions_mm),
-        "half": packed(page.half_mm),
-        "image_px": page.image_px.tolist(),
-        "curve_names": page.curve_names,
-        **{name: values.round(2).tolist() for name, values in page.curves.items()},
-        "percent": page.cycle_percent[::every].round(2).tolist(),
-        "heading_deg": page.heading_deg,
-        "heading_interval_deg": page.heading_interval_deg,
-        "alternatives_deg": page.alternatives_deg,
+        "keypoints": packed(np.where(seen[..., None], frames.keypoints_px, frames.reprojection_px)),
+        "image": packed(frames.reprojection_px),
+        "positions": packed(frames.positions_mm),
+        "half": packed(frames.half_mm),
+        "image_px": frames.image_px.tolist(),
+        "curve_names": cycle.curve_names,
+        **{name: values.round(2).tolist() for name, values in cycle.curves.items()},
+        "percent": frames.cycle_percent[::every].round(2).tolist(),
+        "heading_deg": heading.deg,
+        "heading_interval_deg": heading.interval_deg,
+        "alternatives_deg": heading.alternatives_deg,
     }

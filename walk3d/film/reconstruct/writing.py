@@ -120,7 +120,9 @@ def _fill(folder: Path, walk: Walk, summary: dict[str, Any], options: Reconstruc
         if (film := folder / video.OVERLAY).is_file():
             from walk3d.film.video.overlay import key_frames
 
-            shown = replace(shown, pictures=key_frames(film, shown.frame_numbers, shown.reprojection_px))
+            shown = replace(
+                shown, pictures=key_frames(film, shown.frames.numbers, shown.frames.reprojection_px)
+            )
         write_walk_page(path, shown)
 
     def overlay(path: Path) -> None:

@@ -18,7 +18,7 @@ from tests.rejects import rejects
 from tests.walk3d.film.reconstruct.conftest import model
 from tests.walk3d.film.reconstruct.walks import ERROR, alphapose, given, in_layout
 from tests.walk3d.film.walk.walkers import clip
-from walk3d.film.reconstruct.walk_page import MOST_FRAMES, WalkPage, write_walk_page
+from walk3d.film.reconstruct.walk_page import MOST_FRAMES, Cycle, Frames, Heading, WalkPage, write_walk_page
 from walk3d.film.reconstruct.writing import Output, Reconstruct, run
 
 __all__ = ["model"]
@@ -44,17 +44,22 @@ def page(frames: int) -> WalkPage:
     return WalkPage(
         title="<b>&amp;", lead="A walk.", source="a.json", view_words="the walker goes towards the camera",
         terms="Walkers are synthetic.", facts=[("Verdict", ["A walk."]), ("Notes", ["One.", "</script>"])],
-        files=["walk.c3d"], frame_numbers=10 + np.arange(frames), frame_rate_hz=50.0,
-        observed=np.arange(15) != 1, keypoints_px=keypoints, reprojection_px=pixels, positions_mm=positions,
-        image_px=np.array([1000.0, 800.0]), half_mm=np.full((frames, 15, 3), 20.0),
-        numbers=NUMBERS, curve_names=["knee", "trunk"],
-        curves={
-            "angles": 30.0 + 20.0 * np.sin(np.linspace(0, 6, 101)) * np.ones((2, 2, 1)),
-            "angles_half": np.full((2, 2, 101), 5.0), "walkers": np.full((2, 101), 20.0),
-            "walkers_half": np.full((2, 101), 9.0), "stance": np.array([60.0, 66.0]),
-        },
-        cycle_percent=np.linspace(0.0, 300.0, frames)[:, None] % 100.0 + np.zeros(2),
-        heading_deg=30.0, heading_interval_deg=(25.0, 35.0), alternatives_deg=[-150.0],
+        files=["walk.c3d"],
+        frames=Frames(
+            numbers=10 + np.arange(frames), rate_hz=50.0, observed=np.arange(15) != 1,
+            keypoints_px=keypoints, reprojection_px=pixels, image_px=np.array([1000.0, 800.0]),
+            positions_mm=positions, half_mm=np.full((frames, 15, 3), 20.0),
+            cycle_percent=np.linspace(0.0, 300.0, frames)[:, None] % 100.0 + np.zeros(2),
+        ),
+        cycle=Cycle(
+            numbers=NUMBERS, curve_names=["knee", "trunk"],
+            curves={
+                "angles": 30.0 + 20.0 * np.sin(np.linspace(0, 6, 101)) * np.ones((2, 2, 1)),
+                "angles_half": np.full((2, 2, 101), 5.0), "walkers": np.full((2, 101), 20.0),
+                "walkers_half": np.full((2, 101), 9.0), "stance": np.array([60.0, 66.0]),
+            },
+        ),
+        heading=Heading(deg=30.0, interval_deg=(25.0, 35.0), alternatives_deg=[-150.0]),
     )  # fmt: skip
 
 
@@ -97,7 +102,9 @@ def test_what_is_drawn_is_what_was_given(tmp_path: Path) -> None:
     part = dict(drawn["positions"])  # type: ignore[call-overload]
     offset, scale = (np.frombuffer(base64.b64decode(part[name]), "<f4") for name in ("offset", "scale"))
     integers = np.frombuffer(base64.b64decode(part["integers"]), "<i2").reshape(60, 45)
-    np.testing.assert_allclose(offset + scale * integers, given.positions_mm.reshape(60, 45), atol=0.02)
+    np.testing.assert_allclose(
+        offset + scale * integers, given.frames.positions_mm.reshape(60, 45), atol=0.02
+    )
     seen = np.frombuffer(base64.b64decode(str(drawn["seen"])), "u1").reshape(60, 15)
     assert np.argwhere(seen == 0).tolist() == [[3, 4]]
 
