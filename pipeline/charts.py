@@ -94,6 +94,41 @@ class Reference:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Axis:
+    """The abscissa of a chart.
+
+    Attributes
+    ----------
+    label, unit : str
+        Those that the column's name says if not given.
+    log : bool
+    limits : (float, float), optional
+    ticks : float, or sequence of float, optional
+        Step of the ticks, or their places: of the abscissa, or of the numbers across from an abscissa of names.
+    words : mapping of str to str
+        Values of an abscissa of names, in order, and what stands for them: rows of points, names down.
+    """
+
+    label: str = ""
+    unit: str = ""
+    log: bool = False
+    limits: tuple[float, float] | None = None
+    ticks: float | Sequence[float] | None = None
+    words: Mapping[str, str] = field(default_factory=dict)
+
+
+_FLAT = {
+    "label": "x_label",
+    "unit": "x_unit",
+    "log": "log_x",
+    "limits": "x_limits",
+    "ticks": "ticks",
+    "words": "words",
+}
+"""Names of the abscissa's fields among the plain values of a chart."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Chart(Lines):
     """One pair of axes.
 
@@ -101,28 +136,23 @@ class Chart(Lines):
     ----------
     label, unit : str
         Of the ordinate; those that its column's name says if not given (``missing_variance_mm2``).
-    x_label, x_unit : str
-        Of the abscissa, alike.
+    abscissa : Axis
     name : str
         Of the quantity, for entities and files; that of the column if empty.
     title : str
     also : sequence of Lines
         Further lines.
     references : sequence of Reference
-    words : mapping of str to str
-        Values of an abscissa of names, in order, and what stands for them: rows of points, names down.
     timeline : str
         Timeline of recordings, if it is not `x`: whole numbers, of the logarithm to base 10 if the name begins with
         ``log10_``, in thousandths if it ends in ``_per_mille``.
     zero : bool
         Whether the ordinate begins at 0.
-    log_x, log_y : bool
+    log_y : bool
     least : float
         On a logarithmic ordinate, smaller values are drawn there.
-    x_limits, limits : (float, float), optional
-        Of abscissa and ordinate.
-    ticks : float, or sequence of float, optional
-        Step of the ticks, or their places: of the abscissa, or of the numbers across from an abscissa of names.
+    limits : (float, float), optional
+        Of the ordinate.
     named : bool
         Whether the names of the lines stand at their right ends, not in the legend; in pictures only.
     page, picture : bool
@@ -131,21 +161,16 @@ class Chart(Lines):
 
     label: str = ""
     unit: str = ""
-    x_label: str = ""
-    x_unit: str = ""
+    abscissa: Axis = Axis()
     name: str = ""
     title: str = ""
     also: Sequence[Lines] = ()
     references: Sequence[Reference] = ()
-    words: Mapping[str, str] = field(default_factory=dict)
     timeline: str = ""
     zero: bool = False
-    log_x: bool = False
     log_y: bool = False
     least: float = 0.0
-    x_limits: tuple[float, float] | None = None
     limits: tuple[float, float] | None = None
-    ticks: float | Sequence[float] | None = None
     named: bool = False
     page: bool = True
     picture: bool = True
@@ -158,7 +183,7 @@ class Chart(Lines):
     @property
     def axes(self) -> tuple[str, str]:
         """Words along the abscissa and the ordinate, with units."""
-        return _axis(self.x_label, self.x_unit, self.x), _axis(self.label, self.unit, self.y)
+        return _axis(self.abscissa.label, self.abscissa.unit, self.x), _axis(self.label, self.unit, self.y)
 
 
 UNITS = {
@@ -266,7 +291,7 @@ def lines_of(chart: Chart, tables: Mapping[str, Any]) -> list[Line]:
             raise InvalidInput("no such table", lines.table, ", ".join(tables), code="no_table")
         found += _lines(chart, lines, table, len(found))
     if (
-        chart.words
+        chart.abscissa.words
         and len(found) > 1
         and len(np.unique(places := np.concatenate([line.x for line in found]))) < len(places)
         and not any(lines.strands for lines in (chart, *chart.also))
@@ -302,10 +327,10 @@ def _lines(chart: Chart, lines: Lines, table: Any, number: int) -> list[Line]:
             )
         if len(ends) == 2 and style.interval:
             interval = (scaled(ends[0]), scaled(ends[1]))
-        places = list(chart.words)
+        places = list(chart.abscissa.words)
         at = np.array([places.index(str(v)) for v in rows[x]] if places else rows[x], float)
         kept = np.flatnonzero(np.isfinite(values) & np.isfinite(at))
-        if chart.log_x:
+        if chart.abscissa.log:
             kept = kept[at[kept] > 0]
         kept = kept[np.argsort(at[kept], kind="stable")]
         if kept.size:
@@ -337,11 +362,15 @@ def _known(ends: Ends | None, kept: np.ndarray) -> Ends | None:
 
 def to_json(chart: Chart) -> dict[str, Any]:
     """Return a chart as plain values, without those that are as usual; mappings whose order counts are pairs."""
-    return {name: value for name, value in _plain(chart).items() if name not in ("named", "page", "picture")}
+    plain = _plain(chart)
+    abscissa = {_FLAT[name]: value for name, value in plain.pop("abscissa").items()}
+    return {
+        name: value for name, value in (plain | abscissa).items() if name not in ("named", "page", "picture")
+    }
 
 
 def _plain(value: Any) -> Any:
-    if isinstance(value, Lines | Reference | Style):
+    if isinstance(value, Lines | Axis | Reference | Style):
         usual = {f.name: f.default for f in fields(value)}
         pairs = ((name, getattr(value, name)) for name in usual)
         return {name: _plain(part) for name, part in pairs if not _is_usual(part, usual[name])}
@@ -376,8 +405,11 @@ def from_json(plain: Mapping[str, Any], where: str = "") -> Chart:
         values = dict(plain)
         values["also"] = [Lines(**_restored(one)) for one in values.get("also", [])]
         values["references"] = [Reference(**one) for one in values.get("references", [])]
-        made = Chart(**_restored(values))
-        for one in (made, *made.also, *made.references):
+        abscissa = {name: values.pop(flat) for name, flat in _FLAT.items() if flat in values}
+        if "words" in abscissa:
+            abscissa["words"] = dict(abscissa["words"])
+        made = Chart(**_restored(values), abscissa=Axis(**abscissa))
+        for one in (made, made.abscissa, *made.also, *made.references):
             hints = get_type_hints(type(one))
             if wrong := [name for name, value in vars(one).items() if not fits(value, hints[name])]:
                 raise TypeError(f"{wrong[0]} is of another type")
@@ -399,8 +431,8 @@ def from_json(plain: Mapping[str, Any], where: str = "") -> Chart:
 def _restored(values: Mapping[str, Any]) -> dict[str, Any]:
     """Return the fields of lines with their mappings and styles."""
     found = dict(values)
-    for name in {"where", "words"} & found.keys():
-        found[name] = dict(found[name])
+    if "where" in found:
+        found["where"] = dict(found["where"])
     styles = found.get("styles")
     if isinstance(styles, list):
         found["styles"] = {key: Style(**style) for key, style in styles}

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator, NullFormatter
 
-from pipeline.charts import Chart, Line, Reference, lines_of
+from pipeline.charts import Axis, Chart, Line, Reference, lines_of
 from pipeline.palette import hex_colour
 from pipeline.pictures import style as look
 from pipeline.validation import InvalidInput, require_range
@@ -49,25 +49,29 @@ def add_charts(figure: Figure, canvas: look.Canvas, grid: Any) -> list[Line2D]:
         first = number - number % columns if sheet.share_y else number
         shared = drawn[first][0] if first < number else None
         axes = figure.add_subplot(grid[number], sharey=shared)
-        (_draw_rows if chart.words else _draw_lines)(axes, chart, lines)
+        (_draw_rows if chart.abscissa.words else _draw_lines)(axes, chart, lines)
         letter = f"({chr(ord('a') + number)})" if sheet.letters and len(charts) > 1 else ""
-        x_label, y_label = (chart.axes[1], chart.x_label) if chart.words else chart.axes
+        x_label, y_label = (chart.axes[1], chart.abscissa.label) if chart.abscissa.words else chart.axes
         axes.set(title=f"{letter} {chart.title}".strip(), xlabel=x_label, ylabel=y_label)
-        named = chart.words and number % columns and charts[number - 1].words == chart.words
+        named = (
+            chart.abscissa.words
+            and number % columns
+            and charts[number - 1].abscissa.words == chart.abscissa.words
+        )
         if shared is not None or named:  # said once, at the left
             axes.tick_params(labelleft=False)
             axes.set_ylabel("")
         drawn.append((axes, chart, lines))
     for start in range(0, len(drawn), columns if sheet.share_y else 1):
-        if not charts[start].words:
+        if not charts[start].abscissa.words:
             _limit_ordinate(drawn[start : start + (columns if sheet.share_y else 1)])
     handles: dict[str, Line2D] = {}
     for axes, chart, lines in drawn:
-        _draw_notes(axes, *(_turned(chart, lines) if chart.words else (chart, lines)))
+        _draw_notes(axes, *(_turned(chart, lines) if chart.abscissa.words else (chart, lines)))
         if chart.named:
             _name_at_ends(axes, lines)
         for line in lines if not chart.named else ():
-            handles.setdefault(line.style.label, _handle(line, points=bool(chart.words)))
+            handles.setdefault(line.style.label, _handle(line, points=bool(chart.abscissa.words)))
         for reference in chart.references:
             if reference.slope is not None or reference.below:
                 handles.setdefault(
@@ -89,7 +93,7 @@ def _checked(chart: Chart, lines: list[Line]) -> list[Line]:
 
 
 def _draw_lines(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
-    axes.set_xscale("log" if chart.log_x else "linear")
+    axes.set_xscale("log" if chart.abscissa.log else "linear")
     axes.set_yscale("log" if chart.log_y else "linear")
     for line in lines:
         style, colour = line.style, hex_colour(line.style.colour)
@@ -115,7 +119,7 @@ def _draw_lines(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
         )
     scattered = any(line.style.line == "points" or line.x.size == 1 for line in lines)
     axes.margins(x=0.03 if scattered else 0.0, y=0.06)
-    _limit_abscissa(axes, chart)
+    _limit_abscissa(axes, chart.abscissa)
 
 
 def _draw_rows(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
@@ -135,9 +139,9 @@ def _draw_rows(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
     axes.margins(x=0.06)
     if chart.zero and not chart.limits:
         axes.set_xlim(left=0.0)
-    _limit_abscissa(axes, replace(chart, log_x=chart.log_y, x_limits=chart.limits))
-    axes.set_ylim(len(chart.words) - 0.5, -0.5)
-    axes.set_yticks(range(len(chart.words)), list(chart.words.values()))
+    _limit_abscissa(axes, replace(chart.abscissa, log=chart.log_y, limits=chart.limits))
+    axes.set_ylim(len(chart.abscissa.words) - 0.5, -0.5)
+    axes.set_yticks(range(len(chart.abscissa.words)), list(chart.abscissa.words.values()))
     rows = {at for line in lines for at in np.rint(line.x)}
     for at, name in enumerate(axes.get_yticklabels()):  # a name without numbers heads those below it
         name.set_fontweight("normal" if at in rows else "bold")
@@ -151,18 +155,18 @@ def _turned(chart: Chart, lines: Sequence[Line]) -> tuple[Chart, list[Line]]:
     return replace(chart, references=references), [replace(line, x=line.y, y=line.x) for line in lines]
 
 
-def _limit_abscissa(axes: Axes, chart: Chart) -> None:
-    if chart.x_limits:
-        axes.set_xlim(*chart.x_limits)
-    if isinstance(chart.ticks, Sequence | np.ndarray):
-        axes.set_xticks(list(chart.ticks))
-        if chart.log_x:  # plain numbers, and none beside the ticks that were asked for
-            axes.set_xticklabels([f"{place:g}" for place in chart.ticks])
+def _limit_abscissa(axes: Axes, abscissa: Axis) -> None:
+    if abscissa.limits:
+        axes.set_xlim(*abscissa.limits)
+    if isinstance(abscissa.ticks, Sequence | np.ndarray):
+        axes.set_xticks(list(abscissa.ticks))
+        if abscissa.log:  # plain numbers, and none beside the ticks that were asked for
+            axes.set_xticklabels([f"{place:g}" for place in abscissa.ticks])
             axes.xaxis.set_minor_formatter(NullFormatter())
-    elif chart.ticks is not None:
-        low, high = (limit / chart.ticks for limit in axes.get_xlim())
-        axes.set_xticks(chart.ticks * np.arange(np.ceil(low - 1e-9), np.floor(high + 1e-9) + 1))
-    elif not chart.log_x:
+    elif abscissa.ticks is not None:
+        low, high = (limit / abscissa.ticks for limit in axes.get_xlim())
+        axes.set_xticks(abscissa.ticks * np.arange(np.ceil(low - 1e-9), np.floor(high + 1e-9) + 1))
+    elif not abscissa.log:
         axes.xaxis.set_major_locator(MaxNLocator("auto", steps=look.TICK_STEPS))
 
 

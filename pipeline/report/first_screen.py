@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from pipeline import papers
-from pipeline.charts import Chart, Sheet
+from pipeline.charts import Axis, Chart, Sheet
 from pipeline.core import camera, fourier
 from pipeline.palette import Style
 from pipeline.papers import Agreement, Beyond, Kind
@@ -77,15 +77,13 @@ def draw_first_screen(results: Published, to: Path) -> list[Path]:
     assert table is not None
     curve = Chart(
         x="view_angle_deg",
-        x_label="seen from",
-        x_unit="°; 0: the front, ±90: the side",
+        abscissa=Axis(label="seen from", unit="°; 0: the front, ±90: the side", ticks=30),
         y="rms_error_mm",
         by="method",
         styles=_METHODS,
         label="error in depth",
         unit="mm",
         zero=True,
-        ticks=30,
     )
     told = (
         f"{figure.name}, {results.data}: {len(figure.arrays['walker'])} walkers, each left out in turn;"

@@ -35,12 +35,12 @@ def _plain(chart: Chart, tables: Mapping[str, Any]) -> dict[str, Any]:
         "title": chart.title,
         "x_label": x_label,
         "y_label": ": ".join(filter(None, [chart.title, y_label])),
-        "log_x": chart.log_x,
+        "log_x": chart.abscissa.log,
         "log_y": chart.log_y,
         "zero": chart.zero,
         "least": chart.least or None,
         "limits": chart.limits,
-        "names": list(chart.words.values()) or None,
+        "names": list(chart.abscissa.words.values()) or None,
         "references": [asdict(reference) for reference in chart.references],
         "series": series,
     }
@@ -60,7 +60,7 @@ def _series(chart: Chart, line: Line) -> dict[str, Any]:
         "colour": colour_name(style.colour),
         "line": style.line,
         "width": style.width,
-        "x": _short(np.rint(line.x) if chart.words else line.x),
+        "x": _short(np.rint(line.x) if chart.abscissa.words else line.x),
         "y": _short(line.y),
         **bands,
     }

@@ -120,7 +120,9 @@ def compare_variants(run: Path) -> list[Path]:
     written = [run / VARIANTS]
     for name, variants in by_figure.items():
         charts = [
-            chart for chart in variants[0].figure.charts if isinstance(chart.table, str) and not chart.words
+            chart
+            for chart in variants[0].figure.charts
+            if isinstance(chart.table, str) and not chart.abscissa.words
         ]
         if charts:
             written += _draw(run / f"variants_{name}", variants, charts[0])

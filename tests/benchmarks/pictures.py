@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from pipeline.charts import Chart, Reference, Sheet
+from pipeline.charts import Axis, Chart, Reference, Sheet
 from pipeline.palette import CYCLE, Style
 from pipeline.pictures.charts import draw_charts
 from pipeline.pictures.style import Canvas
@@ -36,13 +36,12 @@ def draw_columns(
     )
     chart = Chart(
         x="row",
-        x_label=xlabel,
+        abscissa=Axis(label=xlabel, ticks=list(range(1, len(rows) + 1))),
         y="value",
         by="series",
         styles={name: Style(SERIES[name], line="points") for name in columns},
         label="Reference over ours" if columns[0].startswith("times") else "Seconds",
         log_y=True,
-        ticks=list(range(1, len(rows) + 1)),
         references=[Reference(y=1.0)],
     )
     draw_charts(Canvas(stem, Sheet(charts=[chart]), {"table": table}, textwrap.fill(caption, 110)))
@@ -54,7 +53,9 @@ def draw_growth(stem: Path, table: pd.DataFrame, caption: str) -> None:
     first = table.groupby("job")[["size", "cpu_s"]].transform("first")
     table = table.assign(times=table["size"] / first["size"], time=table["cpu_s"] / first["cpu_s"])
     styles = {job: Style(job, colour) for job, colour in zip(jobs, itertools.cycle(CYCLE), strict=False)}
-    growth = partial(Chart, x="times", x_label="Size / the first one", log_x=True, by="job", styles=styles)
+    growth = partial(
+        Chart, x="times", abscissa=Axis(label="Size / the first one", log=True), by="job", styles=styles
+    )
     charts = [
         growth(y="time", label="Processor time / the first one", log_y=True),
         growth(y="peak_mb", label="Peak memory", unit="MB", zero=True),

@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 from PIL import Image
 
-from pipeline.charts import Chart, Lines, Reference, Sheet
+from pipeline.charts import Axis, Chart, Lines, Reference, Sheet
 from pipeline.palette import COLOURS, Style, hex_colour
 from pipeline.pictures.charts import draw_charts
 from pipeline.pictures.style import PNG_DPI, STYLE, Canvas
@@ -30,15 +30,15 @@ COLUMNS = {
 CHART = Chart(
     table=COLUMNS,
     x="x",
-    x_label="View angle",
-    x_unit="deg",
+    abscissa=Axis(label="View angle", unit="deg", ticks=30),
+
     y="y",
     band="sd",
     styles=Style("least squares"),
     label="Error",
     unit="mm²",
     also=[Lines(table=COLUMNS, y="map", band=("low", "high"), styles=Style("MAP", line="dashed"))],
-    ticks=30,
+
     references=[Reference(x=30.0, label="here"), Reference(y=0.5, label="half"),
                 Reference(x=0.0, y=0.9, published=True),
                 Reference(slope=0.01, label="rising"), Reference(below="y", percent=30.0, published=True)],
@@ -151,7 +151,7 @@ def test_a_legend_of_many_lines_leaves_room_for_the_curves(tmp_path: Path) -> No
 def test_names_on_the_abscissa_are_points_with_whiskers_side_by_side(tmp_path: Path) -> None:
     table = TABLE.assign(error_low=TABLE["error"] - 0.5, error_high=TABLE["error"] + 0.5)
     words = {"0": "front", "30": "oblique", "60": "side"}
-    of_table(tmp_path / "a", replace(ERROR, words=words), table=table)
+    of_table(tmp_path / "a", replace(ERROR, abscissa=Axis(words=words)), table=table)
     root = ElementTree.parse(tmp_path / "a.svg").getroot()
     assert len([e for e in root.iter() if e.get("id", "").startswith("LineCollection")]) == 2
     assert 'id="FillBetween' not in (tmp_path / "a.svg").read_text(encoding="utf-8")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.charts import Chart, Sheet
+from pipeline.charts import Axis, Chart, Sheet
 from pipeline.pictures.motions import draw_motion
 from pipeline.pictures.postures import draw_postures
 from pipeline.pictures.skeletons import draw_skeletons
@@ -93,7 +93,7 @@ BELOW = Sheet(
     charts=[
         Chart(
             table={"step": ["before", "after"], "clip": [0, 0], "error_mm": [2.0, 1.0]}, x="step", y="error_mm",
-            words={"before": "before", "after": "after"}, strands="clip",
+            abscissa=Axis(words={"before": "before", "after": "after"}), strands="clip",
         )
     ]
 )  # fmt: skip

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 from rerun.chunk import RrdReader
 
-from pipeline.charts import Chart, Reference
+from pipeline.charts import Axis, Chart, Reference
 from pipeline.core.pinhole import Pinhole
 from pipeline.palette import Style, hex_colour
 from pipeline.recordings import Recording
@@ -204,7 +204,9 @@ def test_intervals_are_bands_about_their_middle_where_both_ends_are_known(tmp_pa
 def test_logarithms_and_references_are_curves_too(tmp_path: Path) -> None:
     table = {"scale": [0.1, 1.0, 10.0], "error": [1e-9, 0.1, 1.0]}
     level = Reference(y=0.1, label="µ = 0", published=True)
-    chart = Chart(x="scale", y="error", label="Error", log_x=True, log_y=True, least=1e-3, references=[level],
+    chart = Chart(x="scale", y="error", label="Error",
+    abscissa=Axis(log=True),
+    log_y=True, least=1e-3, references=[level],
                   timeline="log10_scale_per_mille")  # fmt: skip
     write_charts(tmp_path / "a.rrd", chart, table=table, timeline=chart.timeline)
     for series, wanted in (("error", [-3.0, -1.0, 0.0]), ("mu_0", [-1.0, -1.0, -1.0])):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from pipeline.charts import Chart, to_json
+from pipeline.charts import Axis, Chart, to_json
 from pipeline.palette import Style
 from pipeline.storage import tables
 from pipeline.storage.sealed_folders import write_manifest
@@ -45,7 +45,9 @@ def view_errors() -> dict[str, Any]:
 
 VIEW_CHARTS = [
     Chart(
-        x="view_angle_deg", x_label="view angle", x_unit="°", y=y, by="method", label=label, zero=True, band=band,
+        x="view_angle_deg",
+        abscissa=Axis(label="view angle", unit="°"),
+        y=y, by="method", label=label, zero=True, band=band,
         styles={"least_squares": Style("least squares", "least_squares"), "map": Style("MAP", "map")},
     )
     for y, band, label in (

@@ -16,7 +16,7 @@ import pytest
 from PIL import Image
 
 from pipeline import papers
-from pipeline.charts import Chart, Lines, Reference, Sheet, from_json, lines_of, to_json
+from pipeline.charts import Axis, Chart, Lines, Reference, Sheet, from_json, lines_of, to_json
 from pipeline.palette import Style
 from pipeline.pictures.embedding import packed_vector, reduced
 from pipeline.report import templates, verdicts
@@ -327,7 +327,7 @@ def test_series_that_are_named_by_numbers_are_found_in_the_file(tmp_path: Path) 
 def test_charts_are_kept_as_they_are_declared() -> None:
     chart = replace(
         VIEW_CHARTS[0],
-        words={"b": "last", "a": "first"},
+        abscissa=Axis(words={"b": "last", "a": "first"}),
         also=[Lines(y="mean", table={"x": np.array([1.0, 2.0])}, styles=Style("mean"))],
         references=[
             Reference(x=0.0, y=30.0, label="published", published=True),
@@ -336,7 +336,7 @@ def test_charts_are_kept_as_they_are_declared() -> None:
         limits=(0.0, 1.0),
     )
     kept = from_json(json.loads(json.dumps(to_json(chart), sort_keys=True)))
-    assert list(kept.words) == ["b", "a"]
+    assert list(kept.abscissa.words) == ["b", "a"]
     assert to_json(kept) == to_json(chart)
     assert kept.references == chart.references
     assert kept.styles == chart.styles

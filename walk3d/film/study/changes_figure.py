@@ -10,7 +10,7 @@ from typing import cast
 import numpy as np
 import pandas as pd
 
-from pipeline.charts import Chart, Lines, Reference, Sheet
+from pipeline.charts import Axis, Chart, Lines, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.replicated import OVER_PEOPLE
@@ -72,7 +72,7 @@ class KeypointChangesFigure(KeypointFigure):
         """What each condition adds to the errors of joints and knees; error of the view, and shares of clips."""
         options = cast(KeypointChanges, inputs.experiment.sweep)
         words = _words([options.conditions[n] for n in tables["table_views"]["condition"].tolist()])
-        condition = partial(Chart, x="condition", words=words)
+        condition = partial(Chart, x="condition", abscissa=Axis(words=words))
         of_views = partial(Lines, table="table_views")
         usual = tables["table"].query("condition == 0").set_index("method")
         charts = [

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any, cast
 
-from pipeline.charts import Chart, Lines, Reference, Sheet
+from pipeline.charts import Axis, Chart, Lines, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.replicated import OVER_PEOPLE
@@ -41,8 +41,10 @@ class KeypointHeadingsFigure(KeypointFigure):
         """Errors of joints and knees by heading; error of the view; coverage of bars."""
         options = cast(KeypointHeadings, inputs.experiment.sweep)
         heading = partial(
-            Chart, x="heading_deg", x_label="heading, 0 towards the camera", zero=True,
-            ticks=sorted(set(tables["table"]["heading_deg"])),
+            Chart, x="heading_deg",
+            abscissa=Axis(label="heading, 0 towards the camera", ticks=sorted(set(tables["table"]["heading_deg"]))),
+            zero=True,
+
         )  # fmt: skip
         of_view = Lines(
             table="table_views",

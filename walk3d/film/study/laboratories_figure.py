@@ -6,7 +6,7 @@ from functools import partial
 
 import pandas as pd
 
-from pipeline.charts import Chart, Reference, Sheet
+from pipeline.charts import Axis, Chart, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.replicated import OVER_PEOPLE
@@ -47,7 +47,7 @@ class KeypointLaboratoriesFigure(KeypointFigure):
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Errors of joints and knees by laboratory; coverage of 95 % bars as computed and calibrated."""
         words = {name: name.replace("_", " ") for name in tables["table"]["laboratory"]}
-        chart = partial(Chart, x="laboratory", words=words)
+        chart = partial(Chart, x="laboratory", abscissa=Axis(words=words))
         covered = partial(
             chart,
             table="table_views",

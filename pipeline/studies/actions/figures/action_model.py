@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pipeline.charts import Chart, Lines, Reference, Sheet
+from pipeline.charts import Axis, Chart, Lines, Reference, Sheet
 from pipeline.core import action_model
 from pipeline.palette import Style, name_on_dark
 from pipeline.scenes import Columns, Matrix, Notes, Rows, Space3D
@@ -113,7 +113,9 @@ class ActionModelFigure(Figure):
             for chart in _row(k, tables["table_model"], bound)
         ]
         spectrum = Chart(
-            table="table_spectrum", x="component", x_label="number of dimensions", y="cumulative_fraction", times=100.0,
+            table="table_spectrum", x="component",
+            abscissa=Axis(label="number of dimensions"),
+            y="cumulative_fraction", times=100.0,
             label="cumulative variance", unit="%", picture=False, styles=Style("", "black"), references=[PUBLISHED],
         )  # fmt: skip
         means = Chart(
@@ -202,12 +204,14 @@ def _row(k: int, model: pd.DataFrame, bound: float) -> list[Chart]:
     last = Lines(**of_performances, where=rows["synchronized"], styles=THIN_DASHED)
     return [
         *(
-            Chart(**of_performances, where=rows[name], styles=THIN, page=False, x_label=abscissa,
+            Chart(**of_performances, where=rows[name], styles=THIN, page=False, abscissa=Axis(label=abscissa),
                   title=title if k == 1 else "", label=f"dimension {k}")
             for name, title, abscissa in COLUMNS[:-1]
         ),
         Chart(
-            table=columns, x="sample", x_label=COLUMNS[-1][2], y="mean", label=f"dimension {k}", name=f"dimension_{k}",
+            table=columns, x="sample",
+            abscissa=Axis(label=COLUMNS[-1][2]),
+            y="mean", label=f"dimension {k}", name=f"dimension_{k}",
             styles={"mean": Style("mean performance", MEAN_COLOUR, width=1.1)}, also=[last, *learnt],
             title=COLUMNS[-1][1] if k == 1 else "",
             page=False,

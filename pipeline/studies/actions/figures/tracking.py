@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from pipeline.charts import Chart, Reference, Sheet
+from pipeline.charts import Axis, Chart, Reference, Sheet
 from pipeline.palette import Style, name_on_dark
 from pipeline.scenes import Columns, Image2D, Notes, Plot, Rows, Space3D
 from pipeline.studies.actions.dataset import Postures
@@ -78,9 +78,9 @@ class TrackingError(Figure):
                 charts.append(
                     Chart(
                         x=column,
-                        x_label=label,
-                        log_x=varied == "particles",
-                        ticks=sorted(set(rows[column])),
+                        abscissa=Axis(
+                            label=label, log=varied == "particles", ticks=sorted(set(rows[column]))
+                        ),
                         y="error_mm",
                         by="method",
                         styles=METHODS,

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from pipeline.charts import Chart, Sheet
+from pipeline.charts import Axis, Chart, Sheet
 from pipeline.core import synchronization
 from pipeline.palette import Style, name_on_dark
 from pipeline.scenes import Columns, Notes, Rows, Space3D
@@ -80,7 +80,7 @@ class Warp(Figure):
         }
         dimension = partial(
             Chart,
-            x_label="time",
+            abscissa=Axis(label="time"),
             y="value",
             by="performance",
             label=f"dimension {self.dimension} of the aSpace",
@@ -109,7 +109,7 @@ class Warp(Figure):
             ),
             Chart(
                 table="table_rates", x="performance", y="rate_sd", label="deviation of its rate",
-                zero=True, words={name: name for name in names}, picture=False,
+                zero=True, abscissa=Axis(words={name: name for name in names}), picture=False,
             ),
         ]  # fmt: skip
         return Sheet(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.charts import Chart, Reference, Sheet
+from pipeline.charts import Axis, Chart, Reference, Sheet
 from pipeline.core import synchronization
 from pipeline.core.action_model import mean_squared_deviation
 from pipeline.palette import Style
@@ -112,8 +112,7 @@ class WarpError(Figure):
             charts.append(
                 Chart(
                     x="smoothness",
-                    x_label="smoothness µ (mean squared deviations)",
-                    log_x=True,
+                    abscissa=Axis(label="smoothness µ (mean squared deviations)", log=True),
                     timeline=self.traits.timeline,
                     y=column,
                     by="penalty",

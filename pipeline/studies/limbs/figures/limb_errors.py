@@ -11,7 +11,7 @@ from typing import Any, cast
 
 import pandas as pd
 
-from pipeline.charts import Chart, Lines, Reference, Sheet
+from pipeline.charts import Axis, Chart, Lines, Reference, Sheet
 from pipeline.core.articulation.hits import ROBUST_QUANTILE
 from pipeline.palette import Style, colour_name
 from pipeline.studies.figure_inputs import sd, tidy
@@ -95,7 +95,7 @@ class RootErrorFigure(Figure):
             styles={"parent": Style("error of the parent", "purple", line="dotted")},
         )
         against = partial(
-            Chart, table="table_cameras", x=ROOT, x_label="error of the parent / limb length", by="camera",
+            Chart, table="table_cameras", x=ROOT, abscissa=Axis(label="error of the parent / limb length"), by="camera",
             styles=styles, zero=True, references=PUBLISHED_ROOT,
         )  # fmt: skip
         charts = [
@@ -158,7 +158,7 @@ class RadiusScaleFigure(Figure):
         }  # fmt: skip
         charts = [
             Chart(
-                table="table_cameras", x="radius_scale", x_label="assumed radius / true radius", log_x=True,
+                table="table_cameras", x="radius_scale", abscissa=Axis(label="assumed radius / true radius", log=True),
                 y="limb_error_median", band=("limb_error_low", "limb_error_high"), by="adjust", styles=styles,
                 where={"camera": str(camera)}, label=f"3D error / limb length, {camera.words}", log_y=True, least=LEAST,
                 name="limb_error", timeline="log10_scale_per_mille" if camera is options.cameras[0] else "",

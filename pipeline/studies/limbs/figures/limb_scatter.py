@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 import pandas as pd
 
-from pipeline.charts import Chart, Lines, Reference, Sheet
+from pipeline.charts import Axis, Chart, Lines, Reference, Sheet
 from pipeline.core.bootstrap import weighted_medians
 from pipeline.core.reconstructibility import GREEN_ABOVE, MARGIN_GREEN_ABOVE, Reading
 from pipeline.core.statistics import rank_correlation
@@ -92,9 +92,9 @@ class LimbScatter(Figure):
         cameras = options.cameras
         reading = "" if options.reading is Reading.vector else " of angles, as printed"
         overall = correlation[correlation["camera"] == "all"].iloc[0]
-        error: dict[str, Any] = {"label": "3D error / limb length", "log_x": True}
+        error: dict[str, Any] = {"label": "3D error / limb length"}
         trial = partial(
-            Chart, **error, y="limb_error", by="camera", x_limits=RANGE, log_y=True, least=LEAST,
+            Chart, **error, y="limb_error", by="camera", log_y=True, least=LEAST,
             styles={str(c): Style(c.words, c.colour, line="points") for c in cameras},
         )  # fmt: skip
         running: dict[str, Any] = {"table": "table_running", "x": "reconstructibility"}
@@ -108,16 +108,16 @@ class LimbScatter(Figure):
         median = {"median": Style("running median", "black", width=1.25)}
         charts = [
             trial(
-                x="reconstructibility", x_label=eta, references=[PUBLISHED],
+                x="reconstructibility", abscissa=Axis(label=eta, log=True, limits=RANGE), references=[PUBLISHED],
                 also=[Lines(**running, y="limb_error_median", styles=median)],
             ),
             trial(
-                x="mirror_margin", x_label="margin of the mirror J(−s) / J(s)",
+                x="mirror_margin", abscissa=Axis(label="margin of the mirror J(−s) / J(s)", log=True, limits=RANGE),
                 references=[Reference(x=MARGIN_GREEN_ABOVE, label=f"{DECIDED} above")],
             ),
             Chart(
-                **error, **running, y="limb_error_median", x_label=eta, name="limb_error", log_y=True, least=LEAST,
-                styles=median,
+                **error, **running, y="limb_error_median", abscissa=Axis(label=eta, log=True), name="limb_error",
+                log_y=True, least=LEAST, styles=median,
                 also=quartiles, timeline="log10_eta_per_mille", picture=False, references=[PUBLISHED],
             ),
         ]  # fmt: skip

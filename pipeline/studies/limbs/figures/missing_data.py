@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from pipeline.charts import Chart, Lines, Reference, Sheet
+from pipeline.charts import Axis, Chart, Lines, Reference, Sheet
 from pipeline.palette import Style, name_on_dark
 from pipeline.scenes import Bars, Columns, Image2D, Notes, Plot, Rows, Space3D, Tabs
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
@@ -106,8 +106,7 @@ class MissingDataFigure(Figure):
         missing = partial(
             Chart,
             x="missing_fraction",
-            x_label="share of missing points",
-            x_limits=(0.0, table["missing_fraction"].max()),
+            abscissa=Axis(label="share of missing points", limits=(0.0, table["missing_fraction"].max())),
         )
         charts = [
             missing(

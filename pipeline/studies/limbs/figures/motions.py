@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 import pandas as pd
 
-from pipeline.charts import Chart, Lines, Reference, Sheet
+from pipeline.charts import Axis, Chart, Lines, Reference, Sheet
 from pipeline.core.limb_chain import WALKER14
 from pipeline.palette import CONFIDENCES, Style, name_on_dark
 from pipeline.scenes import Columns, Image2D, MotionScene, Notes, Rows, Space3D
@@ -101,13 +101,14 @@ class MotionsFigure(Figure):
         mean = steps.groupby(["camera", "step"], as_index=False)["error_mm"].mean().assign(clip="all")
         charts = [
             Chart(
-                **error, table="table_clips", x="clip", words={name: name for name in table["clip"]},
+                **error, table="table_clips", x="clip", abscissa=Axis(words={name: name for name in table["clip"]}),
                 by="camera", styles=cameras, picture=False,
             ),
             *(
                 Chart(
                     **error, table="table_steps", x="step", where={"camera": camera}, strands="clip", page=False,
-                    words={name: name for name in STEPS if name in set(steps["step"])}, title=style.label,
+                    abscissa=Axis(words={name: name for name in STEPS if name in set(steps["step"])}),
+                    title=style.label,
                     name=f"error_{camera}_mm", styles=Style("a clip", "silver", width=0.6),
                     also=[
                         Lines(

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from pipeline.charts import Chart, Reference, Sheet
+from pipeline.charts import Axis, Chart, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Matrix, Notes, Rows
 from pipeline.studies.eigenwalkers.model import EigenwalkersModel
@@ -85,10 +85,9 @@ class NoiseVariance(Figure):
         sigma2 = partial(
             Chart,
             x="sigma2_mm2",
-            x_label="noise variance σ²",
+            abscissa=Axis(label="noise variance σ²", limits=(0.0, table["sigma2_mm2"].max())),
             y="absolute_error_mm2",
             named=True,
-            x_limits=(0.0, table["sigma2_mm2"].max()),
         )
         mean = sigma2(
             label="mean square error",

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.charts import Chart, Lines, Sheet
+from pipeline.charts import Axis, Chart, Lines, Sheet
 from pipeline.core import camera, errors, fourier
 from pipeline.core.choice import evenly
 from pipeline.palette import name_on_dark
@@ -123,8 +123,10 @@ class Postures(Figure):
             for m in tried
         ]  # fmt: skip
         chart = Chart(
-            **found[0], x="walker", x_label=f"walker, seen from {middle:g}°", label="RMS error", zero=True,
-            words={name: name for name in inputs.samples}, also=[Lines(**one) for one in found[1:]], picture=False,
+            **found[0], x="walker",
+            abscissa=Axis(label=f"walker, seen from {middle:g}°", words={name: name for name in inputs.samples}),
+            label="RMS error", zero=True,
+            also=[Lines(**one) for one in found[1:]], picture=False,
         )  # fmt: skip
         return Sheet(
             charts=[chart],

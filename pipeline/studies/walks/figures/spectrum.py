@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.charts import Chart, Reference, Sheet
+from pipeline.charts import Axis, Chart, Reference, Sheet
 from pipeline.core import fourier
 from pipeline.core.linear_model import unflatten
 from pipeline.palette import Style
@@ -95,11 +95,10 @@ class Spectrum(Figure):
                 for name, part in {"component": table["component"].to_numpy(), **left}.items()
             },
             x="component",
-            x_label="number of components",
+            abscissa=Axis(label="number of components", limits=(0.0, max(32.0, float(len(table))))),
             y="variance_left_percent",
             label="variance that is left",
             log_y=True,
-            x_limits=(0.0, max(32.0, float(len(table)))),
             styles=Style("", "black"),
             references=[here, PUBLISHED[inputs.experiment.paper]],
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -89,7 +90,8 @@ class ViewAngleEstimates(Figure):
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Estimated against true angle, what is left of it, and the median of its size."""
         styles = methods.styles(inputs.sweep.methods.tolist())
-        view = partial(Chart, **{**VIEW, "x_label": "true view angle"}, by="method", styles=styles)
+        abscissa = replace(VIEW["abscissa"], label="true view angle")
+        view = partial(Chart, **VIEW | {"abscissa": abscissa}, by="method", styles=styles)
         estimate = partial(view, y="estimated_mean_deg", band="estimated_sd_deg")
         drawn = tables["table"][tables["table"]["method"].isin(styles)]
         left = drawn["estimated_mean_deg"] - drawn["view_angle_deg"]

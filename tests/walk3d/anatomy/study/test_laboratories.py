@@ -133,5 +133,5 @@ def test_curves_have_as_many_people_as_everybody_has(measured: LaboratoryErrors)
 def test_laboratories_are_written_as_words_and_shares_are_called_so() -> None:
     tables = {"table_sources": pd.DataFrame({"tested": ["laboratory_1"]})}
     bars = [chart for chart in LearningCurves().charts(cast(Any, None), tables).charts if chart.x == "tested"]
-    assert all(chart.words == {"laboratory_1": "laboratory 1"} for chart in bars)
+    assert all(chart.abscissa.words == {"laboratory_1": "laboratory 1"} for chart in bars)
     assert all(("share" in chart.label) == chart.y.startswith("covered") for chart in bars)

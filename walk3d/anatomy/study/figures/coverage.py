@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.charts import Chart, Reference, Sheet
+from pipeline.charts import Axis, Chart, Reference, Sheet
 from pipeline.core import camera, fourier
 from pipeline.scenes import Columns, Image2D, Notes, Space3D
 from pipeline.studies.eigenwalkers.samples import FourierSamples
@@ -26,7 +26,7 @@ Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, Bars]
 
 _PLAYED_HZ = 25.0
 _SHARP: dict[str, Any] = {
-    "x": "covered_percent", "x_label": "covered by 95 % bars as computed",
+    "x": "covered_percent", "abscissa": Axis(label="covered by 95 % bars as computed"),
     "y": "half_width_mm", "label": "half width, calibrated",
 }  # fmt: skip
 
@@ -65,8 +65,9 @@ class BarCoverage(Figure):
         of = partial(Chart, by="method", styles=styles)
         covered = partial(of, y="covered_percent", label="covered by 95 % bars")
         level = partial(
-            of, x="level_percent", y="covered_percent", x_label="level of the bars", label="covered",
-            x_limits=(0.0, 100.0), limits=(0.0, 100.0), ticks=20, references=[Reference(slope=1.0)],
+            of, x="level_percent", y="covered_percent", label="covered",
+            abscissa=Axis(label="level of the bars", limits=(0.0, 100.0), ticks=20),
+            limits=(0.0, 100.0), references=[Reference(slope=1.0)],
         )  # fmt: skip
         views = {"table": "table_views", "where": {"bars": BARS[1]}, **VIEW}
         walkers = tables["table_walkers"]
@@ -78,8 +79,7 @@ class BarCoverage(Figure):
         people = {
             "table": ranked.to_dict("list"),
             "x": "share",
-            "x_label": "people, least covered first",
-            "x_unit": "%",
+            "abscissa": Axis(label="people, least covered first", unit="%"),
         }
         ideal = [Reference(y=95.0)]
         table = tables["table"][np.isclose(tables["table"]["level_percent"], 95.0)]

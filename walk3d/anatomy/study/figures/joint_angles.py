@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pipeline.charts import Chart, Sheet
+from pipeline.charts import Axis, Chart, Sheet
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Notes, Plot, Rows, Space3D
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
@@ -59,9 +59,10 @@ class JointAngleFigure(Figure):
         """A column for each angle: its error, and below it the error without the constant offset."""
         shown = [angle for angle in JOINT_ANGLES if (tables["table"]["angle"] == angle).any()]
         styles = methods.styles(inputs.sweep.methods.tolist())
+        view = VIEW | {"abscissa": Axis(ticks=45)}
         charts = [
             Chart(
-                **{**VIEW, "ticks": 45}, y=column, by="method", styles=styles, where={"angle": angle}, title=angle,
+                **view, y=column, by="method", styles=styles, where={"angle": angle}, title=angle,
                 label=label, zero=True, name=f"{angle}_{column}", page=column == "rmse_deg",
             )
             for column, label in (("rmse_deg", "error"), ("offset_free_rmse_deg", "error without offset"))

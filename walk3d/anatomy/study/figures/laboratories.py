@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from pipeline.charts import Chart, Reference, Sheet
+from pipeline.charts import Axis, Chart, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
@@ -61,11 +61,11 @@ class LearningCurves(Figure):
         """Errors by people learnt from, of known and unknown laboratories; variance spanned; bars by laboratory."""
         curve = partial(
             Chart, x="people", y="absolute_error_mm2", by="method", styles=CURVES, zero=True,
-            x_label="people learnt from", label="mean square error",
+            abscissa=Axis(label="people learnt from"), label="mean square error",
         )  # fmt: skip
         words = {name: name.replace("_", " ") for name in tables["table_sources"]["tested"]}
         bars = partial(
-            Chart, table="table_sources", x="tested", by="method", styles=BARS, words=words,
+            Chart, table="table_sources", x="tested", by="method", styles=BARS, abscissa=Axis(words=words),
             where={"learnt_from": LABORATORY},
         )  # fmt: skip
         covered = partial(bars, limits=(0.4, 1.0), references=[Reference(y=0.95)])
@@ -74,11 +74,12 @@ class LearningCurves(Figure):
             curve(where={"left_out": "laboratory"}, title="the laboratory is left out", name="error_of_others_mm2"),
             Chart(
                 x="people", y="spanned_percent", by="left_out", where={"method": "map_tuned"}, styles=SPANNED,
-                x_label="people learnt from", label="variance of a person spanned", limits=(0.0, 100.0),
+                abscissa=Axis(label="people learnt from"), label="variance of a person spanned", limits=(0.0, 100.0),
             ),
             Chart(
                 x="people", y="absolute_error_mm2", by="left_out", where={"method": "anybody"}, zero=True,
-                x_label="people learnt from", label="mean square error", styles=SPANNED, title="for anybody",
+                abscissa=Axis(label="people learnt from"),
+                label="mean square error", styles=SPANNED, title="for anybody",
                 name="error_of_further_mm2", page=False, picture=False,
             ),
             bars(y="absolute_error_mm2", label="mean square error, laboratory left out", zero=True),

@@ -7,7 +7,7 @@ from typing import Any
 
 import pandas as pd
 
-from pipeline.charts import Chart, Reference, Sheet
+from pipeline.charts import Axis, Chart, Reference, Sheet
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.replicated import OVER_PEOPLE
@@ -96,7 +96,7 @@ class HiddenJointErrors(Figure):
             zero=True,
         )
         by_hidden: dict[str, Any] = {
-            "x": "hidden", "x_label": "what is hidden", "words": WORDS
+            "x": "hidden", "abscissa": Axis(label="what is hidden", words=WORDS)
         }  # fmt: skip
         of_views = [
             distance(**VIEW, where={"hidden": name}, title=f"{words} hidden", name=name,

@@ -7,7 +7,7 @@ from typing import Any
 
 import pandas as pd
 
-from pipeline.charts import Chart, Reference, Sheet
+from pipeline.charts import Axis, Chart, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
@@ -92,13 +92,17 @@ class StructureLadder(Figure):
         def steps(*parts: str, ordered: bool = False) -> dict[str, Any]:
             names = sorted(of_part(*parts), key=lambda name: -below[name]) if ordered else of_part(*parts)
             words = {name: METHODS[name].words for name in names}
-            return {"words": words, "styles": {name: STYLES.get(name, Style("", "black")) for name in words}}
+            return {
+                "abscissa": Axis(words=words),
+                "styles": {name: STYLES.get(name, Style("", "black")) for name in words},
+            }
 
         charts = [
             error(**VIEW, styles=SHOWN, zero=True),
             Chart(
-                table=pairs, x=BASELINE, x_label="MAP, σ² chosen by others", x_unit="mm²", y="anatomical",
-                label="anatomical", unit="mm²", styles=Style("", "green", line="points"), x_limits=(0.0, top),
+                table=pairs, x=BASELINE, y="anatomical",
+                abscissa=Axis(label="MAP, σ² chosen by others", unit="mm²", limits=(0.0, top)),
+                label="anatomical", unit="mm²", styles=Style("", "green", line="points"),
                 limits=(0.0, top), title="a point to each person", references=[Reference(slope=1.0)],
             ),
             step(**steps("added"), zero=True),
