@@ -6,6 +6,7 @@ Fourier claims are measured by a regression written here, not by `pipeline.core.
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
+from operator import attrgetter
 
 import numpy as np
 import pytest
@@ -35,7 +36,7 @@ def clean() -> WalkingPopulation:
 
 def each(population: WalkingPopulation, name: str) -> np.ndarray:
     """A number of every person."""
-    return np.array([getattr(person, name) for person in population.people])
+    return np.array([attrgetter(name)(person) for person in population.people])
 
 
 def joint(population: WalkingPopulation, name: str) -> np.ndarray:
@@ -89,10 +90,10 @@ def test_ages_and_statures_are_those_of_the_people_they_stand_for(walkers: Walki
     assert each(walkers, "age_years").mean() == pytest.approx(26, abs=3)
     grown = each(walkers, "age_years") >= 18
     for is_male, mean in ((True, 1755.8), (False, 1629.4)):
-        statures = each(walkers, "stature")[grown & (walkers.male == is_male)]
+        statures = each(walkers, "body.stature")[grown & (walkers.male == is_male)]
         assert statures.mean() == pytest.approx(mean, abs=3.5 * 66 / np.sqrt(statures.size))
         assert 40 < statures.std() < 90
-    assert np.all(np.abs(each(walkers, "leg_length") / each(walkers, "stature") - 0.53) < 0.06)
+    assert np.all(np.abs(each(walkers, "body.leg_length") / each(walkers, "body.stature") - 0.53) < 0.06)
 
 
 def test_bones_keep_their_length(clean: WalkingPopulation, walkers: WalkingPopulation) -> None:
@@ -111,7 +112,7 @@ def test_right_is_to_the_right_and_the_head_is_up(walkers: WalkingPopulation) ->
     order = ["head", "sternum", "pelvis", "left_knee"]
     heights = np.array([joint(walkers, name)[..., 2].mean(axis=1) for name in order])
     assert np.all(np.diff(heights, axis=0) < 0)
-    assert np.allclose(heights[0] / each(walkers, "stature"), 0.93, atol=0.06)
+    assert np.allclose(heights[0] / each(walkers, "body.stature"), 0.93, atol=0.06)
 
 
 def test_walkers_stay_on_the_belt(walkers: WalkingPopulation) -> None:
@@ -143,7 +144,7 @@ def test_a_flat_foot_rides_on_the_belt(clean: WalkingPopulation, side: str) -> N
     """
     ankle = joint(clean, f"{side}_ankle")
     velocity = np.diff(ankle[..., 1], axis=1) * clean.frame_rate_hz
-    height = anthropometry.SEGMENTS["ankle_height"] * each(clean, "stature")[:, None]
+    height = anthropometry.SEGMENTS["ankle_height"] * each(clean, "body.stature")[:, None]
     backward = velocity < -0.5 * each(clean, "speed")[:, None]
     low = (np.abs(ankle[:, 1:, 2] - height) < 4.0) & backward
     # The foot is flat in the middle of such a stretch; at its ends it still or already rolls.
@@ -158,7 +159,7 @@ def test_a_flat_foot_rides_on_the_belt(clean: WalkingPopulation, side: str) -> N
 def test_no_ankle_sinks_into_the_floor(clean: WalkingPopulation) -> None:
     for side in ("left", "right"):
         lowest = joint(clean, f"{side}_ankle")[..., 2].min(axis=1)
-        assert np.all(lowest > anthropometry.SEGMENTS["ankle_height"] * each(clean, "stature") - 15)
+        assert np.all(lowest > anthropometry.SEGMENTS["ankle_height"] * each(clean, "body.stature") - 15)
 
 
 @pytest.mark.parametrize("side", ["left", "right"])
@@ -198,7 +199,7 @@ def test_rhythm_follows_speed_and_size(walkers: WalkingPopulation) -> None:
     frequencies, _ = harmonic_shares(walkers)
     assert np.all((frequencies > 0.7) & (frequencies < 1.15))
     assert np.abs(frequencies / each(walkers, "frequency") - 1).max() < 0.05
-    relative = each(walkers, "speed") / each(walkers, "stature")
+    relative = each(walkers, "speed") / each(walkers, "body.stature")
     assert np.corrcoef(np.log(relative), np.log(frequencies))[0, 1] > 0.6
 
 
@@ -264,7 +265,7 @@ def test_few_walkers_are_the_first_of_many(walkers: WalkingPopulation) -> None:
     few = walking_population(np.random.default_rng(2007), male=5, female=7)
     assert few.male.tolist() == walkers.male[:12].tolist()
     assert np.array_equal(few.positions_mm, walkers.positions_mm[:12])
-    assert np.array_equal(each(few, "stature"), each(walkers, "stature")[:12])
+    assert np.array_equal(each(few, "body.stature"), each(walkers, "body.stature")[:12])
 
 
 def test_a_short_recording_is_the_beginning_of_a_long_one(walkers: WalkingPopulation) -> None:
@@ -277,7 +278,7 @@ def test_a_short_recording_is_the_beginning_of_a_long_one(walkers: WalkingPopula
 def test_any_mixture_of_men_and_women(male: int, female: int) -> None:
     some = walking_population(np.random.default_rng(1), male=male, female=female, duration_s=3.0)
     assert (some.male.sum(), (~some.male).sum()) == (male, female)
-    assert np.unique(each(some, "stature")).size == male + female
+    assert np.unique(each(some, "body.stature")).size == male + female
 
 
 @pytest.mark.parametrize("frame_rate_hz", [25.0, 100.0, 240.0])

@@ -51,6 +51,22 @@ class Start(StrEnum):
 
 
 @dataclass(frozen=True)
+class Acceptance:
+    """Postures that a model learnt without them accepts.
+
+    Attributes
+    ----------
+    performances : dict of (M, P) bool
+        By alignment: whether the model learnt without the performance accepts each posture.
+    people : dict of (M, P) bool
+        The same without all performances of its person; empty where too few people perform.
+    """
+
+    performances: dict[str, np.ndarray]
+    people: dict[str, np.ndarray]
+
+
+@dataclass(frozen=True)
 class Action:
     """What performances of an action teach.
 
@@ -75,10 +91,7 @@ class Action:
         The median sequence.
     smoothness : float
         mu, squared aSpace units.
-    accepted : dict of (M, P) bool
-        By alignment: whether the model learnt without the performance accepts each posture.
-    accepted_person : dict of (M, P) bool
-        The same without all performances of its person; empty where too few people perform.
+    accepted : Acceptance
     words : str
     remarks : list of str
         What does not look like one action.
@@ -96,8 +109,7 @@ class Action:
     disparity: np.ndarray
     median: int
     smoothness: float
-    accepted: dict[str, np.ndarray]
-    accepted_person: dict[str, np.ndarray]
+    accepted: Acceptance
     words: str
     remarks: list[str]
 
@@ -208,8 +220,9 @@ class ActionSpaceModel(Model):
             first=dataset.first,
             keyframe=keyed.sequences,
             keyframe_warp=keyed.warp,
-            accepted=accepted,
-            accepted_person=acceptance(people) if performances - most >= 2 else {},
+            accepted=Acceptance(
+                performances=accepted, people=acceptance(people) if performances - most >= 2 else {}
+            ),
             words=f"aSpace of {space.dimensions} dimensions holding {100 * space.variance_held:.1f} % of the variance",
             remarks=remarks,
         )

@@ -57,10 +57,8 @@ class FourierSamples:
         Square millimetres.
     walk : (R,) int
         Which clip each sample is made of.
-    origin_mm : (R, 3)
-        What was subtracted from its positions.
     scale : (R,)
-        The factor that size normalisation then applied.
+        The factor that size normalisation applied.
     person, clip, source : (R,) text
     unmeasured : (R, 15) bool
         Joints that are estimated, or dropped for everyone: they have no error.
@@ -78,7 +76,6 @@ class FourierSamples:
     residual_covariance: np.ndarray
     temporal_covariance: np.ndarray
     walk: np.ndarray
-    origin_mm: np.ndarray
     scale: np.ndarray
     person: np.ndarray
     clip: np.ndarray
@@ -100,7 +97,7 @@ class RepresentedWalks(Walks):
     samples: FourierSamples
 
 
-_Series: TypeAlias = tuple[fourier.FourierRepresentation, np.ndarray]
+_Series: TypeAlias = fourier.FourierRepresentation
 
 
 class FourierDataset(Dataset):
@@ -141,13 +138,12 @@ class FourierDataset(Dataset):
         frequency_hz: float,
         dropped: np.ndarray | slice = slice(0),
     ) -> _Series:
-        """Return a walk's Fourier representation, of its own size, and what was subtracted from its positions."""
+        """Return a walk's Fourier representation, of its own size."""
         centred = set_origin(motion, origin=self.origin.value)
-        origin = motion[0, _PELVIS] - centred[0, _PELVIS]
         # A joint that is the same constant for everyone takes part in nothing: as if it were not there.
         centred[:, dropped] = 0.0
         given = frequency_hz if self.harmonics == 2 else None
-        return fourier.represent(centred, frame_rate_hz, harmonics=self.harmonics, frequency_hz=given), origin
+        return fourier.represent(centred, frame_rate_hz, harmonics=self.harmonics, frequency_hz=given)
 
     def _samples(self, clips: Walks, one: Callable[[int], _Series], workers: int = 1) -> FourierSamples:
         """Return the samples of the chosen walks, from the representation of each."""
@@ -155,7 +151,7 @@ class FourierDataset(Dataset):
         stature = clips.stature_mm
         normalised = self.size is Size.stature
         scale = stature[chosen].mean() / stature if normalised else np.ones(len(stature))
-        series, origins = zip(*map_processes(one, chosen, workers), strict=True)
+        series = map_processes(one, chosen, workers)
 
         def stack(name: str, power: int = 0) -> np.ndarray:
             """Return a part of all representations, which grows with a power of the size of people."""
@@ -174,7 +170,6 @@ class FourierDataset(Dataset):
             residual_covariance=stack("residual_covariance", 2),
             temporal_covariance=stack("temporal_covariance", 2),
             walk=np.array(chosen),
-            origin_mm=np.stack(origins),
             scale=scale[chosen],
             person=clips.person[chosen],
             clip=clips.clip[chosen],

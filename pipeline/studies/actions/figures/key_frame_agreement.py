@@ -62,8 +62,8 @@ def alignments_compared(action: Action, options: ActionSpaceModel) -> pd.DataFra
             "variance_left": left,
             "variance_left_to_all": left / mean_squared_deviation(np.concatenate(sequences)[None]),
             "variance_left_to_linear": left / linear,
-            "acceptance": np.mean(action.accepted.get(alignment, np.nan)),
-            "acceptance_person": np.mean(action.accepted_person.get(alignment, np.nan)),
+            "acceptance": np.mean(action.accepted.performances.get(alignment, np.nan)),
+            "acceptance_person": np.mean(action.accepted.people.get(alignment, np.nan)),
         }
         if alignment != "raw":
             each, of_means = sequence_differences(action, options, alignment)

@@ -37,9 +37,9 @@ def performances_table(inputs: Inputs) -> pd.DataFrame:
         "global_distance": action.distances.sum(axis=1),
         "is_median": np.arange(len(inputs.samples)) == action.median,
         "disparity_max_abs": np.abs(action.disparity).max(axis=1),
-        **{f"acceptance_{s}": action.accepted[s].mean(axis=1) for s in ALIGNMENTS[1:]},
+        **{f"acceptance_{s}": action.accepted.performances[s].mean(axis=1) for s in ALIGNMENTS[1:]},
         **{
-            f"acceptance_person_{s}": action.accepted_person.get(s, unseen).mean(axis=1)
+            f"acceptance_person_{s}": action.accepted.people.get(s, unseen).mean(axis=1)
             for s in ALIGNMENTS[1:]
         },
         "distance_from_median_of_others": chosen,

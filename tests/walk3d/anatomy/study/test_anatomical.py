@@ -39,7 +39,6 @@ def samples(seed: int = 0) -> FourierSamples:
         residual_covariance=residual,
         temporal_covariance=residual,
         walk=np.arange(COUNT + 1),
-        origin_mm=np.zeros((COUNT + 1, 3)),
         scale=np.ones(COUNT + 1),
         person=person,
         clip=np.array([f"{who}{n}" for n, who in enumerate(person)]),
