@@ -53,8 +53,8 @@ class _Provenance(TypedDict, total=False):
     packages: dict[str, str]
 
 
-class _Facts(TypedDict, total=False):
-    """Entries that some manifests have, with their types."""
+class _FigureFacts(TypedDict, total=False):
+    """Entries that the manifest of a figure has, with their types."""
 
     figure: str
     paper: str
@@ -63,11 +63,16 @@ class _Facts(TypedDict, total=False):
     scale: str
     caption: str
     configuration: dict[str, Any]
-    code: str
     stages: dict[str, _Stage]
-    inputs: dict[str, str] | list[str]
     charts: list[dict[str, Any]]
     provenance: _Provenance
+
+
+class _Facts(_FigureFacts, total=False):
+    """Entries that some manifests have, those of an artefact or of both."""
+
+    code: str
+    inputs: dict[str, str] | list[str]
     stage: str
     key: str
     notes: Any

@@ -40,30 +40,10 @@ _UpToThousand = Annotated[float, bounded(above=0, at_most=1000)]
 
 
 @dataclass
-class Display:
-    """Options of the command, in the units of their names; `point_lights` says what they do.
+class WalkOptions:
+    """Options that name the walk."""
 
-    The display itself checks those without bounds.
-    """
-
-    to: str = "walker.svg"
-    view_angle_deg: Annotated[float, bounded(at_least=-360, at_most=360)] = 0.0
-    cycles: _UpToThousand = 1.0
-    frame_rate_hz: _UpToThousand = 60.0
     harmonics: Annotated[int, bounded(at_least=1, at_most=10)] = 2
-    seed: Annotated[int, bounded(at_least=0, at_most=2**63)] = 1
-    inverted: bool = False
-    mirrored: bool = False
-    scrambled: bool = False
-    phase_scrambled: bool = False
-    translating: bool = False
-    speed_mm_s: Annotated[float, bounded(at_least=-20000, at_most=20000)] | None = None
-    joints: Joints = Joints.all
-    lifetime_frames: Annotated[int, bounded(at_least=0, at_most=1e5)] = 0
-    shown: int = 8
-    noise_dots: int = 0
-    noise: Noise = Noise.scrambled_walker
-    field: float = 1.5
     gender: float | None = None
     walker: str = ""
     method: str = ""
@@ -72,9 +52,52 @@ class Display:
     units: str = ""
     subject: str = ""
     up: UpAxis = UpAxis.auto
+
+
+@dataclass
+class ViewOptions:
+    """Options of what is seen: view, duration, path and joints."""
+
+    view_angle_deg: Annotated[float, bounded(at_least=-360, at_most=360)] = 0.0
+    cycles: _UpToThousand = 1.0
+    frame_rate_hz: _UpToThousand = 60.0
+    translating: bool = False
+    speed_mm_s: Annotated[float, bounded(at_least=-20000, at_most=20000)] | None = None
+    joints: Joints = Joints.all
+
+
+@dataclass
+class DisturbanceOptions:
+    """Options that disturb the display."""
+
+    seed: Annotated[int, bounded(at_least=0, at_most=2**63)] = 1
+    inverted: bool = False
+    mirrored: bool = False
+    scrambled: bool = False
+    phase_scrambled: bool = False
+    lifetime_frames: Annotated[int, bounded(at_least=0, at_most=1e5)] = 0
+    shown: int = 8
+    noise_dots: int = 0
+    noise: Noise = Noise.scrambled_walker
+    field: float = 1.5
+
+
+@dataclass
+class FileOptions:
+    """Options of the file."""
+
+    to: str = "walker.svg"
     height_px: int = 400
     dot_px: float = 4.0
     replace: bool = False
+
+
+@dataclass
+class Display(FileOptions, DisturbanceOptions, ViewOptions, WalkOptions):
+    """Options of the command, in the units of their names; `point_lights` says what they do.
+
+    The display itself checks those without bounds.
+    """
 
 
 _OF = dict.fromkeys(("walker", "method", "from_view_deg"), "figure") | {
@@ -190,7 +213,7 @@ def display(walk: Walk, options: Display) -> PointLights:
     )
 
 
-def _walk(kind: str, path: Path, options: Display) -> Walk:
+def _walk(kind: str, path: Path, options: WalkOptions) -> Walk:
     """The walker that is named: synthetic, of a figure, of keypoints, or of a recording."""
     harmonics = options.harmonics
     if kind == "synthetic":
@@ -223,7 +246,7 @@ def _walk(kind: str, path: Path, options: Display) -> Walk:
     return figure.reconstructed(options.walker, options.method or "map", options.from_view_deg)
 
 
-def _speed(walk: Walk, options: Display) -> float:
+def _speed(walk: Walk, options: ViewOptions) -> float:
     """Speed, mm/s, over the picture: the walker's own where none is given."""
     if not options.translating:
         return 0.0
