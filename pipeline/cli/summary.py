@@ -177,17 +177,17 @@ def claims_table(rows: Sequence[Row], width: int = 160) -> Table:
     In less than `WIDE` columns without the baseline's number.
     """
     table = Table(title="Claims", title_justify="left", box=None, pad_edge=False)
-    headings = ["agreement", "beyond baseline", "claim", "published", "ours", "unit", "baseline"]
-    headings = headings if width >= WIDE else headings[:-1]
-    for heading in headings:
+    verdicts = ("agreement", "beyond baseline")
+    others = ["claim", "published", "ours", "unit", *(["baseline"] if width >= WIDE else [])]
+    for heading in (*verdicts, *others):
         right = heading in ("published", "ours", "baseline")
         table.add_column(heading, justify="right" if right else "left", overflow="fold")
     for kind, of_kind in groupby(rows, lambda row: row["kind"]):
         table.add_row(Text(f"{kind}s", style="bold"))
         for row in of_kind:
             styles = (_AGREEMENTS.get(row["agreement"], ""), _BEYOND.get(row["beyond baseline"], ("",))[0])
-            answers = [Text(row[name], style) for name, style in zip(headings, styles, strict=False)]
-            table.add_row(*answers, *(row[name] for name in headings[2:]))
+            answers = [Text(row[name], style) for name, style in zip(verdicts, styles, strict=True)]
+            table.add_row(*answers, *(row[name] for name in others))
     return table
 
 

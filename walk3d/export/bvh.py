@@ -192,6 +192,8 @@ _LEG, _FOOT_FORWARD, _FOOT_DOWN, _TOES = 0.491, 0.075, 0.032, 0.04
 _UP, _FORWARD, _LEFT = np.array([0.0, 1, 0]), np.array([0.0, 0, 1]), np.array([1.0, 0, 0])
 _DIRECTIONS = {"up": _UP, "down": -_UP, "left": _LEFT, "right": -_LEFT, "mean": np.full(3, np.nan)}
 
+_COLUMNS = (*Names, "parent", "start", "end", "share", "direction")
+"""Columns of the tables below: names of a joint; its parent; its place, a share of the way from start to end; rest."""
 _TRUNK = """
 pelvis      Hips    Hips    none        pelvis  pelvis 0   mean
 spine       Spine   Spine1  pelvis      pelvis  sternum .1 up
@@ -241,15 +243,20 @@ def character(positions: np.ndarray, names: Names) -> Character:
     """Return the character of joints (T, 15, 3) of somebody who walks along z, y up, with these names."""
     require_shape("positions", positions, (len(positions), len(WALKER15.joints), 3))
     at = {joint: positions[:, j] for j, joint in enumerate(WALKER15.joints)}
-    column = list(Names).index(names)
     right = _LIMBS.replace("left", "right").replace("Left", "Right")
-    rows = [line.split() for line in f"{_TRUNK}{_LIMBS}{right}".split("\n") if line]
-    ours = [row[0] for row in rows]
-    called = [row[column] for row in rows]
-    parents = [ours.index(row[3]) if row[3] in ours else -1 for row in rows]
-    shares = [1.0 if row[0] == "head" and names is Names.ours else float(row[6]) for row in rows]
-    points = [at[row[4]] + share * (at[row[5]] - at[row[4]]) for row, share in zip(rows, shares, strict=True)]
-    rest = [_DIRECTIONS[row[7]] for row in rows]
+    lines = [line.split() for line in f"{_TRUNK}{_LIMBS}{right}".split("\n") if line]
+    rows = [dict(zip(_COLUMNS, line, strict=True)) for line in lines]
+    ours = [row[Names.ours] for row in rows]
+    called = [row[names] for row in rows]
+    parents = [ours.index(row["parent"]) if row["parent"] in ours else -1 for row in rows]
+    shares = [
+        1.0 if row[Names.ours] == "head" and names is Names.ours else float(row["share"]) for row in rows
+    ]
+    points = [
+        at[row["start"]] + share * (at[row["end"]] - at[row["start"]])
+        for row, share in zip(rows, shares, strict=True)
+    ]
+    rest = [_DIRECTIONS[row["direction"]] for row in rows]
     lift = 0.0
     for side in ("left", "right"):
         hip, knee, ankle = (at[f"{side}_{joint}"] for joint in ("hip", "knee", "ankle"))
@@ -257,7 +264,11 @@ def character(positions: np.ndarray, names: Names) -> Character:
         down = _directions(ankle - knee)
         forwards = _directions(np.cross(at["right_hip"] - at["left_hip"], down))
         ball = ankle + stature * (_FOOT_FORWARD * forwards + _FOOT_DOWN * down)
-        toes = (f"{side}_toes", f"{side.capitalize()}ToeBase", f"{side.capitalize()}Toe")[column]
+        toes = {
+            Names.ours: f"{side}_toes",
+            Names.mixamo: f"{side.capitalize()}ToeBase",
+            Names.rokoko: f"{side.capitalize()}Toe",
+        }[names]
         called += [toes, f"{toes}_end"]
         parents += [ours.index(f"{side}_ankle"), len(points)]
         points += [ball, ball + stature * _TOES * forwards]

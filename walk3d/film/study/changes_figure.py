@@ -51,8 +51,10 @@ class KeypointChangesFigure(KeypointFigure):
         clips, people = with_words(inputs.sweep.clips), with_words(inputs.sweep.people)
         by = ["condition", *changes, "method"]
         views = with_words(pd.DataFrame(views_by(clips, clips["condition"])))
-        views = views[["condition", *changes, *views.columns[1:-2]]]
-        moved = [*clips.columns[1:-2].difference(VERDICTS, sort=False), "condition", *changes, *VERDICTS]
+        keys = ["condition", *changes]
+        views = views[[*keys, *views.columns.difference(keys, sort=False)]]
+        last = [*keys, *VERDICTS]
+        moved = [*clips.columns.difference(last, sort=False), *last]
         columns = ["person", *by, *ERRORS]
         usual = people.loc[people["condition"] == 0, ERRORS].to_numpy()
         # Every condition has the same clips in the same order.

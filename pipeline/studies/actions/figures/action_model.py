@@ -36,12 +36,12 @@ from pipeline.studies.replicated import interval_over_people, interval_words
 from pipeline.studies.study import Figure, Recorder, Tables
 from pipeline.validation import Count
 
-COLUMNS = (
-    ("raw", "(a) not synchronized", "frame"),
-    ("synchronized", "(b) automatically", "sample"),
-    ("keyframe", "(c) by key-frames", "sample"),
-    ("model", "(d) learnt model", "sample"),
-)
+ALIGNED = {
+    "raw": ("(a) not synchronized", "frame"),
+    "synchronized": ("(b) automatically", "sample"),
+    "keyframe": ("(c) by key-frames", "sample"),
+}
+"""Title and abscissa of each column of panels that shows performances; the learnt model follows."""
 
 PUBLISHED = Reference(x=16.0, y="mozerov2006_variance_captured", label="published: 16, 95 %")
 
@@ -125,7 +125,7 @@ class ActionModelFigure(Figure):
         )  # fmt: skip
         return Sheet(
             charts=[spectrum, means, *charts],
-            columns=len(COLUMNS),
+            columns=len(ALIGNED) + 1,
             share_y=True,
             letters=False,
             panel_size=(1.83, 1.56),
@@ -200,20 +200,20 @@ def _row(k: int, model: pd.DataFrame, bound: float) -> list[Chart]:
         for y in [f"{end}_{name}"]
     ]
     of_performances: dict[str, Any] = {"x": "sample", "y": "value", "strands": "performance"}
-    rows = {name: {"component": k, "stage": name} for name, *_ in COLUMNS[:-1]}
+    rows = {name: {"component": k, "stage": name} for name in ALIGNED}
     last = Lines(**of_performances, where=rows["synchronized"], styles=THIN_DASHED)
     return [
         *(
             Chart(**of_performances, where=rows[name], styles=THIN, page=False, abscissa=Axis(label=abscissa),
                   title=title if k == 1 else "", label=f"dimension {k}")
-            for name, title, abscissa in COLUMNS[:-1]
+            for name, (title, abscissa) in ALIGNED.items()
         ),
         Chart(
             table=columns, x="sample",
-            abscissa=Axis(label=COLUMNS[-1][2]),
+            abscissa=Axis(label="sample"),
             y="mean", label=f"dimension {k}", name=f"dimension_{k}",
             styles={"mean": Style("mean performance", MEAN_COLOUR, width=1.1)}, also=[last, *learnt],
-            title=COLUMNS[-1][1] if k == 1 else "",
+            title="(d) learnt model" if k == 1 else "",
             page=False,
         ),
     ]  # fmt: skip

@@ -50,6 +50,6 @@ def identification_table(inputs: Inputs) -> pd.DataFrame:
                     "identified": (person[apart.argmin(axis=1)] == person).astype(int),
                 }
             )
-    columns = ["person", "walker", "method", "view_angle_deg", "among_view_angle_deg", "identified"]
+    by = ["walker", "method", "view_angle_deg", "among_view_angle_deg"]
     # Of a single view there are no pairs: a table without rows.
-    return tidy(stacked(blocks).reindex(columns=columns), by=columns[1:-1])
+    return tidy(stacked(blocks).reindex(columns=["person", *by, "identified"]), by=by)

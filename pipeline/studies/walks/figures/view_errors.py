@@ -71,7 +71,7 @@ class ViewErrors(Figure):
         people = _sides_at_random(sweep.rows, sweep.view_angle_deg, seed)
         walkers = people.groupby(["person", "walker", "method"], as_index=False)[ERRORS].mean()
         columns: dict[str, tuple[str, Any]] = {}
-        for name in people.columns[4:]:
+        for name in people.columns.difference(["person", "walker", "method", "view_angle_deg"], sort=False):
             columns |= {name: (name, "mean")} | ({_SD[name]: (name, SD)} if name in _SD else {})
         made = {
             "table": over_walkers(people, ["method", "view_angle_deg"], columns),

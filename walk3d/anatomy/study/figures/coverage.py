@@ -54,9 +54,12 @@ class BarCoverage(Figure):
             made[name] = tidy(
                 rows, by=["walker", *which, *[c for c in rows if c in ("view_angle_deg", "joint_group")]]
             )
-        for end, rows in (("", sweep.levels), ("_views", sweep.views), ("_joints", sweep.joints)):
-            by = list(rows.columns[1:4])
-            made[f"table{end}"] = people.means(rows, by, "covered_percent", ["half_width_mm"])
+        for end, rows, each in (
+            ("", sweep.levels, "level_percent"),
+            ("_views", sweep.views, "view_angle_deg"),
+            ("_joints", sweep.joints, "joint_group"),
+        ):
+            made[f"table{end}"] = people.means(rows, [*which, each], "covered_percent", ["half_width_mm"])
         return made
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:

@@ -46,12 +46,11 @@ class LearningCurves(Figure):
         error = {"absolute_error_mm2": ("absolute_error_mm2", "mean")}
         columns = error | {name: (name, "mean") for name in ("covered_95", "covered_95_calibrated")}
         over = partial(aggregate, cluster="person", count="people")
-        of_curve = {**error, **{name: (name, "mean") for name in ("spanned_percent", "laboratories")}}
+        banded = error | {"spanned_percent": ("spanned_percent", "mean")}
+        of_curve = banded | {"laboratories": ("laboratories", "mean")}
         both = rows.assign(left_out=rows["learnt_from"].map(LEFT_OUT))  # none of one other laboratory
         return {
-            "table": over(
-                curve, ["left_out", "method", "people"], of_curve, list(of_curve)[:2], count="walkers"
-            ),
+            "table": over(curve, ["left_out", "method", "people"], of_curve, banded, count="walkers"),
             "table_sources": over(rows, ["learnt_from", "tested", "method"], columns, columns),
             "table_summary": over(both, ["left_out", "method"], columns, columns),
             "table_walkers": tidy(rows, by=["learnt_from", "tested", "method", "person"]),
