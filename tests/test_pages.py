@@ -253,7 +253,7 @@ def test_a_number_that_is_printed_twice_counts_once(monkeypatch: pytest.MonkeyPa
         name: value for _, name, value, _ in published.verdict_counts({}, "synthetic", layout, MEASURES)
     }
     for kind in papers.Kind:
-        claims = [c for c in papers.paper("park2011").claims if c.kind is kind and not c.untestable]
+        claims = [c for c in papers.paper("park2011").claims if c.kind is kind and not c.scope.untestable]
         own = sum(not claim.same_as for claim in claims)
         if kind is not papers.Kind.CONDITION:
             assert counts[f"park2011, {kind}s, agrees"] == own

@@ -1,6 +1,17 @@
 """The four papers as data: which functions compute each numbered equation, and how each claim is judged."""
 
-from pipeline.papers.claims import LEAST_PEOPLE, Agreement, Baseline, Beyond, Claim, Kind, Measure, Quantity
+from pipeline.papers.claims import (
+    LEAST_PEOPLE,
+    Agreement,
+    Baseline,
+    Beyond,
+    Bounds,
+    Claim,
+    ClaimText,
+    Kind,
+    Quantity,
+    Scope,
+)
 from pipeline.papers.entries import read_mapping
 from pipeline.papers.explanations import (
     Explanation,
@@ -10,6 +21,7 @@ from pipeline.papers.explanations import (
 )
 from pipeline.papers.intervals import Estimate, Interval
 from pipeline.papers.loading import BASELINES, INTERVENTIONS, Equation, Paper, load
+from pipeline.papers.measure import Measure
 from pipeline.papers.register import (
     all_papers,
     claim,
@@ -27,7 +39,9 @@ __all__ = [
     "Agreement",
     "Baseline",
     "Beyond",
+    "Bounds",
     "Claim",
+    "ClaimText",
     "Equation",
     "Estimate",
     "Evidence",
@@ -37,6 +51,7 @@ __all__ = [
     "Measure",
     "Paper",
     "Quantity",
+    "Scope",
     "Support",
     "Verdict",
     "all_papers",

@@ -8,14 +8,13 @@ not by the claim (``conf/paper/baselines.yaml``).
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any
 
 from pipeline.papers.explanations import ANY_DATA, Explanation
 from pipeline.papers.intervals import Interval
+from pipeline.papers.measure import Measure
 
 
 class Agreement(StrEnum):
@@ -65,78 +64,6 @@ class Kind(StrEnum):
 
 LEAST_PEOPLE = {"walks": 10, "clips": 10, "performances": 3}
 """Fewer people decide no claim, by the clips that a paper's figures rest on."""
-
-
-@dataclass(frozen=True)
-class Measure:
-    """A named function of tables with its arguments.
-
-    Attributes
-    ----------
-    name : str
-        Of a function in the `measures` modules of the studies.
-    arguments : mapping of str to Any
-        Numbers, texts, measures and lists of them.  The argument ``table``, and any whose name ends in
-        ``_table``, names a table: ``zhang2007_fig5`` is the figure's ``table.csv``, and
-        ``zhang2007_fig5/table_walkers`` the ``table_walkers.csv`` beside it.
-
-    Examples
-    --------
-    >>> of = Measure("mean", {"table": "zhang2007_fig5", "column": "rms_error_mm"})
-    >>> both = Measure("ratio", {"of": of, "to": 2})
-    >>> print(both, both.tables)
-    ratio(of=mean(table=zhang2007_fig5, column=rms_error_mm), to=2) ('zhang2007_fig5',)
-    """
-
-    name: str
-    arguments: Mapping[str, Any]
-
-    def __str__(self) -> str:
-        return f"{self.name}({', '.join(f'{name}={_told(value)}' for name, value in self.arguments.items())})"
-
-    @property
-    def parts(self) -> Iterator[Measure]:
-        """This measure and all measures among its arguments, recursively."""
-        yield self
-        for value in self.arguments.values():
-            for item in value if isinstance(value, tuple) else (value,):
-                if isinstance(item, Measure):
-                    yield from item.parts
-
-    @property
-    def tables(self) -> tuple[str, ...]:
-        """Names of the tables that the measure reads, each once."""
-        named = (
-            value
-            for part in self.parts
-            for name, value in part.arguments.items()
-            if name == "table" or name.endswith("_table")
-        )
-        return tuple(dict.fromkeys(named))
-
-    def replaced(self, words: Mapping[str, str]) -> Measure:
-        """Return the measure with words replaced in its texts: names of columns, values in expressions.
-
-        Examples
-        --------
-        >>> of = Measure("mean", {"column": "error_mm", "where": "method == 'map' and view == 0"})
-        >>> print(of.replaced({"map": "average_walker"}))
-        mean(column=error_mm, where=method == 'average_walker' and view == 0)
-        """
-        pattern = re.compile(r"\b(?:" + "|".join(map(re.escape, words)) + r")\b")
-
-        def anew(value: Any) -> Any:
-            if isinstance(value, Measure):
-                return value.replaced(words)
-            if isinstance(value, tuple):
-                return tuple(anew(item) for item in value)
-            return pattern.sub(lambda found: words[found[0]], value) if isinstance(value, str) else value
-
-        return Measure(self.name, {name: anew(value) for name, value in self.arguments.items()})
-
-
-def _told(value: Any) -> str:
-    return f"[{', '.join(map(str, value))}]" if isinstance(value, tuple) else str(value)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -201,6 +128,76 @@ class Quantity:
 
 
 @dataclass(frozen=True, kw_only=True)
+class ClaimText:
+    """Words of a claim.
+
+    Attributes
+    ----------
+    section : str
+        Section of the paper.
+    quote : str
+        The paper's own words, short, with the published number; the target in words if it is ours.
+    how : str
+        The measure in words, one line.
+    help : str
+        Help that our method has here and the paper's did not; empty if none.
+    """
+
+    section: str
+    quote: str
+    how: str = ""
+    help: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bounds:
+    """Values with which a claim agrees.
+
+    Attributes
+    ----------
+    agrees : Interval or None
+        Our values that agree with the paper; None only if the claim is untestable.
+    close : Interval or None
+        Wider bounds; None if there are none.
+    reason : str
+        Reason for these bounds, in one line.
+    written : str
+        Date of bounds and class: before the figure was made, or what was changed after it.
+    """
+
+    agrees: Interval | None = None
+    close: Interval | None = None
+    reason: str = ""
+    written: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scope:
+    """Data that can decide a claim.
+
+    Attributes
+    ----------
+    assumed : mapping of str to str
+        Data sets that assume the statement, each with the assumption: they cannot test it.
+    only : tuple of str
+        Data sets that the claim is about; empty if it is about all.
+    rests_on : tuple of str
+        Conditions of the experiment: where one is not met, the claim cannot be tested.
+    people, sample : int
+        Least number of people that decides; number of people in the paper.
+    untestable : str
+        Reason why none of our data can decide; empty if some can.
+    """
+
+    assumed: Mapping[str, str] = field(default_factory=dict)
+    only: tuple[str, ...] = ()
+    rests_on: tuple[str, ...] = ()
+    people: int = LEAST_PEOPLE["walks"]
+    sample: int = 0
+    untestable: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Claim:
     """A number or a sentence of a paper, and the criterion by which ours agrees with it.
 
@@ -208,72 +205,40 @@ class Claim:
     ----------
     name : str
         Unique, snake case, begins with the paper's key.
-    paper, section : str
+    paper : str
     kind : Kind
-    quote : str
-        The paper's own words, short, with the published number.
+    figure : str
+        Preset whose tables back the claim; empty only if it is untestable.
     published : float or None
         The paper's number; None for a sentence without one.
     unit : str
         Unit of the published number and of ours; empty for a count or a ratio.
-    figure : str
-        Preset whose tables back the claim; empty only if `untestable`.
-    how : str
-        The measure in words, one line.
-    help : str
-        Help that our method has here and the paper's did not; empty if none.
     measure : Measure or None
-        None only if `untestable`.
+        None only if the claim is untestable.
     baseline : Baseline or None
-        Of the class of its measure; None of a condition and if `untestable`.
+        Baseline of the class of its measure; None for a condition and for an untestable claim.
     same_as : str
-        Claim of which this prints the same number again, which counts once.
-    assumed : mapping of str to str
-        Data sets of which the statement is an assumption, each with what is assumed: they cannot test it.
-    only : tuple of str
-        Data sets that the claim is about; empty if it is about all.
-    rests_on : tuple of str
-        Conditions of the experiment: where one is not met, the claim cannot be tested.
-    people, sample : int
-        Fewer people decide nothing; how many the paper has.
-    agrees : Interval or None
-        Our values that agree with the paper; None only if `untestable`.
-    close : Interval or None
-        Wider bounds; None if there are none.
-    reason : str
-        Why these bounds, in one line.
-    written : str
-        When bounds and class were written: before the figure was made, or what was changed after it.
+        Claim that has the same number, which counts once.
+    text : ClaimText
+    bounds : Bounds
+    scope : Scope
     why : mapping of str to Explanation
-        Why our value differs, by data set; `ANY_DATA` for all that have none of their own.
-    untestable : str
-        Why none of our data can decide; empty if some can.
+        Reason why our value differs, by data set; `ANY_DATA` for all that have none of their own.
     """
 
     name: str
     paper: str
-    section: str
     kind: Kind
-    quote: str
+    figure: str = ""
     published: float | None = None
     unit: str = ""
-    figure: str = ""
-    how: str = ""
-    help: str = ""
     measure: Measure | None = None
     baseline: Baseline | None = None
     same_as: str = ""
-    assumed: Mapping[str, str] = field(default_factory=dict)
-    only: tuple[str, ...] = ()
-    rests_on: tuple[str, ...] = ()
-    people: int = LEAST_PEOPLE["walks"]
-    sample: int = 0
-    agrees: Interval | None = None
-    close: Interval | None = None
-    reason: str = ""
-    written: str = ""
+    text: ClaimText
+    bounds: Bounds = Bounds()
+    scope: Scope = Scope()
     why: Mapping[str, Explanation] = field(default_factory=dict)
-    untestable: str = ""
 
     def explanation(self, data_name: str) -> Explanation | None:
         """Return why our value differs on a data set; None if nothing is said."""

@@ -6,9 +6,10 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from pipeline.papers.claims import Claim, Measure
+from pipeline.papers.claims import Claim
 from pipeline.papers.entries import number
 from pipeline.papers.intervals import Interval
+from pipeline.papers.measure import Measure
 from pipeline.validation import InvalidInput
 
 
@@ -76,7 +77,7 @@ def interval(content: Mapping[str, Any], published: float | None, where: str) ->
 
 def check_bounds(claim: Claim, where: str) -> None:
     """Refuse bounds that the paper's own number would not meet, or wider ones that are not wider."""
-    inner, outer = claim.agrees, claim.close
+    inner, outer = claim.bounds.agrees, claim.bounds.close
     if inner is not None and claim.published is not None and claim.published not in inner:
         raise InvalidInput(
             "the published number does not agree with itself", where, code="published_outside_bounds"

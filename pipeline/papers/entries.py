@@ -73,6 +73,7 @@ def record(
     *,
     needed: Iterable[str] = (),
     readers: Mapping[str, Callable[[Any, str], Any]] | None = None,
+    parts: Iterable[str] = (),
     **known: Any,
 ) -> Made:
     """Return a dataclass from a mapping of its fields.
@@ -88,6 +89,8 @@ def record(
         Fields with a default that must be there all the same.
     readers : mapping of str to callable, optional
         Field → function of its value and place, where its annotation does not say how it is read.
+    parts : iterable of str
+        Fields that are dataclasses and whose own fields are keys of the same mapping.
     **known
         Fields that are not in the file.
 
@@ -97,7 +100,11 @@ def record(
         If a field is missing, a key is no field, or a value cannot be read.
     """
     given, hints = mapping(content, where), get_type_hints(kind)
-    of_file = {f.name: f for f in fields(kind) if f.name not in known}  # type: ignore[arg-type]
+    owners = {name: hints.pop(name) for name in parts}
+    of_file = {f.name: f for f in fields(kind) if f.name not in {*known, *owners}}  # type: ignore[arg-type]
+    for part in owners.values():
+        hints |= get_type_hints(part)
+        of_file |= {f.name: f for f in fields(part) if f.name not in known}
     for name, field in of_file.items():
         default = field.default is not MISSING or field.default_factory is not MISSING
         if name not in given and (not default or name in needed):
@@ -108,6 +115,8 @@ def record(
     for name, value in given.items():
         read = (readers or {}).get(name) or _READERS.get(hints[name]) or choice(hints[name])
         known[name] = read(value, f"{where}, {name}")
+    for name, part in owners.items():
+        known[name] = part(**{f.name: known.pop(f.name) for f in fields(part) if f.name in known})
     return kind(**known)
 
 

@@ -8,26 +8,15 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from pipeline.papers import criteria
+from pipeline.papers.claim_entries import Runs, claim_entry, quantity_entry
 from pipeline.papers.claims import LEAST_PEOPLE, Baseline, Claim, Kind, Quantity
 from pipeline.papers.entries import mapping, names, read_mapping, record, text, whole
-from pipeline.papers.explanations import (
-    Explanation,
-    Run,
-    Support,
-    of_run,
-    placeholders,
-    read_runs,
-)
-from pipeline.papers.intervals import Interval
+from pipeline.papers.explanations import Run, of_run, placeholders, read_runs
 from pipeline.validation import InvalidInput, require_choice
-
-Runs = Mapping[tuple[str, str, str], Run]
-"""Runs by data set, group and switch."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -226,11 +215,13 @@ def _paper(
     rests_on = mapping(plain.pop("rests_on", {}), f"{file}, rests_on")
 
     def claims(value: Any, where: str) -> tuple[Claim, ...]:
-        return tuple(_claim(key, name, all_claims, own, runs, baselines) for name in mapping(value, where))
+        return tuple(
+            claim_entry(key, name, all_claims, own, runs, baselines) for name in mapping(value, where)
+        )
 
     def quantities(value: Any, where: str) -> tuple[Quantity, ...]:
         items = mapping(value, where).items()
-        return tuple(_quantity(key, name, body, f"{file}, {name}") for name, body in items)
+        return tuple(quantity_entry(key, name, body, f"{file}, {name}") for name, body in items)
 
     def equations(value: list[Any], where: str) -> tuple[Equation, ...]:
         return tuple(_equation(key, one, file) for one in value)
@@ -266,7 +257,9 @@ def _paper(
                 name=condition,
             )
     resting = [
-        claim if claim.name in conditions else replace(claim, rests_on=tuple(rests_on.get(claim.figure, ())))
+        claim
+        if claim.name in conditions
+        else replace(claim, scope=replace(claim.scope, rests_on=tuple(rests_on.get(claim.figure, ()))))
         for claim in paper.claims
     ]
     return replace(paper, claims=tuple(resting))
@@ -284,123 +277,3 @@ def _equation(key: str, content: Any, file: str) -> Equation:
     if not (equation.used or equation.note):
         raise InvalidInput("nothing uses it, and no note says why", where, code="unexplained_equation")
     return equation
-
-
-@dataclass(frozen=True)
-class _Bounds:
-    """Bounds of a claim, as the file has them."""
-
-    agrees: Mapping[str, Any] = field(default_factory=dict)
-    close: Mapping[str, Any] = field(default_factory=dict)
-    reason: str = ""
-
-
-def _claim(
-    key: str,
-    name: str,
-    all_claims: Mapping[str, Any],
-    of_paper: Mapping[str, int],
-    runs: Runs,
-    baselines: Mapping[str, Baseline],
-) -> Claim:
-    where = f"{key}.yaml, {name}"
-    plain = {**of_paper, **_like(name, all_claims, where)}
-    judged = not plain.get("untestable")
-    compared = judged and plain.get("kind") != Kind.CONDITION
-    measures, given = plain.pop("class", ""), plain.pop("bounds", {})
-    bounds = record(_Bounds, given, f"{where}, bounds", needed=("agrees", "reason") if judged else ())
-    figure, published = plain.get("figure", ""), plain.get("published")
-
-    def limits(content: Mapping[str, Any]) -> Interval | None:
-        return criteria.interval(content, published, f"{where}, bounds") if content else None
-
-    readers = {
-        "people": lambda value, where: max(of_paper["people"], whole(value, where)),
-        "measure": lambda value, where: criteria.measure(mapping(value, where), figure, where),
-        "why": lambda value, where: {
-            data: _explanation(why, f"{where} {data}", runs) for data, why in mapping(value, where).items()
-        },
-    }
-    claim = record(
-        Claim,
-        plain,
-        where,
-        needed=("how", "measure", "figure") if judged else (),
-        readers=readers,
-        name=name,
-        paper=key,
-        baseline=baselines.get(measures) if compared else None,
-        agrees=limits(bounds.agrees),
-        close=limits(bounds.close),
-        reason=bounds.reason,
-        rests_on=(),
-    )
-    if compared and not measures:
-        raise InvalidInput("no 'class'", where, code="missing_key", key="class")
-    if compared:
-        require_choice(f"{where}, class", measures, list(baselines))
-    if not judged and (claim.figure or claim.measure or claim.agrees):
-        raise InvalidInput(
-            "has a figure, a measure or bounds although it is untestable",
-            where,
-            code="untestable_with_measure",
-        )
-    criteria.check_bounds(claim, f"{where}, bounds")
-    if claim.baseline and claim.baseline.replace and claim.of_baseline is None:
-        raise InvalidInput(
-            f"its measure names nothing that the baseline of {measures!r} replaces",
-            where,
-            code="baseline_replaces_nothing",
-        )
-    return claim
-
-
-@dataclass(frozen=True)
-class _Why:
-    """An explanation, as the file has it: one text, named by what supports it, and the run or the names that do."""
-
-    shown: str = ""
-    tested: str = ""
-    untested: str = ""
-    run: Run | None = None
-    beside: tuple[str, ...] = ()
-
-
-def _explanation(content: Any, where: str, runs: Runs) -> Explanation:
-    def run(value: Any, where: str) -> Run:
-        named = record(Run, value, where, overrides=(), scale="", without={}, with_it={})
-        return runs.get((named.data, named.group, named.switch), named)
-
-    why = record(_Why, content, where, readers={"run": run})
-    given = [support for support in Support if getattr(why, support)]
-    if len(given) != 1:
-        raise InvalidInput(
-            "must have one text", where, " or ".join(Support), ", ".join(given) or "none", code="not_one_text"
-        )
-    support, words = given[0], str(getattr(why, given[0]))
-    if (support is Support.TESTED) != bool(why.run or why.beside) or (why.run and why.beside):
-        raise InvalidInput(
-            "what is tested needs its run, or what is measured beside it", where, code="no_support"
-        )
-    if not why.run and any(of_run(name) for name in placeholders(words)):
-        raise InvalidInput("quotes a run, and names none", where, code="run_not_named")
-    return Explanation(support=support, text=words, run=why.run, beside=why.beside)
-
-
-def _like(name: str, all_claims: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """Return the keys of a claim, with those of the claims that it is ``like`` as defaults."""
-    body, trail = mapping(all_claims[name], where), {name}
-    while (other := body.pop("like", None)) is not None:
-        if other not in all_claims or other in trail:
-            raise InvalidInput(
-                "must be another claim", f"{where}, like", received=other, code="unknown_claim", name=other
-            )
-        trail.add(other)
-        body = {**all_claims[other], **body}
-    return body
-
-
-def _quantity(key: str, name: str, content: Any, where: str) -> Quantity:
-    figure = mapping(content, where).get("figure", "")
-    reader = {"measure": lambda value, where: criteria.measure(mapping(value, where), figure, where)}
-    return record(Quantity, content, where, readers=reader, name=name, paper=key)

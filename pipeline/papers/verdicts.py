@@ -93,7 +93,7 @@ def gain(claim: Claim, baseline: float) -> Callable[[Any, Any], Any]:
     The better side is the open one of the bounds, else what the class says; else that on which they lie of the
     baseline; within two ends, the nearness to the paper's number, or to the middle.
     """
-    bounds = claim.agrees or Interval()
+    bounds = claim.bounds.agrees or Interval()
     side = int(math.isinf(bounds.high)) - int(math.isinf(bounds.low))
     side = side or (claim.baseline.better if claim.baseline else 0) or bounds.side(baseline)
     if side:
@@ -127,14 +127,14 @@ def judge(
     overridden : bool
         Whether options differ from the preset's: no explanation of a difference is given.
     """
-    if claim.untestable or claim.agrees is None:
-        return Verdict(claim, Agreement.UNTESTABLE, claim.untestable)
+    if claim.scope.untestable or claim.bounds.agrees is None:
+        return Verdict(claim, Agreement.UNTESTABLE, claim.scope.untestable)
     if not math.isfinite(found.value.value):
         table = claim.tables[0] if claim.tables else claim.figure
-        why = f"table {table} holds no finite value for: {claim.how}"
+        why = f"table {table} holds no finite value for: {claim.text.how}"
         return Verdict(claim, Agreement.UNTESTABLE, why)
     if claim.kind is Kind.CONDITION:
-        met = found.value.value in claim.agrees
+        met = found.value.value in claim.bounds.agrees
         agreement, because, beyond = Agreement.MET if met else Agreement.NOT_MET, "", Beyond.NOT_APPLICABLE
         numbers = f"{found.value.value:.4g} {claim.unit}".rstrip()
     elif smoke:
@@ -146,9 +146,9 @@ def judge(
         beyond = _beyond(found)
         numbers = f"{found.value} {claim.unit}".rstrip()
         numbers += f", baseline {found.baseline}" if found.baseline else ""
-    numbers += f", bounds {claim.agrees}"
+    numbers += f", bounds {claim.bounds.agrees}"
     if agreement in (Agreement.AGREES, Agreement.MET):
-        return Verdict(claim, agreement, f"{numbers}: {claim.reason}", found, beyond)
+        return Verdict(claim, agreement, f"{numbers}: {claim.bounds.reason}", found, beyond)
     explanation = claim.explanation(data_name)
     if overridden:
         text = _OVERRIDDEN
@@ -161,12 +161,15 @@ def judge(
 
 def _untestable(claim: Claim, found: Evidence, data_name: str) -> str:
     """Return why this data cannot decide, empty if it can."""
-    if data_name in claim.assumed:
-        return f"{found.value} {claim.unit}".rstrip() + f": assumed of this data: {claim.assumed[data_name]}"
-    if claim.only and data_name not in claim.only:
-        return f"about {' and '.join(claim.only)} alone"
-    if found.people is not None and found.people < claim.people:
-        return f"too few people: {found.people}, and fewer than {claim.people} decide nothing"
+    if data_name in claim.scope.assumed:
+        return (
+            f"{found.value} {claim.unit}".rstrip()
+            + f": assumed of this data: {claim.scope.assumed[data_name]}"
+        )
+    if claim.scope.only and data_name not in claim.scope.only:
+        return f"about {' and '.join(claim.scope.only)} alone"
+    if found.people is not None and found.people < claim.scope.people:
+        return f"too few people: {found.people}, and fewer than {claim.scope.people} decide nothing"
     if 0 < found.drawn < FEWEST_COVERED:
         too_few = f"too few people: an interval over fewer than {FEWEST_COVERED} does not hold its level"
         return f"{found.value} {claim.unit}".rstrip() + f": {too_few} (received {found.drawn})"
@@ -175,15 +178,18 @@ def _untestable(claim: Claim, found: Evidence, data_name: str) -> str:
 
 def _agreement(claim: Claim, value: Estimate) -> tuple[Agreement, str]:
     """Return the agreement, and the reason where it is not that the interval lies within or outside of the bounds."""
-    assert claim.agrees is not None
+    assert claim.bounds.agrees is not None
     if not value.known:
         return Agreement.UNDECIDED, "no interval is known"
-    if claim.agrees.covers(value):
+    if claim.bounds.agrees.covers(value):
         return Agreement.AGREES, ""
-    wider = claim.close or claim.agrees
+    wider = claim.bounds.close or claim.bounds.agrees
     if wider.covers(value):
-        crosses = claim.agrees.meets(value)
-        return Agreement.CLOSE, f"the interval reaches over an end of {claim.agrees}" if crosses else ""
+        crosses = claim.bounds.agrees.meets(value)
+        return (
+            Agreement.CLOSE,
+            f"the interval reaches over an end of {claim.bounds.agrees}" if crosses else "",
+        )
     if wider.meets(value):
         return Agreement.UNDECIDED, f"the interval reaches over an end of {wider}"
     return Agreement.DIFFERS, ""

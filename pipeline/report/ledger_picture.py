@@ -86,10 +86,12 @@ def abscissae(rows: Sequence[Mapping[str, Any]]) -> dict[str, Abscissa]:
     axes = {}
     for row in rows:
         claim = claims.get(row["claim"])
-        if claim and claim.agrees and str(claim.agrees) == row.get("bounds"):
+        if claim and claim.bounds.agrees and str(claim.bounds.agrees) == row.get("bounds"):
             others = (row.get("baseline_value"), row.get("published"))
             axes[claim.name] = Abscissa(
-                claim.agrees, claim.close, others=[v for v in others if isinstance(v, int | float)]
+                claim.bounds.agrees,
+                claim.bounds.close,
+                others=[v for v in others if isinstance(v, int | float)],
             )
     return axes
 

@@ -238,10 +238,10 @@ def _one_sample(
     if drawn.kind == POPULATION:
         ends = bootstrap.mean_interval(np.asarray(values), more=1.0)
         return _within_a_share(papers.Estimate(value, *ends), claim.measure)
-    if not (drawn.clusters and claim.sample):
+    if not (drawn.clusters and claim.scope.sample):
         return None
     away = np.asarray(values)[: drawn.size - drawn.left_out] - value
-    one = value + np.roll(away, 1) + away * np.sqrt(drawn.clusters / claim.sample)
+    one = value + np.roll(away, 1) + away * np.sqrt(drawn.clusters / claim.scope.sample)
     low, high = map(float, bootstrap.percentile_interval(one))
     return _within_a_share(papers.Estimate(value, low, high), claim.measure)
 
@@ -270,11 +270,15 @@ def _people(names: Iterable[str], frames: Mapping[str, pd.DataFrame]) -> tuple[i
 
 def _not_met(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], measures: evaluation.Registry) -> str:
     """Return which condition that a claim rests on is not met, empty if none; those whose tables are not there are."""
-    for name in claim.rests_on:
+    for name in claim.scope.rests_on:
         condition = papers.claim(name)
         value = _number(condition, frames, measures)
-        if condition.agrees and set(condition.tables) <= set(frames) and value not in condition.agrees:
-            return f"{name} is not met (expected {condition.agrees}, received {value:.4g})"
+        if (
+            condition.bounds.agrees
+            and set(condition.tables) <= set(frames)
+            and value not in condition.bounds.agrees
+        ):
+            return f"{name} is not met (expected {condition.bounds.agrees}, received {value:.4g})"
     return ""
 
 
@@ -431,21 +435,21 @@ def _row(verdict: papers.Verdict) -> dict[str, Any]:
     return {
         "claim": claim.name,
         "paper": claim.paper,
-        "section": claim.section,
+        "section": claim.text.section,
         "kind": str(claim.kind),
         "same_as": claim.same_as,
         "figure": claim.figure,
-        "quote": claim.quote,
+        "quote": claim.text.quote,
         "published": np.nan if claim.published is None else claim.published,
         "unit": claim.unit,
         "measure": str(claim.measure or ""),
-        "help": claim.help,
+        "help": claim.text.help,
         "agreement": str(verdict.agreement),
         "value": value.value,
         "value_low": value.low,
         "value_high": value.high,
-        "bounds": str(claim.agrees or ""),
-        "close_bounds": str(claim.close or ""),
+        "bounds": str(claim.bounds.agrees or ""),
+        "close_bounds": str(claim.bounds.close or ""),
         "one_sample_low": one.low,
         "one_sample_high": one.high,
         "paper_in_prediction": "" if inside is None else "yes" if inside else "no",
@@ -461,5 +465,5 @@ def _row(verdict: papers.Verdict) -> dict[str, Any]:
         "gain_high": gain.high,
         "why": verdict.why,
         "n_people": np.nan if found.people is None else float(found.people),
-        "written": claim.written,
+        "written": claim.bounds.written,
     }

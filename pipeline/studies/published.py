@@ -84,7 +84,7 @@ def verdict_counts(
     """Return figure, name, value and unit of the rows that count verdicts by kind, for papers with figures here."""
     counted = []
     for keys in _judged_together(layout):
-        claims = [c for key in keys for c in papers.paper(key).claims if not c.untestable]
+        claims = [c for key in keys for c in papers.paper(key).claims if not c.scope.untestable]
         verdicts = judge(claims, by_name, data_name, measures=measures)
         if {verdict.agreement for verdict in verdicts} != {Agreement.UNTESTABLE}:
             # A number that is printed twice counts once.

@@ -18,6 +18,6 @@ def assert_holds(tables: Tables, *names: str, paper: str) -> None:
         [papers.claim(f"{paper}_{name}") for name in names], tables, "synthetic", measures=MEASURES
     ):
         claim, value = verdict.claim, verdict.value
-        bounds = [b for b in (claim.agrees, claim.close) if b is not None]
+        bounds = [b for b in (claim.bounds.agrees, claim.bounds.close) if b is not None]
         assert value is not None, f"{claim.name}: {verdict.why}"
         assert any(value in b for b in bounds), f"{claim.name}: {verdict.why}"

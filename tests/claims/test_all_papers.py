@@ -33,7 +33,7 @@ def claims_of(paper: str) -> list[papers.Claim]:
 
 @pytest.mark.parametrize("paper", PAPERS)
 def test_no_claim_about_the_papers_figures_lacks_its_table(paper: str, synthetic_tables: Tables) -> None:
-    claims = [c for c in claims_of(paper) if not c.untestable and c.name not in FEW_ENOUGH]
+    claims = [c for c in claims_of(paper) if not c.scope.untestable and c.name not in FEW_ENOUGH]
     verdicts = judge(claims, synthetic_tables, "synthetic", measures=MEASURES)
     assert [f"{v.claim.name}: {v.why}" for v in verdicts if v.value is None] == []
 

@@ -22,12 +22,15 @@ from pipeline.papers import (
     Agreement,
     Baseline,
     Beyond,
+    Bounds,
     Claim,
+    ClaimText,
     Estimate,
     Evidence,
     Interval,
     Kind,
     Measure,
+    Scope,
     Verdict,
 )
 from pipeline.papers import loading as papers_loading
@@ -246,21 +249,24 @@ def test_every_claim_has_a_name_of_its_own() -> None:
 
 @pytest.mark.parametrize("claim", by_name([c for c in CLAIMS if c.published is not None]))
 def test_the_published_number_stands_in_the_quotation(claim: Claim) -> None:
-    assert claim.published in numbers_in(claim.quote)
+    assert claim.published in numbers_in(claim.text.quote)
 
 
 @pytest.mark.parametrize("claim", by_name(CLAIMS))
 def test_a_claim_is_of_the_kind_that_its_number_makes_it(claim: Claim) -> None:
     assert claim.published is not None or claim.kind is not Kind.RESULT
-    counted = claim.agrees is not None and claim.agrees.low == claim.agrees.high == claim.published
+    counted = (
+        claim.bounds.agrees is not None
+        and claim.bounds.agrees.low == claim.bounds.agrees.high == claim.published
+    )
     assert not counted or claim.kind is Kind.CONDITION
 
 
 @pytest.mark.parametrize("claim", by_name(JUDGED))
 def test_every_judged_claim_was_decided_beforehand(claim: Claim) -> None:
-    assert claim.agrees is not None
-    assert claim.reason
-    assert claim.how
+    assert claim.bounds.agrees is not None
+    assert claim.bounds.reason
+    assert claim.text.how
     assert claim.figure in {name.split("/")[0] for name in claim.tables}
     paper = papers.all_papers()[claim.paper]
     assert {name.split("/")[0] for name in claim.tables} <= {*paper.figures, *paper.beyond}
@@ -297,7 +303,7 @@ def test_help_that_the_paper_did_not_have_is_said() -> None:
         claim.name for claim in of_paper if claim.name.endswith(("up_to_mirror", "from_a_shaky_camera"))
     }
     helped |= {claim.name for claim in of_paper if re.search("up_to_mirror|hinge", str(claim.measure))}
-    assert helped == {claim.name for claim in of_paper if claim.help}
+    assert helped == {claim.name for claim in of_paper if claim.text.help}
 
 
 def test_a_number_that_is_printed_twice_is_one_that_is_there() -> None:
@@ -351,7 +357,9 @@ def test_a_typed_number_of_an_explanation_is_the_papers_or_of_the_criterion(
     claim: Claim, data_name: str
 ) -> None:
     explanation = claim.why[data_name]
-    said = " ".join(map(str, (claim.quote, claim.how, claim.measure, claim.agrees, claim.close)))
+    said = " ".join(
+        map(str, (claim.text.quote, claim.text.how, claim.measure, claim.bounds.agrees, claim.bounds.close))
+    )
     said += " ".join(explanation.run.overrides) if explanation.run else ""
     assert typed_numbers(explanation.text) <= typed_numbers(said.replace("{", "").replace("}", ""))
 
@@ -401,10 +409,15 @@ def test_a_claim_like_another_differs_only_in_what_it_says() -> None:
     for name, body in alike.items():
         ours, other = papers.claim(name), papers.claim(body["like"])
         assert other.paper == "zhang2007"
-        for field in ("section", "quote", "published", "unit", "kind", "figure", "how", "untestable"):
+        for field in ("published", "unit", "kind", "figure"):
             assert field in body or getattr(ours, field) == getattr(other, field), f"{name}: {field}"
+        for field in ("section", "quote", "how"):
+            assert field in body or getattr(ours.text, field) == getattr(other.text, field), (
+                f"{name}: {field}"
+            )
+        assert "untestable" in body or ours.scope.untestable == other.scope.untestable, name
         if "bounds" not in body:
-            assert (ours.agrees, ours.close, ours.reason) == (other.agrees, other.close, other.reason)
+            assert replace(ours.bounds, written="") == replace(other.bounds, written=""), name
     ours, other = papers.claim("zhang2004_fundamental_share"), papers.claim("zhang2007_fundamental_share")
     assert ours.tables == ("zhang2004_fig2/table_harmonics",), "tables are the claim's own figure's"
     assert other.tables == ("zhang2007_fig2/table_harmonics",)
@@ -460,7 +473,7 @@ def test_a_file_is_read_as_it_stands(tmp_path: Path) -> None:
     (claim,) = paper.claims
     assert (claim.name, claim.kind, claim.published) == ("little2000_claim", Kind.RESULT, 10.0)
     assert claim.measure == Measure("mean", {"table": "little2000_fig1", "column": "x_mm"})
-    assert (claim.agrees, claim.close) == (Interval(9, 11), Interval(low=0, low_open=True))
+    assert (claim.bounds.agrees, claim.bounds.close) == (Interval(9, 11), Interval(low=0, low_open=True))
     assert claim.of_baseline == Measure("mean", {"table": "little2000_fig1", "column": "mean_x_mm"})
     assert paper.equations[0].printed == "pipeline.papers.load"
     assert paper.quantities[0].measure.tables == ("little2000_fig1/table_all",)
@@ -630,7 +643,7 @@ def test_no_file_lowers_how_few_people_decide_nothing(tmp_path: Path, clips: str
     text = LITTLE.replace("clips: walks", f"clips: {clips}")
     for asked, people in ((1, least), (40, 40)):
         own = text.replace("    unit: mm", f"    unit: mm\n    people: {asked}")
-        assert loaded(tmp_path, own).claims[0].people == people
+        assert loaded(tmp_path, own).claims[0].scope.people == people
     with rejects("unknown_key", "little2000.yaml", key="people"):
         loaded(tmp_path, text.replace("year: 2000", "year: 2000\npeople: 3"))
 
@@ -1392,20 +1405,19 @@ def little_claim(**changes: object) -> Claim:
     settings: dict = {
         "name": "zhang2007_little",
         "paper": "zhang2007",
-        "section": "4",
         "kind": Kind.RESULT,
-        "quote": "about 10 mm",
         "published": 10,
         "unit": "mm",
         "figure": "zhang2007_fig5",
-        "how": "mean of x_mm",
         "measure": Measure("mean", {"table": "zhang2007_fig5", "column": "x_mm"}),
         "baseline": SIMPLER,
-        "agrees": Interval(9, 11),
-        "close": Interval(low=0, low_open=True),
-        "reason": "an example",
+        "text": ClaimText(section="4", quote="about 10 mm", how="mean of x_mm"),
+        "bounds": Bounds(agrees=Interval(9, 11), close=Interval(low=0, low_open=True), reason="an example"),
         "why": {"optical": shown("these walkers are small: {value:.1f} mm")},
     }
+    for part, kind in (("bounds", Bounds), ("scope", Scope)):
+        of_part = {name: changes.pop(name) for name in list(changes) if name in kind.__dataclass_fields__}
+        settings[part] = replace(settings.get(part, kind()), **of_part)
     return Claim(**(settings | changes))
 
 
@@ -1505,11 +1517,11 @@ def test_the_gain_has_the_sign_of_the_better_side(
     "claim", [pytest.param(c, id=c.name) for c in JUDGED if c.kind is not Kind.CONDITION]
 )
 def test_no_claim_agrees_at_an_edge_or_by_few_and_none_loses_by_its_baseline(claim: Claim) -> None:
-    bounds = claim.agrees
+    bounds = claim.bounds.agrees
     assert bounds is not None
     finite = [end for end in (bounds.low, bounds.high) if np.isfinite(end)]
     step = 1e-3 * (abs(finite[-1] - finite[0]) or abs(finite[0]) or 1.0)
-    edge, data_name = finite[0], (claim.only or ("a lab's",))[0]
+    edge, data_name = finite[0], (claim.scope.only or ("a lab's",))[0]
     inside = edge + step if bounds.low == edge else edge - step
     small, wide = 1e-3 * step, 2.0 * step
 
@@ -1518,11 +1530,11 @@ def test_no_claim_agrees_at_an_edge_or_by_few_and_none_loses_by_its_baseline(cla
         return str(papers.judge(claim, evidence, data_name, lambda name: 1.0).agreement)
 
     assert {told(estimate(inside, small), gain) for gain in (-1.0, 0.0, 1.0)} == {"agrees"}
-    within = claim.close is not None and claim.close.covers(estimate(inside, wide))
+    within = claim.bounds.close is not None and claim.bounds.close.covers(estimate(inside, wide))
     assert told(estimate(inside, wide)) == ("close" if within else "undecided")
     assert told(Estimate(inside)) == "undecided", "no interval"
-    assert told(estimate(inside, small), people=claim.people - 1) == "untestable"
-    assert claim.people >= min(papers.LEAST_PEOPLE.values())
+    assert told(estimate(inside, small), people=claim.scope.people - 1) == "untestable"
+    assert claim.scope.people >= min(papers.LEAST_PEOPLE.values())
 
 
 def test_what_is_assumed_of_a_data_set_cannot_be_tested_on_it() -> None:
@@ -1542,7 +1554,7 @@ def test_a_claim_about_one_data_set_cannot_be_tested_on_another() -> None:
         ("zhang2007_structure_synthetic_below_map", "synthetic"),
         ("zhang2007_structure_error", "optical"),
     ):
-        assert papers.claim(name).only == (data_name,)
+        assert papers.claim(name).scope.only == (data_name,)
 
 
 def test_recordings_that_may_be_one_persons_decide_nothing() -> None:

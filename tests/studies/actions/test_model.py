@@ -43,10 +43,10 @@ def test_another_action_is_told(bends: int, others: int, told: list[str]) -> Non
 
 def test_claims_rest_on_what_is_told() -> None:
     condition = papers.claim("mozerov2006_same_action_class")
-    assert condition.agrees is not None
-    assert UNRELATED in condition.agrees
-    assert 1.01 * UNRELATED not in condition.agrees
-    assert condition.name in papers.claim("mozerov2006_natural_modes").rests_on
+    assert condition.bounds.agrees is not None
+    assert UNRELATED in condition.bounds.agrees
+    assert 1.01 * UNRELATED not in condition.bounds.agrees
+    assert condition.name in papers.claim("mozerov2006_natural_modes").scope.rests_on
 
 
 def test_variance_left_to_all_is_that_about_the_mean_sequence_to_that_about_the_mean_posture() -> None:

@@ -1,0 +1,163 @@
+"""Claims, quantities and explanations, from the entries of a paper's file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from pipeline.papers import criteria
+from pipeline.papers.claims import Baseline, Bounds, Claim, Kind, Quantity
+from pipeline.papers.entries import mapping, record, text, whole
+from pipeline.papers.explanations import Explanation, Run, Support, of_run, placeholders
+from pipeline.papers.intervals import Interval
+from pipeline.validation import InvalidInput, require_choice
+
+Runs = Mapping[tuple[str, str, str], Run]
+"""Runs by data set, group and switch."""
+
+
+@dataclass(frozen=True)
+class _Limits:
+    """Bounds of a claim, as the file has them."""
+
+    agrees: Mapping[str, Any] = field(default_factory=dict)
+    close: Mapping[str, Any] = field(default_factory=dict)
+    reason: str = ""
+
+
+def claim_entry(
+    key: str,
+    name: str,
+    all_claims: Mapping[str, Any],
+    of_paper: Mapping[str, int],
+    runs: Runs,
+    baselines: Mapping[str, Baseline],
+) -> Claim:
+    """Return a claim of a paper from the entries of all claims.
+
+    Parameters
+    ----------
+    key, name : str
+        Key of the paper; name of the claim.
+    all_claims : mapping
+        Entries of all claims by name, those that others are ``like``.
+    of_paper : mapping of str to int
+        Least number of people for a verdict and number of people in the paper.
+    runs : mapping
+        Runs with a switch, which explanations quote.
+    baselines : mapping of str to Baseline
+        Baseline of each class of measures.
+
+    Raises
+    ------
+    InvalidInput
+        If the entry is invalid; the sentence names file and claim.
+    """
+    where = f"{key}.yaml, {name}"
+    plain = {**of_paper, **_like(name, all_claims, where)}
+    judged = not plain.get("untestable")
+    compared = judged and plain.get("kind") != Kind.CONDITION
+    measures, given = plain.pop("class", ""), plain.pop("bounds", {})
+    limits = record(_Limits, given, f"{where}, bounds", needed=("agrees", "reason") if judged else ())
+    written = text(plain.pop("written", ""), f"{where}, written")
+    figure, published = plain.get("figure", ""), plain.get("published")
+
+    def interval(content: Mapping[str, Any]) -> Interval | None:
+        return criteria.interval(content, published, f"{where}, bounds") if content else None
+
+    readers = {
+        "people": lambda value, where: max(of_paper["people"], whole(value, where)),
+        "measure": lambda value, where: criteria.measure(mapping(value, where), figure, where),
+        "why": lambda value, where: {
+            data: _explanation(why, f"{where} {data}", runs) for data, why in mapping(value, where).items()
+        },
+    }
+    claim = record(
+        Claim,
+        plain,
+        where,
+        needed=("how", "measure", "figure") if judged else (),
+        readers=readers,
+        parts=("text", "scope"),
+        name=name,
+        paper=key,
+        baseline=baselines.get(measures) if compared else None,
+        bounds=Bounds(
+            agrees=interval(limits.agrees),
+            close=interval(limits.close),
+            reason=limits.reason,
+            written=written,
+        ),
+        rests_on=(),
+    )
+    if compared and not measures:
+        raise InvalidInput("no 'class'", where, code="missing_key", key="class")
+    if compared:
+        require_choice(f"{where}, class", measures, list(baselines))
+    if not judged and (claim.figure or claim.measure or claim.bounds.agrees):
+        raise InvalidInput(
+            "has a figure, a measure or bounds although it is untestable",
+            where,
+            code="untestable_with_measure",
+        )
+    criteria.check_bounds(claim, f"{where}, bounds")
+    if claim.baseline and claim.baseline.replace and claim.of_baseline is None:
+        raise InvalidInput(
+            f"its measure names nothing that the baseline of {measures!r} replaces",
+            where,
+            code="baseline_replaces_nothing",
+        )
+    return claim
+
+
+@dataclass(frozen=True)
+class _Why:
+    """An explanation, as the file has it: one text, named by what supports it, and the run or the names that do."""
+
+    shown: str = ""
+    tested: str = ""
+    untested: str = ""
+    run: Run | None = None
+    beside: tuple[str, ...] = ()
+
+
+def _explanation(content: Any, where: str, runs: Runs) -> Explanation:
+    def run(value: Any, where: str) -> Run:
+        named = record(Run, value, where, overrides=(), scale="", without={}, with_it={})
+        return runs.get((named.data, named.group, named.switch), named)
+
+    why = record(_Why, content, where, readers={"run": run})
+    given = [support for support in Support if getattr(why, support)]
+    if len(given) != 1:
+        raise InvalidInput(
+            "must have one text", where, " or ".join(Support), ", ".join(given) or "none", code="not_one_text"
+        )
+    support, words = given[0], str(getattr(why, given[0]))
+    if (support is Support.TESTED) != bool(why.run or why.beside) or (why.run and why.beside):
+        raise InvalidInput(
+            "what is tested needs its run, or what is measured beside it", where, code="no_support"
+        )
+    if not why.run and any(of_run(name) for name in placeholders(words)):
+        raise InvalidInput("quotes a run, and names none", where, code="run_not_named")
+    return Explanation(support=support, text=words, run=why.run, beside=why.beside)
+
+
+def _like(name: str, all_claims: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """Return the keys of a claim, with those of the claims that it is ``like`` as defaults."""
+    body, trail = mapping(all_claims[name], where), {name}
+    while (other := body.pop("like", None)) is not None:
+        if other not in all_claims or other in trail:
+            raise InvalidInput(
+                "must be another claim", f"{where}, like", received=other, code="unknown_claim", name=other
+            )
+        trail.add(other)
+        body = {**all_claims[other], **body}
+    return body
+
+
+def quantity_entry(key: str, name: str, content: Any, where: str) -> Quantity:
+    """Return a quantity of a paper from its entry.  Raises InvalidInput if the entry is invalid."""
+    figure = mapping(content, where).get("figure", "")
+    reader = {"measure": lambda value, where: criteria.measure(mapping(value, where), figure, where)}
+    return record(Quantity, content, where, readers=reader, name=name, paper=key)
