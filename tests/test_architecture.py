@@ -531,6 +531,66 @@ def test_a_preset_holds_only_what_differs(preset: Path) -> None:
     assert lines(preset) <= 15
 
 
+MAX_FIELDS, MAX_ARGUMENTS = 15, 9
+"""Of a record that is not a class of options, and of a function besides `self` and `cls`."""
+
+
+@functools.cache
+def option_classes() -> frozenset[str]:
+    """Names of all classes that derive from `Options`, directly or through others."""
+    classes = [node for m in SOURCES for node in ast.walk(tree_of(m)) if isinstance(node, ast.ClassDef)]
+    bases = {node.name: {ast.unparse(base).rpartition(".")[2] for base in node.bases} for node in classes}
+    found = {"Options"}
+    while more := {name for name, of in bases.items() if of & found} - found:
+        found |= more
+    return frozenset(found)
+
+
+def too_large(tree: ast.Module) -> list[str]:
+    """Records and functions of a syntax tree over the limits, one sentence each.
+
+    Every class whose body annotates fields is a record: a dataclass, a NamedTuple, a TypedDict.  Excepted are classes
+    of options, which derive from `Options`, and class variables.
+    """
+    told = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ClassDef):
+            annotated = [
+                ast.unparse(part.annotation) for part in node.body if isinstance(part, ast.AnnAssign)
+            ]
+            count = sum(not kind.startswith("ClassVar") for kind in annotated)
+            bases = {ast.unparse(base).rpartition(".")[2] for base in node.bases}
+            if count > MAX_FIELDS and not bases & option_classes():
+                told.append(f"{node.name} has {count} fields")
+        elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
+            given = node.args
+            names = [*given.posonlyargs, *given.args, *given.kwonlyargs, given.vararg, given.kwarg]
+            count = sum(one is not None and one.arg not in ("self", "cls") for one in names)
+            if count > MAX_ARGUMENTS:
+                told.append(f"{getattr(node, 'name', 'lambda')} has {count} arguments")
+    return told
+
+
+@pytest.mark.parametrize("module", SOURCES)
+def test_records_and_functions_are_small(module: str) -> None:
+    assert too_large(tree_of(module)) == []
+
+
+@pytest.mark.parametrize(
+    ("code", "count"),
+    [
+        ("class Record(NamedTuple):\n" + "".join(f"    f{n}: int\n" for n in range(16)), 1),
+        ("class Record:\n    kind: ClassVar[str]\n" + "".join(f"    f{n}: int\n" for n in range(15)), 0),
+        ("class Film(Options):\n" + "".join(f"    f{n}: int\n" for n in range(16)), 0),
+        ("class Film(study.Sweep):\n" + "".join(f"    f{n}: int\n" for n in range(16)), 0),
+        ("def f(self, a, b, c, d, e, *f, g, h, i): ...", 0),
+        ("def f(self, a, b, c, d, e, *f, g, h, i, **j): ...", 1),
+    ],
+)
+def test_a_large_record_or_function_is_noticed(code: str, count: int) -> None:
+    assert len(too_large(ast.parse(code))) == count
+
+
 # --- what the project says of itself ----------------------------------------------------------------------
 
 
