@@ -81,9 +81,9 @@ def smallest_dimensions(eigenvalues: np.ndarray, total_variance: float, variance
     2
     """
     require_range("the share of the variance", variance, above=0, at_most=1)
-    held = np.cumsum(eigenvalues) / total_variance
+    cumulative = np.cumsum(eigenvalues) / total_variance
     # Rounding must not ask for one more eigenvector.
-    return min(int(np.searchsorted(held, variance * (1 - 1e-12))) + 1, len(held))
+    return min(int(np.searchsorted(cumulative, variance * (1 - 1e-12))) + 1, len(cumulative))
 
 
 def learn(
@@ -125,16 +125,16 @@ def learn(
 def _all_postures(performances: Sequence[np.ndarray]) -> np.ndarray:
     if not len(performances):
         raise InvalidInput("no performances", expected="one or more", received="none", code="no_performances")
-    given = [np.asarray(p, float) for p in performances]
-    for number, performance in enumerate(given):
+    arrays = [np.asarray(p, float) for p in performances]
+    for number, performance in enumerate(arrays):
         where = f"performance {number}"
-        require_shape(where, performance, ("F", given[0].shape[-1]))
+        require_shape(where, performance, ("F", arrays[0].shape[-1]))
         if not np.isfinite(performance).all():
             frame = int(np.argwhere(~np.isfinite(performance))[0][0])
             raise InvalidInput(
                 f"posture {frame} has values that are not finite", where, code="not_finite", frame=frame
             )
-    samples = np.concatenate(given)
+    samples = np.concatenate(arrays)
     if len(samples) < 2:
         raise InvalidInput(
             "one posture alone spans no space",

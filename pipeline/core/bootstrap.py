@@ -63,8 +63,8 @@ def weighted_means(values: np.ndarray, cluster: np.ndarray, weights: np.ndarray)
     total = sums_by_cluster(values, cluster, clusters)
     count = np.bincount(cluster, minlength=clusters)
     with np.errstate(invalid="ignore", divide="ignore"):
-        held = (weights @ count).reshape(-1, *[1] * (total.ndim - 1))
-        return np.tensordot(weights, total, axes=1) / np.where(held > 0, held, np.nan)
+        total_weight = (weights @ count).reshape(-1, *[1] * (total.ndim - 1))
+        return np.tensordot(weights, total, axes=1) / np.where(total_weight > 0, total_weight, np.nan)
 
 
 def weighted_medians(values: np.ndarray, cluster: np.ndarray, weights: np.ndarray) -> np.ndarray:

@@ -136,8 +136,8 @@ def fit(
     if scale_last != 1.0:
         samples = np.column_stack([samples[:, :-1], scale_last * samples[:, -1]])
     mean = samples.mean(axis=0)
-    kept = min(n_components, len(samples) - 1, samples.shape[1])
-    squares, components = _principal_directions(samples - mean, kept)
+    count = min(n_components, len(samples) - 1, samples.shape[1])
+    squares, components = _principal_directions(samples - mean, count)
     return _model(mean, squares, components, len(samples) - (divisor == "R-1"), float(scale_last))
 
 
@@ -228,18 +228,18 @@ def leave_one_out(
     rows, of = samples, labels
     if mirrors is not None:
         rows, of = np.concatenate([samples, np.asarray(mirrors, float)]), np.tile(labels, 2)
-    wanted = range(len(samples)) if only is None else only
+    left_out = range(len(samples)) if only is None else only
     if len(rows) < _MANY * rows.shape[1] or scale_last != 1.0 or not np.isfinite(rows).all():
-        for r in wanted:
+        for r in left_out:
             yield fit(rows[of != labels[r]], n_components, divisor=divisor, scale_last=scale_last), r
         return
-    for start in range(0, len(wanted), _FOLDS_AT_A_TIME):
-        block = wanted[start : start + _FOLDS_AT_A_TIME]
+    for start in range(0, len(left_out), _FOLDS_AT_A_TIME):
+        block = left_out[start : start + _FOLDS_AT_A_TIME]
         for r, (mean, products, count) in zip(block, _moments_without(rows, of, labels[block]), strict=True):
             squares, directions = np.linalg.eigh(products)
-            squares, kept = np.maximum(squares[::-1], 0.0), min(n_components, len(squares))
-            if squares[kept - 1] > _WELL_DETERMINED * squares[0]:
-                components = directions[:, ::-1].T[:kept]
+            squares, rank = np.maximum(squares[::-1], 0.0), min(n_components, len(squares))
+            if squares[rank - 1] > _WELL_DETERMINED * squares[0]:
+                components = directions[:, ::-1].T[:rank]
                 yield _model(mean, squares, components, count - (divisor == "R-1"), 1.0), r
             else:
                 yield fit(rows[of != labels[r]], n_components, divisor=divisor), r
@@ -294,10 +294,10 @@ def leave_two_out(
     require_range("the number of groups", count, at_least=3)
     for g in range(count):
         for h in range(g + 1, count):
-            kept = (groups != g) & (groups != h)
-            training = samples[kept]
+            remaining = (groups != g) & (groups != h)
+            training = samples[remaining]
             if mirrors is not None:
-                training = np.concatenate([training, np.asarray(mirrors, float)[kept]])
+                training = np.concatenate([training, np.asarray(mirrors, float)[remaining]])
             yield fit(training, n_components, divisor=divisor, scale_last=scale_last), g, h
 
 
@@ -321,9 +321,9 @@ def without_joints(rows: np.ndarray, measured: np.ndarray) -> np.ndarray:
     """
     if measured.all():
         return rows
-    kept = np.array(rows, float)
-    unflatten(kept)[..., ~measured, :] = 0.0  # a view of `kept`
-    return kept
+    masked = np.array(rows, float)
+    unflatten(masked)[..., ~measured, :] = 0.0  # a view of `kept`
+    return masked
 
 
 def of_measured(model: LinearModel, measured: np.ndarray) -> LinearModel:
@@ -359,9 +359,9 @@ def coefficients(
     scaled[:, -1] *= model.last_scale
     if measured is None or measured.all():
         return (scaled - model.mean) @ model.components.T
-    seen = of_measured(model, measured)
-    away = (without_joints(scaled, measured) - seen.mean).T
-    return np.linalg.lstsq(seen.components.T, away)[0].T
+    visible = of_measured(model, measured)
+    away = (without_joints(scaled, measured) - visible.mean).T
+    return np.linalg.lstsq(visible.components.T, away)[0].T
 
 
 @dataclass(frozen=True)

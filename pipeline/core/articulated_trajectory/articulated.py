@@ -106,5 +106,5 @@ class Articulated:
 
 def _root_mean_square(distances: np.ndarray) -> float:
     """Root mean square of the distances that are known, NaN if none is."""
-    known = distances[~np.isnan(distances)]
-    return float(np.sqrt(np.mean(known**2))) if known.size else np.nan
+    finite = distances[~np.isnan(distances)]
+    return float(np.sqrt(np.mean(finite**2))) if finite.size else np.nan

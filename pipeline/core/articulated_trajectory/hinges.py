@@ -100,9 +100,9 @@ def wrong_share(bend: np.ndarray) -> float:
     bend : (F,)
         Of `flexion`; frames of NaN do not count.
     """
-    known = bend[np.isfinite(bend)]
-    total = np.abs(known).sum()
-    return (np.maximum(-known, 0.0).sum() / total) if total > 1e-9 else 0.5
+    finite = bend[np.isfinite(bend)]
+    total = np.abs(finite).sum()
+    return (np.maximum(-finite, 0.0).sum() / total) if total > 1e-9 else 0.5
 
 
 def resolve_mirrors(hinge: Hinge, tree: LimbTree, choose: Callable[[LimbTree, str], LimbChoice]) -> LimbTree:

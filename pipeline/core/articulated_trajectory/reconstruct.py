@@ -120,10 +120,10 @@ def reconstruct(
     upside down, for which they are reconstructed once more, without certificates.
     """
     inputs = prepared(images, camera, root, lengths, options, chain=chain, frame_rate_hz=frame_rate_hz)
-    found = inputs.whole()
-    for doubt in found.doubts(inputs.upside_down()):
+    skeleton = inputs.whole()
+    for doubt in skeleton.doubts(inputs.upside_down()):
         warnings.warn(doubt, stacklevel=2)
-    return found
+    return skeleton
 
 
 def prepared(
@@ -281,12 +281,12 @@ class Reconstruction:
     def choose(self, tree: LimbTree, limb: str) -> LimbChoice:
         """The choice for a limb whose parent the tree has."""
         way = self.chain.ways[limb][1:]
-        place = (limb, tuple(tree.choices[joint].mirrored for joint in way))
+        branch = (limb, tuple(tree.choices[joint].mirrored for joint in way))
         if np.isnan(self.lengths).any():
             return self._choose(tree, limb)
-        if place not in self.known:
-            self.known[place] = self._choose(tree, limb)
-        return self.known[place]
+        if branch not in self.known:
+            self.known[branch] = self._choose(tree, limb)
+        return self.known[branch]
 
     def _choose(self, tree: LimbTree, limb: str) -> LimbChoice:
         options = self.options
@@ -357,9 +357,9 @@ class Reconstruction:
 
     def _length(self, tree: LimbTree, limb: str) -> float:
         """Length of a limb, mm, as it is given or as the rays ask for it."""
-        given = dict(zip(self.chain.limbs, self.lengths, strict=True))
-        if not np.isnan(given[limb]):
-            return given[limb]
-        unknown = [name for name, length in given.items() if np.isnan(length)]
+        lengths = dict(zip(self.chain.limbs, self.lengths, strict=True))
+        if not np.isnan(lengths[limb]):
+            return lengths[limb]
+        unknown = [name for name, length in lengths.items() if np.isnan(length)]
         parents = {name: tree.end(self.chain.held_by(name)) for name in unknown}
         return length_from_rays(self._cameras, {name: self._seen(name) for name in unknown}, parents, limb)

@@ -173,21 +173,21 @@ def on_sphere(rays: Rays, radius: float, *, adjust: Adjustment = Adjustment.per_
     """
     require_range("radius", radius, at_least=0.0, unit="mm")
     distance = rays.distance
-    given = np.isfinite(distance)
+    finite = np.isfinite(distance)
     reachable = rays.ahead > -_half(radius, distance)  # False where NaN
     if not reachable.any():
         raise InvalidInput(
             "no ray meets the sphere in front of its camera",
             expected="a frame with image, camera and parent",
-            received=f"{(~given).sum()} of {len(given)} frames missing, {given.sum()} behind the camera",
+            received=f"{(~finite).sum()} of {len(finite)} frames missing, {finite.sum()} behind the camera",
             code="no_ray_hits",
-            missing=(~given).sum(),
-            behind=given.sum(),
+            missing=(~finite).sum(),
+            behind=finite.sum(),
         )
     used = _adjusted(distance[reachable], float(radius), adjust)
     half = _half(used, distance)
-    status = np.full(len(given), RayStatus.MISSING, np.int8)
-    status[given] = np.where(half[given] > 0.0, RayStatus.TWO, RayStatus.TANGENT)
+    status = np.full(len(finite), RayStatus.MISSING, np.int8)
+    status[finite] = np.where(half[finite] > 0.0, RayStatus.TWO, RayStatus.TANGENT)
     status[rays.ahead <= half] = RayStatus.FORCED
     status[rays.ahead <= -half] = RayStatus.BEHIND
     dropped = (status == RayStatus.BEHIND)[:, None]

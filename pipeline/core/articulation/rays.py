@@ -86,12 +86,12 @@ def cast_rays(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> R
         parent joint.
     """
     cameras, pixels, parents = _by_frame(cameras, pixels, parents)
-    given = np.isfinite(np.column_stack([cameras.reshape(-1, 12), pixels, parents])).all(axis=1)
-    frames = np.flatnonzero(given)
-    M, p4, x = cameras[given, :, :3], cameras[given, :, 3], pixels[given]
+    finite = np.isfinite(np.column_stack([cameras.reshape(-1, 12), pixels, parents])).all(axis=1)
+    frames = np.flatnonzero(finite)
+    M, p4, x = cameras[finite, :, :3], cameras[finite, :, 3], pixels[finite]
     parallel = np.asarray(~M[:, 2].any(axis=1))
     det = _determinant(M, p4, parallel, frames)
-    q = (M @ parents[given, :, None])[..., 0] + p4
+    q = (M @ parents[finite, :, None])[..., 0] + p4
     left = M[:, :2] - x[:, :, None] * M[:, 2:]
     right = q[:, 2:] * x - q[:, :2]
     # det M times M^-1 (x, 1): away from the camera whatever P's sign.
@@ -108,8 +108,8 @@ def cast_rays(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> R
             f"frame {frames[at_joint.argmax()]}",
             code="camera_at_parent",
         )
-    rays = Rays(*(np.full((len(given), *shape), np.nan) for shape in ((3,), (3,), ())))
-    rays.middle[given], rays.direction[given], rays.ahead[given] = m, v, ahead
+    rays = Rays(*(np.full((len(finite), *shape), np.nan) for shape in ((3,), (3,), ())))
+    rays.middle[finite], rays.direction[finite], rays.ahead[finite] = m, v, ahead
     return rays
 
 

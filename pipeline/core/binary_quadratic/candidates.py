@@ -105,11 +105,13 @@ class Programme(NamedTuple):
         best = np.array(values, float)
         relaxed = self.kind == kernels.RELAXED
         if relaxed.any():
-            held = np.where(relaxed, 0, np.where(best < 0, -1, 1)).astype(np.int8)
+            fixed_signs = np.where(relaxed, 0, np.where(best < 0, -1, 1)).astype(np.int8)
             z, half = np.empty((3, self.basis.shape[1])), np.empty(len(best))
             trail = np.empty(len(best), np.int64)
             most = kernels.LAST_SWEEPS
-            kernels.relax(self, held, best, z, half, np.nan, np.inf, 0, most, self.allowance(0.0), trail, 0)
+            kernels.relax(
+                self, fixed_signs, best, z, half, np.nan, np.inf, 0, most, self.allowance(0.0), trail, 0
+            )
         return best
 
 
@@ -142,8 +144,8 @@ def programme_of(
             shape=basis.shape,
         )
     frames, components = basis.shape
-    given = {"basis": basis, "middle": middle, "half_chord": half_chord}
-    for name, array in given.items():
+    arrays = {"basis": basis, "middle": middle, "half_chord": half_chord}
+    for name, array in arrays.items():
         require_shape(name, array, (frames, components if name == "basis" else 3))
         if (missing := ~np.isfinite(array).all(axis=1)).any():
             raise InvalidInput(

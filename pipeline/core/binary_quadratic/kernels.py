@@ -200,12 +200,12 @@ def relax(p, held, values, z, half, known, cutoff, fewest, most, allowance, trai
     following = slopes(p, values, z, half) if np.isnan(known) else known
     sweeps = 0
     while True:
-        here = following
+        lower_bound = following
         slack = 0.0
         for i in range(len(half)):
             if held[i] == 0:
                 slack += abs(half[i]) + half[i] * values[i]
-        bound = here - 2.0 * slack - allowance
+        bound = lower_bound - 2.0 * slack - allowance
         if bound >= cutoff or sweeps >= most or 2.0 * slack <= 0.1 * allowance:
             return bound, following, sweeps, length
         first = length
@@ -218,19 +218,19 @@ def relax(p, held, values, z, half, known, cutoff, fewest, most, allowance, trai
             i = trail[n]
             following += move(p, i, held[i] - values[i], z, half)
             values[i] = held[i]
-        if sweeps >= fewest and here < cutoff:
+        if sweeps >= fewest and lower_bound < cutoff:
             return bound, following, sweeps, length
         for i in range(len(half)):
             if held[i] != 0:
                 continue
             steep = half[i] if len(table) > 0 else slope(basis, middle, half_chord, i, values[i], z)[0]
             if bent[i] > 0.0:
-                wanted = min(max(values[i] - OVER_RELAXATION * steep / bent[i], -1.0), 1.0)
+                target = min(max(values[i] - OVER_RELAXATION * steep / bent[i], -1.0), 1.0)
             else:
-                wanted = -1.0 if steep > 0.0 else 1.0 if steep < 0.0 else values[i]
-            change = wanted - values[i]
+                target = -1.0 if steep > 0.0 else 1.0 if steep < 0.0 else values[i]
+            change = target - values[i]
             if change != 0.0:
-                values[i] = wanted
+                values[i] = target
                 if len(table) > 0:  # as `move`
                     following += change * (2.0 * steep + change * table[i, i])
                     for j in range(len(half)):
@@ -309,8 +309,8 @@ def descend(p, values, longest, other, weight, bounded, allowance):  # type: ign
     half = np.empty(frames)
     # Products of each frame with those before it, summed from the first on: a window is a difference of two.
     sums = np.zeros((len(table) + 1, len(table)))
-    own = np.empty(frames)
-    here = 0.0
+    diagonal = np.empty(frames)
+    objective = 0.0
     near = 0.0
     for i in range(frames):
         near += weight[i] * values[i] * other[i]
@@ -323,17 +323,17 @@ def descend(p, values, longest, other, weight, bounded, allowance):  # type: ign
     changed = 0
     while idle < turns:
         if (size < 0 and alone) or (size != 0 and len(table) == 0):
-            here = slopes(p, values, z, half)
+            objective = slopes(p, values, z, half)
         elif size != 0 and not alone:
             for j in range(changed, frames):
                 for i in range(frames):
                     sums[j + 1, i] = sums[j, i] + table[j, i] * values[j]
-                own[j] = sums[j + 1, j]
-            here = p.still
+                diagonal[j] = sums[j + 1, j]
+            objective = p.still
             for i in range(frames):
                 half[i] = pull[i] + sums[frames, i]
-                here += values[i] * (pull[i] + half[i])
-            here = max(here, 0.0)
+                objective += values[i] * (pull[i] + half[i])
+            objective = max(objective, 0.0)
         # Windows forwards from each frame in turn, of any length from the first; then backwards from the last.
         first = turn if turn < frames else frames - 1
         onwards = 1 if turn < frames else -1
@@ -341,7 +341,7 @@ def descend(p, values, longest, other, weight, bounded, allowance):  # type: ign
         reach = frames if longer else min(longest, frames - first)
         # Flipping the window W changes J by the sum of 4 |s_i u_i|² - 4 s_i half_i, less 4 |sum of s_i B_i u_i^T|².
         least = 0.0
-        margin = MARGIN * abs(here) + allowance
+        margin = MARGIN * abs(objective) + allowance
         size = 0
         window[:] = 0.0
         change = 0.0
@@ -357,7 +357,11 @@ def descend(p, values, longest, other, weight, bounded, allowance):  # type: ign
                 itself = values[i] * table[i, i]
                 inner = itself
                 if not alone:
-                    inner = own[i] - sums[first, i] if onwards > 0 else sums[frames, i] - own[i] + itself
+                    inner = (
+                        diagonal[i] - sums[first, i]
+                        if onwards > 0
+                        else sums[frames, i] - diagonal[i] + itself
+                    )
                 change += values[i] * (8.0 * inner - 4.0 * itself - 4.0 * half[i])
             else:
                 square = 0.0
@@ -380,7 +384,7 @@ def descend(p, values, longest, other, weight, bounded, allowance):  # type: ign
             if kind[i] != FORCED:
                 near -= 2.0 * weight[i] * values[i] * other[i]
                 if alone:
-                    here += move(p, i, -2.0 * values[i], z, half)
+                    objective += move(p, i, -2.0 * values[i], z, half)
                 values[i] = -values[i]
         changed = min(first, first + onwards * (size - 1))
         turn = (turn + 1) % turns
@@ -415,13 +419,13 @@ def first_signs(p, weight, differences, longest, nearly, size):  # type: ignore[
             for i in range(frames):
                 start[i] = -path[i] if mirror and kind[i] == 0 else path[i]
             costs[count] = descend(p, start, single, start, weight, False, allowance)
-            known = False
+            duplicate = False
             for other in range(count):
                 same = True
                 for i in range(frames):
                     same = same and starts[other, i] == start[i]
-                known = known or same
-            if not known:
+                duplicate = duplicate or same
+            if not duplicate:
                 count += 1
     least = costs[:count].min()
     enough = max(nearly * least, least + allowance_of(numbers, size, least))
@@ -608,7 +612,7 @@ def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: igno
         np.empty(frames),
         np.empty(frames, np.int64),
     )
-    known = np.nan
+    parent_bound = np.nan
     leaves = 0
     while (budget > 0 or counts[PREPARED] == FIRST) and counts[FINISHED] == 0:
         start = counts[START]
@@ -705,13 +709,13 @@ def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: igno
         else:
             leaves += 1
             if leaves % REFRESH == 0 or len(p.table) == 0:
-                known = np.nan
-            known = enter_leaf(p, signs, leaf, known, best, found, gap, allowance, ends)
+                parent_bound = np.nan
+            parent_bound = enter_leaf(p, signs, leaf, parent_bound, best, found, gap, allowance, ends)
             budget -= frames
 
 
 @compiled_with_free_sums
-def enter_leaf(p, signs, leaf, known, best, found, gap, allowance, ends):  # type: ignore[no-untyped-def]
+def enter_leaf(p, signs, leaf, parent_bound, best, found, gap, allowance, ends):  # type: ignore[no-untyped-def]
     """All signs are chosen: J itself, with the relaxed frames at their best; it is also returned.
 
     `leaf` holds what is held, the values, half the derivatives by them and a trail, of the leaf before where its J is
@@ -723,24 +727,24 @@ def enter_leaf(p, signs, leaf, known, best, found, gap, allowance, ends):  # typ
     relaxed = False
     for i in range(len(held)):
         relaxed = relaxed or kind[i] == RELAXED
-        if np.isnan(known):
+        if np.isnan(parent_bound):
             held[i] = 0 if kind[i] == RELAXED else signs[i, 0]
             values[i] = found[i] if kind[i] == RELAXED else signs[i, 0]
         elif held[i] != 0 and held[i] != signs[i, 0]:
             held[i] = signs[i, 0]
-            known += move(p, i, held[i] - values[i], z, half)
+            parent_bound += move(p, i, held[i] - values[i], z, half)
             values[i] = held[i]
     cutoff = best[0] - max(gap * abs(best[0]), 2.0 * allowance)
-    bound, known, _, _ = relax(
-        p, held, values, z, half, known, cutoff, LAST_SWEEPS, LAST_SWEEPS, allowance, trail, 0
+    bound, parent_bound, _, _ = relax(
+        p, held, values, z, half, parent_bound, cutoff, LAST_SWEEPS, LAST_SWEEPS, allowance, trail, 0
     )
     # Half of what is not looked for: what is better by less may be rounding.
     enough = 0.5 * (best[0] + cutoff)
-    if known < enough + allowance:
-        here = cost(p, values, z)
-        if here < enough:
-            best[0] = here
+    if parent_bound < enough + allowance:
+        objective = cost(p, values, z)
+        if objective < enough:
+            best[0] = objective
             copy(values, found)
     if relaxed and bound < best[0] - max(gap * abs(best[0]), 2.0 * allowance):
         ends[1] = min(ends[1], bound)
-    return known
+    return parent_bound

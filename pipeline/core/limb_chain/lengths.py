@@ -95,12 +95,12 @@ def demanded_length(
     """
     require_range("quantile", quantile, above=0, at_most=1)
     rays = cast_rays(cameras, pixels, parents)
-    seen = rays.distance[rays.ahead > 0.0]
-    if not seen.size:
+    distances = rays.distance[rays.ahead > 0.0]
+    if not distances.size:
         raise InvalidInput(
             "no ray asks for a length", expected="a frame with image, camera and parent", code="no_rays"
         )
-    return np.quantile(seen, quantile)
+    return np.quantile(distances, quantile)
 
 
 def length_from_rays(

@@ -80,8 +80,8 @@ class Gram:
         if self._seen_from_everywhere or _well_conditioned(A):
             return np.linalg.solve(A, h)
         values, vectors = np.linalg.eigh(A)
-        seen = values > _UNSEEN * values[:, -1:]
-        inverse = np.where(seen, 1.0, 0.0) / np.where(seen, values, 1.0)
+        determined = values > _UNSEEN * values[:, -1:]
+        inverse = np.where(determined, 1.0, 0.0) / np.where(determined, values, 1.0)
         return vectors @ (inverse[..., None] * (np.swapaxes(vectors, 1, 2) @ h))
 
     def eliminate(

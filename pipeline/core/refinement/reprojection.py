@@ -83,11 +83,11 @@ class Observations:
 
         The basis (F, K + 1), its squares, and products of its columns, then the basis (F, n + K + 1).
         """
-        one = np.ones((len(self.basis), 1))
+        ones = np.ones((len(self.basis), 1))
         return (
-            np.hstack([self.basis, one]),
-            np.hstack([self.basis**2, one]),
-            np.hstack([self.products.columns, self.basis, one]),
+            np.hstack([self.basis, ones]),
+            np.hstack([self.basis**2, ones]),
+            np.hstack([self.products.columns, self.basis, ones]),
         )
 
     @cached_property
@@ -140,10 +140,10 @@ def observe(
         )
     at = np.broadcast_to(camera.known, frames)[:, None]
     rooted = np.isfinite(root).all(axis=1, keepdims=True)
-    seen = np.isfinite(images).all(axis=2) & at & rooted
+    visible = np.isfinite(images).all(axis=2) & at & rooted
     return Observations(
-        images=np.ascontiguousarray(np.where(seen[..., None], images, 0.0).swapaxes(0, 1)),
-        seen=np.ascontiguousarray(seen.T),
+        images=np.ascontiguousarray(np.where(visible[..., None], images, 0.0).swapaxes(0, 1)),
+        seen=np.ascontiguousarray(visible.T),
         projection=np.where(at[..., None], camera.intrinsics @ camera.rotation, np.eye(3)),
         centre=np.where(at, camera.centre, 0.0),
         root=np.where(rooted, root, 0.0),

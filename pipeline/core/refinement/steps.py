@@ -161,13 +161,13 @@ def refine(
         turns = [None] * limbs if charts is None else require_shape("charts", charts, (limbs, 3, 3))
         starts = zip(np.moveaxis(np.asarray(directions, float), 1, 0), turns, called[1:], strict=True)
         paths = [starting_path(d, rows, chart=chart, cutoff=cutoff, called=name) for d, chart, name in starts]
-    given, unknowns = _begun(images, camera, root, tree, lengths, paths, rows, free_lengths, called)
+    observations, unknowns = _begun(images, camera, root, tree, lengths, paths, rows, free_lengths, called)
     if cutoff is not None:
-        given = _softened(given, unknowns, cutoff)
+        observations = _softened(observations, unknowns, cutoff)
     bound = np.full_like(unknowns, np.inf)
     bound[:, 2 * rows.shape[1] :] = np.log(length_factor)
-    found = minimise(given, unknowns, bound, max_iterations=max_iterations, tolerance=tolerance)
-    return _refinement(given, np.asarray(root, float), *found)
+    minimum = minimise(observations, unknowns, bound, max_iterations=max_iterations, tolerance=tolerance)
+    return _refinement(observations, np.asarray(root, float), *minimum)
 
 
 def _begun(
@@ -184,7 +184,7 @@ def _begun(
     """What was observed, without a penalty, and the unknowns (L, 2 K, or 2 K + 1 with the lengths) of the start."""
     start = np.stack([np.concatenate([path.coefficients_theta, path.coefficients_phi]) for path in paths])
     unknowns = np.column_stack([start, np.zeros(len(start))]) if free_lengths else start
-    given = reprojection.observe(
+    observations = reprojection.observe(
         np.asarray(images, float)[:, 1:],
         camera,
         np.asarray(root, float),
@@ -194,8 +194,8 @@ def _begun(
         basis=rows,
         penalty=np.zeros_like(unknowns),
     )
-    _check_start(given, unknowns, called)
-    return given, unknowns
+    _check_start(observations, unknowns, called)
+    return observations, unknowns
 
 
 def _refinement(
@@ -230,10 +230,10 @@ def _softened(given: Observations, unknowns: np.ndarray, cutoff: float) -> Obser
     """The same with the penalty of a soft basis, in each limb's mean square of pixels to the radian."""
     by_position, movement = reprojection.linearise(given, unknowns)
     by_angle = by_position @ movement.swapaxes(2, 3)
-    seen = given.seen.sum(axis=1)
-    squares = 0.5 * (by_angle**2).sum(axis=(1, 2, 3)) / np.maximum(seen, 1)
+    count = given.seen.sum(axis=1)
+    squares = 0.5 * (by_angle**2).sum(axis=(1, 2, 3)) / np.maximum(count, 1)
     # A limb whose end is never seen has no pixels of its own.
-    squares = np.where(seen > 0, squares, squares[seen > 0].mean())
+    squares = np.where(count > 0, squares, squares[count > 0].mean())
     doubts = np.tile(soft_ridge(given.basis.shape[1], cutoff), 2)
     penalty = np.zeros_like(unknowns)
     penalty[:, : len(doubts)] = squares[:, None] * doubts

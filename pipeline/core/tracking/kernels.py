@@ -73,10 +73,10 @@ def image_misfit(points, matrix, seen, image, weights, free_axes, misfit):
     for i in range(len(points)):
         for j in range(len(seen)):
             for axis in range(2):
-                place = 0.0
+                projected = 0.0
                 for d in range(3):
-                    place += matrix[axis, d] * points[i, seen[j], d]
-                residuals[axis, j] = place - image[j, axis]
+                    projected += matrix[axis, d] * points[i, seen[j], d]
+                residuals[axis, j] = projected - image[j, axis]
         for axis in range(free_axes):
             middle = 0.0
             for j in range(len(seen)):

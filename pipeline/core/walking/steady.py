@@ -76,8 +76,8 @@ def facing(positions: np.ndarray) -> np.ndarray:
 
 def _fore_aft(positions: np.ndarray) -> np.ndarray:
     """Fore-aft distance of the left ankle from the right one, (T,) mm."""
-    apart = positions[:, LEFT_LEG[2], :2] - positions[:, RIGHT_LEG[2], :2]
-    return (apart * facing(positions)).sum(axis=-1)
+    between_ankles = positions[:, LEFT_LEG[2], :2] - positions[:, RIGHT_LEG[2], :2]
+    return (between_ankles * facing(positions)).sum(axis=-1)
 
 
 def _stride(signal: np.ndarray, frame_rate_hz: float) -> int:
@@ -282,8 +282,12 @@ def step_heading(coefficients: np.ndarray) -> float:
     The axis of the largest variance over a cycle of left minus right ankle, over all harmonics.  It averages over every
     step, while the tangent of a path of two or three strides also follows where somebody drifts.
     """
-    apart = coefficients[1:, LEFT_LEG[2], :2] - coefficients[1:, RIGHT_LEG[2], :2]
-    xx, xy, yy = apart[:, 0] @ apart[:, 0], apart[:, 0] @ apart[:, 1], apart[:, 1] @ apart[:, 1]
+    between_ankles = coefficients[1:, LEFT_LEG[2], :2] - coefficients[1:, RIGHT_LEG[2], :2]
+    xx, xy, yy = (
+        between_ankles[:, 0] @ between_ankles[:, 0],
+        between_ankles[:, 0] @ between_ankles[:, 1],
+        between_ankles[:, 1] @ between_ankles[:, 1],
+    )
     return -0.5 * np.arctan2(2.0 * xy, yy - xx)
 
 
