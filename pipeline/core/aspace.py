@@ -22,7 +22,7 @@ from pipeline.validation import InvalidInput, require_count, require_range, requ
 
 @dataclass(frozen=True)
 class ASpace:
-    """A space of few dimensions for the postures of one action, and the way there and back [mozerov2006 5].
+    """Low-dimensional space of the postures of one action, with the projection and its inverse [mozerov2006 5].
 
     Attributes
     ----------
@@ -42,12 +42,12 @@ class ASpace:
 
     @property
     def dimensions(self) -> int:
-        """b."""
+        """Number of dimensions b."""
         return len(self.components)
 
     @property
     def variance_held(self) -> float:
-        """Share of the variance that b eigenvectors hold."""
+        """Share of the variance that the b eigenvectors cover."""
         return self.eigenvalues[: self.dimensions].sum() / self.total_variance
 
     def project(self, postures: np.ndarray) -> np.ndarray:
@@ -60,7 +60,7 @@ class ASpace:
 
 
 def smallest_dimensions(eigenvalues: np.ndarray, total_variance: float, variance: float) -> int:
-    """Smallest b whose eigenvalues hold so much of the variance [mozerov2006 4].
+    """Smallest number of dimensions b whose eigenvalues cover a share of the variance [mozerov2006 4].
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def learn(
     variance : float
         The smallest number of eigenvectors that holds so much of it is kept.
     dimensions : int, optional
-        Keep so many instead.
+        Number of dimensions to keep instead.
 
     Raises
     ------

@@ -26,7 +26,7 @@ LEVEL = 0.95
 def resampling_weights(
     clusters: int, generator: np.random.Generator, *, resamples: int = RESAMPLES
 ) -> np.ndarray:
-    """How often each of `resamples` draws with replacement holds each cluster, (B, C) int; rows sum to C.
+    """Counts (B, C) int of each cluster in each of `resamples` draws with replacement; rows sum to C.
 
     Examples
     --------
@@ -107,7 +107,7 @@ def percentile_interval(replicates: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
 
 FEWEST_CORRECTED = 10
-"""Fewer clusters have Student's interval: corrections for bias and skewness are not to be had of them."""
+"""Fewer clusters get Student's interval: they are too few to estimate bias and skewness."""
 
 
 def cluster_interval(

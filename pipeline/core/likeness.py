@@ -1,4 +1,4 @@
-"""How much two recordings differ as recordings of people do: in the proportions of limbs, and in postures.
+"""Difference of two recordings in the proportions of limbs and in postures, compared with that of two people.
 
 A copy may be cut, shifted, resampled, mirrored, resized or noisy.  Two differences tell people apart, whatever the
 place, heading, size, side and order in time:
@@ -20,7 +20,7 @@ a recording and itself with 5 mm of noise                   to 0.5          to 8
 ==========================================================  ==============  ================
 
 People whose limbs are equal may have been put on one skeleton, as motion for animation is; they are not refused, but
-nobody can tell how many they are.
+their number is unknown.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ _LEAST_LIMBS, _LEAST_POSTURES, _MOST_ASKED = 6, 5, 300
 
 @dataclass(frozen=True)
 class Likeness:
-    """What a recording shows of the person.
+    """Proportions and postures of the person in a recording.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class Likeness:
 
 
 def likeness(positions: np.ndarray, valid: np.ndarray, frame_rate_hz: float) -> Likeness:
-    """Return what a recording shows of the person.
+    """Return the proportions and postures of the person in a recording.
 
     Parameters
     ----------

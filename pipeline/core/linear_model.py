@@ -5,7 +5,7 @@ Symbols
 ``W``        samples, one walker (or posture) to a row here (to a column in the paper), (R, D)
 ``w_bar``    average walker, (D,)
 ``e_n``      eigenwalkers: orthonormal rows, (N, D)
-``lambda_n`` eigenvalues of the covariance, divisor R - 1 unless said otherwise
+``lambda_n`` eigenvalues of the covariance, divisor R - 1 unless stated otherwise
 ``k_n``      coefficients
 
 Only this module flattens a Fourier representation (5, 15, 3) to 225 numbers.
@@ -24,13 +24,13 @@ from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput, require_choice, require_count, require_range
 
 _SAME_MAGNITUDE = 1e-6
-"""Relative difference of two entries of a component at which the earlier one tells its sign: rounding does not."""
+"""Relative difference below which two entries of a component are tied; the earlier one then fixes the sign."""
 
 _WELL_DETERMINED = 1e-5
-"""Least of the wanted variances over the largest above which they are computed from products of samples."""
+"""Ratio of the smallest to the largest variance above which both are computed from products of samples."""
 
 _MANY, _FOLDS_AT_A_TIME = 4, 64
-"""Samples for each of their numbers from which on folds share their sums, and how many folds share them."""
+"""Samples per dimension from which folds share their sums, and the number of folds that share them."""
 
 _NO_VARIATION = 1e-12
 """Standard deviation along an eigenwalker, relative to the largest, at which it is rounding."""
@@ -250,7 +250,7 @@ def _moments_without(
 ) -> Iterator[tuple[np.ndarray, np.ndarray, int]]:
     """Mean (D,), products of deviations (D, D) and number of the rows without each of some people.
 
-    What nobody of them takes part in is summed once; nothing is summed and subtracted again, so that who is left out
+    Rows of other people are summed once. No sum is subtracted again, so that the person who is left out
     moves no digit.
     """
     near = np.isin(of, people)
@@ -309,7 +309,7 @@ def truncated(model: LinearModel, n_components: int) -> LinearModel:
 
 
 def without_joints(rows: np.ndarray, measured: np.ndarray) -> np.ndarray:
-    """Samples or eigenwalkers (…, D) with zeros for the joints that nobody measured.
+    """Samples or eigenwalkers (…, D) with zeros for joints that were not measured.
 
     Where every joint was measured, they are returned as they are.
 
@@ -327,7 +327,7 @@ def without_joints(rows: np.ndarray, measured: np.ndarray) -> np.ndarray:
 
 
 def of_measured(model: LinearModel, measured: np.ndarray) -> LinearModel:
-    """The model of a walker of whom some joints were not measured: it says nothing about them.
+    """Model for a walker with unmeasured joints, without these joints.
 
     Rows of the missing joints are zero, so that they neither count as observed nor add to an error; eigenwalkers are
     then not orthonormal.

@@ -19,7 +19,7 @@ import numpy as np
 from pipeline.validation import InvalidInput, require_shape
 
 _ROUNDING = 1e-6
-"""How far R R^T may be from the identity: rotations come from files with seven digits."""
+"""Tolerance of R R^T against the identity: rotations come from files with seven digits."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class Pinhole:
 
     @property
     def known(self) -> np.ndarray:
-        """Where the camera is known: (F,) bool, or () for one camera."""
+        """Frames (F,) bool with a known camera; shape () for one camera."""
         return (
             np.isfinite(self.intrinsics).all(axis=(-2, -1))
             & np.isfinite(self.rotation).all(axis=(-2, -1))
@@ -157,7 +157,7 @@ class Pinhole:
         return directions.reshape(*pixels.shape[:-1], 3)
 
     def back_project(self, pixels: np.ndarray, depth: float | np.ndarray) -> np.ndarray:
-        """World points (…, 3) that stand at a depth (…) in mm behind pixels (…, 2)."""
+        """World points (…, 3) at a depth (…) in mm behind pixels (…, 2)."""
         rays = self.rays(pixels)
         ahead = np.asarray(depth, float)
         between = rays.ndim - self.centre.ndim

@@ -70,7 +70,7 @@ def interpolate(values: np.ndarray, at: np.ndarray) -> np.ndarray:
 
 
 def frames_at_rate(frames: int, rate_hz: float, wanted_hz: float) -> np.ndarray:
-    """Positions (N,) at which a clip is read to have another frame rate; its own where that is no faster.
+    """Positions (N,) at which to sample a clip for another frame rate; all frames where that rate is not lower.
 
     Parameters
     ----------

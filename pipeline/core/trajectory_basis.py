@@ -25,7 +25,7 @@ import numpy as np
 from pipeline.validation import InvalidInput, require_count, require_finite, require_range, require_shape
 
 EXPONENT = 6.0
-"""How steeply the soft basis forbids: the square of a third derivative."""
+"""Exponent of the soft basis's penalty: the square of a third derivative."""
 
 COSINES_PER_S = 8.0
 """Cosines to a second of a clip.  Of 24 clips of varied motion, moving and shaking cameras, without and with noise of
@@ -50,7 +50,7 @@ def cosine_basis(F: int, K: int, *, at: np.ndarray | None = None) -> np.ndarray:
     Raises
     ------
     InvalidInput
-        If there are no frames, or not so many components.
+        If there are no frames, or fewer components than asked for.
 
     Examples
     --------
@@ -211,7 +211,7 @@ class TrajectoryBasis:
 def _rows(
     basis: TrajectoryBasis, frames: int, observed: bytes, kind: np.dtype, shape: tuple[int, ...]
 ) -> np.ndarray:
-    """As `TrajectoryBasis.rows`; many limbs are seen in the same frames."""
+    """Return `TrajectoryBasis.rows`, cached: many limbs are observed in the same frames."""
     mask = np.frombuffer(observed, kind).reshape(shape)
     rows = restricted(cosine_basis(frames, basis.components), mask, ridge=basis.ridge)
     if len(rows) < basis.components:
@@ -236,7 +236,7 @@ def restricted(theta: np.ndarray, observed: np.ndarray, *, ridge: np.ndarray | N
     Raises
     ------
     InvalidInput
-        If no frame was observed, or too few for so many components.
+        If no frame was observed, or too few for this number of components.
 
     Notes
     -----

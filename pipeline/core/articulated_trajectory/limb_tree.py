@@ -1,4 +1,4 @@
-"""The limbs of a skeleton as they were chosen, each anchored at the end of its parent: park2011 section 2."""
+"""Chosen limbs of a skeleton, each anchored at the end of its parent: park2011 section 2."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pipeline.core.limb_chain import Chain
 
 @dataclass(frozen=True)
 class LimbTree:
-    """Choices of some limbs of a chain, from the root outwards; it never changes, functions return new trees.
+    """Choices for some limbs of a chain, from the root outwards. Immutable: functions return new trees.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class LimbTree:
     choices: Mapping[str, LimbChoice] = field(default_factory=dict)
 
     def end(self, joint: str) -> np.ndarray:
-        """Trajectory of a joint in the basis (F, 3), mm, at which its children are anchored; NaN if it has none yet.
+        """Trajectory of a joint in the basis (F, 3), mm, where its children are anchored; NaN if not chosen yet.
 
         It is smoother than the candidates themselves.
         """
@@ -60,7 +60,7 @@ class LimbTree:
 
     @property
     def imputed(self) -> np.ndarray:
-        """Where a joint was not seen, or no candidate was in front of the camera, (F, J) bool."""
+        """Frames (F, J) bool in which a joint was not observed or had no candidate in front of the camera."""
         imputed = np.zeros((len(self.root), len(self.chain.joints)), bool)
         for limb, choice in self.choices.items():
             imputed[:, self.chain.joints.index(limb)] = ~choice.used

@@ -36,18 +36,18 @@ from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_range, require_shape
 
 Place = tuple[str, tuple[bool, ...]]
-"""A limb, and which limbs on the way to it are mirrored."""
+"""A limb, and the mirrored limbs on the path from the root to it."""
 
 COMPARING = 10
-"""Steps of the refinement by which mirrors are compared: more seldom change which is better."""
+"""Steps of the refinement that compares mirrors; more steps rarely change the comparison."""
 
 MOST_STEPS = 500
-"""Of the last refinement; most end after 20 to 50."""
+"""Largest number of steps of the last refinement; most end after 20 to 50."""
 
 
 @dataclass(frozen=True)
 class Options:
-    """How a skeleton is reconstructed.
+    """Options of the reconstruction of a skeleton.
 
     Attributes
     ----------
@@ -136,7 +136,7 @@ def prepared(
     chain: Chain = WALKER14,
     frame_rate_hz: float | None = None,
 ) -> Reconstruction:
-    """What is known of a skeleton, checked, for reconstructions that share what they choose (`Reconstruction.under`).
+    """Checked inputs of a skeleton, for reconstructions that share limb choices (`Reconstruction.under`).
 
     Parameters and exceptions are those of `reconstruct`.
     """
@@ -177,7 +177,7 @@ def prepared(
 
 @shortened
 class Reconstruction:
-    """What is known of a skeleton, and how it is reconstructed; arrays as `reconstruct` takes them.
+    """Inputs and options of the reconstruction of a skeleton; arrays as in `reconstruct`.
 
     Attributes
     ----------
@@ -200,7 +200,7 @@ class Reconstruction:
     lengths: np.ndarray
     chain: Chain
     options: Options
-    known: dict[Place, LimbChoice] = field(default_factory=dict)
+    chosen: dict[Place, LimbChoice] = field(default_factory=dict)
     starts: dict[int, tuple[LimbChoice, SphericalTrajectory]] = field(default_factory=dict)
 
     def under(self, options: Options) -> Reconstruction:
@@ -284,9 +284,9 @@ class Reconstruction:
         branch = (limb, tuple(tree.choices[joint].mirrored for joint in way))
         if np.isnan(self.lengths).any():
             return self._choose(tree, limb)
-        if branch not in self.known:
-            self.known[branch] = self._choose(tree, limb)
-        return self.known[branch]
+        if branch not in self.chosen:
+            self.chosen[branch] = self._choose(tree, limb)
+        return self.chosen[branch]
 
     def _choose(self, tree: LimbTree, limb: str) -> LimbChoice:
         options = self.options
@@ -349,14 +349,14 @@ class Reconstruction:
 
     @property
     def _order(self) -> list[int]:
-        """Places of the root and of the limbs' ends among the joints."""
+        """Indices of the root and of the limbs' ends among the joints."""
         return [self.chain.joints.index(name) for name in (self.chain.root, *self.chain.limbs)]
 
     def _seen(self, limb: str) -> np.ndarray:
         return self.images[:, self.chain.joints.index(limb)]
 
     def _length(self, tree: LimbTree, limb: str) -> float:
-        """Length of a limb, mm, as it is given or as the rays ask for it."""
+        """Length of a limb, mm: the given length, or the length that the rays require."""
         lengths = dict(zip(self.chain.limbs, self.lengths, strict=True))
         if not np.isnan(lengths[limb]):
             return lengths[limb]

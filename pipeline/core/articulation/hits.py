@@ -1,4 +1,4 @@
-"""Where a ray meets the sphere of a limb: park2011 sections 2 and 3.2.
+"""Intersection of a ray with the sphere of a limb: park2011 sections 2 and 3.2.
 
 Symbols
 -------
@@ -24,14 +24,14 @@ from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_choice, require_range
 
 Adjustment = StrEnum("Adjustment", ["per_frame", "global", "robust"])
-Adjustment.__doc__ = """What is done where a ray misses the sphere of a limb."""
+Adjustment.__doc__ = """Treatment of a ray that misses the sphere of a limb."""
 
 ROBUST_QUANTILE = 0.95
 """Part of the rays that a radius adjusted robustly reaches."""
 
 
 class RayStatus(IntEnum):
-    """What a frame's ray says of the limb.
+    """Status of a frame's ray and limb.
 
     TWO: two candidates in front of the camera.  TANGENT: one, as the ray touches the sphere, or misses it and the
     radius was adjusted in this frame.  FORCED: the near candidate is behind the camera, so it is the far one.

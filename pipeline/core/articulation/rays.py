@@ -1,4 +1,4 @@
-"""Rays of a joint's image, told about its parent: park2011 section 3.2.
+"""Rays of a joint's image, relative to its parent: park2011 section 3.2.
 
 Symbols
 -------
@@ -10,7 +10,7 @@ Symbols
 
 Why not as printed
 ------------------
-[park2011 8] begins at the camera's centre, and so [park2011 9] subtracts squares of distances to it, of which little
+[park2011 8] begins at the camera's centre, and so [park2011 9] subtracts squares of distances to it, where little
 but rounding is left when the camera is far.  A point ``X_p + chi`` has the image ``x`` when
 
     (M_12 - x m3) chi = q3 x - q_12,    q = P (X_p, 1)
@@ -32,12 +32,12 @@ _NO_CENTRE = 1e-12
 """Sine of the angle between the image plane's axes and the axis ahead, below which a camera has no centre."""
 
 _AT_JOINT_MM = 1e-3
-"""Distance of camera and parent below which no ray says anything of the limb."""
+"""Distance of camera and parent below which rays do not constrain the limb."""
 
 
 @dataclass(frozen=True)
 class Rays:
-    """Rays of F frames, told about the parents; NaN where something is not known.
+    """Rays of F frames, relative to the parents; NaN where an input is missing.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class Rays:
 
 
 def cast_rays(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> Rays:
-    """Rays of the pixels, told about the parents [park2011 8].
+    """Rays of the pixels, relative to the parents [park2011 8].
 
     Parameters
     ----------

@@ -35,7 +35,7 @@ _ORTHONORMAL = 1e-12
 """Entries of G below this are rounding: the basis is hard."""
 
 _NORM = 1e-9
-"""How far the squared spectral norm of a basis may be above one."""
+"""Largest excess of the squared spectral norm of a basis over one."""
 
 
 class Programme(NamedTuple):
@@ -91,7 +91,7 @@ class Programme(NamedTuple):
         return kernels.cost(self, np.asarray(values, float), z)
 
     def allowance(self, objective: float) -> float:
-        """How far rounding can put J, or a bound of it, off where J is about `objective`, mm².
+        """Rounding error of J, or of a bound of J, where J is about `objective`, mm².
 
         Notes
         -----
@@ -184,7 +184,7 @@ def programme_of(
 
 
 def _positive(matrix: np.ndarray) -> bool:
-    """Whether a symmetric matrix is positive definite, as far as Cholesky's factors tell."""
+    """Return True if a symmetric matrix has a Cholesky factor."""
     try:
         np.linalg.cholesky(matrix)
     except np.linalg.LinAlgError:

@@ -23,7 +23,7 @@ import numpy as np
 from pipeline.compilation import compiled_with_free_sums
 
 FORCED, RELAXED = 1, 2
-"""Kinds of frames beside 0, a sign to be found: always +1, and any value from -1 to +1."""
+"""Kinds of frames: 0 is a free sign. The other kinds are always +1, or any value from -1 to +1."""
 
 MARGIN = 1e-9
 """Fraction of J by which signs have to be better to replace others: less is rounding, which must choose nothing."""
@@ -37,7 +37,7 @@ REFRESH = 8
 """Boxes after which the derivatives are summed anew: those between carry them along, as the sweeps of one box do."""
 
 LAST_SWEEPS = 2000
-"""Where only relaxed frames are left there is nothing to branch on: they are descended to the end."""
+"""Sweeps of the final descent, when only relaxed frames are left and there is nothing to branch on."""
 
 STEP = 3
 """Frames between the starts whose S_t are found; those of the frames between are no less than the one after them."""
@@ -49,7 +49,7 @@ PATIENCE = 30_000
 """Nodes after which an S_t that is not found is put at S_(t+1), which also bounds it."""
 
 OVER_RELAXATION = 1.3
-"""Of coordinate descent: neighbouring frames pull at the same coefficients."""
+"""Over-relaxation of coordinate descent: neighbouring frames pull at the same coefficients."""
 
 DEPTH, STATE, TRAIL, NODES = range(4)
 """Places in the counts of the box search."""
@@ -61,12 +61,12 @@ START, LEVEL, PREPARED, ENTERED, FINISHED, TRIED = range(6)
 """Places in the counts of the suffix search."""
 
 FIRST, SEARCHED = 1, 2
-"""How far a start of it is prepared, beside 0, not at all: the best known is followed, its tree is searched."""
+"""Stages of a prepared start: 0 is not prepared, then the best start is followed, then its tree is searched."""
 
 
 @compiled_with_free_sums
 def allowance_of(numbers, size, objective):  # type: ignore[no-untyped-def]
-    """As `Programme.allowance`, of F + K `numbers`."""
+    """Return `Programme.allowance` for F + K `numbers`."""
     return 8.0 * numbers * EPS * np.sqrt(max(objective, 0.0) * size) + 64.0 * EPS * size
 
 
@@ -136,7 +136,7 @@ def cost(p, values, z):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def slopes(p, values, z, half):  # type: ignore[no-untyped-def]
-    """As `gradient`, from the table where there is one, else from `z`, which is overwritten."""
+    """Return `gradient`, from the table if there is one, else from `z`, which is overwritten."""
     table, pull = p.table, p.pull
     if len(table) == 0:
         project(p, values, z)
@@ -155,7 +155,7 @@ def slopes(p, values, z, half):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def move(p, i, change, z, half):  # type: ignore[no-untyped-def]
-    """What a change of the value of frame `i` adds to J; `half` goes along or, where there is no table, `z`."""
+    """Return the change of J for a change of the value of frame `i`; updates `half` or, without a table, `z`."""
     basis, half_chord, table = p.basis, p.half_chord, p.table
     if len(table) > 0:
         added = change * (2.0 * half[i] + change * table[i, i])
@@ -393,7 +393,7 @@ def descend(p, values, longest, other, weight, bounded, allowance):  # type: ign
 
 @compiled_with_free_sums
 def better(frames_and_components, size, first, second):  # type: ignore[no-untyped-def]
-    """Whether the second J is less than the first by the margin."""
+    """Return True if the second J is less than the first by more than the margin."""
     return second < first - MARGIN * abs(first) - allowance_of(frames_and_components, size, first)
 
 
@@ -447,7 +447,7 @@ def first_signs(p, weight, differences, longest, nearly, size):  # type: ignore[
 
 @compiled_with_free_sums
 def may_gain(p, values, trial, half, wanted):  # type: ignore[no-untyped-def]
-    """Whether J of `trial` less that of `values`, whose `half` is given, is below what is wanted, for all we know."""
+    """Return True if J of `trial` less J of `values` (with its `half`) may be below the target."""
     table = p.table
     if len(table) == 0:
         return True

@@ -99,7 +99,7 @@ def _exponentials(frequencies_hz: bytes, step_s: float, block: int) -> tuple[np.
 
 
 def _of_ones(frequencies_hz: np.ndarray, step_s: float, frames: int) -> np.ndarray:
-    """As `_transform` of a signal that is one throughout: a geometric series."""
+    """Return `_transform` of a constant signal of one: a geometric series."""
     half = np.pi * step_s * frequencies_hz
     return np.exp(1j * (frames - 1) * half) * np.sin(frames * half) / np.sin(half)
 
@@ -155,7 +155,7 @@ def fundamental_frequency(positions: np.ndarray, frame_rate_hz: float, *, harmon
         projected = across @ values
         return -(projected * np.linalg.solve(across @ columns, projected)).sum(axis=(-2, -1))
 
-    # The guess is good to the clip's resolution, 1/T, of which twice is looked at: in long clips less than 15 %.
+    # The guess is accurate to the clip's resolution, 1/T. Search twice that range: less than 15 % in long clips.
     reach = min(0.15 * guess, 2.0 / duration)
     bounds = max(guess - reach, 0.85 * lowest), guess + reach
     grid = np.linspace(*bounds, int(np.ceil((bounds[1] - bounds[0]) * duration * harmonics * 6)) + 3)

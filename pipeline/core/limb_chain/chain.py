@@ -23,7 +23,7 @@ from pipeline.validation import InvalidInput, require_choice, require_shape
 
 @dataclass(frozen=True)
 class Chain:
-    """Joints and the parent of each; one of them, the root, has none.
+    """Joints and the parent of each joint. One joint, the root, has no parent.
 
     Attributes
     ----------

@@ -40,7 +40,7 @@ _TREES = {
     frame: (PELVIS, _STERNUM, _LIMB_ENDS, _LIMB_OVER, _LIMB_REST, frame == "parent", frames.LEAST_SINE)
     for frame in FRAMES
 }
-"""What `kernels` needs to know of the tree of limbs."""
+"""Arrays that describe the tree of limbs, for `kernels`."""
 
 _UNDEFINED = {
     kernels.NO_STANCE: frames.HIP_UPRIGHT,

@@ -71,7 +71,7 @@ class NoisePath:
             self._pivots[n + 1] -= off * self._below[n]
 
     def error(self, sample: np.ndarray) -> np.ndarray:
-        """E_a of a walker (225,) or (226,) whom the model has not seen, for every view and sigma², (A, S) mm².
+        """E_a of a held-out walker (225,) or (226,), for every view and sigma², (A, S) mm².
 
         Add the residual power of the walker for errors against the motion itself.
 
@@ -103,7 +103,7 @@ class NoisePath:
 
 
 def _tridiagonal(A: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """T of matrices (A, N, N), overwritten: diagonal (A, N) and beside it (A, N - 1); and V (A, N, N)."""
+    """Tridiagonal form of matrices (A, N, N), overwritten: diagonal, off-diagonal (A, N - 1), vectors (A, N, N)."""
     N = A.shape[-1]
     diagonal, off_diagonal, vectors = A[:, 0].copy(), np.empty((len(A), N - 1)), np.zeros_like(A)
     vectors[:, 0, 0] = 1.0
@@ -121,7 +121,7 @@ def _interpolation(wanted_variances: tuple[float, ...]) -> tuple[np.ndarray, np.
 
     As a function of t = log sigma² a path is analytic but for poles at log s ± i pi, s an eigenvalue of A, all
     at least pi away from the real axis.  Its Chebyshev series over t in a ± L therefore falls by a factor
-    rho = pi / L + sqrt(1 + (pi / L)²) a term, whatever the model, and so many terms reach rounding.
+    rho = pi / L + sqrt(1 + (pi / L)²) a term, for any model. This number of terms reaches rounding.
     """
     noise_variances = np.array(wanted_variances)
     low, high = np.log(noise_variances.min()), np.log(noise_variances.max())

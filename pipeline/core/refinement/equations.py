@@ -10,7 +10,7 @@ Symbols
 
 Why J is never formed: the image of a joint depends only on the limbs between it and the root, and a frame's angle only
 on that frame's row of Theta.  So the block of H between a limb and one of those that carry it is
-``Theta^T diag(t^T S t') Theta``, and between limbs of which neither carries the other it is zero.  Eliminating limbs
+``Theta^T diag(t^T S t') Theta``, and it is zero between two limbs if neither carries the other.  Eliminating limbs
 from the ends of the tree towards the root keeps these zeros.  Against the dense product and the dense factorisation
 that is a tenth of the work for a skeleton of fourteen limbs.  And products of two cosines are sums of two cosines,
 so that all blocks are filled from 2 K - 1 sums over frames (`trajectory_basis.products`), not K².

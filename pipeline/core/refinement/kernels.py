@@ -15,7 +15,7 @@ import numpy as np
 from pipeline.compilation import compiled_with_free_sums
 
 STRIDE = 7
-"""Of points that bound a face: those far apart on the path first, so that most polygons end early."""
+"""Stride over the points that bound a face: distant points come first, so that most polygons end early."""
 
 
 @compiled_with_free_sums
@@ -53,7 +53,7 @@ def squared_distances(seen_by, tree, theta, phi):  # type: ignore[no-untyped-def
 
 @compiled_with_free_sums
 def frame_by_frame(seen_by, tree, lines, theta, phi, free, exact, along, own, couplings):  # type: ignore[no-untyped-def]
-    """What the normal equations sum over frames, by the C numbers of a limb: theta, phi and, if free, its length.
+    """Sums over frames in the normal equations, by the C numbers of a limb: theta, phi and, if free, its length.
 
     Into `along` (L, C, F) the gradient, into `own` (L, C, F) the diagonal of the curvature after Gauss and Newton, into
     `couplings` (L, M, C, C, F) the curvature between a limb and those of its line, exact or after Gauss and Newton.
@@ -188,7 +188,7 @@ def fill_gradient(along, own, gradient, scale):  # type: ignore[no-untyped-def]
 def fill_rows(sums, first, second, scale, lines, penalty, rows):  # type: ignore[no-untyped-def]
     """All blocks into `rows` (L, N, M, N), from the sums (L, M, C, C, n) of couplings.
 
-    Between angles they are of products, and beside them, if lengths are free, of the basis and of one.
+    Between angles they are sums of products. If lengths are free, sums of the basis and of one follow.
     """
     components = len(scale)
     size = 2 * components
@@ -362,7 +362,7 @@ def nearest_faces(white, whitening, flat, normals):  # type: ignore[no-untyped-d
             corners[k, 1] = reach if k >= 2 else -reach
         left, farthest = 4, np.inf
         for step in range(STRIDE * (count // STRIDE + 1)):
-            # Every STRIDE-th point, then those beside them.
+            # Every STRIDE-th point, then their neighbours.
             j = (step * STRIDE) % (STRIDE * (count // STRIDE + 1)) + step // (count // STRIDE + 1)
             if j >= count or left == 0 or (least + flat) * np.sqrt(farthest) < 1.0:
                 continue

@@ -27,7 +27,7 @@ from pipeline.validation import InvalidInput
 
 @dataclass(frozen=True)
 class Observations:
-    """What a camera saw of the joints of a tree, and what is given about the tree.
+    """Images of the joints of a tree, and the known quantities of the tree.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class Observations:
 
     @cached_property
     def seen_by(self) -> tuple[np.ndarray, ...]:
-        """What the kernels read of it."""
+        """Arrays for the kernels."""
         return self.images, self.seen, self.projection, self.centre, self.root
 
     @cached_property
@@ -183,7 +183,7 @@ def forward(given: Observations, limbs: np.ndarray) -> np.ndarray:
 
 
 def behind(given: Observations, positions: np.ndarray) -> np.ndarray:
-    """Where a joint that was seen stands behind its camera or beside it: (L, F) bool."""
+    """Frames (L, F) bool in which an observed joint is not in front of its camera."""
     depth = (given.projection[:, 2] * (positions - given.centre)).sum(axis=-1)
     return given.seen & ~(depth > 0)
 

@@ -271,7 +271,7 @@ def fit(
     basis : (F, K)
         Trajectory basis.
     penalty : (K,), optional
-        How much the square of each coefficient counts beside them, for a soft basis; none by default.
+        Penalty on the square of each coefficient, for a soft basis; none by default.
 
     Raises
     ------
@@ -290,7 +290,7 @@ def fit(
     require_finite("penalty", require_shape("penalty", extra, (basis.shape[1],)))
     require_range("penalty", extra.min(), at_least=0.0)
     used = np.isfinite(angles.theta)
-    # Of theta and of phi: rows of the basis above those of the penalty, and beside both what they ask for.
+    # For theta and phi: rows of the basis, then rows of the penalty, with the right-hand side of both.
     rows, count = basis[used], basis.shape[1]
     problems = np.zeros((2, len(rows) + count, count + 1))
     problems[:, : len(rows), :count] = rows

@@ -36,7 +36,7 @@ from pipeline.core.trajectory_basis import soft_ridge
 from pipeline.validation import InvalidInput, require_count, require_range, require_shape
 
 LENGTH_FACTOR = 2.0
-"""How far a free length may go from the given one, up or down, unless told otherwise."""
+"""Default bound on the change of a free length, as a share of the given length."""
 
 
 @dataclass(frozen=True)
@@ -181,7 +181,7 @@ def _begun(
     free_lengths: bool,
     called: Sequence[str],
 ) -> tuple[Observations, np.ndarray]:
-    """What was observed, without a penalty, and the unknowns (L, 2 K, or 2 K + 1 with the lengths) of the start."""
+    """Return the observations, without a penalty, and the unknowns (L, 2 K or 2 K + 1 with lengths) of the start."""
     start = np.stack([np.concatenate([path.coefficients_theta, path.coefficients_phi]) for path in paths])
     unknowns = np.column_stack([start, np.zeros(len(start))]) if free_lengths else start
     observations = reprojection.observe(
@@ -244,7 +244,7 @@ def _check_start(given: Observations, unknowns: np.ndarray, called: Sequence[str
     if not given.seen.any():
         raise InvalidInput(
             "nothing was seen",
-            expected="a joint beside the root where camera and root are known",
+            expected="another joint than the root where camera and root are known",
             code="nothing_seen",
         )
     positions = reprojection.forward(given, reprojection.relative(given, unknowns))

@@ -144,7 +144,7 @@ def synchronize_all(
 
     Notes
     -----
-    The disparities are M² P numbers of two bytes; beside them memory does not grow with M.
+    The disparities take M² P numbers of two bytes. All other memory does not grow with M.
     """
     rows = same_size(sequences)
     if len(rows) < 2:

@@ -83,8 +83,8 @@ def choose_key_frames(sequences: Sequence[np.ndarray], *, count: int = 5) -> Key
     Raises
     ------
     InvalidInput
-        No performances, or of different dimension, too short for so many key-frames, without movement, not finite;
-        or no key-frames.
+        If there are no performances or no key-frames, or performances differ in dimension, are too short for the
+        number of key-frames, do not move or are not finite.
 
     Notes
     -----

@@ -57,7 +57,7 @@ class Trellis:
 
     @property
     def margin(self) -> int:
-        """Nodes beside the disparities of a sample that the steps of the next one may ask for."""
+        """Number of padding nodes on each side of a sample's disparities, for the steps of the next sample."""
         return max(self.steps) - min(self.steps)
 
     @property

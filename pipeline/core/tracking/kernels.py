@@ -1,7 +1,7 @@
 """Loops over the particles of one frame: their step, their postures, the density of an image; the inside of a track.
 
 Symbols as in `prediction` and `likelihood`.  Each loop is what the lines of arrays in its caller's words would be; it
-is compiled because a frame has few particles and many small operations, each of which costs more than its work.
+is compiled: a frame has few particles and many small operations, whose overhead exceeds their work.
 """
 
 # mypy: disable-error-code="no-untyped-def"

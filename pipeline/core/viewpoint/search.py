@@ -27,7 +27,7 @@ TOLERANCE_RAD = 1e-10
 _MOST_STEPS = 60
 
 _POLYNOMIAL_STEPS = 5
-"""Of Newton's method from a parabola's minimum: the fourth is rounding already."""
+"""Steps of Newton's method from a parabola's minimum: the fourth is at rounding error."""
 
 
 @dataclass(frozen=True)
