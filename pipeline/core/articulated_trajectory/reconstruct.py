@@ -200,20 +200,20 @@ class Reconstruction:
     lengths: np.ndarray
     chain: Chain
     options: Options
-    chosen: dict[Place, LimbChoice] = field(default_factory=dict)
+    choices: dict[Place, LimbChoice] = field(default_factory=dict)
     starts: dict[int, tuple[LimbChoice, SphericalTrajectory]] = field(default_factory=dict)
 
     def under(self, options: Options) -> Reconstruction:
         """The same skeleton under other options; what they do not change is not chosen again."""
         if options.of_each_limb() == self.options.of_each_limb():
             return replace(self, options=options)
-        return replace(self, options=options, known={}, starts={})
+        return replace(self, options=options, choices={}, starts={})
 
     def with_lengths(self, lengths: np.ndarray) -> Reconstruction:
         """The same skeleton with other lengths (L,), mm."""
         if np.array_equal(lengths, self.lengths):
             return self
-        return replace(self, lengths=lengths, known={}, starts={})
+        return replace(self, lengths=lengths, choices={}, starts={})
 
     @property
     def _basis(self) -> TrajectoryBasis:
@@ -263,7 +263,7 @@ class Reconstruction:
         images[..., 1] = 2.0 * (middle + (off.mean() if off.size else 0.0))[:, None] - images[..., 1]
         options = replace(self.options, try_mirrors=False, time_limit_s=0.0)
         try:
-            return replace(self, images=images, options=options, known={}, starts={}).whole().reprojection_px
+            return replace(self, images=images, options=options, choices={}, starts={}).whole().reprojection_px
         except InvalidInput:
             return {self.chain.root: np.array([np.inf])}
 
@@ -284,9 +284,9 @@ class Reconstruction:
         branch = (limb, tuple(tree.choices[joint].mirrored for joint in way))
         if np.isnan(self.lengths).any():
             return self._choose(tree, limb)
-        if branch not in self.chosen:
-            self.chosen[branch] = self._choose(tree, limb)
-        return self.chosen[branch]
+        if branch not in self.choices:
+            self.choices[branch] = self._choose(tree, limb)
+        return self.choices[branch]
 
     def _choose(self, tree: LimbTree, limb: str) -> LimbChoice:
         options = self.options
