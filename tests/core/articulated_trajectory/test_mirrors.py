@@ -190,4 +190,4 @@ def test_reconstructions_that_share_their_choices_are_those_made_alone(given: bo
     ):
         alone = articulated.reconstruct(*arguments, options, chain=ARM)
         np.testing.assert_array_equal(shared.under(options).whole().positions, alone.positions)
-    assert bool(shared.known) == given
+    assert bool(shared.choices) == given
