@@ -51,8 +51,8 @@ def complete(
         Of the joints that were seen; those that were not are constant in it.
     """
     # A constant joint has no variance and no residual: frequency and shares are those of the joints seen.
-    seen = np.where(missing[None, :, None], 0.0, positions)
-    series = fourier.represent(seen, frame_rate_hz)
+    without_missing = np.where(missing[None, :, None], 0.0, positions)
+    series = fourier.represent(without_missing, frame_rate_hz)
     if not missing.any():
         return positions, series
     centre = positions[:, PELVIS].mean(axis=0)
@@ -77,10 +77,10 @@ def conditional_mean(model: LinearModel, coefficients: np.ndarray, missing: np.n
     missing : (15,) bool
     """
     scale = LEG_MM / walking.leg_length(coefficients[:1])
-    seen = np.broadcast_to(~missing[None, :, None], coefficients.shape).reshape(-1)
-    observed = (scale * coefficients).reshape(-1)[seen] - model.mean[seen]
+    observed_entries = np.broadcast_to(~missing[None, :, None], coefficients.shape).reshape(-1)
+    observed = (scale * coefficients).reshape(-1)[observed_entries] - model.mean[observed_entries]
     k = maximum_a_posteriori(
-        model.components.T[seen], observed, model.eigenvalues, noise_variance=NOISE_VARIANCE_MM2
+        model.components.T[observed_entries], observed, model.eigenvalues, noise_variance=NOISE_VARIANCE_MM2
     )
     return (model.mean + k @ model.components).reshape(coefficients.shape) / scale
 

@@ -26,7 +26,7 @@ def remarks(people: Sequence[str], clips: Sequence[str], shown: Sequence[Likenes
     """Return a remark on each recording that may show a person of another name, and nothing on the others."""
     if not shown:
         return []
-    limbs, names = np.stack([one.limbs_mm for one in shown]), np.array(list(people))
+    limbs, names = np.stack([clip_likeness.limbs_mm for clip_likeness in shown]), np.array(list(people))
     return [_remark(number, names, clips, shown, limbs) for number in range(len(shown))]
 
 

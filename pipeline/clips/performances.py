@@ -36,7 +36,7 @@ LEAST_PERFORMANCES = 3
 def synthetic_performances(options: SyntheticPerformances, seed: int) -> Performances:
     """Return synthetic bending with its true phase, which synchronization is to recover."""
     count = min(options.limit or options.performances, options.performances)
-    made = bending_performances(
+    generated = bending_performances(
         derive_generator(seed, "ingest"),
         performances=count,
         subjects=min(options.subjects, count),
@@ -46,7 +46,9 @@ def synthetic_performances(options: SyntheticPerformances, seed: int) -> Perform
         marker_noise_mm=options.marker_noise_mm,
     )
     performances = []
-    for number, (positions, subject) in enumerate(zip(made.positions_mm, made.subject, strict=True)):
+    for number, (positions, subject) in enumerate(
+        zip(generated.positions_mm, generated.subject, strict=True)
+    ):
         row = report_row(
             REPORT_COLUMNS,
             clip=f"bending_{number + 1:03d}",
@@ -55,7 +57,9 @@ def synthetic_performances(options: SyntheticPerformances, seed: int) -> Perform
         )
         performances.append(whole_clip(RawClip(row, positions, options.frame_rate_hz)))
     fields = collect(performances, REPORT_COLUMNS, at_least=LEAST_PERFORMANCES)
-    return Performances(**fields, phase=np.concatenate(made.phase), moving_phase=np.array(made.moving_phase))
+    return Performances(
+        **fields, phase=np.concatenate(generated.phase), moving_phase=np.array(generated.moving_phase)
+    )
 
 
 def whole_clip(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
@@ -83,11 +87,11 @@ def whole_clip(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
                 code="long_gap",
                 frame=missing,
             )
-        kept = bridged.positions[first : last + 1]
-        require_action(kept, raw.frame_rate_hz, first)
-        posture.postures(kept)  # refuses what leaves a posture undefined
+        usable = bridged.positions[first : last + 1]
+        require_action(usable, raw.frame_rate_hz, first)
+        posture.postures(usable)  # refuses what leaves a posture undefined
         row |= {"first_frame": first, "last_frame": last, "seconds": (last - first) / raw.frame_rate_hz}
-        return kept
+        return usable
 
     return prepare(raw, gap_s, select)
 
@@ -109,9 +113,9 @@ def middle_cycle(raw: RawClip, steady: Steady) -> PreparedClip:
         start = max(0.0, length - period)
     count = round(period) + 1
     cycle = interpolate(walk.positions, np.linspace(start, start + period, count))
-    made = whole_clip(RawClip(raw.row, cycle, frame_rate_hz))
-    if made.positions is None:
-        return made
+    clip = whole_clip(RawClip(raw.row, cycle, frame_rate_hz))
+    if clip.positions is None:
+        return clip
     offset = int(walk.row["first_frame"])
     placed = {"first_frame": offset + round(start), "last_frame": offset + round(start + period)}
     of_walk = {
@@ -119,4 +123,4 @@ def middle_cycle(raw: RawClip, steady: Steady) -> PreparedClip:
         **{name: walk.row[name] for name in ("bridged_values", "reason")},
         **placed,
     }
-    return dataclasses.replace(made, row=made.row | of_walk)
+    return dataclasses.replace(clip, row=clip.row | of_walk)

@@ -136,9 +136,9 @@ def prepare(
         remarks = accepted(raw.positions, valid, raw.frame_rate_hz, walk=may_lack_joints, up=raw.up)
         row["reason"] = "; ".join(remarks)
         row["leg_length_mm"] = walking.leg_length(raw.positions)
-        seen = np.asarray(valid.any(axis=0))
+        observed = np.asarray(valid.any(axis=0))
         if lacking := ", ".join(
-            joint for joint, is_seen in zip(WALKER15.joints, seen, strict=True) if not is_seen
+            joint for joint, is_seen in zip(WALKER15.joints, observed, strict=True) if not is_seen
         ):
             if not may_lack_joints:
                 raise InvalidInput(
@@ -147,15 +147,17 @@ def prepare(
                     code="missing_joints",
                 )
             row["missing_joints"] = lacking
-        bridged = walking.bridge_gaps(raw.positions[:, seen], valid[:, seen], raw.frame_rate_hz, gap_s=gap_s)
+        bridged = walking.bridge_gaps(
+            raw.positions[:, observed], valid[:, observed], raw.frame_rate_hz, gap_s=gap_s
+        )
         positions = np.array(raw.positions, float)
-        positions[:, seen] = bridged.positions
+        positions[:, observed] = bridged.positions
         bridged = walking.BridgedClip(positions, bridged.whole, bridged.n_filled)
         row["bridged_values"] = bridged.n_filled
-        kept = select(bridged, row)
+        selected = select(bridged, row)
     except InvalidInput as refusal:
         return refused(row, refusal)
-    return PreparedClip(row | {"verdict": "kept"}, kept, raw.frame_rate_hz)
+    return PreparedClip(row | {"verdict": "kept"}, selected, raw.frame_rate_hz)
 
 
 def require_action(positions: np.ndarray, frame_rate_hz: float, first_frame: int) -> None:
@@ -203,26 +205,26 @@ def collect(
     NoUsableClips
         If there are fewer; the sentence gives the reasons of the first three refusals.
     """
-    kept = [clip for clip in prepared if clip.positions is not None]
-    rows = [clip.row for clip in kept]
-    if len(kept) < at_least:
+    usable = [clip for clip in prepared if clip.positions is not None]
+    rows = [clip.row for clip in usable]
+    if len(usable) < at_least:
         refused = [f"{clip.row['clip']}: {clip.row['reason']}" for clip in prepared if clip.positions is None]
         reasons = "; ".join(refused[:3]) + (f"; and {len(refused) - 3} more" if len(refused) > 3 else "")
         refusal = NoUsableClips(
-            f"{len(kept) or 'none'} of the {len(prepared)} clips can be used",
+            f"{len(usable) or 'none'} of the {len(prepared)} clips can be used",
             expected=f"{at_least} or more",
             received=reasons,
             code="too_few_clips",
             needed=at_least,
-            count=len(kept),
+            count=len(usable),
         )
         refusal.report, refusal.columns = [clip.row for clip in prepared], list(columns)
         raise refusal
-    positions = [clip.positions for clip in kept if clip.positions is not None]
+    positions = [clip.positions for clip in usable if clip.positions is not None]
     return {
         "positions": np.concatenate(positions),
         "first": np.concatenate([[0], np.cumsum([len(p) for p in positions])]),
-        "frame_rate_hz": np.array([clip.frame_rate_hz for clip in kept]),
+        "frame_rate_hz": np.array([clip.frame_rate_hz for clip in usable]),
         **{
             name: np.array([row[name] for row in rows])
             for name in ("person", "clip", "source", "leg_length_mm")

@@ -33,7 +33,7 @@ def synthetic_clips(options: SyntheticClips, seed: int) -> VariedClips:
     count = min(options.limit or options.clips, options.clips)
     of_kind = {kind: len(range(k, count, len(SYNTHETIC_KINDS))) for k, kind in enumerate(SYNTHETIC_KINDS)}
     bodies = _bodies(of_kind, options, derive_generator(seed, "ingest"))
-    made = []
+    clips = []
     for number in range(count):
         turn, k = divmod(number, len(SYNTHETIC_KINDS))
         kind = SYNTHETIC_KINDS[k]
@@ -44,8 +44,8 @@ def synthetic_clips(options: SyntheticClips, seed: int) -> VariedClips:
             source="synthetic",
             action=kind,
         )
-        made.append(longest_stretch(RawClip(row, bodies[kind][turn], options.frame_rate_hz)))
-    return varied_of(made)
+        clips.append(longest_stretch(RawClip(row, bodies[kind][turn], options.frame_rate_hz)))
+    return varied_of(clips)
 
 
 def _bodies(

@@ -72,9 +72,9 @@ def walks_let_go(
         walk = whole(r)
         if keep is None or walk.positions is None:
             return walk
-        kept = keep(walk.positions, walk.frame_rate_hz, walk.row["frequency_hz"])
+        reduced = keep(walk.positions, walk.frame_rate_hz, walk.row["frequency_hz"])
         stature = walking.stature(walk.positions)
-        return dataclasses.replace(walk, positions=np.empty((0, 15, 3)), stature_mm=stature, kept=kept)
+        return dataclasses.replace(walk, positions=np.empty((0, 15, 3)), stature_mm=stature, kept=reduced)
 
     walks = compared(map_processes(one, range(count), workers), steady.frequency_ratio, whole)
     return walks_of(walks), [walk.kept for walk in walks if walk.positions is not None]
@@ -172,23 +172,23 @@ def _steady_part(
         )
     share, least = row["fundamental_share"], steady.fundamental_share
     left, most = series.residual_fraction, steady.residual_share
-    taken = [f"data.steady.fundamental_share={np.floor(100 * share) / 100:g}"] if share < least else []
-    taken += [f"data.steady.residual_share={np.ceil(100 * left) / 100:g}"] if left > most else []
+    overrides = [f"data.steady.fundamental_share={np.floor(100 * share) / 100:g}"] if share < least else []
+    overrides += [f"data.steady.residual_share={np.ceil(100 * left) / 100:g}"] if left > most else []
     if share < least:
         raise InvalidInput(
             "the fundamental frequency looks wrong: it holds too little of the variance",
             expected=f"{least:g} or more",
-            received=f"{told_apart(share, least, 2)} at {series.frequency_hz:.2f} Hz; taken with {' '.join(taken)}",
+            received=f"{told_apart(share, least, 2)} at {series.frequency_hz:.2f} Hz; taken with {' '.join(overrides)}",
             code="low_fundamental",
-            take=taken,
+            take=overrides,
         )
     if left > most:
         raise InvalidInput(
             f"not periodic: two harmonics leave too much of the variance, {worst}",
             expected=f"{most:g} or less",
-            received=f"{told_apart(left, most, 2)}; taken with {taken[0]}",
+            received=f"{told_apart(left, most, 2)}; taken with {overrides[0]}",
             code="not_periodic",
-            take=taken,
+            take=overrides,
         )
     return level
 
@@ -229,14 +229,14 @@ def compared(
     is tried.  The walk is refused if that one fits equally well; otherwise it is a slow or quick walk and is kept with
     a remark.  `whole` returns a walk with its positions, where these were let go.
     """
-    kept = [walk for walk in walks if walk.positions is not None]
-    if len(kept) < 3:
+    usable = [walk for walk in walks if walk.positions is not None]
+    if len(usable) < 3:
         return list(walks)
 
     def scaled_frequency(walk: PreparedClip) -> float:
         return walk.row["frequency_hz"] * np.sqrt(walk.row["leg_length_mm"])
 
-    median = float(np.median([scaled_frequency(walk) for walk in kept]))
+    median = float(np.median([scaled_frequency(walk) for walk in usable]))
 
     def judged(number: int, walk: PreparedClip) -> PreparedClip:
         off = scaled_frequency(walk) / median if walk.positions is not None else 1.0
@@ -267,20 +267,23 @@ def compared(
 def walks_of(walks: Sequence[PreparedClip], inputs: Mapping[str, str] | None = None) -> Walks:
     """Return the walks that are kept; `inputs` as in `collect`."""
     fields = collect(walks, REPORT_COLUMNS, inputs)
-    kept = [walk for walk in walks if walk.positions is not None]
+    usable = [walk for walk in walks if walk.positions is not None]
     return Walks(
         **fields,
         stature_mm=np.array(
             [
                 walk.stature_mm or walking.stature(walk.positions)
-                for walk in kept
+                for walk in usable
                 if walk.positions is not None
             ]
         ),
-        frequency_hz=np.array([walk.row["frequency_hz"] for walk in kept]),
-        residual_share=np.array([walk.row["residual_share"] for walk in kept]),
+        frequency_hz=np.array([walk.row["frequency_hz"] for walk in usable]),
+        residual_share=np.array([walk.row["residual_share"] for walk in usable]),
         estimated=np.array(
-            [[joint in walk.row["missing_joints"].split(", ") for joint in WALKER15.joints] for walk in kept]
+            [
+                [joint in walk.row["missing_joints"].split(", ") for joint in WALKER15.joints]
+                for walk in usable
+            ]
         ),
         dropped=np.zeros(len(WALKER15.joints), bool),
     )

@@ -22,7 +22,7 @@ from pipeline.validation import InvalidInput, require_count, require_range, requ
 
 @dataclass(frozen=True)
 class ASpace:
-    """A space of few dimensions for the postures of one action, and the way there and back [mozerov2006 5].
+    """Low-dimensional space of the postures of one action, with the projection and its inverse [mozerov2006 5].
 
     Attributes
     ----------
@@ -42,12 +42,12 @@ class ASpace:
 
     @property
     def dimensions(self) -> int:
-        """b."""
+        """Number of dimensions b."""
         return len(self.components)
 
     @property
     def variance_held(self) -> float:
-        """Share of the variance that b eigenvectors hold."""
+        """Share of the variance that the b eigenvectors cover."""
         return self.eigenvalues[: self.dimensions].sum() / self.total_variance
 
     def project(self, postures: np.ndarray) -> np.ndarray:
@@ -60,7 +60,7 @@ class ASpace:
 
 
 def smallest_dimensions(eigenvalues: np.ndarray, total_variance: float, variance: float) -> int:
-    """Smallest b whose eigenvalues hold so much of the variance [mozerov2006 4].
+    """Smallest number of dimensions b whose eigenvalues cover a share of the variance [mozerov2006 4].
 
     Parameters
     ----------
@@ -81,9 +81,9 @@ def smallest_dimensions(eigenvalues: np.ndarray, total_variance: float, variance
     2
     """
     require_range("the share of the variance", variance, above=0, at_most=1)
-    held = np.cumsum(eigenvalues) / total_variance
+    cumulative = np.cumsum(eigenvalues) / total_variance
     # Rounding must not ask for one more eigenvector.
-    return min(int(np.searchsorted(held, variance * (1 - 1e-12))) + 1, len(held))
+    return min(int(np.searchsorted(cumulative, variance * (1 - 1e-12))) + 1, len(cumulative))
 
 
 def learn(
@@ -98,7 +98,7 @@ def learn(
     variance : float
         The smallest number of eigenvectors that holds so much of it is kept.
     dimensions : int, optional
-        Keep so many instead.
+        Number of dimensions to keep instead.
 
     Raises
     ------
@@ -125,16 +125,16 @@ def learn(
 def _all_postures(performances: Sequence[np.ndarray]) -> np.ndarray:
     if not len(performances):
         raise InvalidInput("no performances", expected="one or more", received="none", code="no_performances")
-    given = [np.asarray(p, float) for p in performances]
-    for number, performance in enumerate(given):
+    arrays = [np.asarray(p, float) for p in performances]
+    for number, performance in enumerate(arrays):
         where = f"performance {number}"
-        require_shape(where, performance, ("F", given[0].shape[-1]))
+        require_shape(where, performance, ("F", arrays[0].shape[-1]))
         if not np.isfinite(performance).all():
             frame = int(np.argwhere(~np.isfinite(performance))[0][0])
             raise InvalidInput(
                 f"posture {frame} has values that are not finite", where, code="not_finite", frame=frame
             )
-    samples = np.concatenate(given)
+    samples = np.concatenate(arrays)
     if len(samples) < 2:
         raise InvalidInput(
             "one posture alone spans no space",

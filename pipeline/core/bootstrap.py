@@ -26,7 +26,7 @@ LEVEL = 0.95
 def resampling_weights(
     clusters: int, generator: np.random.Generator, *, resamples: int = RESAMPLES
 ) -> np.ndarray:
-    """How often each of `resamples` draws with replacement holds each cluster, (B, C) int; rows sum to C.
+    """Counts (B, C) int of each cluster in each of `resamples` draws with replacement; rows sum to C.
 
     Examples
     --------
@@ -63,8 +63,8 @@ def weighted_means(values: np.ndarray, cluster: np.ndarray, weights: np.ndarray)
     total = sums_by_cluster(values, cluster, clusters)
     count = np.bincount(cluster, minlength=clusters)
     with np.errstate(invalid="ignore", divide="ignore"):
-        held = (weights @ count).reshape(-1, *[1] * (total.ndim - 1))
-        return np.tensordot(weights, total, axes=1) / np.where(held > 0, held, np.nan)
+        total_weight = (weights @ count).reshape(-1, *[1] * (total.ndim - 1))
+        return np.tensordot(weights, total, axes=1) / np.where(total_weight > 0, total_weight, np.nan)
 
 
 def weighted_medians(values: np.ndarray, cluster: np.ndarray, weights: np.ndarray) -> np.ndarray:
@@ -107,7 +107,7 @@ def percentile_interval(replicates: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
 
 FEWEST_CORRECTED = 10
-"""Fewer clusters have Student's interval: corrections for bias and skewness are not to be had of them."""
+"""Fewer clusters get Student's interval: they are too few to estimate bias and skewness."""
 
 
 def cluster_interval(

@@ -74,8 +74,8 @@ def projection_matrix(view_angle_rad: float, *, trailing: int = 0) -> np.ndarray
     The printed form; sweeps project by axis, with `horizontal` and `vertical`.
     """
     points = 5 * len(WALKER15.joints)
-    one = np.array([[np.cos(view_angle_rad), np.sin(view_angle_rad), 0.0], [0.0, 0.0, 1.0]])
+    of_point = np.array([[np.cos(view_angle_rad), np.sin(view_angle_rad), 0.0], [0.0, 0.0, 1.0]])
     matrix = np.zeros((2 * points + trailing, 3 * points + trailing))
-    matrix[: 2 * points, : 3 * points] = np.kron(np.eye(points), one)
+    matrix[: 2 * points, : 3 * points] = np.kron(np.eye(points), of_point)
     matrix[2 * points :, 3 * points :] = np.eye(trailing)
     return matrix

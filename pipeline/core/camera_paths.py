@@ -1,7 +1,7 @@
 """Cameras that walk around, or shake in the hand: the views of park2011 sections 4 and 5.
 
 All look at a target from a distance, upright.  The focal length grows with the distance (`px_per_mm`), so the target
-keeps its size in the image and a far camera is the orthographic limit.  Azimuth 0 is a camera on +y, ahead of somebody
+keeps its size in the image and a far camera is the orthographic limit.  Azimuth 0 is a camera on +y, ahead of a person
 who walks along +y; it grows towards their left (-x), counterclockwise as seen from above.
 """
 
@@ -16,7 +16,7 @@ DISTANCE_MM, PX_PER_MM = 4000.0, 0.25
 """A camera at four metres with a focal length of 1000 px."""
 
 SWAY_WAVES = 4
-"""Slow waves of which the sway of a hand is made: half a wave to two waves in the time of the clip."""
+"""Number of slow waves in the sway of a hand: half a wave to two waves in the time of the clip."""
 
 
 def around(
@@ -73,7 +73,7 @@ def hand_held(
     sway_mm: float = 60.0,
     tremor_mm: float = 15.0,
 ) -> Pinhole:
-    """The same path in somebody's hand: slow sway and tremor of the centre, still turned to the target.
+    """The same path, hand-held: slow sway and tremor of the centre, still turned to the target.
 
     Parameters
     ----------

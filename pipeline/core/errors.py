@@ -47,7 +47,7 @@ def relative_error(absolute: np.ndarray, variance: np.ndarray | float) -> np.nda
 def walker_error(per_joint: np.ndarray) -> np.ndarray:
     """E_a or E_r of a walker: the mean over joints, the last axis [zhang2007 4.2] [zhang2007 4.4] [zhang2004 13].
 
-    Joints without an error (NaN), because nobody measured them, are left out.
+    Joints without an error (NaN) were not measured and are left out.
     """
     unknown = np.isnan(per_joint)
     if not unknown.any():

@@ -1,4 +1,4 @@
-"""How much two recordings differ as recordings of people do: in the proportions of limbs, and in postures.
+"""Difference of two recordings in the proportions of limbs and in postures, compared with that of two people.
 
 A copy may be cut, shifted, resampled, mirrored, resized or noisy.  Two differences tell people apart, whatever the
 place, heading, size, side and order in time:
@@ -20,7 +20,7 @@ a recording and itself with 5 mm of noise                   to 0.5          to 8
 ==========================================================  ==============  ================
 
 People whose limbs are equal may have been put on one skeleton, as motion for animation is; they are not refused, but
-nobody can tell how many they are.
+their number is unknown.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ _LEAST_LIMBS, _LEAST_POSTURES, _MOST_ASKED = 6, 5, 300
 
 @dataclass(frozen=True)
 class Likeness:
-    """What a recording shows of the person.
+    """Proportions and postures of the person in a recording.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class Likeness:
 
 
 def likeness(positions: np.ndarray, valid: np.ndarray, frame_rate_hz: float) -> Likeness:
-    """Return what a recording shows of the person.
+    """Return the proportions and postures of the person in a recording.
 
     Parameters
     ----------
@@ -69,15 +69,15 @@ def likeness(positions: np.ndarray, valid: np.ndarray, frame_rate_hz: float) -> 
     valid : (T, 15) bool
     frame_rate_hz : float
     """
-    seen = np.where(valid[..., None], positions, np.nan)
-    lengths = np.linalg.norm(seen[:, _LIMBS[:, 1]] - seen[:, _LIMBS[:, 0]], axis=-1)
+    points = np.where(valid[..., None], positions, np.nan)
+    lengths = np.linalg.norm(points[:, _LIMBS[:, 1]] - points[:, _LIMBS[:, 0]], axis=-1)
     limbs = np.full(len(_LIMBS), np.nan)
-    known = np.isfinite(lengths).any(axis=0)
-    limbs[known] = np.nanmedian(lengths[:, known], axis=0)
-    across = seen[:, _HIPS[1], :2] - seen[:, _HIPS[0], :2]
+    finite = np.isfinite(lengths).any(axis=0)
+    limbs[finite] = np.nanmedian(lengths[:, finite], axis=0)
+    across = points[:, _HIPS[1], :2] - points[:, _HIPS[0], :2]
     turn = np.arctan2(across[:, 1], across[:, 0])
     cos, sin = np.cos(turn)[:, None], np.sin(turn)[:, None]
-    x, y, z = np.moveaxis(seen - seen[:, [PELVIS]], -1, 0)
+    x, y, z = np.moveaxis(points - points[:, [PELVIS]], -1, 0)
     postures = np.stack([cos * x + sin * y, cos * y - sin * x, z], axis=-1)
     postures *= _LEG_MM / (limbs[_LEGS].sum() / 2.0)
     width = min(max(1, round(_MEAN_S * frame_rate_hz)), len(postures))
@@ -90,16 +90,16 @@ def limb_differences(one: np.ndarray, others: np.ndarray) -> np.ndarray:
 
     NaN where fewer than six limbs are known of both, for legs alone do not tell people apart.
     """
-    found = []
+    by_sides = []
     for sides in (others, others[:, _OTHER_SIDE]):
         ratio = np.log(sides / one)
-        known = np.isfinite(ratio)
-        count = np.maximum(known.sum(axis=1, keepdims=True), 1)
-        ratio = np.where(known, ratio, 0.0)
-        off = np.where(known, ratio - ratio.sum(axis=1, keepdims=True) / count, 0.0)
+        finite = np.isfinite(ratio)
+        count = np.maximum(finite.sum(axis=1, keepdims=True), 1)
+        ratio = np.where(finite, ratio, 0.0)
+        off = np.where(finite, ratio - ratio.sum(axis=1, keepdims=True) / count, 0.0)
         rms = np.sqrt((off**2).sum(axis=1) / count[:, 0])
-        found.append(np.where(known.sum(axis=1) >= _LEAST_LIMBS, 100.0 * rms, np.nan))
-    return np.minimum(*found)
+        by_sides.append(np.where(finite.sum(axis=1) >= _LEAST_LIMBS, 100.0 * rms, np.nan))
+    return np.minimum(*by_sides)
 
 
 def posture_difference_mm(one: np.ndarray, other: np.ndarray) -> float:
@@ -112,8 +112,8 @@ def posture_difference_mm(one: np.ndarray, other: np.ndarray) -> float:
 
 def _median_distance(asked: np.ndarray, among: np.ndarray) -> float:
     """Return the median distance of postures from the nearest one, mm per joint; infinite if too few are whole."""
-    seen = [np.isfinite(postures).any(axis=(0, 2)) for postures in (asked, among)]
-    joints = np.flatnonzero(seen[0] & seen[1])
+    measured = [np.isfinite(postures).any(axis=(0, 2)) for postures in (asked, among)]
+    joints = np.flatnonzero(measured[0] & measured[1])
     sets = [postures[:, joints].reshape(len(postures), 3 * len(joints)) for postures in (asked, among)]
     sets = [rows[np.isfinite(rows).all(axis=1)] for rows in sets]
     if not len(joints) or min(map(len, sets)) < _LEAST_POSTURES:

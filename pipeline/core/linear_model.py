@@ -5,7 +5,7 @@ Symbols
 ``W``        samples, one walker (or posture) to a row here (to a column in the paper), (R, D)
 ``w_bar``    average walker, (D,)
 ``e_n``      eigenwalkers: orthonormal rows, (N, D)
-``lambda_n`` eigenvalues of the covariance, divisor R - 1 unless said otherwise
+``lambda_n`` eigenvalues of the covariance, divisor R - 1 unless stated otherwise
 ``k_n``      coefficients
 
 Only this module flattens a Fourier representation (5, 15, 3) to 225 numbers.
@@ -24,13 +24,13 @@ from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput, require_choice, require_count, require_range
 
 _SAME_MAGNITUDE = 1e-6
-"""Relative difference of two entries of a component at which the earlier one tells its sign: rounding does not."""
+"""Relative difference below which two entries of a component are tied; the earlier one then fixes the sign."""
 
 _WELL_DETERMINED = 1e-5
-"""Least of the wanted variances over the largest above which they are computed from products of samples."""
+"""Ratio of the smallest to the largest variance above which both are computed from products of samples."""
 
 _MANY, _FOLDS_AT_A_TIME = 4, 64
-"""Samples for each of their numbers from which on folds share their sums, and how many folds share them."""
+"""Samples per dimension from which folds share their sums, and the number of folds that share them."""
 
 _NO_VARIATION = 1e-12
 """Standard deviation along an eigenwalker, relative to the largest, at which it is rounding."""
@@ -136,8 +136,8 @@ def fit(
     if scale_last != 1.0:
         samples = np.column_stack([samples[:, :-1], scale_last * samples[:, -1]])
     mean = samples.mean(axis=0)
-    kept = min(n_components, len(samples) - 1, samples.shape[1])
-    squares, components = _principal_directions(samples - mean, kept)
+    count = min(n_components, len(samples) - 1, samples.shape[1])
+    squares, components = _principal_directions(samples - mean, count)
     return _model(mean, squares, components, len(samples) - (divisor == "R-1"), float(scale_last))
 
 
@@ -228,18 +228,18 @@ def leave_one_out(
     rows, of = samples, labels
     if mirrors is not None:
         rows, of = np.concatenate([samples, np.asarray(mirrors, float)]), np.tile(labels, 2)
-    wanted = range(len(samples)) if only is None else only
+    left_out = range(len(samples)) if only is None else only
     if len(rows) < _MANY * rows.shape[1] or scale_last != 1.0 or not np.isfinite(rows).all():
-        for r in wanted:
+        for r in left_out:
             yield fit(rows[of != labels[r]], n_components, divisor=divisor, scale_last=scale_last), r
         return
-    for start in range(0, len(wanted), _FOLDS_AT_A_TIME):
-        block = wanted[start : start + _FOLDS_AT_A_TIME]
+    for start in range(0, len(left_out), _FOLDS_AT_A_TIME):
+        block = left_out[start : start + _FOLDS_AT_A_TIME]
         for r, (mean, products, count) in zip(block, _moments_without(rows, of, labels[block]), strict=True):
             squares, directions = np.linalg.eigh(products)
-            squares, kept = np.maximum(squares[::-1], 0.0), min(n_components, len(squares))
-            if squares[kept - 1] > _WELL_DETERMINED * squares[0]:
-                components = directions[:, ::-1].T[:kept]
+            squares, rank = np.maximum(squares[::-1], 0.0), min(n_components, len(squares))
+            if squares[rank - 1] > _WELL_DETERMINED * squares[0]:
+                components = directions[:, ::-1].T[:rank]
                 yield _model(mean, squares, components, count - (divisor == "R-1"), 1.0), r
             else:
                 yield fit(rows[of != labels[r]], n_components, divisor=divisor), r
@@ -250,7 +250,7 @@ def _moments_without(
 ) -> Iterator[tuple[np.ndarray, np.ndarray, int]]:
     """Mean (D,), products of deviations (D, D) and number of the rows without each of some people.
 
-    What nobody of them takes part in is summed once; nothing is summed and subtracted again, so that who is left out
+    Rows of other people are summed once. No sum is subtracted again, so that the person who is left out
     moves no digit.
     """
     near = np.isin(of, people)
@@ -294,10 +294,10 @@ def leave_two_out(
     require_range("the number of groups", count, at_least=3)
     for g in range(count):
         for h in range(g + 1, count):
-            kept = (groups != g) & (groups != h)
-            training = samples[kept]
+            remaining = (groups != g) & (groups != h)
+            training = samples[remaining]
             if mirrors is not None:
-                training = np.concatenate([training, np.asarray(mirrors, float)[kept]])
+                training = np.concatenate([training, np.asarray(mirrors, float)[remaining]])
             yield fit(training, n_components, divisor=divisor, scale_last=scale_last), g, h
 
 
@@ -309,7 +309,7 @@ def truncated(model: LinearModel, n_components: int) -> LinearModel:
 
 
 def without_joints(rows: np.ndarray, measured: np.ndarray) -> np.ndarray:
-    """Samples or eigenwalkers (…, D) with zeros for the joints that nobody measured.
+    """Samples or eigenwalkers (…, D) with zeros for joints that were not measured.
 
     Where every joint was measured, they are returned as they are.
 
@@ -321,13 +321,13 @@ def without_joints(rows: np.ndarray, measured: np.ndarray) -> np.ndarray:
     """
     if measured.all():
         return rows
-    kept = np.array(rows, float)
-    unflatten(kept)[..., ~measured, :] = 0.0  # a view of `kept`
-    return kept
+    masked = np.array(rows, float)
+    unflatten(masked)[..., ~measured, :] = 0.0  # a view of `kept`
+    return masked
 
 
 def of_measured(model: LinearModel, measured: np.ndarray) -> LinearModel:
-    """The model of a walker of whom some joints were not measured: it says nothing about them.
+    """Model for a walker with unmeasured joints, without these joints.
 
     Rows of the missing joints are zero, so that they neither count as observed nor add to an error; eigenwalkers are
     then not orthonormal.
@@ -359,9 +359,9 @@ def coefficients(
     scaled[:, -1] *= model.last_scale
     if measured is None or measured.all():
         return (scaled - model.mean) @ model.components.T
-    seen = of_measured(model, measured)
-    away = (without_joints(scaled, measured) - seen.mean).T
-    return np.linalg.lstsq(seen.components.T, away)[0].T
+    visible = of_measured(model, measured)
+    away = (without_joints(scaled, measured) - visible.mean).T
+    return np.linalg.lstsq(visible.components.T, away)[0].T
 
 
 @dataclass(frozen=True)

@@ -82,30 +82,30 @@ def minimise(
     for step in range(most_iterations):
         if not len(active):
             break
-        here = following[active]
-        slope, bend = slopes_of(active, here), bends[active]
+        point = following[active]
+        slope, bend = slopes_of(active, point), bends[active]
         local = np.ones(len(active), bool)
         if step > 0:
-            travelled = here - at[active]
+            travelled = point - at[active]
             far = np.abs(travelled) > 10.0 * tolerance  # nearer, the difference of slopes is rounding
             bend = np.where(far, (slope - slopes[active]) / np.where(far, travelled, 1.0), bend)
             local = np.abs(travelled) <= probe
-        at[active], slopes[active], bends[active] = here, slope, bend
+        at[active], slopes[active], bends[active] = point, slope, bend
         iterations[active] += 1
         rising = slope > 0
-        upper[active[rising]] = here[rising]
-        lower[active[~rising]] = here[~rising]
+        upper[active[rising]] = point[rising]
+        lower[active[~rising]] = point[~rising]
         bowl = bend > 0
-        newton = here - slope / np.where(bowl, bend, 1.0)
-        near = bowl & (np.abs(newton - here) < tolerance)
-        newton = np.where(near & ~local, here - np.where(rising, probe, -probe), newton)
+        newton = point - slope / np.where(bowl, bend, 1.0)
+        near = bowl & (np.abs(newton - point) < tolerance)
+        newton = np.where(near & ~local, point - np.where(rising, probe, -probe), newton)
         # A step within the tolerance needs no bracket: its own end may be here.
         near &= local
         inside = (newton >= lower[active]) & (newton <= upper[active])
-        shrinks = np.abs(newton - here) <= 0.5 * lengths[1, active]
+        shrinks = np.abs(newton - point) <= 0.5 * lengths[1, active]
         proposal = np.where(near | (bowl & inside & shrinks), newton, 0.5 * (lower[active] + upper[active]))
-        lengths[:, active] = np.abs(proposal - here), lengths[0, active]
-        done = np.abs(proposal - here) < tolerance
+        lengths[:, active] = np.abs(proposal - point), lengths[0, active]
+        done = np.abs(proposal - point) < tolerance
         converged[active] = done
         following[active] = proposal
         active = active[~done]

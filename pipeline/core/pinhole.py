@@ -19,7 +19,7 @@ import numpy as np
 from pipeline.validation import InvalidInput, require_shape
 
 _ROUNDING = 1e-6
-"""How far R R^T may be from the identity: rotations come from files with seven digits."""
+"""Tolerance of R R^T against the identity: rotations come from files with seven digits."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class Pinhole:
 
     @property
     def known(self) -> np.ndarray:
-        """Where the camera is known: (F,) bool, or () for one camera."""
+        """Frames (F,) bool with a known camera; shape () for one camera."""
         return (
             np.isfinite(self.intrinsics).all(axis=(-2, -1))
             & np.isfinite(self.rotation).all(axis=(-2, -1))
@@ -157,7 +157,7 @@ class Pinhole:
         return directions.reshape(*pixels.shape[:-1], 3)
 
     def back_project(self, pixels: np.ndarray, depth: float | np.ndarray) -> np.ndarray:
-        """World points (…, 3) that stand at a depth (…) in mm behind pixels (…, 2)."""
+        """World points (…, 3) at a depth (…) in mm behind pixels (…, 2)."""
         rays = self.rays(pixels)
         ahead = np.asarray(depth, float)
         between = rays.ndim - self.centre.ndim
@@ -169,10 +169,10 @@ class Pinhole:
         values = np.asarray(values, float)
         frames = self.frames
         if values.ndim < 1 + (frames is not None) or values.shape[-1] != last:
-            wanted = f"(…, {last})" if frames is None else f"({frames}, …, {last})"
+            shape = f"(…, {last})" if frames is None else f"({frames}, …, {last})"
             raise InvalidInput(
                 "points for a camera have the wrong shape",
-                expected=wanted,
+                expected=shape,
                 received=values.shape,
                 code="wrong_shape",
                 shape=values.shape,
@@ -213,8 +213,8 @@ def project_by_matrix(cameras: np.ndarray, points: np.ndarray) -> np.ndarray:
     depth = image[..., 2:]
     # det M < 0 is the same camera written with the other sign; parallel rays have no front and back.
     det = np.linalg.det(cameras[..., :3])[..., None, None]
-    seen = np.where(det == 0.0, depth != 0.0, depth * det > 0.0)
-    return (image[..., :2] / np.where(seen, depth, np.nan)).reshape(*points.shape[:-1], 2)
+    in_front = np.where(det == 0.0, depth != 0.0, depth * det > 0.0)
+    return (image[..., :2] / np.where(in_front, depth, np.nan)).reshape(*points.shape[:-1], 2)
 
 
 def look_at(
@@ -254,10 +254,10 @@ def look_at(
 
 
 def _check_intrinsics(intrinsics: np.ndarray) -> None:
-    given = (
+    matrices = (
         intrinsics[np.isfinite(intrinsics).all(axis=(-2, -1))] if intrinsics.ndim > 2 else intrinsics[None]
     )
-    focal = given[:, [0, 1], [0, 1]]
+    focal = matrices[:, [0, 1], [0, 1]]
     if not (focal > 0).all():
         raise InvalidInput(
             "a focal length is not positive",
@@ -266,7 +266,7 @@ def _check_intrinsics(intrinsics: np.ndarray) -> None:
             code="out_of_range",
             value=focal.min(),
         )
-    if given[:, [1, 2, 2], [0, 0, 1]].any() or (given[:, 2, 2] != 1).any():
+    if matrices[:, [1, 2, 2], [0, 0, 1]].any() or (matrices[:, 2, 2] != 1).any():
         raise InvalidInput(
             "the intrinsics are not those of a camera",
             expected="zeros below the diagonal and a last row of 0, 0, 1",
@@ -275,8 +275,8 @@ def _check_intrinsics(intrinsics: np.ndarray) -> None:
 
 
 def _check_rotation(rotation: np.ndarray) -> None:
-    given = rotation[np.isfinite(rotation).all(axis=(-2, -1))] if rotation.ndim > 2 else rotation[None]
-    off = np.abs(given @ np.swapaxes(given, -1, -2) - np.eye(3)).max(initial=0.0)
+    finite = rotation[np.isfinite(rotation).all(axis=(-2, -1))] if rotation.ndim > 2 else rotation[None]
+    off = np.abs(finite @ np.swapaxes(finite, -1, -2) - np.eye(3)).max(initial=0.0)
     if not off <= _ROUNDING:
         raise InvalidInput(
             "the rotation of a camera is not one",
@@ -284,7 +284,7 @@ def _check_rotation(rotation: np.ndarray) -> None:
             received=f"{off:.3g} away from it",
             code="not_rotation",
         )
-    if (np.linalg.det(given) < 0).any():
+    if (np.linalg.det(finite) < 0).any():
         raise InvalidInput(
             "the rotation of a camera is a reflection",
             expected="a determinant of +1",

@@ -1,4 +1,4 @@
-"""How well a limb can be known from its images: park2011 section 4.
+"""Reconstructibility of a limb from its images: park2011 section 4.
 
 Symbols
 -------
@@ -31,7 +31,7 @@ from pipeline.validation import InvalidInput, require_choice, require_range, req
 
 
 class Reading(StrEnum):
-    """What gamma of [park2011 13] is."""
+    """Definitions of gamma in [park2011 13]."""
 
     vector = "vector"
     """Relative trajectories."""
@@ -42,10 +42,10 @@ class Reading(StrEnum):
 Confidence = Literal["green", "amber", "red"]
 
 GREEN_ABOVE, RED_BELOW = 2.0, 0.95
-"""Of eta_a on vectors: on real clips the right signs were found in 97 % and more above, and never below."""
+"""Bound on eta_a of vectors: on real clips at least 97 % of the signs are right above, and none below."""
 
 MARGIN_GREEN_ABOVE, MARGIN_RED_BELOW = 2.0, 1.25
-"""Of the mirror margin: 95 % right above; near one it is the toss of a coin (where "near" ends is assumed)."""
+"""Bound on the mirror margin: 95 % are right above; a margin of one is a coin toss (the bound is assumed)."""
 
 _ROUNDING = 1e-12
 """Part of a trajectory's size outside the basis that may be rounding."""
@@ -53,7 +53,7 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class Reconstructibility:
-    """How the impostor of a limb, or of all limbs of a clip, compares with the truth.
+    """Comparison of the impostor of a limb, or of all limbs of a clip, with the truth.
 
     Attributes
     ----------
@@ -154,7 +154,7 @@ def viewing_angles(directions: np.ndarray, axis: np.ndarray) -> np.ndarray:
 
 
 def view_from_the_camera(gamma: np.ndarray, distance: float) -> np.ndarray:
-    """Angles alpha (…) at which a camera sees the ends of limbs beside their parent, rad (park2011 section 4).
+    """Angles alpha (…), rad, between a limb's end and its parent as the camera sees them (park2011 section 4).
 
     alpha = atan(sin gamma / (l + cos gamma)) is not linear in gamma, so that a basis that spans gamma does not span
     alpha; far away it vanishes.
@@ -252,7 +252,7 @@ def _confidence(value: float, red_below: float, green_above: float) -> Confidenc
 
 @dataclass(frozen=True)
 class ChoiceResidual:
-    """What a choice between truth and impostor leaves outside the basis.
+    """Residual outside the basis of a choice between truth and impostor.
 
     Attributes
     ----------
@@ -298,7 +298,7 @@ def estimated(truth: np.ndarray, impostor: np.ndarray, choices: np.ndarray) -> n
 def choice_residual(
     basis: np.ndarray, truth: np.ndarray, impostor: np.ndarray, choices: np.ndarray
 ) -> ChoiceResidual:
-    """Squared distance of a choice and its best coefficients, in the parts of which it is made [park2011 16, 17, 18].
+    """Squared distance of a choice and its best coefficients, as a sum of parts [park2011 16, 17, 18].
 
     The minimum over a_hat for a given B.  [park2011 16, 17] measure the chosen trajectory as a whole, [park2011 18]
     as the sum of `within` and `beyond`.

@@ -52,14 +52,14 @@ def interpolate(values: np.ndarray, at: np.ndarray) -> np.ndarray:
         )
     beyond = ~((at >= -_ROUNDING) & (at <= last + _ROUNDING))  # NaN is neither
     if beyond.any():
-        place = int(beyond.argmax())
+        index = int(beyond.argmax())
         raise InvalidInput(
             "a position is beyond the samples",
-            f"position {place}",
+            f"position {index}",
             f"0 to {last}",
-            f"{at[place]:g}",
+            f"{at[index]:g}",
             code="beyond_samples",
-            position=at[place],
+            position=at[index],
         )
     at = np.clip(at, 0, last)
     before = at.astype(int)
@@ -70,7 +70,7 @@ def interpolate(values: np.ndarray, at: np.ndarray) -> np.ndarray:
 
 
 def frames_at_rate(frames: int, rate_hz: float, wanted_hz: float) -> np.ndarray:
-    """Positions (N,) at which a clip is read to have another frame rate; its own where that is no faster.
+    """Positions (N,) at which to sample a clip for another frame rate; all frames where that rate is not lower.
 
     Parameters
     ----------

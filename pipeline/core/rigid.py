@@ -59,12 +59,12 @@ def fit_rigid_motion(reference: np.ndarray, positions: np.ndarray) -> RigidMotio
     positions : (T, P, 3)
         mm; points with NaN take no part in their frame.
     """
-    seen = np.isfinite(positions).all(axis=-1)[..., None]
-    count = np.maximum(seen.sum(axis=1), 1)
-    centre = np.where(seen, reference, 0.0).sum(axis=1) / count
-    there = np.where(seen, positions, 0.0).sum(axis=1) / count
-    ours = np.where(seen, reference - centre[:, None], 0.0)
-    theirs = np.where(seen, positions - there[:, None], 0.0)
+    finite = np.isfinite(positions).all(axis=-1)[..., None]
+    count = np.maximum(finite.sum(axis=1), 1)
+    centre = np.where(finite, reference, 0.0).sum(axis=1) / count
+    centroid = np.where(finite, positions, 0.0).sum(axis=1) / count
+    ours = np.where(finite, reference - centre[:, None], 0.0)
+    theirs = np.where(finite, positions - centroid[:, None], 0.0)
     u, size, v = np.linalg.svd(np.swapaxes(theirs, 1, 2) @ ours)
     sign = np.ones_like(size)
     sign[:, 2] = np.linalg.det(u @ v)  # a mirror image is no motion
@@ -72,7 +72,7 @@ def fit_rigid_motion(reference: np.ndarray, positions: np.ndarray) -> RigidMotio
     rotation = np.where(usable[:, None, None], (u * sign[:, None]) @ v, np.nan)
     left = theirs - ours @ np.swapaxes(rotation, 1, 2)
     residual = np.sqrt((left**2).sum(axis=(1, 2)) / count[:, 0])
-    return RigidMotion(rotation, there - np.einsum("tij,tj->ti", rotation, centre), residual)
+    return RigidMotion(rotation, centroid - np.einsum("tij,tj->ti", rotation, centre), residual)
 
 
 def rigid_clusters(
@@ -94,13 +94,13 @@ def rigid_clusters(
     times, lengths, squares = (np.zeros(positions.shape[1] * (positions.shape[1] - 1) // 2) for _ in range(3))
     for frame in positions[:: max(1, len(positions) // _FRAMES)]:
         distance = pdist(frame)
-        seen = np.isfinite(distance)
-        times += seen
-        lengths += np.where(seen, distance, 0.0)
-        squares += np.where(seen, distance**2, 0.0)
+        finite = np.isfinite(distance)
+        times += finite
+        lengths += np.where(finite, distance, 0.0)
+        squares += np.where(finite, distance**2, 0.0)
     mean, square = lengths / np.maximum(times, 1), squares / np.maximum(times, 1)
-    kept = mean if reference is None else pdist(reference)
-    change = np.sqrt(np.maximum(square - 2 * kept * mean + kept**2, 0.0))
+    rest = mean if reference is None else pdist(reference)
+    change = np.sqrt(np.maximum(square - 2 * rest * mean + rest**2, 0.0))
     change = np.where((times > 0) & np.isfinite(change), change, _APART_MM)
     group = fcluster(linkage(change, "complete"), tolerance_mm, "distance")
     groups = [np.flatnonzero(group == g).tolist() for g in np.unique(group)]

@@ -1,4 +1,4 @@
-"""Statistics of angles in degrees, which the view-angle tables are made of, and correlation of ranks.
+"""Circular statistics of angles in degrees, for the view-angle tables, and rank correlation.
 
 Directions near ±180 are near each other, so means and spreads of angles go through unit vectors.  Reconstructibility
 is to tell which limbs will err more, not by how much; that is what a correlation of ranks says (park2011 section 4).

@@ -25,7 +25,7 @@ import numpy as np
 from pipeline.validation import InvalidInput, require_count, require_finite, require_range, require_shape
 
 EXPONENT = 6.0
-"""How steeply the soft basis forbids: the square of a third derivative."""
+"""Exponent of the soft basis's penalty: the square of a third derivative."""
 
 COSINES_PER_S = 8.0
 """Cosines to a second of a clip.  Of 24 clips of varied motion, moving and shaking cameras, without and with noise of
@@ -50,7 +50,7 @@ def cosine_basis(F: int, K: int, *, at: np.ndarray | None = None) -> np.ndarray:
     Raises
     ------
     InvalidInput
-        If there are no frames, or not so many components.
+        If there are no frames, or fewer components than asked for.
 
     Examples
     --------
@@ -211,9 +211,9 @@ class TrajectoryBasis:
 def _rows(
     basis: TrajectoryBasis, frames: int, observed: bytes, kind: np.dtype, shape: tuple[int, ...]
 ) -> np.ndarray:
-    """As `TrajectoryBasis.rows`; many limbs are seen in the same frames."""
-    seen = np.frombuffer(observed, kind).reshape(shape)
-    rows = restricted(cosine_basis(frames, basis.components), seen, ridge=basis.ridge)
+    """Return `TrajectoryBasis.rows`, cached: many limbs are observed in the same frames."""
+    mask = np.frombuffer(observed, kind).reshape(shape)
+    rows = restricted(cosine_basis(frames, basis.components), mask, ridge=basis.ridge)
     if len(rows) < basis.components:
         left, size, _ = np.linalg.svd(rows, full_matrices=False)
         rows = left * np.minimum(size, 1.0)
@@ -236,7 +236,7 @@ def restricted(theta: np.ndarray, observed: np.ndarray, *, ridge: np.ndarray | N
     Raises
     ------
     InvalidInput
-        If no frame was observed, or too few for so many components.
+        If no frame was observed, or too few for this number of components.
 
     Notes
     -----
@@ -270,10 +270,10 @@ def coefficients(
     """
     above, stacked = _stacked(theta, observed, ridge)
     values = require_shape("trajectory", np.asarray(values, float), (len(theta), "D"))
-    seen = values[np.asarray(observed, bool)]
-    _check_finite(seen, np.flatnonzero(observed))
+    samples = values[np.asarray(observed, bool)]
+    _check_finite(samples, np.flatnonzero(observed))
     q, r = np.linalg.qr(stacked)
-    return np.linalg.solve(r, q[:above].T @ seen)
+    return np.linalg.solve(r, q[:above].T @ samples)
 
 
 def on_rays(theta: np.ndarray, middle: np.ndarray, direction: np.ndarray) -> np.ndarray:
@@ -298,9 +298,9 @@ def on_rays(theta: np.ndarray, middle: np.ndarray, direction: np.ndarray) -> np.
     across = np.eye(3) - direction[:, :, None] * direction[:, None]
     frames, components = theta.shape
     system = (theta[:, None, :, None] * across[:, :, None]).reshape(3 * frames, 3 * components)
-    wanted = (across @ middle[..., None]).ravel()
-    found = np.linalg.lstsq(system, wanted, rcond=_SINGULAR)[0]
-    return theta @ found.reshape(components, 3)
+    target = (across @ middle[..., None]).ravel()
+    solution = np.linalg.lstsq(system, target, rcond=_SINGULAR)[0]
+    return theta @ solution.reshape(components, 3)
 
 
 def _stacked(theta: np.ndarray, observed: np.ndarray, ridge: np.ndarray | None) -> tuple[int, np.ndarray]:
@@ -311,16 +311,16 @@ def _stacked(theta: np.ndarray, observed: np.ndarray, ridge: np.ndarray | None) 
     InvalidInput
         If they do not determine the coefficients.
     """
-    theta, seen = np.asarray(theta, float), np.asarray(observed)
-    if theta.ndim != 2 or seen.shape != theta.shape[:1] or seen.dtype != bool:
+    theta, mask = np.asarray(theta, float), np.asarray(observed)
+    if theta.ndim != 2 or mask.shape != theta.shape[:1] or mask.dtype != bool:
         raise InvalidInput(
             "basis and observed frames do not fit each other",
             expected="shapes (F, K), (F,) bool",
-            received=f"{theta.shape}, {seen.shape} {seen.dtype}",
+            received=f"{theta.shape}, {mask.shape} {mask.dtype}",
             code="mismatch",
         )
     frames, components = theta.shape
-    count = int(seen.sum())
+    count = int(mask.sum())
     if count == 0:
         raise InvalidInput(
             "all frames are missing",
@@ -328,7 +328,7 @@ def _stacked(theta: np.ndarray, observed: np.ndarray, ridge: np.ndarray | None) 
             received=f"none of {frames}",
             code="all_missing",
         )
-    rows = theta[seen]
+    rows = theta[mask]
     if ridge is not None:
         weights = np.asarray(ridge, float)
         require_range(

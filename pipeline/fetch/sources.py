@@ -117,7 +117,7 @@ def read_sources(sources: Path) -> list[dict[str, str]]:
         raise InvalidInput(
             f"the table of sources has no column {missing[0]!r}", where, code="no_column", column=missing[0]
         )
-    seen: set[str] = set()
+    paths: set[str] = set()
     for row in rows:
         if None in row or None in row.values():
             raise InvalidInput(
@@ -125,9 +125,9 @@ def read_sources(sources: Path) -> list[dict[str, str]]:
             )
         path = row["path"]
         _check_path(path, where)
-        if path in seen:
+        if path in paths:
             raise InvalidInput("a path is listed twice", where, received=path, code="path_twice")
-        seen.add(path)
+        paths.add(path)
         if not re.fullmatch(r"[0-9a-f]{64}", row["sha256"]):
             raise InvalidInput(
                 "must be 64 hexadecimal digits",
@@ -159,17 +159,19 @@ def _selected(rows: list[dict[str, str]], only: Sequence[str] | None) -> list[di
     if only is None:
         return rows
     chosen: set[str] = set()
-    for wanted in only:
-        found = {r["path"] for r in rows if r["source"] == wanted or fnmatch.fnmatchcase(r["path"], wanted)}
-        if not found:
+    for pattern in only:
+        matches = {
+            r["path"] for r in rows if r["source"] == pattern or fnmatch.fnmatchcase(r["path"], pattern)
+        }
+        if not matches:
             sources = sorted({r["source"] for r in rows})
             raise InvalidInput(
                 "the table of sources has nothing of that name",
                 expected=f"a source ({', '.join(sources)}) or a path",
-                received=wanted,
+                received=pattern,
                 code="nothing_listed",
                 sources=sources,
-                wanted=wanted,
+                wanted=pattern,
             )
-        chosen |= found
+        chosen |= matches
     return [row for row in rows if row["path"] in chosen]

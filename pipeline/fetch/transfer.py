@@ -100,8 +100,8 @@ class Transfer:
                 getattr(report, outcome).append(row["path"])
             self.files_done += 1
             self.bytes_done += int(row["bytes"])
-            here = self.files_done, len(self.rows), self.bytes_done, self.bytes_total
-            self.progress(Progress(row["path"], *here))
+            totals = self.files_done, len(self.rows), self.bytes_done, self.bytes_total
+            self.progress(Progress(row["path"], *totals))
         return report
 
     def _get(self, row: Mapping[str, str]) -> tuple[str, str]:
@@ -118,13 +118,13 @@ class Transfer:
         addresses = list(dict.fromkeys(row[name] for name in ("address", "origin") if row[name]))
         reasons = []
         places: list[Path | str] = [*self.mirrors, *addresses]
-        for place in places:
+        for source in places:
             try:
-                content = self._content(row, place)
+                content = self._content(row, source)
                 if _digest(content) != row["sha256"]:
                     raise _Failed("sha256 differs")
             except _Failed as failure:
-                reasons.append(f"{'mirror' if isinstance(place, Path) else place}: {failure}")
+                reasons.append(f"{'mirror' if isinstance(source, Path) else source}: {failure}")
                 continue
             with _disk(target):
                 part = target.with_name(target.name + ".part")

@@ -44,15 +44,15 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     """
     where = path.name
     load = load_mat if where.lower().endswith(".mat") else load_npz
-    arrays, held = load(read_bytes(path), where, (*_OWN, *_AMASS, *_RATES))
-    own = set(_OWN) <= set(held)
-    if not own and not set(_AMASS) <= set(held):
+    arrays, present = load(read_bytes(path), where, (*_OWN, *_AMASS, *_RATES))
+    is_ours = set(_OWN) <= set(present)
+    if not is_ours and not set(_AMASS) <= set(present):
         what, code = "the file holds no arrays names and positions_mm", "no_arrays"
-        if set(held) & _BODY_MODEL:
+        if set(present) & _BODY_MODEL:
             what = "the file holds parameters of a body model: export its joints as CSV or C3D first"
             code = "body_model"
-        raise damaged(what, where, received=", ".join(held[:8]) or "none", code=code)
-    names, positions = (arrays[name] for name in (_OWN if own else _AMASS))
+        raise damaged(what, where, received=", ".join(present[:8]) or "none", code=code)
+    names, positions = (arrays[name] for name in (_OWN if is_ours else _AMASS))
     fits = positions.ndim == 3 and positions.shape[1:] == (names.size, 3) and 0 not in positions.shape
     if not fits or names.dtype.kind not in "US" or positions.dtype.kind not in "fiu":
         raise damaged(
@@ -70,9 +70,9 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
             "frame_rate_hz, in the file or the option",
             code="unknown_rate",
         )
-    unit = units or ("mm" if own else "m")
+    unit = units or ("mm" if is_ours else "m")
     positions = positions.astype(float)
-    if not own:
+    if not is_ours:
         positions[(positions == 0).all(axis=-1)] = np.nan
     with np.errstate(invalid="ignore"):
         positions *= millimetres_in(unit, where)
@@ -83,7 +83,7 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
         rate.item(),
         unit,
         [],
-        units_assumed=not own and units is None,
+        units_assumed=not is_ours and units is None,
     )
 
 
@@ -98,8 +98,10 @@ def load_npz(
         If they are larger than the budget of the clip; other errors are those of zipfile and numpy.
     """
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        held = {entry.filename.removesuffix(".npy"): entry for entry in archive.infolist()}
-        entries = {name: held[name] for name in held if wanted is None or name in wanted}
+        entries_by_name = {entry.filename.removesuffix(".npy"): entry for entry in archive.infolist()}
+        entries = {
+            name: entries_by_name[name] for name in entries_by_name if wanted is None or name in wanted
+        }
         # What an entry unpacks to never exceeds the size that the archive states for it.
         require_memory(sum(entry.file_size for entry in entries.values()), where)
         needed, arrays = 0, {}
@@ -108,7 +110,7 @@ def load_npz(
             needed += memory_of(data)
             require_memory(needed, f"{where}, array {name}")
             arrays[name] = _array(data)
-    return arrays, list(held)
+    return arrays, list(entries_by_name)
 
 
 def load_npy(path: Path) -> np.ndarray:

@@ -136,11 +136,11 @@ def motion_capture(
     notes, stated = list(notes), set(names)
     names = list(map(harmless, names))
     valid = np.isfinite(positions_mm).all(axis=-1)
-    seen = valid.any(axis=0)
-    if seen.any() and not seen.all():
-        notes.append(f"Points in name only, never measured: {listed([*compress(names, ~seen)])}.")
-        names = [*compress(names, seen)]
-        positions_mm, valid = positions_mm[:, seen], valid[:, seen]
+    measured = valid.any(axis=0)
+    if measured.any() and not measured.all():
+        notes.append(f"Points in name only, never measured: {listed([*compress(names, ~measured)])}.")
+        names = [*compress(names, measured)]
+        positions_mm, valid = positions_mm[:, measured], valid[:, measured]
     if changed := [name for name in names if name not in stated]:
         notes.append(f"Names that a spreadsheet would run begin with an apostrophe: {listed(changed)}.")
     _tell_apart(names, positions_mm, notes)
@@ -166,31 +166,31 @@ def leave_out_placeholders(positions: np.ndarray, notes: list[str], millimetres:
     points, for their unit may be another; `millimetres` are those of one unit of the file, for the notes.
     """
     at = (positions == positions[..., :1]).all(axis=-1)
-    numbers, place, count = np.unique(positions[at][:, 0], return_inverse=True, return_counts=True)
-    at[at] = ((count > 1) | (numbers == 0))[place]
-    seen = ~at & np.isfinite(positions).all(axis=-1)
-    frames = seen.sum(axis=1) > 1
+    numbers, inverse, count = np.unique(positions[at][:, 0], return_inverse=True, return_counts=True)
+    at[at] = ((count > 1) | (numbers == 0))[inverse]
+    measured = ~at & np.isfinite(positions).all(axis=-1)
+    frames = measured.sum(axis=1) > 1
     if not at.any() or not frames.any():
         return
-    weight = seen[frames] / seen[frames].sum(axis=1, keepdims=True)
+    weight = measured[frames] / measured[frames].sum(axis=1, keepdims=True)
     points = np.nan_to_num(positions[frames])
     middle = np.einsum("tp,tpx->tx", weight, points)
     spread = np.sqrt(np.einsum("tp,tpx->t", weight, (points - middle[:, None]) ** 2))
     size = np.median(spread)
-    found: list[float] = []
+    placeholders: list[float] = []
     for point in np.flatnonzero(at.any(axis=0)):
-        rows, known = np.flatnonzero(at[:, point]), np.flatnonzero(seen[:, point])
-        there = positions[rows, point]
-        if known.size:
-            k = np.searchsorted(known, rows)
-            beside = positions[known[np.clip([k - 1, k], 0, known.size - 1)], point]
-            leaps = np.linalg.norm(beside - there, axis=-1).max(axis=0) > LEAP * size
+        rows, measured_rows = np.flatnonzero(at[:, point]), np.flatnonzero(measured[:, point])
+        at_placeholder = positions[rows, point]
+        if measured_rows.size:
+            k = np.searchsorted(measured_rows, rows)
+            neighbours = positions[measured_rows[np.clip([k - 1, k], 0, measured_rows.size - 1)], point]
+            leaps = np.linalg.norm(neighbours - at_placeholder, axis=-1).max(axis=0) > LEAP * size
         else:
-            away = np.median(np.linalg.norm(middle - there[0], axis=-1))
-            leaps = (there[:, 0] == there[0, 0]) & (away >= ABOUT * size)
+            away = np.median(np.linalg.norm(middle - at_placeholder[0], axis=-1))
+            leaps = (at_placeholder[:, 0] == at_placeholder[0, 0]) & (away >= ABOUT * size)
         positions[rows[leaps], point] = np.nan
-        found += (there[leaps, 0] / millimetres).tolist()
-    for number, times in sorted(Counter(found).items()):
+        placeholders += (at_placeholder[leaps, 0] / millimetres).tolist()
+    for number, times in sorted(Counter(placeholders).items()):
         where = "lie exactly at the origin" if number == 0 else f"are {number:.6g} in every coordinate"
         notes.append(f"{times} samples {where} and are taken as missing.")
 
@@ -202,16 +202,16 @@ def _tell_apart(names: list[str], positions_mm: np.ndarray, notes: list[str]) ->
     """
     first: dict[str, int] = {}
     last: dict[str, int] = {}
-    taken, numbered = set(names), []
-    doubled = len(names) - len(taken)
-    for k, name in enumerate(names if 2 * doubled <= len(taken) else ()):
+    used, numbered = set(names), []
+    doubled = len(names) - len(used)
+    for k, name in enumerate(names if 2 * doubled <= len(used) else ()):
         at = first.setdefault(name, k)
         if at == k or not (np.abs(positions_mm[:, k] - positions_mm[:, at]) > 1.0).any():
             continue
-        while names[k] in taken:
+        while names[k] in used:
             last[name] = last.get(name, 1) + 1
             names[k] = f"{name}_{last[name]}"
-        taken.add(names[k])
+        used.add(names[k])
         numbered.append(names[k])
     if numbered:
         notes.append(f"Names that stand twice are numbered: {listed(numbered)}.")

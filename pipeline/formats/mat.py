@@ -31,16 +31,20 @@ def load_mat(data: bytes, where: str, *_: object) -> tuple[dict[str, np.ndarray]
             (trial,) = _values(memoryview(zlib.decompressobj().decompress(trial.data, 24 * trial.size)))
         (trial,) = trial
         rate = trial["FrameRate"][3]
-        markers = [one for held in trial.get("Trajectories", ()) for one in held.get("Labeled", ())]
-        found = [
-            ("", one["Labels"], _array(one["Data"])[:, :3].swapaxes(1, 2))
-            for one in markers
-            if one["Labels"][3:]
-        ] or [
-            (f"{_text(one['SkeletonName'])}:", one["SegmentLabels"], _array(one["PositionData"]))
-            for one in trial["Skeletons"]
+        markers = [
+            block
+            for trajectories in trial.get("Trajectories", ())
+            for block in trajectories.get("Labeled", ())
         ]
-        names = [who + _text(label) for who, labels, _ in found for label in labels[3:]]
+        blocks = [
+            ("", block["Labels"], _array(block["Data"])[:, :3].swapaxes(1, 2))
+            for block in markers
+            if block["Labels"][3:]
+        ] or [
+            (f"{_text(block['SkeletonName'])}:", block["SegmentLabels"], _array(block["PositionData"]))
+            for block in trial["Skeletons"]
+        ]
+        names = [who + _text(label) for who, labels, _ in blocks for label in labels[3:]]
     except (AttributeError, LookupError, TypeError, ValueError):
         expected = (
             "one struct with Trajectories.Labeled or Skeletons, saved with '-v7' in MATLAB; or C3D, TRC, CSV"
@@ -49,10 +53,10 @@ def load_mat(data: bytes, where: str, *_: object) -> tuple[dict[str, np.ndarray]
         raise damaged(
             what, where, expected, f"{data[:19]!r}", code="wrong_format", begins=bytes(data[:19])
         ) from None
-    require_memory(40 * sum(positions.size for *_, positions in found), where)
+    require_memory(40 * sum(positions.size for *_, positions in blocks), where)
     arrays = {
         "names": np.array(names),
-        "positions_mm": np.concatenate([positions for *_, positions in found], axis=1),
+        "positions_mm": np.concatenate([positions for *_, positions in blocks], axis=1),
         "frame_rate_hz": rate,
     }
     return arrays, list(arrays)

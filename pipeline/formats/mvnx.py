@@ -36,7 +36,7 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     where, unit = path.name, units or "m"
     millimetres = millimetres_in(unit, where)
     root = _root(read_bytes(path), where)
-    people = [_subject(one, str(n), where) for n, one in enumerate(_all(root, "subject"), start=1)]
+    people = [_subject(subject, str(n), where) for n, subject in enumerate(_all(root, "subject"), start=1)]
     if not people:
         raise damaged("the file holds no subject", where, code="no_subject")
     labels, rates, segments, tracks = zip(*people, strict=True)
@@ -64,7 +64,7 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     shortest = min(map(len, tracks))
     if shortest < max(map(len, tracks)):
         notes.append(f"The subjects have different numbers of frames; the first {shortest} of each are read.")
-    positions = np.concatenate([one[:shortest] for one in tracks], axis=1) * millimetres
+    positions = np.concatenate([subject[:shortest] for subject in tracks], axis=1) * millimetres
     return motion_capture(names, positions, rate, unit, notes)
 
 
@@ -117,8 +117,8 @@ def _root(data: bytes, where: str) -> ElementTree.Element:
     try:
         root = ElementTree.fromstring(data, ElementTree.XMLParser(target=Builder()))
     except ElementTree.ParseError as error:
-        place = f"{where}, line {error.position[0]}"
-        raise damaged("the file is damaged or cut short", place, "whole XML", code="truncated") from None
+        location = f"{where}, line {error.position[0]}"
+        raise damaged("the file is damaged or cut short", location, "whole XML", code="truncated") from None
     if _tag(root) != "mvnx":
         raise damaged(
             "this is not an MVNX file",

@@ -40,8 +40,8 @@ def printed_cost(
     if trailing:
         w_hat = np.append(w_hat, model.last_scale * 2 * np.pi * frequency_hz)
     d, E = w_hat - C @ model.mean, C @ model.components.T
-    kept = model.eigenvalues > 1e-20 * model.eigenvalues.max()
-    E, eigenvalues = E[:, kept], model.eigenvalues[kept]
+    retained = model.eigenvalues > 1e-20 * model.eigenvalues.max()
+    E, eigenvalues = E[:, retained], model.eigenvalues[retained]
     if noise is None:
         return float(((d - E @ reconstruction.least_squares(E, d)) ** 2).sum())
     k = reconstruction.maximum_a_posteriori(E, d, eigenvalues, noise_variance=noise)

@@ -35,8 +35,8 @@ def performances(seed: int, count: int = 4, numbers: int = 37, rank: int = 37) -
 @given(spectra.filter(any), st.fractions(0, 1, max_denominator=10**4).filter(bool))
 def test_the_smallest_b_is_the_first_of_all_that_are_enough(spectrum: list[int], share: Fraction) -> None:
     enough = [b for b in range(1, len(spectrum) + 1) if sum(spectrum[:b]) >= share * sum(spectrum)]
-    found = smallest_dimensions(np.array(spectrum, dtype=float), float(sum(spectrum)), float(share))
-    assert found == enough[0]
+    dimensions = smallest_dimensions(np.array(spectrum, dtype=float), float(sum(spectrum)), float(share))
+    assert dimensions == enough[0]
 
 
 @given(spectra.filter(any), st.data())
@@ -44,10 +44,10 @@ def test_a_share_that_b_eigenvalues_hold_exactly_asks_for_no_more(
     spectrum: list[int], data: st.DataObject
 ) -> None:
     """The quotient is rounded, and so may be the running sum: neither adds an eigenvector."""
-    held = [Fraction(e, sum(spectrum)) for e in accumulate(spectrum)]
-    share = held[data.draw(st.integers(0, len(held) - 1))]
-    found = smallest_dimensions(np.array(spectrum) * 0.1, sum(spectrum) * 0.1, float(share))
-    assert found == held.index(share) + 1
+    fixed = [Fraction(e, sum(spectrum)) for e in accumulate(spectrum)]
+    share = fixed[data.draw(st.integers(0, len(fixed) - 1))]
+    dimensions = smallest_dimensions(np.array(spectrum) * 0.1, sum(spectrum) * 0.1, float(share))
+    assert dimensions == fixed.index(share) + 1
 
 
 def test_b_worked_out_in_the_head() -> None:
@@ -89,10 +89,10 @@ def test_it_is_the_eigendecomposition_of_the_covariance_of_all_postures(seed: in
     largest = np.abs(space.components).argmax(axis=1)
     assert (space.components[np.arange(space.dimensions), largest] > 0).all()
     # The smallest number of dimensions: one less would not do.
-    held = np.cumsum(values) / values.sum()
-    assert held[space.dimensions - 1] >= 0.95
-    assert space.dimensions == 1 or held[space.dimensions - 2] < 0.95
-    assert space.variance_held == pytest.approx(held[space.dimensions - 1], rel=1e-10)
+    fixed = np.cumsum(values) / values.sum()
+    assert fixed[space.dimensions - 1] >= 0.95
+    assert space.dimensions == 1 or fixed[space.dimensions - 2] < 0.95
+    assert space.variance_held == pytest.approx(fixed[space.dimensions - 1], rel=1e-10)
 
 
 def test_long_performances_count_by_their_postures() -> None:
@@ -142,10 +142,10 @@ def test_with_fewer_they_come_back_but_for_the_variance_that_is_not_held(seed: i
 def test_points_of_the_space_come_back_whatever_their_shape(seed: int, kept: int) -> None:
     space = aspace.learn(performances(seed), dimensions=kept)
     points = np.random.default_rng(seed).standard_normal((2, 3, kept))
-    there = space.postures(points)
-    assert there.shape == (2, 3, 37)
-    np.testing.assert_allclose(space.project(there), points, rtol=0, atol=1e-10)
-    np.testing.assert_allclose(space.project(there[1, 2]), points[1, 2], rtol=0, atol=1e-10)
+    moved = space.postures(points)
+    assert moved.shape == (2, 3, 37)
+    np.testing.assert_allclose(space.project(moved), points, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(space.project(moved[1, 2]), points[1, 2], rtol=0, atol=1e-10)
 
 
 def test_postures_that_vary_in_three_ways_need_three_dimensions() -> None:
@@ -162,9 +162,9 @@ def test_fewer_postures_than_numbers_span_one_dimension_less_than_they_are() -> 
 def test_dimensions_asked_for_override_the_share() -> None:
     given_ = performances(5)
     assert aspace.learn(given_, variance=0.95, dimensions=9).dimensions == 9
-    one, all_ = aspace.learn(given_, dimensions=2), aspace.learn(given_, variance=1.0)
-    np.testing.assert_array_equal(one.components, all_.components[:2])
-    np.testing.assert_array_equal(one.eigenvalues, all_.eigenvalues)
+    first, all_ = aspace.learn(given_, dimensions=2), aspace.learn(given_, variance=1.0)
+    np.testing.assert_array_equal(first.components, all_.components[:2])
+    np.testing.assert_array_equal(first.eigenvalues, all_.eigenvalues)
 
 
 def test_nothing_that_is_given_is_changed() -> None:

@@ -88,9 +88,9 @@ def test_an_interval_over_clusters_is_scipys_bca_at_the_expanded_level(people: i
         (values,), np.mean, method="BCa", n_resamples=2000, rng=np.random.default_rng(1),
         confidence_level=2.0 * stats.norm.cdf(tail) - 1.0,
     )  # fmt: skip
-    left_out = np.array([np.delete(values, one).mean() for one in range(people)])
-    found = bootstrap.cluster_interval(values.mean(), expected.bootstrap_distribution, left_out, people)
-    assert found == pytest.approx(tuple(expected.confidence_interval), rel=1e-9)
+    left_out = np.array([np.delete(values, first).mean() for first in range(people)])
+    interval = bootstrap.cluster_interval(values.mean(), expected.bootstrap_distribution, left_out, people)
+    assert interval == pytest.approx(tuple(expected.confidence_interval), rel=1e-9)
 
 
 def test_an_interval_over_few_clusters_is_students() -> None:

@@ -68,8 +68,8 @@ def test_places_that_can_be_checked_in_the_head() -> None:
 def test_the_image_keeps_its_size_whatever_the_distance(seed: int, distance: float) -> None:
     camera = still(4, target=TARGET, distance_mm=distance, px_per_mm=0.5)
     right = camera.rotation[:, 0]
-    shown = camera.project(np.tile(TARGET, (4, 1)) + 10.0 * right)
-    np.testing.assert_allclose(shown, np.tile([5.0, 0.0], (4, 1)), atol=1e-6)
+    displayed = camera.project(np.tile(TARGET, (4, 1)) + 10.0 * right)
+    np.testing.assert_allclose(displayed, np.tile([5.0, 0.0], (4, 1)), atol=1e-6)
     assert camera.intrinsics[0, 0] == 0.5 * distance
 
 
@@ -79,8 +79,8 @@ def test_a_moving_target_stays_in_the_middle_and_the_camera_where_it_was(seed: i
     camera = still(9, target=target)
     np.testing.assert_allclose(camera.project(target), 0.0, atol=1e-6)
     assert np.ptp(camera.centre, axis=0).max() == 0.0
-    held = hand_held(np.random.default_rng(seed), camera, target=target)
-    np.testing.assert_allclose(held.project(target), 0.0, atol=1e-6)
+    fixed = hand_held(np.random.default_rng(seed), camera, target=target)
+    np.testing.assert_allclose(fixed.project(target), 0.0, atol=1e-6)
 
 
 def test_a_hand_shakes_as_much_as_it_is_told() -> None:
@@ -103,11 +103,11 @@ def test_a_hand_shakes_as_much_as_it_is_told() -> None:
 
 def test_a_hand_is_the_same_for_the_same_seed() -> None:
     steady = around(12, target=TARGET, sweep_rad=0.5)
-    one, other, third = (
+    first, other, third = (
         hand_held(np.random.default_rng(seed), steady, target=TARGET).centre for seed in (1, 1, 2)
     )
-    np.testing.assert_array_equal(one, other)
-    assert (one != third).all()
+    np.testing.assert_array_equal(first, other)
+    assert (first != third).all()
 
 
 def test_far_cameras_see_what_parallel_ones_see() -> None:
@@ -149,15 +149,15 @@ def test_projection_by_rows_is_that_of_the_pinhole(seed: int) -> None:
     ],
 )
 def test_paths_that_lead_nowhere_are_refused(options: dict, rejection: AbstractContextManager) -> None:
-    asked = {"frames": 4, "target": TARGET, **options}
+    requested = {"frames": 4, "target": TARGET, **options}
     with rejection:
-        still(asked.pop("frames"), **asked)
+        still(requested.pop("frames"), **requested)
 
 
 def test_a_hand_without_a_path_is_refused() -> None:
-    one = look_at(np.zeros(3), TARGET, focal_px=1.0)
+    first = look_at(np.zeros(3), TARGET, focal_px=1.0)
     with rejects("not_a_path"):
-        hand_held(np.random.default_rng(0), one, target=TARGET)
+        hand_held(np.random.default_rng(0), first, target=TARGET)
     path = still(3, target=TARGET)
     with rejects("out_of_range", "tremor_mm", value=-1.0):
         hand_held(np.random.default_rng(0), path, target=TARGET, tremor_mm=-1.0)

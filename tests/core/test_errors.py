@@ -26,9 +26,9 @@ def test_the_error_of_coefficients_is_the_mean_over_time(seed: int, cycles: int,
     over_time = errors.absolute_error_over_time(
         *(fourier.synthesise(w, 0.8, times)[..., 0] for w in (original, reconstructed))
     )
-    found = errors.absolute_error((original - reconstructed)[..., 0])
-    assert found.shape == (15,)
-    np.testing.assert_allclose(found, over_time, rtol=1e-10)
+    error = errors.absolute_error((original - reconstructed)[..., 0])
+    assert error.shape == (15,)
+    np.testing.assert_allclose(error, over_time, rtol=1e-10)
 
 
 @given(seed=seeds, angle=angles, cycles=st.integers(2, 4))
@@ -57,9 +57,9 @@ def test_what_the_motion_has_beyond_its_series_adds_to_the_error(
 
 def test_errors_of_many_views_at_once() -> None:
     delta = np.random.default_rng(0).standard_normal((4, 6, 5, 15))
-    found = errors.absolute_error(delta)
-    assert found.shape == (4, 6, 15)
-    np.testing.assert_allclose(found[2, 3], errors.absolute_error(delta[2, 3]), rtol=1e-13)
+    error = errors.absolute_error(delta)
+    assert error.shape == (4, 6, 15)
+    np.testing.assert_allclose(error[2, 3], errors.absolute_error(delta[2, 3]), rtol=1e-13)
 
 
 def test_an_error_worked_out_in_the_head() -> None:
@@ -82,12 +82,12 @@ def test_variance_along_the_missing_dimension_is_that_of_the_projected_series(
     motion = np.einsum("tja,jab->tjb", generator.standard_normal((60, 15, 3)), mixing)
     centred = motion - motion.mean(axis=0)
     covariance = np.einsum("tja,tjb->jab", centred, centred) / len(motion)
-    found = errors.along_missing(covariance, np.array(view))
-    assert found.shape == (len(view), 15)
+    variance = errors.along_missing(covariance, np.array(view))
+    assert variance.shape == (len(view), 15)
     direct = np.stack([camera.missing_dimension(motion, angle).var(axis=0) for angle in view])
-    np.testing.assert_allclose(found, direct, rtol=1e-9, atol=1e-9)
-    one = errors.along_missing(covariance[0], np.array(view))
-    np.testing.assert_allclose(one, direct[:, 0], rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(variance, direct, rtol=1e-9, atol=1e-9)
+    first = errors.along_missing(covariance[0], np.array(view))
+    np.testing.assert_allclose(first, direct[:, 0], rtol=1e-9, atol=1e-9)
 
 
 @given(seed=seeds, view=st.lists(angles, min_size=1, max_size=5))
@@ -97,16 +97,20 @@ def test_both_readings_of_the_missing_variance(seed: int, view: list[float]) -> 
     generator = np.random.default_rng(seed)
     motion = fourier.synthesise(walker(generator), 0.8, whole_cycles(2))
     motion += generator.standard_normal(motion.shape)
-    found = fourier.represent(motion, 40.0, frequency_hz=0.8)
+    representation = fourier.represent(motion, 40.0, frequency_hz=0.8)
     projected = [camera.missing_dimension(motion, angle) for angle in view]
-    temporal = errors.missing_variance(found.temporal_covariance, found.coefficients[0], np.array(view))
+    temporal = errors.missing_variance(
+        representation.temporal_covariance, representation.coefficients[0], np.array(view)
+    )
     np.testing.assert_allclose(temporal, [p.var(axis=0).mean() for p in projected], rtol=1e-9)
     overall = errors.missing_variance(
-        found.temporal_covariance, found.coefficients[0], np.array(view), kind="overall"
+        representation.temporal_covariance, representation.coefficients[0], np.array(view), kind="overall"
     )
     np.testing.assert_allclose(overall, [p.var() for p in projected], rtol=1e-9)
     assert (overall >= temporal).all()
-    single = errors.missing_variance(found.temporal_covariance, found.coefficients[0], np.array(view[0]))
+    single = errors.missing_variance(
+        representation.temporal_covariance, representation.coefficients[0], np.array(view[0])
+    )
     np.testing.assert_array_equal(single, temporal[:1])
 
 

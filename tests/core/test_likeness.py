@@ -87,7 +87,7 @@ def test_recordings_without_whole_postures_are_infinitely_far() -> None:
 
 
 def test_limbs_are_compared_by_their_logarithms() -> None:
-    one = np.full(8, 300.0)
-    other = one * np.array([1.1, 1.0, 1.0, 1.0] * 2)
+    first = np.full(8, 300.0)
+    other = first * np.array([1.1, 1.0, 1.0, 1.0] * 2)
     off = np.log(1.1) * np.array([0.75, -0.25, -0.25, -0.25] * 2)
-    assert limb_differences(one, other[None])[0] == pytest.approx(100.0 * np.sqrt(np.mean(off**2)))
+    assert limb_differences(first, other[None])[0] == pytest.approx(100.0 * np.sqrt(np.mean(off**2)))

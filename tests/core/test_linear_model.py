@@ -56,26 +56,26 @@ def test_the_model_is_the_eigendecomposition_of_the_covariance(
 def test_the_model_is_that_of_scikit_learn(seed: int, count: int) -> None:
     decomposition = pytest.importorskip("sklearn.decomposition", reason="the extra `bench` has scikit-learn")
     samples = population(seed, count, "generic")
-    kept = min(count - 1, 10)
-    model = linear_model.fit(samples, kept)
-    theirs = decomposition.PCA(n_components=kept, svd_solver="full").fit(samples)
+    retained = min(count - 1, 10)
+    model = linear_model.fit(samples, retained)
+    theirs = decomposition.PCA(n_components=retained, svd_solver="full").fit(samples)
     np.testing.assert_allclose(model.eigenvalues, theirs.explained_variance_, rtol=1e-9)
     np.testing.assert_allclose(
         model.eigenvalues / model.total_variance, theirs.explained_variance_ratio_, rtol=1e-9
     )
     signs = np.sign((model.components * theirs.components_).sum(axis=1))
     gaps = np.abs(np.diff(model.eigenvalues, prepend=np.inf, append=0)) / model.eigenvalues[0]
-    apart = np.minimum(gaps[:-1], gaps[1:]) > 1e-6  # components of tied eigenvalues are anybody's
+    distance = np.minimum(gaps[:-1], gaps[1:]) > 1e-6  # components of tied eigenvalues are anybody's
     np.testing.assert_allclose(
-        model.components[apart], (signs[:, None] * theirs.components_)[apart], rtol=0, atol=1e-6
+        model.components[distance], (signs[:, None] * theirs.components_)[distance], rtol=0, atol=1e-6
     )
 
 
 def test_the_divisor_scales_every_eigenvalue() -> None:
     samples = population(5, 11, "generic")
-    one, other = (linear_model.fit(samples, 10, divisor=d) for d in ("R-1", "R"))
-    np.testing.assert_allclose(other.eigenvalues, one.eigenvalues * 10 / 11, rtol=1e-12)
-    np.testing.assert_array_equal(other.components, one.components)
+    first, other = (linear_model.fit(samples, 10, divisor=d) for d in ("R-1", "R"))
+    np.testing.assert_allclose(other.eigenvalues, first.eigenvalues * 10 / 11, rtol=1e-12)
+    np.testing.assert_array_equal(other.components, first.components)
 
 
 def test_two_walkers_worked_out_in_the_head() -> None:
@@ -108,18 +108,18 @@ def test_there_are_never_more_components_than_walkers_less_one(
 ) -> None:
     samples = population(seed, count, style)
     model = linear_model.fit(samples, asked)
-    kept = min(asked, count - 1)
-    assert model.components.shape == (kept, 225)
-    assert model.eigenvalues.shape == (kept,)
+    retained = min(asked, count - 1)
+    assert model.components.shape == (retained, 225)
+    assert model.eigenvalues.shape == (retained,)
     whole = linear_model.fit(samples, count)
     # A few of many are computed in another way than all.
     np.testing.assert_allclose(
-        model.eigenvalues, whole.eigenvalues[:kept], rtol=1e-9, atol=1e-12 * whole.eigenvalues[0]
+        model.eigenvalues, whole.eigenvalues[:retained], rtol=1e-9, atol=1e-12 * whole.eigenvalues[0]
     )
     assert model.total_variance == pytest.approx(whole.total_variance, rel=1e-12)
-    below = whole.eigenvalues[kept] if kept < count - 1 else -np.inf
+    below = whole.eigenvalues[retained] if retained < count - 1 else -np.inf
     if model.eigenvalues[-1] - below > 1e-3 * whole.eigenvalues[0]:  # of equal ones either is as good
-        first = whole.components[:kept]
+        first = whole.components[:retained]
         np.testing.assert_allclose(model.components.T @ model.components, first.T @ first, rtol=0, atol=1e-10)
     if asked >= count - 1:  # then every walker is a sum of eigenwalkers
         k = (samples - model.mean) @ model.components.T
@@ -215,8 +215,8 @@ def test_of_two_groups_that_are_left_out_no_walk_is_learnt_from() -> None:
     groups = np.array([0, 1, 1, 2, 3, 0, 2])
     pairs = []
     for model, g, h in linear_model.leave_two_out(samples, 5, groups=groups, mirrors=mirrors):
-        kept = [k for k, group in enumerate(groups) if group not in (g, h)]
-        assert same(model, linear_model.fit(np.concatenate([samples[kept], mirrors[kept]]), 5))
+        retained = [k for k, group in enumerate(groups) if group not in (g, h)]
+        assert same(model, linear_model.fit(np.concatenate([samples[retained], mirrors[retained]]), 5))
         pairs.append((g, h))
     assert pairs == [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)]
 
@@ -276,8 +276,8 @@ def test_the_whitened_form_is_the_projected_eigenwalkers(fold: Fold, angle: floa
     model = fold.model
     white = linear_model.whiten(model, prior=prior)
     spread = np.sqrt(model.eigenvalues)
-    kept = spread > 1e-12 * spread.max()
-    np.testing.assert_allclose(white.scale, spread if prior else kept.astype(float), rtol=1e-15)
+    retained = spread > 1e-12 * spread.max()
+    np.testing.assert_allclose(white.scale, spread if prior else retained.astype(float), rtol=1e-15)
     trailing = model.mean.size - 225
     projected = camera.projection_matrix(angle, trailing=trailing) @ model.components.T * white.scale
     gram = Gram(white).at(np.cos([angle]), np.sin([angle]))[0]

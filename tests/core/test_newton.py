@@ -25,9 +25,9 @@ def test_the_zero_of_the_slope_is_found(seed: int, count: int) -> None:
         return a[rows] * np.sinh(a[rows] * (x - centre[rows]))
 
     options: dict[str, Any] = {"tolerance": 1e-10, "most_iterations": 200}
-    found = minimise(slopes, start, lower, upper, curvature=np.zeros(count), **options)
-    assert found.converged.all()
-    np.testing.assert_allclose(found.at, centre, rtol=0, atol=1e-8)
+    solution = minimise(slopes, start, lower, upper, curvature=np.zeros(count), **options)
+    assert solution.converged.all()
+    np.testing.assert_allclose(solution.at, centre, rtol=0, atol=1e-8)
     alone = minimise(
         lambda rows, x: slopes(np.full(1, count - 1), x),
         start[-1:],
@@ -36,12 +36,12 @@ def test_the_zero_of_the_slope_is_found(seed: int, count: int) -> None:
         curvature=np.zeros(1),
         **options,
     )
-    assert alone.at[0] == found.at[-1]
+    assert alone.at[0] == solution.at[-1]
 
 
 @pytest.mark.parametrize("slope", [-1.0, 1.0])
 def test_a_function_without_a_minimum_ends_at_the_end_towards_which_it_falls(slope: float) -> None:
-    found = minimise(
+    solution = minimise(
         lambda rows, x: np.full(1, slope),
         np.zeros(1),
         np.full(1, -2.0),
@@ -50,8 +50,8 @@ def test_a_function_without_a_minimum_ends_at_the_end_towards_which_it_falls(slo
         most_iterations=60,
         curvature=np.zeros(1),
     )
-    assert found.converged.all()
-    assert found.at[0] == pytest.approx(3.0 if slope < 0 else -2.0, abs=1e-8)
+    assert solution.converged.all()
+    assert solution.at[0] == pytest.approx(3.0 if slope < 0 else -2.0, abs=1e-8)
 
 
 def test_a_first_curvature_makes_the_first_step_newton_s() -> None:
@@ -62,24 +62,24 @@ def test_a_first_curvature_makes_the_first_step_newton_s() -> None:
         return 2.0 * (x - 0.25)
 
     bracket = np.full(1, -1.0), np.full(1, 1.0)
-    found = minimise(
+    solution = minimise(
         slopes, np.full(1, 0.5), *bracket, tolerance=1e-12, most_iterations=9, curvature=np.full(1, 2.0)
     )
     assert places[:2] == [0.5, 0.25]
-    assert found.at[0] == pytest.approx(0.25, abs=1e-12)
+    assert solution.at[0] == pytest.approx(0.25, abs=1e-12)
 
 
 def test_too_few_iterations_are_told_and_the_last_place_is_one_that_was_evaluated() -> None:
-    seen: list[float] = []
+    observed: list[float] = []
 
     def slopes(rows: np.ndarray, x: np.ndarray) -> np.ndarray:
-        seen.append(float(x[0]))
+        observed.append(float(x[0]))
         return np.asarray(np.arctan(x - 1.0))
 
     bracket = np.full(1, -10.0), np.full(1, 10.0)
-    found = minimise(
+    solution = minimise(
         slopes, np.full(1, 9.0), *bracket, tolerance=1e-12, most_iterations=2, curvature=np.zeros(1)
     )
-    assert found.converged.tolist() == [False]
-    assert len(seen) == 2 == found.n_iterations[0]
-    assert found.at[0] == seen[-1]
+    assert solution.converged.tolist() == [False]
+    assert len(observed) == 2 == solution.n_iterations[0]
+    assert solution.at[0] == observed[-1]

@@ -36,8 +36,8 @@ def cameras(
 
 def ahead(camera: Pinhole, generator: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
     """World points (…, 3) in front of one camera."""
-    there = generator.uniform([-500, -500, 100], [500, 500, 5000], (*shape, 3))
-    return there @ camera.rotation + camera.centre
+    moved = generator.uniform([-500, -500, 100], [500, 500, 5000], (*shape, 3))
+    return moved @ camera.rotation + camera.centre
 
 
 @given(seed=seeds, moving=st.tuples(st.booleans(), st.booleans(), st.booleans()))
@@ -69,8 +69,8 @@ def test_a_matrix_of_any_scale_and_sign_projects_as_its_camera_does(seed: int, s
     pixels = project_by_matrix(scale * camera.matrix, points)
     assert np.isnan(pixels[:, 0]).all()
     np.testing.assert_allclose(pixels, camera.project(points), rtol=1e-7, atol=1e-5)
-    one = project_by_matrix(scale * camera.matrix[0], points[:1])
-    np.testing.assert_allclose(one, pixels[:1], rtol=1e-12, atol=1e-9)
+    first = project_by_matrix(scale * camera.matrix[0], points[:1])
+    np.testing.assert_allclose(first, pixels[:1], rtol=1e-12, atol=1e-9)
 
 
 def K_R_I_C(camera: Pinhole) -> np.ndarray:
@@ -87,8 +87,8 @@ def test_pixels_and_depths_give_the_points_back(seed: int, frames: int | None) -
     depth = camera.in_camera(points)[..., 2]
     pixels = camera.project(points)
     np.testing.assert_allclose(camera.back_project(pixels, depth), points, rtol=1e-8, atol=1e-6)
-    there = camera.project(camera.back_project(pixels, 700.0))
-    np.testing.assert_allclose(there, pixels, rtol=1e-8, atol=1e-6)
+    moved = camera.project(camera.back_project(pixels, 700.0))
+    np.testing.assert_allclose(moved, pixels, rtol=1e-8, atol=1e-6)
 
 
 def test_a_projection_that_can_be_checked_in_the_head() -> None:

@@ -151,11 +151,11 @@ def test_parallel_rays_are_a_tie_on_either_reading(seed: int, azimuth: float) ->
 def test_the_truth_and_the_impostor_change_places_with_the_signs() -> None:
     limb = angular_limb(np.random.default_rng(3), 30, bandwidth=4)
     hits, signs = seen(still(30, target=np.zeros(3)).matrix, limb.relative, np.zeros((30, 3)))
-    one = reconstructibility(cosines(30, 6), hits.middle, hits.half_chord, signs)
+    first = reconstructibility(cosines(30, 6), hits.middle, hits.half_chord, signs)
     other = reconstructibility(cosines(30, 6), hits.middle, hits.half_chord, -signs)
-    assert one.ratio == pytest.approx(1.0 / other.ratio)
-    assert (one.truth, one.impostor) == pytest.approx((other.impostor, other.truth))
-    assert one.truth == pytest.approx(outside(cosines(30, 6), limb.relative), rel=1e-6)
+    assert first.ratio == pytest.approx(1.0 / other.ratio)
+    assert (first.truth, first.impostor) == pytest.approx((other.impostor, other.truth))
+    assert first.truth == pytest.approx(outside(cosines(30, 6), limb.relative), rel=1e-6)
 
 
 def test_a_shaking_camera_makes_limbs_reconstructible_and_a_still_one_does_not() -> None:

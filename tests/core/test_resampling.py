@@ -28,11 +28,11 @@ def drawn(seed: int, samples: int, shape: tuple[int, ...]) -> tuple[np.ndarray, 
 @given(seeds, lengths, shapes)
 def test_every_coordinate_is_what_numpy_interpolates(seed: int, samples: int, shape: tuple[int, ...]) -> None:
     values, at = drawn(seed, samples, shape)
-    found = interpolate(values, at)
-    assert found.shape == (len(at), *shape)
+    interpolated = interpolate(values, at)
+    assert interpolated.shape == (len(at), *shape)
     courses = values.reshape(samples, -1).T
-    for one, course in zip(found.reshape(len(at), -1).T, courses, strict=True):
-        np.testing.assert_allclose(one, np.interp(at, np.arange(samples), course), rtol=1e-12, atol=1e-12)
+    for first, course in zip(interpolated.reshape(len(at), -1).T, courses, strict=True):
+        np.testing.assert_allclose(first, np.interp(at, np.arange(samples), course), rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -84,8 +84,8 @@ def test_arguments_stay_as_they_were() -> None:
 
 def test_a_missing_sample_is_missing_on_both_of_its_sides() -> None:
     values = np.array([0.0, 1.0, np.nan, 3.0, 4.0])
-    found = interpolate(values, np.array([0.5, 1.0, 1.5, 2.0, 2.5, 3.0]))
-    np.testing.assert_array_equal(np.isnan(found), [False, True, True, True, True, False])
+    interpolated = interpolate(values, np.array([0.5, 1.0, 1.5, 2.0, 2.5, 3.0]))
+    np.testing.assert_array_equal(np.isnan(interpolated), [False, True, True, True, True, False])
 
 
 def test_sums_of_steps_may_end_a_rounding_beyond() -> None:

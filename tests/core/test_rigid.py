@@ -20,17 +20,17 @@ def test_rotation_and_residual_are_those_of_scipy(seed: int, points: int, noise:
     turns = Rotation.random(5, random_state=int(random.integers(2**31)))
     moved = np.stack([turn.apply(reference) for turn in turns]) + random.normal(scale=900.0, size=(5, 1, 3))
     moved += random.normal(scale=noise, size=moved.shape)
-    found = fit_rigid_motion(reference, moved)
+    motion = fit_rigid_motion(reference, moved)
     for t in range(5):
-        here, there = reference - reference.mean(axis=0), moved[t] - moved[t].mean(axis=0)
-        theirs, distance = Rotation.align_vectors(there, here)
+        start, end = reference - reference.mean(axis=0), moved[t] - moved[t].mean(axis=0)
+        theirs, distance = Rotation.align_vectors(end, start)
         # Noise may leave two turns that fit equally well: then the residuals agree all the same.
-        assert found.residual_mm[t] == pytest.approx(distance / np.sqrt(points), abs=1e-4)
+        assert motion.residual_mm[t] == pytest.approx(distance / np.sqrt(points), abs=1e-4)
         if noise < 30:
             np.testing.assert_allclose(
-                found.carry(reference)[t] - moved[t].mean(axis=0), theirs.apply(here), atol=1e-4
+                motion.carry(reference)[t] - moved[t].mean(axis=0), theirs.apply(start), atol=1e-4
             )
-    assert np.linalg.det(found.rotation) == pytest.approx(1.0)
+    assert np.linalg.det(motion.rotation) == pytest.approx(1.0)
 
 
 def test_points_that_are_not_seen_take_no_part() -> None:
@@ -42,12 +42,12 @@ def test_points_that_are_not_seen_take_no_part() -> None:
     whole = fit_rigid_motion(reference, moved)
     moved[1, 0] = np.nan  # three are enough
     moved[2, :2] = np.nan  # two are not
-    found = fit_rigid_motion(reference, moved)
+    motion = fit_rigid_motion(reference, moved)
     np.testing.assert_allclose(
-        found.carry(reference)[[0, 1, 3]], whole.carry(reference)[[0, 1, 3]], atol=1e-9
+        motion.carry(reference)[[0, 1, 3]], whole.carry(reference)[[0, 1, 3]], atol=1e-9
     )
-    assert np.isnan(found.carry(reference)[2]).all()
-    assert np.isnan(found.residual_mm).tolist() == [False, False, True, False]
+    assert np.isnan(motion.carry(reference)[2]).all()
+    assert np.isnan(motion.residual_mm).tolist() == [False, False, True, False]
 
 
 def test_points_on_a_line_fix_no_turn_about_it() -> None:

@@ -18,9 +18,9 @@ degrees = st.floats(min_value=-720, max_value=720)
 @given(one=degrees, other=degrees)
 @settings(max_examples=100, deadline=None)
 def test_a_difference_is_the_short_way_round(one: float, other: float) -> None:
-    found = float(statistics.angle_difference_deg(np.array(one), np.array(other)))
-    assert -180.0 <= found < 180.0
-    turns = (one - other - found) / 360.0
+    result = float(statistics.angle_difference_deg(np.array(one), np.array(other)))
+    assert -180.0 <= result < 180.0
+    turns = (one - other - result) / 360.0
     assert turns == pytest.approx(round(turns), abs=1e-9)
 
 

@@ -102,9 +102,9 @@ def test_a_soft_basis_does_not_run_wild_in_a_gap_where_a_hard_one_does() -> None
     truth = basis.cosine_basis(100, 8) @ (10 * generator.standard_normal((8, 3)))
     observed = np.ones(100, dtype=bool)
     observed[40:65] = False
-    seen = truth + 0.5 * generator.standard_normal(truth.shape)
+    visible = truth + 0.5 * generator.standard_normal(truth.shape)
     error = {
-        name: np.abs(imputed(theta, observed, seen, ridge=ridge) - truth)[~observed].max()
+        name: np.abs(imputed(theta, observed, visible, ridge=ridge) - truth)[~observed].max()
         for name, ridge in (("hard", None), ("soft", basis.soft_ridge(20, 10.0)))
     }
     assert error["soft"] < 0.1 * error["hard"]

@@ -87,7 +87,7 @@ def learn(performances: np.ndarray) -> ActionModel:
 def accepted(
     model: ActionModel, postures: np.ndarray, *, at: int | None = None, bound: float = BOUND
 ) -> np.ndarray:
-    """Whether postures lie within so many standard deviations of the mean in every coordinate; bounds included.
+    """Return True for postures within `bound` standard deviations of the mean in every coordinate; ends included.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ def sample(
     at: int | None = None,
     bound: float = BOUND,
 ) -> np.ndarray:
-    """Accepted postures drawn at random: normal in every coordinate by itself, truncated at the bound.
+    """Random accepted postures: each coordinate is normal by itself, truncated at the bound.
 
     Parameters
     ----------
@@ -169,7 +169,7 @@ def acceptance_left_out(
     groups: np.ndarray | None = None,
     bound: float = BOUND,
 ) -> np.ndarray:
-    """Whether each posture of each performance is accepted by the model learnt without it, (M, P) bool.
+    """Return True for each posture that the model learnt without its performance accepts, (M, P) bool.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ images were upside down 99 % were.  A camera that follows the root at its height
 """
 
 MIN_CROSSING = 0.9
-"""Of a limb's length: rays that reach less never cross the limb, or it is too long.  Of 768 limbs of arms and legs
+"""Smallest share of a limb's length that its rays reach.  Of 768 limbs of arms and legs
 in front of four kinds of cameras, with noise up to 3 px, none was below with its true length, and all with 26 % more.
 """
 
@@ -106,5 +106,5 @@ class Articulated:
 
 def _root_mean_square(distances: np.ndarray) -> float:
     """Root mean square of the distances that are known, NaN if none is."""
-    known = distances[~np.isnan(distances)]
-    return float(np.sqrt(np.mean(known**2))) if known.size else np.nan
+    finite = distances[~np.isnan(distances)]
+    return float(np.sqrt(np.mean(finite**2))) if finite.size else np.nan

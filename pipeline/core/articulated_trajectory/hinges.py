@@ -1,4 +1,4 @@
-"""Knees and elbows flex one way: what tells a limb from its mirror without knowing the activity.
+"""Knees and elbows flex one way, which distinguishes a limb from its mirror for any activity.
 
 park2011 uses no such constraint; with a still camera its programme cannot tell a motion from its mirror
 (see `pipeline.core.binary_quadratic`), and a hinge is the least that anatomy adds.
@@ -49,7 +49,7 @@ class Hinge:
     sense: float
 
     def fits(self, chain: Chain) -> bool:
-        """Whether the chain has it: the upper limb carries the lower one, and the joints of its axis are there."""
+        """True if the chain has this hinge: the upper limb carries the lower one, and the axis has both joints."""
         limbs = {joint: parent for joint, parent in zip(chain.joints, chain.parents, strict=True) if parent}
         return (
             limbs.get(self.lower) == self.upper
@@ -65,7 +65,7 @@ HINGES = (
         for side in ("left", "right")
     ),
 )
-"""Of WALKER15."""
+"""Hinges of WALKER15: knees and elbows."""
 
 
 def flexion(upper: np.ndarray, lower: np.ndarray, axis: np.ndarray, sense: float) -> np.ndarray:
@@ -93,16 +93,16 @@ def flexion(upper: np.ndarray, lower: np.ndarray, axis: np.ndarray, sense: float
 
 
 def wrong_share(bend: np.ndarray) -> float:
-    """How much of all flexion is the wrong way, 0 to 1; 0.5 where there is none to judge by.
+    """Share of all flexion that is the wrong way, 0 to 1; 0.5 without any flexion.
 
     Parameters
     ----------
     bend : (F,)
         Of `flexion`; frames of NaN do not count.
     """
-    known = bend[np.isfinite(bend)]
-    total = np.abs(known).sum()
-    return (np.maximum(-known, 0.0).sum() / total) if total > 1e-9 else 0.5
+    finite = bend[np.isfinite(bend)]
+    total = np.abs(finite).sum()
+    return (np.maximum(-finite, 0.0).sum() / total) if total > 1e-9 else 0.5
 
 
 def resolve_mirrors(hinge: Hinge, tree: LimbTree, choose: Callable[[LimbTree, str], LimbChoice]) -> LimbTree:

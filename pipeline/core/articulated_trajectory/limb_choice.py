@@ -1,4 +1,4 @@
-"""One limb from one camera: the smoothest of the trajectories that its images and its length allow.
+"""One limb from one camera: the smoothest trajectory that its images and its length allow.
 
 park2011 section 3.2 for one limb whose parent's trajectory is known: rays meet the sphere about the parent
 (`articulation`), the programme chooses among the candidates (`binary_quadratic`), and the choice becomes angles in
@@ -27,12 +27,12 @@ from pipeline.core.trajectory_basis import TrajectoryBasis, cosine_basis
 from pipeline.validation import require_range
 
 MARGIN_OF_DOUBT = MARGIN_GREEN_ABOVE
-"""Mirrors whose cost is up to so many times the best one's may be the truth; above, the data have decided."""
+"""Cost of a mirror, relative to the best, up to which the mirror may be the truth."""
 
 
 @dataclass(frozen=True)
 class LimbChoice:
-    """What was chosen for one limb, and how well the data decide it.
+    """Choice for one limb, and how well the data determine it.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ class LimbChoice:
 
     @property
     def crossing(self) -> float:
-        """Length that the rays reach over the limb's: about 1, and less of one that is too long or never crosses them.
+        """Length that the rays reach, relative to the limb's: about 1, less if it is too long or never crosses them.
 
         NaN of a limb without length.
         """
@@ -101,7 +101,7 @@ class LimbChoice:
 
     @property
     def undecided(self) -> bool:
-        """Whether the mirror may be the truth as well, as always with parallel rays, where the margin is 1."""
+        """True if the mirror may be the truth as well; always so for parallel rays, where the margin is 1."""
         return bool(self.solution.margin < MARGIN_OF_DOUBT)
 
 

@@ -1,4 +1,4 @@
-"""The limbs of a skeleton as they were chosen, each anchored at the end of its parent: park2011 section 2."""
+"""Chosen limbs of a skeleton, each anchored at the end of its parent: park2011 section 2."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pipeline.core.limb_chain import Chain
 
 @dataclass(frozen=True)
 class LimbTree:
-    """Choices of some limbs of a chain, from the root outwards; it never changes, functions return new trees.
+    """Choices for some limbs of a chain, from the root outwards. Immutable: functions return new trees.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class LimbTree:
     choices: Mapping[str, LimbChoice] = field(default_factory=dict)
 
     def end(self, joint: str) -> np.ndarray:
-        """Trajectory of a joint in the basis (F, 3), mm, at which its children are anchored; NaN if it has none yet.
+        """Trajectory of a joint in the basis (F, 3), mm, where its children are anchored; NaN if not chosen yet.
 
         It is smoother than the candidates themselves.
         """
@@ -42,27 +42,29 @@ class LimbTree:
 
     def placed(self, limb: str, choice: LimbChoice) -> LimbTree:
         """The tree with this choice for a limb, and without the limbs that the former one carried."""
-        kept = {
+        unchanged = {
             name: other for name, other in self.choices.items() if limb not in (name, *self.chain.ways[name])
         }
-        return replace(self, choices={**kept, limb: choice})
+        return replace(self, choices={**unchanged, limb: choice})
 
     @property
     def positions(self) -> np.ndarray:
         """Positions (F, J, 3), mm, of the candidates that were chosen, imputed where there were none."""
-        found = np.full((len(self.root), len(self.chain.joints), 3), np.nan)
-        found[:, self.chain.joints.index(self.chain.root)] = self.root
+        positions = np.full((len(self.root), len(self.chain.joints), 3), np.nan)
+        positions[:, self.chain.joints.index(self.chain.root)] = self.root
         for limb, choice in self.choices.items():
-            found[:, self.chain.joints.index(limb)] = self.end(self.chain.ways[limb][-1]) + choice.relative
-        return found
+            positions[:, self.chain.joints.index(limb)] = (
+                self.end(self.chain.ways[limb][-1]) + choice.relative
+            )
+        return positions
 
     @property
     def imputed(self) -> np.ndarray:
-        """Where a joint was not seen, or no candidate was in front of the camera, (F, J) bool."""
-        found = np.zeros((len(self.root), len(self.chain.joints)), bool)
+        """Frames (F, J) bool in which a joint was not observed or had no candidate in front of the camera."""
+        imputed = np.zeros((len(self.root), len(self.chain.joints)), bool)
         for limb, choice in self.choices.items():
-            found[:, self.chain.joints.index(limb)] = ~choice.used
-        return found
+            imputed[:, self.chain.joints.index(limb)] = ~choice.used
+        return imputed
 
     @property
     def lengths(self) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Which limbs are to be mirrored, judged by the images once all limbs are refined together: beyond park2011 3.2.
+"""Choice of the limbs to mirror, by the images once all limbs are refined together: beyond park2011 3.2.
 
 The programme judges every limb alone, by what the trajectory basis leaves of its candidates.  Where a ray nearly
 touches the sphere, noise of the image is multiplied in them, so that with noise the mirror is often the smoother of
@@ -65,7 +65,7 @@ def better_mirrors(
 def _chosen_anew(
     start: LimbTree, mirrored: frozenset[str], choose: Callable[[LimbTree, str], LimbChoice]
 ) -> LimbTree:
-    """A tree of all limbs, those in doubt mirrored that are to be."""
+    """Tree of all limbs, with the chosen ones mirrored."""
     tree = LimbTree(start.chain, start.root)
     for limb in start.chain.limbs:
         choice = choose(tree, limb)

@@ -36,18 +36,18 @@ from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_range, require_shape
 
 Place = tuple[str, tuple[bool, ...]]
-"""A limb, and which limbs on the way to it are mirrored."""
+"""A limb, and the mirrored limbs on the path from the root to it."""
 
 COMPARING = 10
-"""Steps of the refinement by which mirrors are compared: more seldom change which is better."""
+"""Steps of the refinement that compares mirrors; more steps rarely change the comparison."""
 
 MOST_STEPS = 500
-"""Of the last refinement; most end after 20 to 50."""
+"""Largest number of steps of the last refinement; most end after 20 to 50."""
 
 
 @dataclass(frozen=True)
 class Options:
-    """How a skeleton is reconstructed.
+    """Options of the reconstruction of a skeleton.
 
     Attributes
     ----------
@@ -120,10 +120,10 @@ def reconstruct(
     upside down, for which they are reconstructed once more, without certificates.
     """
     inputs = prepared(images, camera, root, lengths, options, chain=chain, frame_rate_hz=frame_rate_hz)
-    found = inputs.whole()
-    for doubt in found.doubts(inputs.upside_down()):
+    skeleton = inputs.whole()
+    for doubt in skeleton.doubts(inputs.upside_down()):
         warnings.warn(doubt, stacklevel=2)
-    return found
+    return skeleton
 
 
 def prepared(
@@ -136,7 +136,7 @@ def prepared(
     chain: Chain = WALKER14,
     frame_rate_hz: float | None = None,
 ) -> Reconstruction:
-    """What is known of a skeleton, checked, for reconstructions that share what they choose (`Reconstruction.under`).
+    """Checked inputs of a skeleton, for reconstructions that share limb choices (`Reconstruction.under`).
 
     Parameters and exceptions are those of `reconstruct`.
     """
@@ -177,7 +177,7 @@ def prepared(
 
 @shortened
 class Reconstruction:
-    """What is known of a skeleton, and how it is reconstructed; arrays as `reconstruct` takes them.
+    """Inputs and options of the reconstruction of a skeleton; arrays as in `reconstruct`.
 
     Attributes
     ----------
@@ -200,20 +200,20 @@ class Reconstruction:
     lengths: np.ndarray
     chain: Chain
     options: Options
-    known: dict[Place, LimbChoice] = field(default_factory=dict)
+    choices: dict[Place, LimbChoice] = field(default_factory=dict)
     starts: dict[int, tuple[LimbChoice, SphericalTrajectory]] = field(default_factory=dict)
 
     def under(self, options: Options) -> Reconstruction:
         """The same skeleton under other options; what they do not change is not chosen again."""
         if options.of_each_limb() == self.options.of_each_limb():
             return replace(self, options=options)
-        return replace(self, options=options, known={}, starts={})
+        return replace(self, options=options, choices={}, starts={})
 
     def with_lengths(self, lengths: np.ndarray) -> Reconstruction:
         """The same skeleton with other lengths (L,), mm."""
         if np.array_equal(lengths, self.lengths):
             return self
-        return replace(self, lengths=lengths, known={}, starts={})
+        return replace(self, lengths=lengths, choices={}, starts={})
 
     @property
     def _basis(self) -> TrajectoryBasis:
@@ -263,7 +263,9 @@ class Reconstruction:
         images[..., 1] = 2.0 * (middle + (off.mean() if off.size else 0.0))[:, None] - images[..., 1]
         options = replace(self.options, try_mirrors=False, time_limit_s=0.0)
         try:
-            return replace(self, images=images, options=options, known={}, starts={}).whole().reprojection_px
+            return (
+                replace(self, images=images, options=options, choices={}, starts={}).whole().reprojection_px
+            )
         except InvalidInput:
             return {self.chain.root: np.array([np.inf])}
 
@@ -281,12 +283,12 @@ class Reconstruction:
     def choose(self, tree: LimbTree, limb: str) -> LimbChoice:
         """The choice for a limb whose parent the tree has."""
         way = self.chain.ways[limb][1:]
-        place = (limb, tuple(tree.choices[joint].mirrored for joint in way))
+        branch = (limb, tuple(tree.choices[joint].mirrored for joint in way))
         if np.isnan(self.lengths).any():
             return self._choose(tree, limb)
-        if place not in self.known:
-            self.known[place] = self._choose(tree, limb)
-        return self.known[place]
+        if branch not in self.choices:
+            self.choices[branch] = self._choose(tree, limb)
+        return self.choices[branch]
 
     def _choose(self, tree: LimbTree, limb: str) -> LimbChoice:
         options = self.options
@@ -347,17 +349,17 @@ class Reconstruction:
 
     @property
     def _order(self) -> list[int]:
-        """Places of the root and of the limbs' ends among the joints."""
+        """Indices of the root and of the limbs' ends among the joints."""
         return [self.chain.joints.index(name) for name in (self.chain.root, *self.chain.limbs)]
 
     def _seen(self, limb: str) -> np.ndarray:
         return self.images[:, self.chain.joints.index(limb)]
 
     def _length(self, tree: LimbTree, limb: str) -> float:
-        """Length of a limb, mm, as it is given or as the rays ask for it."""
-        given = dict(zip(self.chain.limbs, self.lengths, strict=True))
-        if not np.isnan(given[limb]):
-            return given[limb]
-        unknown = [name for name, length in given.items() if np.isnan(length)]
+        """Length of a limb, mm: the given length, or the length that the rays require."""
+        lengths = dict(zip(self.chain.limbs, self.lengths, strict=True))
+        if not np.isnan(lengths[limb]):
+            return lengths[limb]
+        unknown = [name for name, length in lengths.items() if np.isnan(length)]
         parents = {name: tree.end(self.chain.held_by(name)) for name in unknown}
         return length_from_rays(self._cameras, {name: self._seen(name) for name in unknown}, parents, limb)

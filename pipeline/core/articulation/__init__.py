@@ -1,4 +1,4 @@
-"""Where a ray meets the sphere of a limb: park2011 sections 2 and 3.2."""
+"""Intersection of a ray with the sphere of a limb: park2011 sections 2 and 3.2."""
 
 from pipeline.core.articulation.hits import (
     ROBUST_QUANTILE,

@@ -1,4 +1,4 @@
-"""Where a ray meets the sphere of a limb: park2011 sections 2 and 3.2.
+"""Intersection of a ray with the sphere of a limb: park2011 sections 2 and 3.2.
 
 Symbols
 -------
@@ -24,14 +24,14 @@ from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_choice, require_range
 
 Adjustment = StrEnum("Adjustment", ["per_frame", "global", "robust"])
-Adjustment.__doc__ = """What is done where a ray misses the sphere of a limb."""
+Adjustment.__doc__ = """Treatment of a ray that misses the sphere of a limb."""
 
 ROBUST_QUANTILE = 0.95
 """Part of the rays that a radius adjusted robustly reaches."""
 
 
 class RayStatus(IntEnum):
-    """What a frame's ray says of the limb.
+    """Status of a frame's ray and limb.
 
     TWO: two candidates in front of the camera.  TANGENT: one, as the ray touches the sphere, or misses it and the
     radius was adjusted in this frame.  FORCED: the near candidate is behind the camera, so it is the far one.
@@ -173,21 +173,21 @@ def on_sphere(rays: Rays, radius: float, *, adjust: Adjustment = Adjustment.per_
     """
     require_range("radius", radius, at_least=0.0, unit="mm")
     distance = rays.distance
-    given = np.isfinite(distance)
+    finite = np.isfinite(distance)
     reachable = rays.ahead > -_half(radius, distance)  # False where NaN
     if not reachable.any():
         raise InvalidInput(
             "no ray meets the sphere in front of its camera",
             expected="a frame with image, camera and parent",
-            received=f"{(~given).sum()} of {len(given)} frames missing, {given.sum()} behind the camera",
+            received=f"{(~finite).sum()} of {len(finite)} frames missing, {finite.sum()} behind the camera",
             code="no_ray_hits",
-            missing=(~given).sum(),
-            behind=given.sum(),
+            missing=(~finite).sum(),
+            behind=finite.sum(),
         )
     used = _adjusted(distance[reachable], float(radius), adjust)
     half = _half(used, distance)
-    status = np.full(len(given), RayStatus.MISSING, np.int8)
-    status[given] = np.where(half[given] > 0.0, RayStatus.TWO, RayStatus.TANGENT)
+    status = np.full(len(finite), RayStatus.MISSING, np.int8)
+    status[finite] = np.where(half[finite] > 0.0, RayStatus.TWO, RayStatus.TANGENT)
     status[rays.ahead <= half] = RayStatus.FORCED
     status[rays.ahead <= -half] = RayStatus.BEHIND
     dropped = (status == RayStatus.BEHIND)[:, None]

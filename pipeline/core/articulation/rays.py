@@ -1,4 +1,4 @@
-"""Rays of a joint's image, told about its parent: park2011 section 3.2.
+"""Rays of a joint's image, relative to its parent: park2011 section 3.2.
 
 Symbols
 -------
@@ -10,7 +10,7 @@ Symbols
 
 Why not as printed
 ------------------
-[park2011 8] begins at the camera's centre, and so [park2011 9] subtracts squares of distances to it, of which little
+[park2011 8] begins at the camera's centre, and so [park2011 9] subtracts squares of distances to it, where little
 but rounding is left when the camera is far.  A point ``X_p + chi`` has the image ``x`` when
 
     (M_12 - x m3) chi = q3 x - q_12,    q = P (X_p, 1)
@@ -32,12 +32,12 @@ _NO_CENTRE = 1e-12
 """Sine of the angle between the image plane's axes and the axis ahead, below which a camera has no centre."""
 
 _AT_JOINT_MM = 1e-3
-"""Distance of camera and parent below which no ray says anything of the limb."""
+"""Distance of camera and parent below which rays do not constrain the limb."""
 
 
 @dataclass(frozen=True)
 class Rays:
-    """Rays of F frames, told about the parents; NaN where something is not known.
+    """Rays of F frames, relative to the parents; NaN where an input is missing.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class Rays:
 
 
 def cast_rays(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> Rays:
-    """Rays of the pixels, told about the parents [park2011 8].
+    """Rays of the pixels, relative to the parents [park2011 8].
 
     Parameters
     ----------
@@ -86,12 +86,12 @@ def cast_rays(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> R
         parent joint.
     """
     cameras, pixels, parents = _by_frame(cameras, pixels, parents)
-    given = np.isfinite(np.column_stack([cameras.reshape(-1, 12), pixels, parents])).all(axis=1)
-    frames = np.flatnonzero(given)
-    M, p4, x = cameras[given, :, :3], cameras[given, :, 3], pixels[given]
+    finite = np.isfinite(np.column_stack([cameras.reshape(-1, 12), pixels, parents])).all(axis=1)
+    frames = np.flatnonzero(finite)
+    M, p4, x = cameras[finite, :, :3], cameras[finite, :, 3], pixels[finite]
     parallel = np.asarray(~M[:, 2].any(axis=1))
     det = _determinant(M, p4, parallel, frames)
-    q = (M @ parents[given, :, None])[..., 0] + p4
+    q = (M @ parents[finite, :, None])[..., 0] + p4
     left = M[:, :2] - x[:, :, None] * M[:, 2:]
     right = q[:, 2:] * x - q[:, :2]
     # det M times M^-1 (x, 1): away from the camera whatever P's sign.
@@ -108,8 +108,8 @@ def cast_rays(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> R
             f"frame {frames[at_joint.argmax()]}",
             code="camera_at_parent",
         )
-    rays = Rays(*(np.full((len(given), *shape), np.nan) for shape in ((3,), (3,), ())))
-    rays.middle[given], rays.direction[given], rays.ahead[given] = m, v, ahead
+    rays = Rays(*(np.full((len(finite), *shape), np.nan) for shape in ((3,), (3,), ())))
+    rays.middle[finite], rays.direction[finite], rays.ahead[finite] = m, v, ahead
     return rays
 
 

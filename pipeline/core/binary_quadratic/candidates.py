@@ -35,7 +35,7 @@ _ORTHONORMAL = 1e-12
 """Entries of G below this are rounding: the basis is hard."""
 
 _NORM = 1e-9
-"""How far the squared spectral norm of a basis may be above one."""
+"""Largest excess of the squared spectral norm of a basis over one."""
 
 
 class Programme(NamedTuple):
@@ -91,7 +91,7 @@ class Programme(NamedTuple):
         return kernels.cost(self, np.asarray(values, float), z)
 
     def allowance(self, objective: float) -> float:
-        """How far rounding can put J, or a bound of it, off where J is about `objective`, mm².
+        """Rounding error of J, or of a bound of J, where J is about `objective`, mm².
 
         Notes
         -----
@@ -105,12 +105,12 @@ class Programme(NamedTuple):
         best = np.array(values, float)
         relaxed = self.kind == kernels.RELAXED
         if relaxed.any():
-            held = np.where(relaxed, 0, np.where(best < 0, -1, 1)).astype(np.int8)
+            fixed_signs = np.where(relaxed, 0, np.where(best < 0, -1, 1)).astype(np.int8)
             z, half = np.empty((3, self.basis.shape[1])), np.empty(len(best))
             trail = np.empty(len(best), np.int64)
             most = kernels.LAST_SWEEPS
             point, allowance = (best, z, half), self.allowance(0.0)
-            kernels.relax(self, held, point, np.nan, np.inf, (0, most), allowance, trail, 0)
+            kernels.relax(self, fixed_signs, point, np.nan, np.inf, (0, most), allowance, trail, 0)
         return best
 
 
@@ -143,8 +143,8 @@ def programme_of(
             shape=basis.shape,
         )
     frames, components = basis.shape
-    given = {"basis": basis, "middle": middle, "half_chord": half_chord}
-    for name, array in given.items():
+    arrays = {"basis": basis, "middle": middle, "half_chord": half_chord}
+    for name, array in arrays.items():
         require_shape(name, array, (frames, components if name == "basis" else 3))
         if (missing := ~np.isfinite(array).all(axis=1)).any():
             raise InvalidInput(
@@ -183,7 +183,7 @@ def programme_of(
 
 
 def _positive(matrix: np.ndarray) -> bool:
-    """Whether a symmetric matrix is positive definite, as far as Cholesky's factors tell."""
+    """Return True if a symmetric matrix has a Cholesky factor."""
     try:
         np.linalg.cholesky(matrix)
     except np.linalg.LinAlgError:

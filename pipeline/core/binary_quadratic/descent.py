@@ -43,12 +43,12 @@ def descend(
         Signs that the descent must not come near: the squared half chords of the frames that agree with them may
         never be more than those of the frames that do not.  The start has to be so.
     """
-    found = np.array(values, float)
-    other = found if away_from is None else np.asarray(away_from, float)
+    signs = np.array(values, float)
+    other = signs if away_from is None else np.asarray(away_from, float)
     best = kernels.descend(
-        programme, found, longest, other, programme.weight, away_from is not None, programme.allowance(0.0)
+        programme, signs, longest, other, programme.weight, away_from is not None, programme.allowance(0.0)
     )
-    return found, float(best)
+    return signs, float(best)
 
 
 def search(programme: Programme) -> np.ndarray:
@@ -57,5 +57,5 @@ def search(programme: Programme) -> np.ndarray:
     A later start counts only if it is better by `kernels.MARGIN`, so that rounding does not choose between equals.
     """
     differences = np.array(DIFFERENCES)
-    found = kernels.first_signs(programme, programme.weight, differences, LONGEST, NEARLY, programme.size)
-    return found[0]
+    starts = kernels.first_signs(programme, programme.weight, differences, LONGEST, NEARLY, programme.size)
+    return starts[0]

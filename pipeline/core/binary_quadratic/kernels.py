@@ -23,7 +23,7 @@ import numpy as np
 from pipeline.compilation import compiled_with_free_sums
 
 FORCED, RELAXED = 1, 2
-"""Kinds of frames beside 0, a sign to be found: always +1, and any value from -1 to +1."""
+"""Kinds of frames: 0 is a free sign. The other kinds are always +1, or any value from -1 to +1."""
 
 MARGIN = 1e-9
 """Fraction of J by which signs have to be better to replace others: less is rounding, which must choose nothing."""
@@ -37,7 +37,7 @@ REFRESH = 8
 """Boxes after which the derivatives are summed anew: those between carry them along, as the sweeps of one box do."""
 
 LAST_SWEEPS = 2000
-"""Where only relaxed frames are left there is nothing to branch on: they are descended to the end."""
+"""Sweeps of the final descent, when only relaxed frames are left and there is nothing to branch on."""
 
 STEP = 3
 """Frames between the starts whose S_t are found; those of the frames between are no less than the one after them."""
@@ -49,7 +49,7 @@ PATIENCE = 30_000
 """Nodes after which an S_t that is not found is put at S_(t+1), which also bounds it."""
 
 OVER_RELAXATION = 1.3
-"""Of coordinate descent: neighbouring frames pull at the same coefficients."""
+"""Over-relaxation of coordinate descent: neighbouring frames pull at the same coefficients."""
 
 DEPTH, STATE, TRAIL, NODES = range(4)
 """Places in the counts of the box search."""
@@ -61,12 +61,12 @@ START, LEVEL, PREPARED, ENTERED, FINISHED, TRIED = range(6)
 """Places in the counts of the suffix search."""
 
 FIRST, SEARCHED = 1, 2
-"""How far a start of it is prepared, beside 0, not at all: the best known is followed, its tree is searched."""
+"""Stages of a prepared start: 0 is not prepared, then the best start is followed, then its tree is searched."""
 
 
 @compiled_with_free_sums
 def allowance_of(numbers, size, objective):  # type: ignore[no-untyped-def]
-    """As `Programme.allowance`, of F + K `numbers`."""
+    """Return `Programme.allowance` for F + K `numbers`."""
     return 8.0 * numbers * EPS * np.sqrt(max(objective, 0.0) * size) + 64.0 * EPS * size
 
 
@@ -136,7 +136,7 @@ def cost(p, values, z):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def slopes(p, values, z, half):  # type: ignore[no-untyped-def]
-    """As `gradient`, from the table where there is one, else from `z`, which is overwritten."""
+    """Return `gradient`, from the table if there is one, else from `z`, which is overwritten."""
     table, pull = p.table, p.pull
     if len(table) == 0:
         project(p, values, z)
@@ -155,7 +155,7 @@ def slopes(p, values, z, half):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def move(p, i, change, z, half):  # type: ignore[no-untyped-def]
-    """What a change of the value of frame `i` adds to J; `half` goes along or, where there is no table, `z`."""
+    """Return the change of J for a change of the value of frame `i`; updates `half` or, without a table, `z`."""
     basis, half_chord, table = p.basis, p.half_chord, p.table
     if len(table) > 0:
         added = change * (2.0 * half[i] + change * table[i, i])
@@ -202,12 +202,12 @@ def relax(p, held, point, known, cutoff, sweeps_allowed, allowance, trail, lengt
     following = slopes(p, values, z, half) if np.isnan(known) else known
     sweeps = 0
     while True:
-        here = following
+        lower_bound = following
         slack = 0.0
         for i in range(len(half)):
             if held[i] == 0:
                 slack += abs(half[i]) + half[i] * values[i]
-        bound = here - 2.0 * slack - allowance
+        bound = lower_bound - 2.0 * slack - allowance
         if bound >= cutoff or sweeps >= most or 2.0 * slack <= 0.1 * allowance:
             return bound, following, sweeps, length
         first = length
@@ -220,19 +220,19 @@ def relax(p, held, point, known, cutoff, sweeps_allowed, allowance, trail, lengt
             i = trail[n]
             following += move(p, i, held[i] - values[i], z, half)
             values[i] = held[i]
-        if sweeps >= fewest and here < cutoff:
+        if sweeps >= fewest and lower_bound < cutoff:
             return bound, following, sweeps, length
         for i in range(len(half)):
             if held[i] != 0:
                 continue
             steep = half[i] if len(table) > 0 else slope(basis, middle, half_chord, i, values[i], z)[0]
             if bent[i] > 0.0:
-                wanted = min(max(values[i] - OVER_RELAXATION * steep / bent[i], -1.0), 1.0)
+                target = min(max(values[i] - OVER_RELAXATION * steep / bent[i], -1.0), 1.0)
             else:
-                wanted = -1.0 if steep > 0.0 else 1.0 if steep < 0.0 else values[i]
-            change = wanted - values[i]
+                target = -1.0 if steep > 0.0 else 1.0 if steep < 0.0 else values[i]
+            change = target - values[i]
             if change != 0.0:
-                values[i] = wanted
+                values[i] = target
                 if len(table) > 0:  # as `move`
                     following += change * (2.0 * steep + change * table[i, i])
                     for j in range(len(half)):
@@ -311,8 +311,8 @@ def descend(p, values, longest, other, weight, bounded, allowance):  # type: ign
     half = np.empty(frames)
     # Products of each frame with those before it, summed from the first on: a window is a difference of two.
     sums = np.zeros((len(table) + 1, len(table)))
-    own = np.empty(frames)
-    here = 0.0
+    diagonal = np.empty(frames)
+    objective = 0.0
     near = 0.0
     for i in range(frames):
         near += weight[i] * values[i] * other[i]
@@ -325,17 +325,17 @@ def descend(p, values, longest, other, weight, bounded, allowance):  # type: ign
     changed = 0
     while idle < turns:
         if (size < 0 and alone) or (size != 0 and len(table) == 0):
-            here = slopes(p, values, z, half)
+            objective = slopes(p, values, z, half)
         elif size != 0 and not alone:
             for j in range(changed, frames):
                 for i in range(frames):
                     sums[j + 1, i] = sums[j, i] + table[j, i] * values[j]
-                own[j] = sums[j + 1, j]
-            here = p.still
+                diagonal[j] = sums[j + 1, j]
+            objective = p.still
             for i in range(frames):
                 half[i] = pull[i] + sums[frames, i]
-                here += values[i] * (pull[i] + half[i])
-            here = max(here, 0.0)
+                objective += values[i] * (pull[i] + half[i])
+            objective = max(objective, 0.0)
         # Windows forwards from each frame in turn, of any length from the first; then backwards from the last.
         first = turn if turn < frames else frames - 1
         onwards = 1 if turn < frames else -1
@@ -343,7 +343,7 @@ def descend(p, values, longest, other, weight, bounded, allowance):  # type: ign
         reach = frames if longer else min(longest, frames - first)
         # Flipping the window W changes J by the sum of 4 |s_i u_i|² - 4 s_i half_i, less 4 |sum of s_i B_i u_i^T|².
         least = 0.0
-        margin = MARGIN * abs(here) + allowance
+        margin = MARGIN * abs(objective) + allowance
         size = 0
         window[:] = 0.0
         change = 0.0
@@ -359,7 +359,11 @@ def descend(p, values, longest, other, weight, bounded, allowance):  # type: ign
                 itself = values[i] * table[i, i]
                 inner = itself
                 if not alone:
-                    inner = own[i] - sums[first, i] if onwards > 0 else sums[frames, i] - own[i] + itself
+                    inner = (
+                        diagonal[i] - sums[first, i]
+                        if onwards > 0
+                        else sums[frames, i] - diagonal[i] + itself
+                    )
                 change += values[i] * (8.0 * inner - 4.0 * itself - 4.0 * half[i])
             else:
                 square = 0.0
@@ -382,7 +386,7 @@ def descend(p, values, longest, other, weight, bounded, allowance):  # type: ign
             if kind[i] != FORCED:
                 near -= 2.0 * weight[i] * values[i] * other[i]
                 if alone:
-                    here += move(p, i, -2.0 * values[i], z, half)
+                    objective += move(p, i, -2.0 * values[i], z, half)
                 values[i] = -values[i]
         changed = min(first, first + onwards * (size - 1))
         turn = (turn + 1) % turns
@@ -391,7 +395,7 @@ def descend(p, values, longest, other, weight, bounded, allowance):  # type: ign
 
 @compiled_with_free_sums
 def better(frames_and_components, size, first, second):  # type: ignore[no-untyped-def]
-    """Whether the second J is less than the first by the margin."""
+    """Return True if the second J is less than the first by more than the margin."""
     return second < first - MARGIN * abs(first) - allowance_of(frames_and_components, size, first)
 
 
@@ -417,13 +421,13 @@ def first_signs(p, weight, differences, longest, nearly, size):  # type: ignore[
             for i in range(frames):
                 start[i] = -path[i] if mirror and kind[i] == 0 else path[i]
             costs[count] = descend(p, start, single, start, weight, False, allowance)
-            known = False
+            duplicate = False
             for other in range(count):
                 same = True
                 for i in range(frames):
                     same = same and starts[other, i] == start[i]
-                known = known or same
-            if not known:
+                duplicate = duplicate or same
+            if not duplicate:
                 count += 1
     least = costs[:count].min()
     enough = max(nearly * least, least + allowance_of(numbers, size, least))
@@ -445,7 +449,7 @@ def first_signs(p, weight, differences, longest, nearly, size):  # type: ignore[
 
 @compiled_with_free_sums
 def may_gain(p, values, trial, half, wanted):  # type: ignore[no-untyped-def]
-    """Whether J of `trial` less that of `values`, whose `half` is given, is below what is wanted, for all we know."""
+    """Return True if J of `trial` less J of `values` (with its `half`) may be below the target."""
     table = p.table
     if len(table) == 0:
         return True
@@ -611,7 +615,7 @@ def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: igno
         np.empty(frames),
         np.empty(frames, np.int64),
     )
-    known = np.nan
+    parent_bound = np.nan
     leaves = 0
     while (budget > 0 or counts[PREPARED] == FIRST) and counts[FINISHED] == 0:
         start = counts[START]
@@ -708,13 +712,13 @@ def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: igno
         else:
             leaves += 1
             if leaves % REFRESH == 0 or len(p.table) == 0:
-                known = np.nan
-            known = enter_leaf(p, signs, leaf, known, best, found, gap, allowance, ends)
+                parent_bound = np.nan
+            parent_bound = enter_leaf(p, signs, leaf, parent_bound, best, found, gap, allowance, ends)
             budget -= frames
 
 
 @compiled_with_free_sums
-def enter_leaf(p, signs, leaf, known, best, found, gap, allowance, ends):  # type: ignore[no-untyped-def]
+def enter_leaf(p, signs, leaf, parent_bound, best, found, gap, allowance, ends):  # type: ignore[no-untyped-def]
     """All signs are chosen: J itself, with the relaxed frames at their best; it is also returned.
 
     `leaf` holds what is held, the values, half the derivatives by them and a trail, of the leaf before where its J is
@@ -726,24 +730,24 @@ def enter_leaf(p, signs, leaf, known, best, found, gap, allowance, ends):  # typ
     relaxed = False
     for i in range(len(held)):
         relaxed = relaxed or kind[i] == RELAXED
-        if np.isnan(known):
+        if np.isnan(parent_bound):
             held[i] = 0 if kind[i] == RELAXED else signs[i, 0]
             values[i] = found[i] if kind[i] == RELAXED else signs[i, 0]
         elif held[i] != 0 and held[i] != signs[i, 0]:
             held[i] = signs[i, 0]
-            known += move(p, i, held[i] - values[i], z, half)
+            parent_bound += move(p, i, held[i] - values[i], z, half)
             values[i] = held[i]
     cutoff = best[0] - max(gap * abs(best[0]), 2.0 * allowance)
-    bound, known, _, _ = relax(
-        p, held, (values, z, half), known, cutoff, (LAST_SWEEPS, LAST_SWEEPS), allowance, trail, 0
+    bound, parent_bound, _, _ = relax(
+        p, held, (values, z, half), parent_bound, cutoff, (LAST_SWEEPS, LAST_SWEEPS), allowance, trail, 0
     )
     # Half of what is not looked for: what is better by less may be rounding.
     enough = 0.5 * (best[0] + cutoff)
-    if known < enough + allowance:
-        here = cost(p, values, z)
-        if here < enough:
-            best[0] = here
+    if parent_bound < enough + allowance:
+        objective = cost(p, values, z)
+        if objective < enough:
+            best[0] = objective
             copy(values, found)
     if relaxed and bound < best[0] - max(gap * abs(best[0]), 2.0 * allowance):
         ends[1] = min(ends[1], bound)
-    return known
+    return parent_bound

@@ -35,7 +35,7 @@ TAMED = 0.01
 
 
 class BoxTree(NamedTuple):
-    """Where a search over boxes stands.
+    """State of a search over boxes.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ class BoxSearch:
 
     @property
     def finished(self) -> bool:
-        """Whether all signs have been ruled out but those found."""
+        """True if all signs but the solution have been ruled out."""
         return bool(self._tree.counts[kernels.STATE] == kernels.DONE)
 
     @property
@@ -127,7 +127,7 @@ class BoxSearch:
 
 
 class SuffixTree(NamedTuple):
-    """Where a search over suffixes stands.
+    """State of a search over suffixes.
 
     Attributes
     ----------
@@ -210,7 +210,7 @@ class SuffixSearch:
 
     @property
     def finished(self) -> bool:
-        """As of `BoxSearch`."""
+        """See `BoxSearch`."""
         return bool(self._tree.counts[kernels.FINISHED])
 
     @property
@@ -219,7 +219,7 @@ class SuffixSearch:
         return int(self._tree.counts[kernels.ENTERED])
 
     def lower_bound(self) -> float:
-        """As of `BoxSearch`."""
+        """See `BoxSearch`."""
         if self.finished:
             return self._tree.ends[1]
         return min(self._tree.rest[self._tree.counts[kernels.START] + 1], self._tree.ends[1])

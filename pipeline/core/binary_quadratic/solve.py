@@ -5,7 +5,7 @@ signs s.  [park2011 10] has b in {0, 1} where this has ``s = 2 b - 1``, and [par
 
 The order of work: good signs at once (`descent`), then two searches that prove them, or find better ones: branch and
 bound over boxes (`BoxSearch`), which is the paper's, and depth first in time (`SuffixSearch`), which is often faster
-where the box is slow.  They take turns by amounts of work and share the best signs.  A limit of time is a number of
+where the box is slow.  They alternate by amounts of work and share the best signs.  A limit of time is a number of
 turns, so that what is found and what is proved depends on neither clock nor load.
 """
 
@@ -21,10 +21,10 @@ from pipeline.shortened import shortened
 from pipeline.validation import require_range
 
 _WORK = 400_000
-"""What a search does in a turn, in sweeps times frames times components: a millisecond or two."""
+"""Work of a search in one turn, in sweeps times frames times components: a millisecond or two."""
 
 OPERATIONS_PER_S = 300_000_000
-"""Such operations that stand for a second of a time limit, about what one core of the year 2024 does."""
+"""Operations that count as one second of a time limit: about the work of one core of the year 2024."""
 
 
 @shortened
@@ -145,7 +145,7 @@ def minimise(
 def _solution(
     programme: Programme, values: np.ndarray, bound: float, gap: float, boxes: int, steps: int
 ) -> BinarySolution:
-    """What has been found, its mirror, and what the two say of each other."""
+    """Return the solution with its mirror and their comparison."""
     objective = programme.objective(values)
     other, other_objective = values, np.inf
     rounding = programme.allowance(objective)

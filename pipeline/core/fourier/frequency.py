@@ -43,18 +43,18 @@ def waves(angle: np.ndarray, harmonics: int) -> np.ndarray:
 def cycle_basis(phase_rad: np.ndarray, blocks: int) -> np.ndarray:
     """Values (…, B) of 1, sin, cos, sin 2, cos 2, … at phases (…)."""
     angle = np.asarray(phase_rad)[..., None] * np.arange(1, blocks // 2 + 1)
-    found = np.ones((*angle.shape[:-1], blocks))
-    found[..., 1::2], found[..., 2::2] = np.sin(angle), np.cos(angle)
-    return found
+    basis = np.ones((*angle.shape[:-1], blocks))
+    basis[..., 1::2], basis[..., 2::2] = np.sin(angle), np.cos(angle)
+    return basis
 
 
 def cycle_slope(phase_rad: np.ndarray, blocks: int) -> np.ndarray:
     """Derivatives (…, B) of `cycle_basis` with respect to the phase."""
     order = np.arange(1, blocks // 2 + 1)
     angle = np.asarray(phase_rad)[..., None] * order
-    found = np.zeros((*angle.shape[:-1], blocks))
-    found[..., 1::2], found[..., 2::2] = order * np.cos(angle), -order * np.sin(angle)
-    return found
+    slope = np.zeros((*angle.shape[:-1], blocks))
+    slope[..., 1::2], slope[..., 2::2] = order * np.cos(angle), -order * np.sin(angle)
+    return slope
 
 
 def equal_phases(count: int) -> np.ndarray:
@@ -99,7 +99,7 @@ def _exponentials(frequencies_hz: bytes, step_s: float, block: int) -> tuple[np.
 
 
 def _of_ones(frequencies_hz: np.ndarray, step_s: float, frames: int) -> np.ndarray:
-    """As `_transform` of a signal that is one throughout: a geometric series."""
+    """Return `_transform` of a constant signal of one: a geometric series."""
     half = np.pi * step_s * frequencies_hz
     return np.exp(1j * (frames - 1) * half) * np.sin(frames * half) / np.sin(half)
 
@@ -129,7 +129,7 @@ def fundamental_frequency(positions: np.ndarray, frame_rate_hz: float, *, harmon
     """
     frames = len(positions)
     times = np.arange(frames) / frame_rate_hz
-    apart = positions[:, LEFT_LEG[2], 1] - positions[:, RIGHT_LEG[2], 1]
+    ankle_distance = positions[:, LEFT_LEG[2], 1] - positions[:, RIGHT_LEG[2], 1]
     duration = frames / frame_rate_hz
     lowest = max(SEARCH_HZ[0], 1.0 / duration)
     if lowest >= SEARCH_HZ[1]:
@@ -143,7 +143,7 @@ def fundamental_frequency(positions: np.ndarray, frame_rate_hz: float, *, harmon
     # Six candidates to the clip's resolution cannot step over the peak.
     count = int(np.ceil((SEARCH_HZ[1] - lowest) * duration * 6)) + 8
     candidates = np.linspace(lowest, SEARCH_HZ[1], count)
-    guess = candidates[first_lowest(-single_frequency_power(candidates, times, apart))]
+    guess = candidates[first_lowest(-single_frequency_power(candidates, times, ankle_distance))]
     require_rate(frame_rate_hz, guess, harmonics)
     values = positions.reshape(frames, -1)
     values = values - values.mean(axis=0)
@@ -155,18 +155,18 @@ def fundamental_frequency(positions: np.ndarray, frame_rate_hz: float, *, harmon
         projected = across @ values
         return -(projected * np.linalg.solve(across @ columns, projected)).sum(axis=(-2, -1))
 
-    # The guess is good to the clip's resolution, 1/T, of which twice is looked at: in long clips less than 15 %.
+    # The guess is accurate to the clip's resolution, 1/T. Search twice that range: less than 15 % in long clips.
     reach = min(0.15 * guess, 2.0 / duration)
     bounds = max(guess - reach, 0.85 * lowest), guess + reach
     grid = np.linspace(*bounds, int(np.ceil((bounds[1] - bounds[0]) * duration * harmonics * 6)) + 3)
     best = int(first_lowest(unexplained(grid)))
-    found = minimize_scalar(
+    minimum = minimize_scalar(
         lambda frequency_hz: unexplained(np.array([frequency_hz]))[0],
         bounds=(grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]),
         method="bounded",
         options={"xatol": 1e-8},
     )
-    return float(found.x)
+    return float(minimum.x)
 
 
 def require_rate(frame_rate_hz: float, frequency_hz: float, harmonics: int) -> None:

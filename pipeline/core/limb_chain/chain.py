@@ -23,7 +23,7 @@ from pipeline.validation import InvalidInput, require_choice, require_shape
 
 @dataclass(frozen=True)
 class Chain:
-    """Joints and the parent of each; one of them, the root, has none.
+    """Joints and the parent of each joint. One joint, the root, has no parent.
 
     Attributes
     ----------
@@ -159,12 +159,12 @@ def true_lengths(chain: Chain, positions: np.ndarray) -> np.ndarray:
         If a limb is known in no frame.
     """
     lengths = np.linalg.norm(relative_trajectories(chain, positions), axis=-1)
-    known = np.isfinite(lengths)
-    if not known.any(axis=0).all():
-        limb = chain.limbs[int(known.any(axis=0).argmin())]
+    finite = np.isfinite(lengths)
+    if not finite.any(axis=0).all():
+        limb = chain.limbs[int(finite.any(axis=0).argmin())]
         raise InvalidInput(
             f"the limb to {limb!r} is known in no frame, so its length is not either",
             code="unknown_length",
             limb=limb,
         )
-    return np.where(known, lengths, 0.0).sum(axis=0) / known.sum(axis=0)
+    return np.where(finite, lengths, 0.0).sum(axis=0) / finite.sum(axis=0)

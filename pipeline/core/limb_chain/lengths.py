@@ -1,4 +1,4 @@
-"""Lengths of limbs that nobody has measured: from published proportions, or from the rays themselves.
+"""Estimated lengths of limbs: from published proportions, or from the rays themselves.
 
 park2011 section 3.1 takes the lengths r_j for given.  Proportions need one size of the person; the rays need nothing:
 a limb that some time lies across its ray shows its whole length there.
@@ -49,7 +49,7 @@ Grades and sources are those of `pipeline.core.anthropometry`; breadths are mean
 
 
 def anthropometric_lengths(chain: Chain, *, of: str = "stature", size_mm: float) -> np.ndarray:
-    """Lengths (L,) of the limbs of somebody of ordinary proportions, mm.
+    """Lengths (L,) of the limbs of a person of ordinary proportions, mm.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def anthropometric_lengths(chain: Chain, *, of: str = "stature", size_mm: float)
 def demanded_length(
     cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray, *, quantile: float = 1.0
 ) -> float:
-    """Least length of a limb, mm, with which the rays of so many frames still reach it.
+    """Smallest length of a limb, mm, that the rays of this share of the frames reach.
 
     A limb that somewhere lies across the ray is no longer; one that never does is underestimated.
 
@@ -95,18 +95,18 @@ def demanded_length(
     """
     require_range("quantile", quantile, above=0, at_most=1)
     rays = cast_rays(cameras, pixels, parents)
-    seen = rays.distance[rays.ahead > 0.0]
-    if not seen.size:
+    distances = rays.distance[rays.ahead > 0.0]
+    if not distances.size:
         raise InvalidInput(
             "no ray asks for a length", expected="a frame with image, camera and parent", code="no_rays"
         )
-    return np.quantile(seen, quantile)
+    return np.quantile(distances, quantile)
 
 
 def length_from_rays(
     cameras: np.ndarray, images: Mapping[str, np.ndarray], parents: Mapping[str, np.ndarray], limb: str
 ) -> float:
-    """Length of a limb that its own rays and those of the same limb on the other side ask for, mm.
+    """Length of a limb, mm, that its rays and the rays of the same limb on the other side require.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def length_from_rays(
 
 
 def _seen_together(image: np.ndarray, parent: np.ndarray) -> bool:
-    """Whether there is a frame in which a limb's end and its parent are both known."""
+    """Return True if a limb's end and its parent are both known in some frame."""
     return bool((np.isfinite(image).all(axis=1) & np.isfinite(parent).all(axis=1)).any())
 
 

@@ -40,7 +40,7 @@ _TREES = {
     frame: (PELVIS, _STERNUM, _LIMB_ENDS, _LIMB_OVER, _LIMB_REST, frame == "parent", frames.LEAST_SINE)
     for frame in FRAMES
 }
-"""What `kernels` needs to know of the tree of limbs."""
+"""Arrays that describe the tree of limbs, for `kernels`."""
 
 _UNDEFINED = {
     kernels.NO_STANCE: frames.HIP_UPRIGHT,
@@ -203,11 +203,11 @@ def joints(postures: np.ndarray, limb_lengths: LimbLengths, *, frame: str = "par
         Postures of another length, not finite, with a limb whose cosines are all zero, or that leave a frame
         undefined.
     """
-    positions, found = _placed(postures, limb_lengths, frame)
-    wrong = found[:, 0] != kernels.DEFINED
+    positions, outcome = _placed(postures, limb_lengths, frame)
+    wrong = outcome[:, 0] != kernels.DEFINED
     if wrong.any():
         number = int(wrong.argmax())
-        why, limb = int(found[number, 0]), POSTURE12.limbs[found[number, 1]]
+        why, limb = int(outcome[number, 0]), POSTURE12.limbs[outcome[number, 1]]
         if why == kernels.NOT_FINITE:
             raise InvalidInput(
                 "a posture has a number that is not finite", f"frame {number}", code="not_finite"
@@ -250,20 +250,20 @@ def nearest_of_each(joints: np.ndarray, performances: np.ndarray) -> np.ndarray:
 def _placed(postures: np.ndarray, limb_lengths: LimbLengths, frame: str) -> tuple[np.ndarray, np.ndarray]:
     """Joints (…, 15, 3), and for each posture (S, 2) what it is and the limb that is wrong."""
     require_choice("frame", frame, FRAMES)
-    given = np.asarray(postures, float)
-    if given.ndim < 1 or given.shape[-1] != PARAMETERS:
+    array = np.asarray(postures, float)
+    if array.ndim < 1 or array.shape[-1] != PARAMETERS:
         raise InvalidInput(
             "no postures",
             expected=f"(…, {PARAMETERS}) numbers",
-            received=given.shape,
+            received=array.shape,
             code="wrong_shape",
-            shape=given.shape,
+            shape=array.shape,
         )
-    flat = np.ascontiguousarray(given.reshape(-1, PARAMETERS))
+    flat = np.ascontiguousarray(array.reshape(-1, PARAMETERS))
     positions = np.empty((len(flat), len(WALKER15.joints), 3))
-    found = np.empty((len(flat), 2), np.int64)
-    kernels.place_joints(flat, *limb_lengths.sizes, _TREES[frame], positions, found)
-    return positions.reshape(*given.shape[:-1], len(WALKER15.joints), 3), found
+    outcome = np.empty((len(flat), 2), np.int64)
+    kernels.place_joints(flat, *limb_lengths.sizes, _TREES[frame], positions, outcome)
+    return positions.reshape(*array.shape[:-1], len(WALKER15.joints), 3), outcome
 
 
 def _frames_of_limbs(

@@ -10,12 +10,12 @@ torso (pelvis to sternum) and shoulder (left to right); axes are x to the right,
     thigh     the hip frame after the smallest rotation that brings its rest direction to the thigh: gives the leg
     arm       the shoulder frame, likewise to the arm: gives the forearm
 
-The torso cannot be given in a frame made of itself: its bend against the vertical would be lost, and with it the
+The torso cannot be expressed in a frame built from itself: its bend against the vertical would be lost, and with it the
 way back to joints.  The hip has no parent: it is given in the world.
 
 The smallest rotation is not defined to the direction opposite to rest (no frame is continuous over all
 directions).  Rest is therefore the middle of what the joint can reach, not the hanging limb: with thighs at rest
-straight down, a deep squat, knees beside the trunk, comes within 27 degrees of the opposite; from the rest chosen
+straight down, a deep squat, knees next to the trunk, comes within 27 degrees of the opposite; from the rest chosen
 here, squats, bends, walks and dances stay 50 degrees away.
 
 Frames are arrays (T, 3, 3) whose rows are the axes in the world; directions are (T, 3).
@@ -54,7 +54,7 @@ _UP = np.array([0.0, 0.0, 1.0])
 
 
 def stance(h: np.ndarray) -> np.ndarray:
-    """Frame of somebody who stands with this hip axis: the torso is given in it.
+    """Frame of a standing person with this hip axis, in which the torso is expressed.
 
     Raises
     ------

@@ -14,7 +14,7 @@ import numpy as np
 from pipeline.compilation import compiled_exactly
 
 DEFINED, NOT_FINITE, NO_COSINES, NO_STANCE, NO_HIP, NO_SHOULDER, AGAINST_REST = range(7)
-"""What a posture is, or why it has no joints."""
+"""Outcome for a posture: defined, or the reason why its joints are not."""
 
 HIP, TORSO, SHOULDER, NECK = range(4)
 FIRST_ARM = 8

@@ -52,7 +52,7 @@ class Gram:
 
     @cached_property
     def _seen_from_everywhere(self) -> bool:
-        """Whether A has no small eigenvalue at any angle: it exceeds Gzz, which has none."""
+        """True if A has no small eigenvalue at any angle: A exceeds Gzz, which has no small eigenvalue."""
         largest = np.trace(self._parts[0] + self._parts[2] + self._parts[3])
         return bool(np.linalg.eigvalsh(self._parts[3])[0] > _SAFE * largest)
 
@@ -80,8 +80,8 @@ class Gram:
         if self._seen_from_everywhere or _well_conditioned(A):
             return np.linalg.solve(A, h)
         values, vectors = np.linalg.eigh(A)
-        seen = values > _UNSEEN * values[:, -1:]
-        inverse = np.where(seen, 1.0, 0.0) / np.where(seen, values, 1.0)
+        determined = values > _UNSEEN * values[:, -1:]
+        inverse = np.where(determined, 1.0, 0.0) / np.where(determined, values, 1.0)
         return vectors @ (inverse[..., None] * (np.swapaxes(vectors, 1, 2) @ h))
 
     def eliminate(
@@ -135,7 +135,7 @@ def require_noise_variance(noise_variance: float) -> float:
 
 
 def _well_conditioned(A: np.ndarray) -> bool:
-    """Whether every matrix has a Cholesky factor with no pivot near rounding: eight times cheaper than eigh."""
+    """Return True if every matrix has a Cholesky factor without a pivot near rounding (8 times cheaper than eigh)."""
     try:
         pivots = np.diagonal(np.linalg.cholesky(A), axis1=-2, axis2=-1) ** 2
     except np.linalg.LinAlgError:

@@ -52,7 +52,7 @@ class NoisePath:
         self._model, self._white = model, whiten(model)
         self._cosine, self._sine = np.cos(view_angles_rad), np.sin(view_angles_rad)
         c, s, white = self._cosine, self._sine, self._white
-        diagonal, beside, self._vectors = _tridiagonal(Gram(white).at(c, s))
+        diagonal, off_diagonal, self._vectors = _tridiagonal(Gram(white).at(c, s))
         # Parseval weights, repeated for the joints of each block, and the mean over joints [zhang2007 4.2].
         joints = len(WALKER15.joints)
         self._weights = np.repeat(errors.parseval_weights(len(white.bx) // joints), joints)[:, None] / joints
@@ -66,12 +66,12 @@ class NoisePath:
         # T + sigma² I = L D L^T: D (N, A, K), and what stands below the ones of L.
         self._pivots = diagonal.T[..., None] + nodes
         self._below = np.empty((len(self._pivots) - 1, *self._pivots.shape[1:]))
-        for n, off in enumerate(beside.T[..., None]):
+        for n, off in enumerate(off_diagonal.T[..., None]):
             self._below[n] = off / self._pivots[n]
             self._pivots[n + 1] -= off * self._below[n]
 
     def error(self, sample: np.ndarray) -> np.ndarray:
-        """E_a of a walker (225,) or (226,) whom the model has not seen, for every view and sigma², (A, S) mm².
+        """E_a of a held-out walker (225,) or (226,), for every view and sigma², (A, S) mm².
 
         Add the residual power of the walker for errors against the motion itself.
 
@@ -103,14 +103,16 @@ class NoisePath:
 
 
 def _tridiagonal(A: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """T of matrices (A, N, N), overwritten: diagonal (A, N) and beside it (A, N - 1); and V (A, N, N)."""
+    """Tridiagonal form of matrices (A, N, N), overwritten: diagonal, off-diagonal (A, N - 1), vectors (A, N, N)."""
     N = A.shape[-1]
-    diagonal, beside, vectors = A[:, 0].copy(), np.empty((len(A), N - 1)), np.zeros_like(A)
+    diagonal, off_diagonal, vectors = A[:, 0].copy(), np.empty((len(A), N - 1)), np.zeros_like(A)
     vectors[:, 0, 0] = 1.0
     for view, matrix in enumerate(A if N > 1 else ()):
-        reflectors, diagonal[view], beside[view], scales, _ = lapack.dsytrd(matrix.T, lower=1, overwrite_a=1)
+        reflectors, diagonal[view], off_diagonal[view], scales, _ = lapack.dsytrd(
+            matrix.T, lower=1, overwrite_a=1
+        )
         vectors[view, 1:, 1:] = lapack.dorgqr(reflectors[1:, :-1], scales)[0]
-    return diagonal, beside, vectors
+    return diagonal, off_diagonal, vectors
 
 
 @functools.lru_cache(maxsize=4)
@@ -119,7 +121,7 @@ def _interpolation(wanted_variances: tuple[float, ...]) -> tuple[np.ndarray, np.
 
     As a function of t = log sigma² a path is analytic but for poles at log s ± i pi, s an eigenvalue of A, all
     at least pi away from the real axis.  Its Chebyshev series over t in a ± L therefore falls by a factor
-    rho = pi / L + sqrt(1 + (pi / L)²) a term, whatever the model, and so many terms reach rounding.
+    rho = pi / L + sqrt(1 + (pi / L)²) a term, for any model. This number of terms reaches rounding.
     """
     noise_variances = np.array(wanted_variances)
     low, high = np.log(noise_variances.min()), np.log(noise_variances.max())
@@ -128,9 +130,9 @@ def _interpolation(wanted_variances: tuple[float, ...]) -> tuple[np.ndarray, np.
     if count >= len(noise_variances):
         return noise_variances, np.eye(len(noise_variances))
     at = np.cos(np.pi * (np.arange(count) + 0.5) / count)
-    wanted = np.clip((np.log(noise_variances) - (low + high) / 2.0) / half, -1.0, 1.0)
+    scaled = np.clip((np.log(noise_variances) - (low + high) / 2.0) / half, -1.0, 1.0)
     series = np.arange(count)[:, None] * np.arccos(at)  # (term, node)
     weights = np.cos(series) * np.where(np.arange(count) == 0, 1.0, 2.0)[:, None] / count
     return np.exp((low + high) / 2.0 + half * at), weights.T @ np.cos(
-        np.arange(count)[:, None] * np.arccos(wanted)
+        np.arange(count)[:, None] * np.arccos(scaled)
     )

@@ -10,7 +10,7 @@ Symbols
 
 Why J is never formed: the image of a joint depends only on the limbs between it and the root, and a frame's angle only
 on that frame's row of Theta.  So the block of H between a limb and one of those that carry it is
-``Theta^T diag(t^T S t') Theta``, and between limbs of which neither carries the other it is zero.  Eliminating limbs
+``Theta^T diag(t^T S t') Theta``, and it is zero between two limbs if neither carries the other.  Eliminating limbs
 from the ends of the tree towards the root keeps these zeros.  Against the dense product and the dense factorisation
 that is a tenth of the work for a skeleton of fourteen limbs.  And products of two cosines are sums of two cosines,
 so that all blocks are filled from 2 K - 1 sums over frames (`trajectory_basis.products`), not K².
@@ -130,44 +130,44 @@ def minimise(
     from a bad start, then with the exact one: residuals of limbs that were taken for their mirrors do not vanish, and
     without their second derivatives hundreds of steps end far from the minimum.
     """
-    here = cost(given, unknowns)
+    current = cost(given, unknowns)
     floor = _rounding(given)
     lam, growth, exact = 1e-3, 2.0, False
     equations: LimbEquations | None = None
-    for tried in range(max_iterations):
-        if here <= floor:
-            return unknowns, here, True, tried
+    for iteration in range(max_iterations):
+        if current <= floor:
+            return unknowns, current, True, iteration
         if equations is None:
-            exact = exact or tried >= _APPROXIMATE
+            exact = exact or iteration >= _APPROXIMATE
             # Of the damping, what a good step leaves: an exact model may be believed sooner.
             least = 0.1 if exact else 1.0 / 3.0
             equations = normal_equations(given, unknowns, exact=exact)
             # What no image speaks for has no curvature: it stays where it is instead of dividing by zero.
             diagonal = np.maximum(equations.scale, 1e-12 * equations.scale.max() or 1.0)
             # At its bound and pulled outwards, an unknown is held.
-            held = (np.abs(unknowns) >= bound) & (equations.gradient * unknowns < 0)
+            at_bound = (np.abs(unknowns) >= bound) & (equations.gradient * unknowns < 0)
         try:
-            step = damped_step(equations, diagonal * np.where(held, 1e12, max(lam, _RIDGE)))
+            step = damped_step(equations, diagonal * np.where(at_bound, 1e12, max(lam, _RIDGE)))
         except np.linalg.LinAlgError:
             lam, growth = max(lam, _FREE_STEP) * growth, growth * 2.0
             continue
         trial = np.clip(unknowns + step, -bound, bound)
         step = trial - unknowns
         promised = -(equations.gradient * step).sum() - 0.5 * equations.curvature_along(step)
-        there = cost(given, trial)
+        proposed = cost(given, trial)
         # A change of the cost below this is rounding, and does not say whether the step was good.
-        rounding = np.sqrt(here * floor)
+        rounding = np.sqrt(current * floor)
         small = np.abs(step).max() <= tolerance and lam <= _FREE_STEP
-        if there < here or max(promised, there - here) <= rounding:
-            gain = 1.0 if promised <= rounding else (here - there) / promised
-            unknowns, here, equations = trial, there, None
+        if proposed < current or max(promised, proposed - current) <= rounding:
+            gain = 1.0 if promised <= rounding else (current - proposed) / promised
+            unknowns, current, equations = trial, proposed, None
             lam, growth = lam * max(least, 1.0 - (2.0 * gain - 1.0) ** 3), 2.0
             if small and exact:
-                return unknowns, here, True, tried + 1
+                return unknowns, current, True, iteration + 1
             exact = exact or bool(small)
         else:
             lam, growth = max(lam, _RIDGE) * growth, growth * 2.0
-    return unknowns, here, False, max_iterations
+    return unknowns, current, False, max_iterations
 
 
 def _rounding(given: Observations) -> float:

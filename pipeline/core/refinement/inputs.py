@@ -1,4 +1,4 @@
-"""What the refinement of a whole body is given: its arrays checked against each other, and where it starts.
+"""Inputs of the refinement of a whole body: arrays checked against each other, and the start.
 
 Symbols
 -------
@@ -54,7 +54,7 @@ def frames_and_limbs(
 
 
 def tree_in_order(parents: Sequence[int] | np.ndarray, joints: int) -> tuple[int, ...]:
-    """Parents (J,) of joints of which the first is the root and every other comes after its parent.
+    """Parents (J,) of joints. The first joint is the root, and every other joint comes after its parent.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def tree_in_order(parents: Sequence[int] | np.ndarray, joints: int) -> tuple[int
 
 
 def basis_rows(basis: np.ndarray | int, frames: int) -> np.ndarray:
-    """Trajectory basis (F, K), given or made of the first K cosines.
+    """Trajectory basis (F, K): the argument, or the first K cosines.
 
     Raises
     ------

@@ -15,7 +15,7 @@ import numpy as np
 from pipeline.compilation import compiled_with_free_sums
 
 STRIDE = 7
-"""Of points that bound a face: those far apart on the path first, so that most polygons end early."""
+"""Stride over the points that bound a face: distant points come first, so that most polygons end early."""
 
 
 @compiled_with_free_sums
@@ -53,7 +53,7 @@ def squared_distances(seen_by, tree, theta, phi):  # type: ignore[no-untyped-def
 
 @compiled_with_free_sums
 def frame_by_frame(seen_by, tree, lines, theta, phi, free, exact, sums):  # type: ignore[no-untyped-def]
-    """What the normal equations sum over frames, by the C numbers of a limb: theta, phi and, if free, its length.
+    """Sums over frames in the normal equations, by the C numbers of a limb: theta, phi and, if free, its length.
 
     Added to the three arrays of `sums`: the gradient (L, C, F), the diagonal of the curvature after Gauss and Newton
     (L, C, F), and the curvature between a limb and those of its line, exact or after Gauss and Newton (L, M, C, C, F).
@@ -189,7 +189,7 @@ def fill_gradient(along, own, gradient, scale):  # type: ignore[no-untyped-def]
 def fill_rows(sums, first, second, scale, lines, penalty, rows):  # type: ignore[no-untyped-def]
     """All blocks into `rows` (L, N, M, N), from the sums (L, M, C, C, n) of couplings.
 
-    Between angles they are of products, and beside them, if lengths are free, of the basis and of one.
+    Between angles they are sums of products. If lengths are free, sums of the basis and of one follow.
     """
     components = len(scale)
     size = 2 * components
@@ -250,9 +250,9 @@ def solve_along_tree(rows, lines, gradient, damping, step):  # type: ignore[no-u
         solved = others[limb]
         for a in range(size):
             rows[limb, a, 0, a] += damping[limb, a]
-            for place in range(carriers):
+            for level in range(carriers):
                 for b in range(size):
-                    solved[a, place * size + b] = rows[limb, a, place + 1, b]
+                    solved[a, level * size + b] = rows[limb, a, level + 1, b]
         # Cholesky's factor takes the lower triangle of the limb's own block; right sides are solved along.
         for a in range(size):
             for b in range(a):
@@ -278,15 +278,15 @@ def solve_along_tree(rows, lines, gradient, damping, step):  # type: ignore[no-u
             continue
         narrow = solved[:, :wide].copy()
         fill = np.dot(narrow.T, narrow)
-        for place in range(carriers):
-            carrier = lines[limb, place + 1]
+        for level in range(carriers):
+            carrier = lines[limb, level + 1]
             for a in range(size):
-                row = place * size + a
+                row = level * size + a
                 for c in range(size):
                     right[carrier, a] -= narrow[c, row] * right[limb, c]
-                for further in range(place, carriers):
+                for further in range(level, carriers):
                     for b in range(size):
-                        rows[carrier, a, further - place, b] -= fill[row, further * size + b]
+                        rows[carrier, a, further - level, b] -= fill[row, further * size + b]
     for limb in range(limbs):
         for m in range(1, depth):
             carrier = lines[limb, m]
@@ -307,20 +307,20 @@ def solve_along_tree(rows, lines, gradient, damping, step):  # type: ignore[no-u
 @compiled_with_free_sums
 def clip(corners, left, across, room, cut):  # type: ignore[no-untyped-def]
     """The part of a convex polygon (n, 2) where ``across . x <= room``, into `cut`: how many corners it has."""
-    kept = 0
+    corner_count = 0
     for k in range(left):
         after = k + 1 if k + 1 < left else 0
-        here = room - across[0] * corners[k, 0] - across[1] * corners[k, 1]
-        there = room - across[0] * corners[after, 0] - across[1] * corners[after, 1]
-        if here >= 0.0:
-            cut[kept, 0], cut[kept, 1] = corners[k, 0], corners[k, 1]
-            kept += 1
-        if (here >= 0.0) != (there >= 0.0):
-            share = here / (here - there)
+        inside = room - across[0] * corners[k, 0] - across[1] * corners[k, 1]
+        inside_after = room - across[0] * corners[after, 0] - across[1] * corners[after, 1]
+        if inside >= 0.0:
+            cut[corner_count, 0], cut[corner_count, 1] = corners[k, 0], corners[k, 1]
+            corner_count += 1
+        if (inside >= 0.0) != (inside_after >= 0.0):
+            share = inside / (inside - inside_after)
             for d in range(2):
-                cut[kept, d] = corners[k, d] + share * (corners[after, d] - corners[k, d])
-            kept += 1
-    return kept
+                cut[corner_count, d] = corners[k, d] + share * (corners[after, d] - corners[k, d])
+            corner_count += 1
+    return corner_count
 
 
 @compiled_with_free_sums
@@ -337,7 +337,7 @@ def nearest_faces(white, whitening, flat, normals):  # type: ignore[no-untyped-d
     axes = np.empty((3, 3))  # the point over its square, and two unit vectors across it
     outward = np.empty((3, 3))  # the same as normals of the points that are not whitened
     least = np.inf
-    found = 0
+    face_count = 0
     for i in range(count):
         lowest = 0
         square = 0.0
@@ -362,9 +362,9 @@ def nearest_faces(white, whitening, flat, normals):  # type: ignore[no-untyped-d
             corners[k, 0] = reach if 1 <= k <= 2 else -reach
             corners[k, 1] = reach if k >= 2 else -reach
         left, farthest = 4, np.inf
-        for place in range(STRIDE * (count // STRIDE + 1)):
-            # Every STRIDE-th point, then those beside them.
-            j = (place * STRIDE) % (STRIDE * (count // STRIDE + 1)) + place // (count // STRIDE + 1)
+        for step in range(STRIDE * (count // STRIDE + 1)):
+            # Every STRIDE-th point, then their neighbours.
+            j = (step * STRIDE) % (STRIDE * (count // STRIDE + 1)) + step // (count // STRIDE + 1)
             if j >= count or left == 0 or (least + flat) * np.sqrt(farthest) < 1.0:
                 continue
             j = (i + j) % count
@@ -392,15 +392,15 @@ def nearest_faces(white, whitening, flat, normals):  # type: ignore[no-untyped-d
         if left == 0 or (least + flat) * np.sqrt(farthest) < 1.0:
             continue
         if (least - flat) * np.sqrt(farthest) > 1.0:
-            found = 0
+            face_count = 0
         least = min(least, 1.0 / np.sqrt(farthest))
         for k in range(left):
             reached = 0.0
             for d in range(3):
                 q = outward[0, d] + corners[k, 0] * outward[1, d] + corners[k, 1] * outward[2, d]
                 reached += q * q
-                if found < len(normals):
-                    normals[found, d] = q
-            if found < len(normals) and (least + flat) * np.sqrt(reached) >= 1.0:
-                found += 1
-    return found
+                if face_count < len(normals):
+                    normals[face_count, d] = q
+            if face_count < len(normals) and (least + flat) * np.sqrt(reached) >= 1.0:
+                face_count += 1
+    return face_count

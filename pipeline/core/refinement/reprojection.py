@@ -27,7 +27,7 @@ from pipeline.validation import InvalidInput
 
 @dataclass(frozen=True)
 class Observations:
-    """What a camera saw of the joints of a tree, and what is given about the tree.
+    """Images of the joints of a tree, and the known quantities of the tree.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class Observations:
 
     @cached_property
     def seen_by(self) -> tuple[np.ndarray, ...]:
-        """What the kernels read of it."""
+        """Arrays for the kernels."""
         return self.images, self.seen, self.projection, self.centre, self.root
 
     @cached_property
@@ -83,11 +83,11 @@ class Observations:
 
         The basis (F, K + 1), its squares, and products of its columns, then the basis (F, n + K + 1).
         """
-        one = np.ones((len(self.basis), 1))
+        ones = np.ones((len(self.basis), 1))
         return (
-            np.hstack([self.basis, one]),
-            np.hstack([self.basis**2, one]),
-            np.hstack([self.products.columns, self.basis, one]),
+            np.hstack([self.basis, ones]),
+            np.hstack([self.basis**2, ones]),
+            np.hstack([self.products.columns, self.basis, ones]),
         )
 
     @cached_property
@@ -140,10 +140,10 @@ def observe(
         )
     at = np.broadcast_to(camera.known, frames)[:, None]
     rooted = np.isfinite(root).all(axis=1, keepdims=True)
-    seen = np.isfinite(images).all(axis=2) & at & rooted
+    visible = np.isfinite(images).all(axis=2) & at & rooted
     return Observations(
-        images=np.ascontiguousarray(np.where(seen[..., None], images, 0.0).swapaxes(0, 1)),
-        seen=np.ascontiguousarray(seen.T),
+        images=np.ascontiguousarray(np.where(visible[..., None], images, 0.0).swapaxes(0, 1)),
+        seen=np.ascontiguousarray(visible.T),
         projection=np.where(at[..., None], camera.intrinsics @ camera.rotation, np.eye(3)),
         centre=np.where(at, camera.centre, 0.0),
         root=np.where(rooted, root, 0.0),
@@ -183,7 +183,7 @@ def forward(given: Observations, limbs: np.ndarray) -> np.ndarray:
 
 
 def behind(given: Observations, positions: np.ndarray) -> np.ndarray:
-    """Where a joint that was seen stands behind its camera or beside it: (L, F) bool."""
+    """Frames (L, F) bool in which an observed joint is not in front of its camera."""
     depth = (given.projection[:, 2] * (positions - given.centre)).sum(axis=-1)
     return given.seen & ~(depth > 0)
 

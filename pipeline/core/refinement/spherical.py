@@ -109,16 +109,16 @@ def unit_vectors(directions: np.ndarray) -> np.ndarray:
         If the shape is another, no frame is known, or a vector has no length.
     """
     directions = require_shape("directions", np.asarray(directions, float), ("F", 3))
-    known = np.isfinite(directions).all(axis=1)
-    if not known.any():
+    finite = np.isfinite(directions).all(axis=1)
+    if not finite.any():
         raise InvalidInput(
             "no direction is known",
             expected="one frame or more",
-            received=f"{len(known)} of NaN",
+            received=f"{len(finite)} of NaN",
             code="no_direction",
         )
     # Brought to unit size before squaring: the squares of 1e-200 are zero, those of 1e200 infinite.
-    size = np.abs(np.where(known[:, None], directions, 1.0)).max(axis=1)
+    size = np.abs(np.where(finite[:, None], directions, 1.0)).max(axis=1)
     if not size.all():
         raise InvalidInput(
             f"the direction of frame {size.argmin()} has no length",
@@ -126,7 +126,7 @@ def unit_vectors(directions: np.ndarray) -> np.ndarray:
             code="zero_length",
             frame=size.argmin(),
         )
-    scaled = np.where(known[:, None], directions, np.nan) / size[:, None]
+    scaled = np.where(finite[:, None], directions, np.nan) / size[:, None]
     return scaled / np.linalg.norm(scaled, axis=1, keepdims=True)
 
 
@@ -229,9 +229,9 @@ def continuous_angles(directions: np.ndarray, *, chart: np.ndarray | None = None
         placed = np.ones_like(placed)
     theta, phi = np.full((2, len(units)), np.nan)
     theta[frames[placed]], phi[frames[placed]] = _shortest(inclination[placed], azimuth[placed])
-    lost, there = frames[~placed], frames[placed]
-    phi[lost] = np.interp(lost, there, phi[there])
-    near, raw = np.interp(lost, there, theta[there]), inclination[~placed]
+    lost, defined = frames[~placed], frames[placed]
+    phi[lost] = np.interp(lost, defined, phi[defined])
+    near, raw = np.interp(lost, defined, theta[defined]), inclination[~placed]
     theta[lost] = raw + 2 * np.pi * np.round((near - raw) / (2 * np.pi))
     return SphericalAngles(theta, phi, chart)
 
@@ -271,7 +271,7 @@ def fit(
     basis : (F, K)
         Trajectory basis.
     penalty : (K,), optional
-        How much the square of each coefficient counts beside them, for a soft basis; none by default.
+        Penalty on the square of each coefficient, for a soft basis; none by default.
 
     Raises
     ------
@@ -290,7 +290,7 @@ def fit(
     require_finite("penalty", require_shape("penalty", extra, (basis.shape[1],)))
     require_range("penalty", extra.min(), at_least=0.0)
     used = np.isfinite(angles.theta)
-    # Of theta and of phi: rows of the basis above those of the penalty, and beside both what they ask for.
+    # For theta and phi: rows of the basis, then rows of the penalty, with the right-hand side of both.
     rows, count = basis[used], basis.shape[1]
     problems = np.zeros((2, len(rows) + count, count + 1))
     problems[:, : len(rows), :count] = rows

@@ -36,7 +36,7 @@ from pipeline.core.trajectory_basis import soft_ridge
 from pipeline.validation import InvalidInput, require_count, require_range, require_shape
 
 LENGTH_FACTOR = 2.0
-"""How far a free length may go from the given one, up or down, unless told otherwise."""
+"""Default bound on the change of a free length, as a share of the given length."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -170,7 +170,7 @@ def refine(
     paths = _starting_paths(directions, rows, options, called)
     start = np.stack([np.concatenate([path.coefficients_theta, path.coefficients_phi]) for path in paths])
     unknowns = np.column_stack([start, np.zeros(limbs)]) if options.free_lengths else start
-    given = reprojection.observe(
+    observations = reprojection.observe(
         np.asarray(images, float)[:, 1:],
         camera,
         np.asarray(root, float),
@@ -180,15 +180,15 @@ def refine(
         basis=rows,
         penalty=np.zeros_like(unknowns),
     )
-    _check_start(given, unknowns, called)
+    _check_start(observations, unknowns, called)
     if options.cutoff is not None:
-        given = _softened(given, unknowns, options.cutoff)
+        observations = _softened(observations, unknowns, options.cutoff)
     bound = np.full_like(unknowns, np.inf)
     bound[:, 2 * rows.shape[1] :] = np.log(options.length_factor)
-    found = minimise(
-        given, unknowns, bound, max_iterations=options.max_iterations, tolerance=options.tolerance
+    solution = minimise(
+        observations, unknowns, bound, max_iterations=options.max_iterations, tolerance=options.tolerance
     )
-    return _refinement(given, np.asarray(root, float), *found)
+    return _refinement(observations, np.asarray(root, float), *solution)
 
 
 def _starting_paths(
@@ -241,10 +241,10 @@ def _softened(given: Observations, unknowns: np.ndarray, cutoff: float) -> Obser
     """The same with the penalty of a soft basis, in each limb's mean square of pixels to the radian."""
     by_position, movement = reprojection.linearise(given, unknowns)
     by_angle = by_position @ movement.swapaxes(2, 3)
-    seen = given.seen.sum(axis=1)
-    squares = 0.5 * (by_angle**2).sum(axis=(1, 2, 3)) / np.maximum(seen, 1)
+    count = given.seen.sum(axis=1)
+    squares = 0.5 * (by_angle**2).sum(axis=(1, 2, 3)) / np.maximum(count, 1)
     # A limb whose end is never seen has no pixels of its own.
-    squares = np.where(seen > 0, squares, squares[seen > 0].mean())
+    squares = np.where(count > 0, squares, squares[count > 0].mean())
     doubts = np.tile(soft_ridge(given.basis.shape[1], cutoff), 2)
     penalty = np.zeros_like(unknowns)
     penalty[:, : len(doubts)] = squares[:, None] * doubts
@@ -255,7 +255,7 @@ def _check_start(given: Observations, unknowns: np.ndarray, called: Sequence[str
     if not given.seen.any():
         raise InvalidInput(
             "nothing was seen",
-            expected="a joint beside the root where camera and root are known",
+            expected="another joint than the root where camera and root are known",
             code="nothing_seen",
         )
     positions = reprojection.forward(given, reprojection.relative(given, unknowns))

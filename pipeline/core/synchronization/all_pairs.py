@@ -144,7 +144,7 @@ def synchronize_all(
 
     Notes
     -----
-    The disparities are M² P numbers of two bytes; beside them memory does not grow with M.
+    The disparities take M² P numbers of two bytes. All other memory does not grow with M.
     """
     rows = same_size(sequences)
     if len(rows) < 2:
@@ -168,11 +168,11 @@ def synchronize_all(
     postures = rows.reshape(-1, dimension)
     rows = rows - postures[np.abs(postures - postures.mean(axis=0)).sum(axis=1).argmin()]
     dtype = np.int16 if frames <= np.iinfo(np.int16).max else np.int32
-    found = AllPairs(np.empty((count, count, frames), dtype), np.empty((count, count)))
+    result = AllPairs(np.empty((count, count, frames), dtype), np.empty((count, count)))
     for n, m, cost, S in _tiles(rows, nodes):
-        found.cost[n, m] = cost.T
-        found.disparity[n, m] = backtrack(nodes, S).reshape(frames, *cost.shape).T
-    return found
+        result.cost[n, m] = cost.T
+        result.disparity[n, m] = backtrack(nodes, S).reshape(frames, *cost.shape).T
+    return result
 
 
 def distances(
@@ -243,8 +243,8 @@ def _misfit(
 
 def _tile_size(count: int, nodes: Trellis) -> tuple[int, int]:
     """Numbers of bases n and of others m in one tile."""
-    cached, kept = 3 * 8 * int(nodes.widths.max()), 8 * int(nodes.widths.sum())
-    pairs = min(_TILE_BYTES // cached, _KEPT_BYTES // kept)
+    cached, stored = 3 * 8 * int(nodes.widths.max()), 8 * int(nodes.widths.sum())
+    pairs = min(_TILE_BYTES // cached, _KEPT_BYTES // stored)
     bases = max(1, min(count, pairs, 40))
     return bases, max(1, min(count, pairs // bases))
 

@@ -83,8 +83,8 @@ def choose_key_frames(sequences: Sequence[np.ndarray], *, count: int = 5) -> Key
     Raises
     ------
     InvalidInput
-        No performances, or of different dimension, too short for so many key-frames, without movement, not finite;
-        or no key-frames.
+        If there are no performances or no key-frames, or performances differ in dimension, are too short for the
+        number of key-frames, do not move or are not finite.
 
     Notes
     -----
@@ -93,9 +93,9 @@ def choose_key_frames(sequences: Sequence[np.ndarray], *, count: int = 5) -> Key
     begin, which is at the peaks of the mean curvature.  (Several beginnings with the best score kept gave no better
     agreement of timing: a posture is passed on the way down and up.)
     """
-    given = _all_checked(sequences)
+    performances = _all_checked(sequences)
     require_count("the number of key-frames", count)
-    for number, x in enumerate(given):
+    for number, x in enumerate(performances):
         least = (count + 1) * _apart(len(x)) + 1
         if len(x) < least:
             raise InvalidInput(
@@ -107,26 +107,26 @@ def choose_key_frames(sequences: Sequence[np.ndarray], *, count: int = 5) -> Key
                 frames=len(x),
                 needed=least,
             )
-    bends = [curvature(x, where=f"performance {number}") for number, x in enumerate(given)]
+    bends = [curvature(x, where=f"performance {number}") for number, x in enumerate(performances)]
     bends = [c / c.max() for c in bends]
     # To begin with: the peaks of the mean curvature over relative time, and the postures there.
     grid = np.linspace(0.0, 1.0, _GRID)
     common = np.mean([interpolate(c, grid * (len(c) - 1)) for c in bends], axis=0)
     peaks = grid[_best(common, count)]
-    postures = [x[np.round(peaks * (len(x) - 1)).astype(int)] for x in given]
-    weight = CONSISTENCY / np.mean([x.var(axis=0).sum() for x in given])
-    frames = np.zeros((len(given), count), int)
+    postures = [x[np.round(peaks * (len(x) - 1)).astype(int)] for x in performances]
+    weight = CONSISTENCY / np.mean([x.var(axis=0).sum() for x in performances])
+    frames = np.zeros((len(performances), count), int)
     for iteration in range(1, _ROUNDS + 1):
         before, means = frames, np.mean(postures, axis=0)[:, None]
         frames = np.array(
             [
                 _best(c - weight * ((x - means) ** 2).sum(axis=-1), count)
-                for x, c in zip(given, bends, strict=True)
+                for x, c in zip(performances, bends, strict=True)
             ]
         )
         if np.array_equal(frames, before):
             return KeyFrames(frames, True, iteration)
-        postures = [x[chosen] for x, chosen in zip(given, frames, strict=True)]
+        postures = [x[chosen] for x, chosen in zip(performances, frames, strict=True)]
     return KeyFrames(frames, False, _ROUNDS)
 
 
@@ -149,9 +149,9 @@ def resample_by_key_frames(
         Key-frames that do not match the performances, do not increase or are ends, or fewer samples than key-frames
         and ends.
     """
-    given = _all_checked(sequences)
+    performances = _all_checked(sequences)
     frames = np.asarray(frames)
-    require_shape("key-frames", frames, (len(given), "K"))
+    require_shape("key-frames", frames, (len(performances), "K"))
     count = frames.shape[1]
     if n_samples < count + 2:
         raise InvalidInput(
@@ -161,7 +161,7 @@ def resample_by_key_frames(
             code="too_few_samples",
             samples=n_samples,
         )
-    ends = np.array([len(x) - 1 for x in given])
+    ends = np.array([len(x) - 1 for x in performances])
     nodes = np.column_stack([np.zeros_like(ends), frames, ends])
     steps = np.diff(nodes, axis=1) > 0
     if not steps.all():
@@ -178,7 +178,7 @@ def resample_by_key_frames(
     places = np.concatenate([[0], samples, [n_samples - 1]])
     warp = np.array([np.interp(np.arange(n_samples), places, node) for node in nodes])
     return KeyFrameSynchronization(
-        np.stack([interpolate(x, w) for x, w in zip(given, warp, strict=True)]), warp, samples
+        np.stack([interpolate(x, w) for x, w in zip(performances, warp, strict=True)]), warp, samples
     )
 
 
@@ -191,8 +191,8 @@ def _best(score: np.ndarray, count: int) -> np.ndarray:
     """Increasing frames (K,) whose scores, (F,) or (K, F), have the largest sum; the earlier on ties."""
     score = np.broadcast_to(score, (count, score.shape[-1]))
     frames = score.shape[1]
-    apart = _apart(frames)
-    inner = slice(apart, frames - apart)
+    distance = _apart(frames)
+    inner = slice(distance, frames - distance)
     total = np.full((count, frames), -np.inf)
     before = np.zeros((count, frames), int)
     total[0, inner] = score[0, inner]
@@ -200,8 +200,8 @@ def _best(score: np.ndarray, count: int) -> np.ndarray:
         most = np.maximum.accumulate(total[k - 1])
         # Where that largest total was first reached.
         reached = np.maximum.accumulate(np.where(np.r_[False, most[1:] > most[:-1]], np.arange(frames), 0))
-        total[k, inner] = most[: frames - 2 * apart] + score[k, inner]
-        before[k, inner] = reached[: frames - 2 * apart]
+        total[k, inner] = most[: frames - 2 * distance] + score[k, inner]
+        before[k, inner] = reached[: frames - 2 * distance]
     chosen = [int(total[-1].argmax())]
     for k in range(count - 1, 0, -1):
         chosen.append(int(before[k, chosen[-1]]))
@@ -211,15 +211,15 @@ def _best(score: np.ndarray, count: int) -> np.ndarray:
 def _all_checked(sequences: Sequence[np.ndarray]) -> list[np.ndarray]:
     if not len(sequences):
         raise InvalidInput("there are no performances", expected="one or more", code="no_performances")
-    given = [checked(x, f"performance {number}") for number, x in enumerate(sequences)]
-    for number, x in enumerate(given):
-        if x.shape[1] != given[0].shape[1]:
+    performances = [checked(x, f"performance {number}") for number, x in enumerate(sequences)]
+    for number, x in enumerate(performances):
+        if x.shape[1] != performances[0].shape[1]:
             raise InvalidInput(
                 "the performances have different dimensions",
                 f"performance {number}",
-                given[0].shape[1],
+                performances[0].shape[1],
                 x.shape[1],
                 code="other_dimension",
                 dimension=x.shape[1],
             )
-    return given
+    return performances

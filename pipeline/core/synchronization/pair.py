@@ -195,9 +195,9 @@ def disparity_space_image(x_n: np.ndarray, x_m: np.ndarray, *, max_disparity: in
     windows = sliding_window_view(np.pad(x_m, ((band, band), (0, 0))), 2 * band + 1, axis=0)
     chunk = max(1, _CHUNK // windows[0].size)
     for first in range(0, frames, chunk):
-        here = slice(first, first + chunk)
-        difference = windows[here] - x_n[here, :, None]
-        image[here] = np.square(difference, out=difference).sum(axis=1)
+        chunk_rows = slice(first, first + chunk)
+        difference = windows[chunk_rows] - x_n[chunk_rows, :, None]
+        image[chunk_rows] = np.square(difference, out=difference).sum(axis=1)
     matched = np.arange(frames)[:, None] + np.arange(-band, band + 1)
     image[(matched < 0) | (matched >= frames)] = np.inf
     return image

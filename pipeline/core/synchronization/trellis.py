@@ -57,7 +57,7 @@ class Trellis:
 
     @property
     def margin(self) -> int:
-        """Nodes beside the disparities of a sample that the steps of the next one may ask for."""
+        """Number of padding nodes on each side of a sample's disparities, for the steps of the next sample."""
         return max(self.steps) - min(self.steps)
 
     @property
@@ -137,9 +137,9 @@ def allowed_disparities(
     require_choice("start", start, STARTS)
     require_range("the smoothness (mu)", smoothness, at_least=0)
     band = require_count("the largest disparity", max_disparity, at_least=0)
-    wanted = {int(require_range("a step", k, whole=True)) for k in steps}
+    unique = {int(require_range("a step", k, whole=True)) for k in steps}
     # Longer ones lead out of the sequence, but would need memory all the same.
-    ordered = tuple(sorted((k for k in wanted if k > -max(frames, 2)), key=lambda k: (abs(k), k)))
+    ordered = tuple(sorted((k for k in unique if k > -max(frames, 2)), key=lambda k: (abs(k), k)))
     if 0 not in ordered:
         raise InvalidInput(
             "no step leaves the disparity as it is",
@@ -197,9 +197,9 @@ def accumulate(
     for p, row in enumerate(out):
         width = high[p] - low[p] + 1
         row[:margin] = row[margin + width :] = np.inf
-        here = row[margin : margin + width]
+        nodes_of_sample = row[margin : margin + width]
         if p == 0:
-            here[:] = misfit(p, low[p], high[p])
+            nodes_of_sample[:] = misfit(p, low[p], high[p])
             continue
         before = out[p - 1]
         if nodes.penalty == "as_printed":
@@ -207,7 +207,7 @@ def accumulate(
             before = np.add(before, nodes.penalties(disparity, 0)[:, None], out=weighted[: len(before)])
         first = margin + low[p] - low[p - 1]
         cheapest = _cheapest(before, first, groups, best[:width], other[:width])
-        np.add(cheapest, misfit(p, low[p], high[p]), out=here)
+        np.add(cheapest, misfit(p, low[p], high[p]), out=nodes_of_sample)
     return out[-1][margin].copy()
 
 
@@ -232,13 +232,13 @@ def _cheapest(
     """Least cost (width, pairs) over all steps of the nodes `first` + k … of the sample before."""
     cheapest = None
     for penalty, steps in groups:
-        place = best if cheapest is None else other
+        out = best if cheapest is None else other
         cost = before[first + steps[0] :][: len(best)]
         for k in steps[1:]:
-            cost = np.minimum(cost, before[first + k :][: len(best)], out=place)
+            cost = np.minimum(cost, before[first + k :][: len(best)], out=out)
         if penalty > 0:
             # Once for the group: rounding is monotone, so the least sum is the sum of the least.
-            cost = np.add(cost, penalty, out=place)
+            cost = np.add(cost, penalty, out=out)
         cheapest = cost if cheapest is None else np.minimum(cheapest, cost, out=best)
     assert cheapest is not None  # there is always the step 0
     return cheapest

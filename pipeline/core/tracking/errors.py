@@ -26,12 +26,12 @@ def best_phase(performance: np.ndarray, mean_performance: np.ndarray) -> np.ndar
     -----
     Nearest in the mean squared distance of the joints that are known; the earlier on ties; not held to be monotone.
     """
-    known = np.isfinite(performance).all(axis=-1)
-    there = np.where(known[..., None], performance, 0.0)
-    weights = np.broadcast_to(known[..., None], there.shape).reshape(len(there), -1).astype(float)
+    finite = np.isfinite(performance).all(axis=-1)
+    observed = np.where(finite[..., None], performance, 0.0)
+    weights = np.broadcast_to(finite[..., None], observed.shape).reshape(len(observed), -1).astype(float)
     of_mean = mean_performance.reshape(len(mean_performance), -1)
     # |a - b|² over the known joints, less |a|², which is the same for all phases.
-    misfit = weights @ of_mean.T**2 - 2.0 * there.reshape(len(there), -1) @ of_mean.T
+    misfit = weights @ of_mean.T**2 - 2.0 * observed.reshape(len(observed), -1) @ of_mean.T
     return first_lowest(misfit).astype(float)
 
 

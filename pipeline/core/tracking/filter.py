@@ -115,7 +115,7 @@ def track(
         if likelihood.seen[frame].any():
             value = likelihood.log_density(to_joints(x), frame)
             best = value.max()
-            # Where nobody has an image there is no telling them apart, so the prediction stands.
+            # Without an image all particles weigh the same, so the prediction is kept.
             evidence[frame] = -np.inf
             if np.isfinite(value).any():
                 log_weights, evidence[frame] = particles.normalise(log_weights + value)

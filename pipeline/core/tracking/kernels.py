@@ -1,7 +1,7 @@
 """Loops over the particles of one frame: their step, their postures, the density of an image; the inside of a track.
 
 Symbols as in `prediction` and `likelihood`.  Each loop is what the lines of arrays in its caller's words would be; it
-is compiled because a frame has few particles and many small operations, each of which costs more than its work.
+is compiled: a frame has few particles and many small operations, whose overhead exceeds their work.
 """
 
 # mypy: disable-error-code="no-untyped-def"
@@ -73,10 +73,10 @@ def image_misfit(points, matrix, seen, image, weights, free_axes, misfit):
     for i in range(len(points)):
         for j in range(len(seen)):
             for axis in range(2):
-                place = 0.0
+                projected = 0.0
                 for d in range(3):
-                    place += matrix[axis, d] * points[i, seen[j], d]
-                residuals[axis, j] = place - image[j, axis]
+                    projected += matrix[axis, d] * points[i, seen[j], d]
+                residuals[axis, j] = projected - image[j, axis]
         for axis in range(free_axes):
             middle = 0.0
             for j in range(len(seen)):

@@ -81,15 +81,15 @@ class Likelihood:
 
         Minus infinity where a joint that was seen has no place.
         """
-        seen = self.seen[frame].nonzero()[0]
+        visible = self.seen[frame].nonzero()[0]
         misfit = np.zeros(len(joints))
-        if len(seen):
+        if len(visible):
             kernels.image_misfit(
                 joints,
                 self._matrix,
-                seen,
-                self.image[frame, seen],
-                1.0 / np.asarray(self.noise)[seen],
+                visible,
+                self.image[frame, visible],
+                1.0 / np.asarray(self.noise)[visible],
                 0 if self.place_known else 1,
                 misfit,
             )

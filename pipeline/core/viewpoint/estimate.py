@@ -92,17 +92,17 @@ def estimate(
     across, up, single = _observations(model, white, observed)
     step = _GRID_STEP_RAD[solver]
     if solver == "global":
-        found = global_minimum(Gram(white), across, up, angle_range_rad, step, sigma2)
+        result = global_minimum(Gram(white), across, up, angle_range_rad, step, sigma2)
     elif sigma2 is None:
-        found = from_one_start(white, across, up, start_rad)
+        result = from_one_start(white, across, up, start_rad)
     else:
-        found = best_candidate(Gram(white), across, up, angle_range_rad, step, sigma2)
-    found = replace(
-        found,
-        angle_rad=np.pi - np.mod(np.pi - found.angle_rad, 2 * np.pi),  # in (-pi, pi]
-        coefficients=found.coefficients * white.scale,
+        result = best_candidate(Gram(white), across, up, angle_range_rad, step, sigma2)
+    result = replace(
+        result,
+        angle_rad=np.pi - np.mod(np.pi - result.angle_rad, 2 * np.pi),  # in (-pi, pi]
+        coefficients=result.coefficients * white.scale,
     )
-    return ViewEstimate(*(values[0] for values in vars(found).values())) if single else found
+    return ViewEstimate(*(values[0] for values in vars(result).values())) if single else result
 
 
 def _observations(

@@ -91,11 +91,11 @@ def best_candidate(
     best = first_lowest(cost)
     height, _ = local_minima(cost, grid, closed=closed)
     _, runner_up = lowest_but(height, best, closed=closed)
-    here = reduced_cost(gram, across, up, grid[best], noise_variance)
+    minimum = reduced_cost(gram, across, up, grid[best], noise_variance)
     return ViewEstimate(
         angle_rad=grid[best],
-        coefficients=here.z,
-        cost=here.cost,
+        coefficients=minimum.z,
+        cost=minimum.cost,
         runner_up_cost=runner_up,
         converged=np.ones(len(best), bool),
         n_iterations=np.zeros(len(best), int),

@@ -27,7 +27,7 @@ TOLERANCE_RAD = 1e-10
 _MOST_STEPS = 60
 
 _POLYNOMIAL_STEPS = 5
-"""Of Newton's method from a parabola's minimum: the fourth is rounding already."""
+"""Steps of Newton's method from a parabola's minimum: the fourth is at rounding error."""
 
 
 @dataclass(frozen=True)
@@ -93,11 +93,11 @@ def global_minimum(
         z, minimum = np.empty((len(rows), len(gram.white.scale))), np.empty(len(rows))
 
         def slopes_of(active: np.ndarray, angle: np.ndarray) -> np.ndarray:
-            here = reduced_cost(gram, across[rows[active]], up[rows[active]], angle, noise_variance)
-            z[active], minimum[active] = here.z, here.cost
-            return here.slope
+            at_angle = reduced_cost(gram, across[rows[active]], up[rows[active]], angle, noise_variance)
+            z[active], minimum[active] = at_angle.z, at_angle.cost
+            return at_angle.slope
 
-        found = newton.minimise(
+        minima = newton.minimise(
             slopes_of,
             guess,
             lower,
@@ -106,7 +106,7 @@ def global_minimum(
             most_iterations=_MOST_STEPS,
             curvature=curvature,
         )
-        return ViewEstimate(found.at, z, minimum, runner_up[rows], found.converged, found.n_iterations)
+        return ViewEstimate(minima.at, z, minimum, runner_up[rows], minima.converged, minima.n_iterations)
 
     best = refined(every, first)
     # A parabola's lowest point is trusted to within what it lies below its cell: runner_up - height of the
@@ -272,10 +272,10 @@ def _polynomial_minimum(
     slopes, bends = (degrees * series)[1:], (degrees * (degrees - 1) * series)[2:]
     origin = grid[0] + step * (first + middle)
     cell = (grid[0] + step * cells - origin) / step
-    place = (start - origin) / step
+    scaled = (start - origin) / step
     for _ in range(_POLYNOMIAL_STEPS):
-        powers = place ** degrees[:-1]
+        powers = scaled ** degrees[:-1]
         slope, bend = (slopes * powers).sum(axis=0), (bends * powers[:-1]).sum(axis=0)
-        place -= np.where(bend > 0, slope / np.where(bend > 0, bend, 1.0), 0.0)
-        place = np.clip(place, cell - 1.0, cell + 1.0)
-    return origin + step * place, (bends * place ** degrees[:-2]).sum(axis=0) / step**2
+        scaled -= np.where(bend > 0, slope / np.where(bend > 0, bend, 1.0), 0.0)
+        scaled = np.clip(scaled, cell - 1.0, cell + 1.0)
+    return origin + step * scaled, (bends * scaled ** degrees[:-2]).sum(axis=0) / step**2

@@ -1,8 +1,8 @@
 """From a recording to a walker: a usable clip, its steady stretch, its treadmill equivalent (zhang2007 section 2).
 
 In the order of use: `bridge_gaps` fills the short gaps of a clip, `steady_stretch` finds the part
-of it in which somebody walks steadily, `treadmill_equivalent` takes the path and the heading out of that part,
-`require_walk` refuses what is no walk, `unusual_cadence` doubts the frame rate, and `set_origin` puts it about the
+of steady walking, `treadmill_equivalent` takes the path and the heading out of that part,
+`require_walk` rejects other motion, `unusual_cadence` doubts the frame rate, and `set_origin` puts it about the
 pelvis.  Positions are (T, 15, 3) in WALKER15 order, mm, z up.
 """
 

@@ -1,4 +1,4 @@
-"""What is no walk: runs, and motion on the spot that two harmonics describe as well (kicks, bends, grabs).
+"""Checks that a motion is a walk; runs and motion on the spot (kicks, bends, grabs) are rejected.
 
 Symbols
 -------
@@ -26,13 +26,13 @@ BOW_DEG = 25.0
 """Range of the trunk's pitch over the stretch, 5 to 95 %: walks have 10, bends 50 at least."""
 
 USUAL_W, STRIDE_POWER = (0.115, 0.25), 0.7
-"""Of 120 recorded walks ``w`` has 0.118 to 0.209: at half or double the frame rate nearly all are outside."""
+"""Range of ``w``. 120 recorded walks have 0.118 to 0.209; at half or double the rate nearly all are outside."""
 
 _SHOULDERS = [WALKER15.index("left_shoulder"), WALKER15.index("right_shoulder")]
 
 
 def require_walk(level: np.ndarray, frame_rate_hz: float, *, leg_mm: float, speed_mm_s: float) -> None:
-    """Require that somebody walks: feet alternate, each stands and swings, the trunk does not bow, and nobody runs.
+    """Require a walk: feet alternate, each foot stands and swings, the trunk does not bow, and it is not a run.
 
     Parameters
     ----------

@@ -24,13 +24,13 @@ from pipeline.skeleton import ANKLES, LEFT_LEG, PELVIS, RIGHT_LEG
 from pipeline.validation import InvalidInput, require_choice, told_apart
 
 STANDING_MM = 60.0
-"""Root mean square of the fore-aft distance of the ankles, below which nobody is walking."""
+"""Root mean square of the fore-aft distance of the ankles in a walk, at least."""
 
 SLOWEST_HZ = 4.0 * SEARCH_HZ[1]
 """Frames per second below which two harmonics of the quickest stride are not sampled."""
 
 SHORT_STRIDES = 2.0
-"""Strides of a clip below which its path cannot be told from the walk without regressing both together."""
+"""Strides below which a clip's path cannot be separated from the walk without regressing both together."""
 
 TREADMILL_MM_S = 250.0
 """A pelvis slower than this, over legs that walk, is on a treadmill."""
@@ -39,7 +39,7 @@ _TIGHTNESS = (0.4, 0.6, 0.8, 1.0)
 """Fractions of the speed band that are tried, the steadiest first."""
 
 _ENOUGH_STRIDES = 2.0
-"""A steadier stretch is preferred as long as it holds so many strides."""
+"""A steadier stretch is preferred if it contains at least this number of strides."""
 
 
 @dataclass(frozen=True)
@@ -76,8 +76,8 @@ def facing(positions: np.ndarray) -> np.ndarray:
 
 def _fore_aft(positions: np.ndarray) -> np.ndarray:
     """Fore-aft distance of the left ankle from the right one, (T,) mm."""
-    apart = positions[:, LEFT_LEG[2], :2] - positions[:, RIGHT_LEG[2], :2]
-    return (apart * facing(positions)).sum(axis=-1)
+    between_ankles = positions[:, LEFT_LEG[2], :2] - positions[:, RIGHT_LEG[2], :2]
+    return (between_ankles * facing(positions)).sum(axis=-1)
 
 
 def _stride(signal: np.ndarray, frame_rate_hz: float) -> int:
@@ -100,7 +100,7 @@ def _velocity(path: np.ndarray, window: int, frame_rate_hz: float) -> np.ndarray
 
 
 def longest_run(flags: np.ndarray) -> tuple[int, int]:
-    """Start and stop of the longest run of true flags (T,), the first of equals; 0, 0 if there is none."""
+    """Start and stop of the longest run of true flags (T,), the first of equals; 0, 0 without true flags."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(int)))
     if not len(edges):
         return 0, 0
@@ -165,7 +165,7 @@ def steady_stretch(
     velocity = _velocity(block[:, PELVIS, :2], stride, frame_rate_hz)
     speed = np.linalg.norm(velocity, axis=-1)
     fast, peak = np.percentile(speed, 90), speed.max()
-    if locomotion == "auto":  # the peak tells a treadmill from somebody who stands most of the time
+    if locomotion == "auto":  # the peak distinguishes a treadmill from standing most of the time
         slow = fast < TREADMILL_MM_S and peak < 2.0 * TREADMILL_MM_S
         locomotion = "treadmill" if slow else "overground"
     start, stop, typical, turn = 0, frames, 0.0, 0.0
@@ -280,10 +280,14 @@ def step_heading(coefficients: np.ndarray) -> float:
     Notes
     -----
     The axis of the largest variance over a cycle of left minus right ankle, over all harmonics.  It averages over every
-    step, while the tangent of a path of two or three strides also follows where somebody drifts.
+    step, while the tangent of a path of two or three strides also follows a sideways drift.
     """
-    apart = coefficients[1:, LEFT_LEG[2], :2] - coefficients[1:, RIGHT_LEG[2], :2]
-    xx, xy, yy = apart[:, 0] @ apart[:, 0], apart[:, 0] @ apart[:, 1], apart[:, 1] @ apart[:, 1]
+    between_ankles = coefficients[1:, LEFT_LEG[2], :2] - coefficients[1:, RIGHT_LEG[2], :2]
+    xx, xy, yy = (
+        between_ankles[:, 0] @ between_ankles[:, 0],
+        between_ankles[:, 0] @ between_ankles[:, 1],
+        between_ankles[:, 1] @ between_ankles[:, 1],
+    )
     return -0.5 * np.arctan2(2.0 * xy, yy - xx)
 
 

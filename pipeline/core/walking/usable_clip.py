@@ -55,20 +55,22 @@ def bridge_gaps(
     By a cubic spline through the joint's measured frames.
     """
     filled = np.array(positions, float)
-    known = np.array(valid, bool)
+    usable = np.array(valid, bool)
     longest = int(np.floor(gap_s * frame_rate_hz + 1e-9))  # 0.29 s at 100 Hz is 29 frames
     count = 0
     for joint in range(filled.shape[1]):
-        seen = np.flatnonzero(known[:, joint])
-        if len(seen) == len(filled) or len(seen) < 4:
+        observed = np.flatnonzero(usable[:, joint])
+        if len(observed) == len(filled) or len(observed) < 4:
             continue
-        short = [g for g in np.flatnonzero(np.diff(seen) > 1) if seen[g + 1] - seen[g] - 1 <= longest]
+        short = [
+            g for g in np.flatnonzero(np.diff(observed) > 1) if observed[g + 1] - observed[g] - 1 <= longest
+        ]
         if not short:
             continue
-        spline = CubicSpline(seen, filled[seen, joint])
+        spline = CubicSpline(observed, filled[observed, joint])
         for g in short:
-            frames = np.arange(seen[g] + 1, seen[g + 1])
+            frames = np.arange(observed[g] + 1, observed[g + 1])
             filled[frames, joint] = spline(frames)
-            known[frames, joint] = True
+            usable[frames, joint] = True
             count += len(frames)
-    return BridgedClip(filled, np.all(known, axis=1), count)
+    return BridgedClip(filled, np.all(usable, axis=1), count)

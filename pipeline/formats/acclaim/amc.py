@@ -85,13 +85,13 @@ def skeleton_of(path: Path) -> Path:
     InvalidInput
         If there is none, several may be meant, or a folder cannot be read.
     """
-    found: list[Path] = []
-    beside = path.parent.parent / "asf"
-    for folder in (path.parent, path.parent.parent, beside):
+    skeletons: list[Path] = []
+    asf_folder = path.parent.parent / "asf"
+    for folder in (path.parent, path.parent.parent, asf_folder):
         try:
-            if folder is beside and not folder.is_dir():
+            if folder is asf_folder and not folder.is_dir():
                 continue
-            found = sorted(p for p in folder.iterdir() if p.suffix.lower() == ".asf")
+            skeletons = sorted(p for p in folder.iterdir() if p.suffix.lower() == ".asf")
         except OSError as error:
             raise damaged(
                 "the folder of its skeleton cannot be read",
@@ -99,24 +99,24 @@ def skeleton_of(path: Path) -> Path:
                 received=error.strerror or "",
                 code="unreadable",
             ) from None
-        if folder is beside:  # which holds the skeletons of everybody
-            found = [p for p in found if _number(p) == _number(path)]
-        if found:
+        if folder is asf_folder:  # which holds the skeletons of everybody
+            skeletons = [p for p in skeletons if _number(p) == _number(path)]
+        if skeletons:
             break
-    if len(found) > 1:
-        begins = [p for p in found if path.stem.lower().startswith(p.stem.lower())]
+    if len(skeletons) > 1:
+        begins = [p for p in skeletons if path.stem.lower().startswith(p.stem.lower())]
         longest = max((len(p.stem) for p in begins), default=0)
-        found = [p for p in begins if len(p.stem) == longest] or found
-    if len(found) != 1:
+        skeletons = [p for p in begins if len(p.stem) == longest] or skeletons
+    if len(skeletons) != 1:
         raise damaged(
             "the skeleton of this motion is not clear",
             path.name,
             "one .asf beside it, one folder up or in asf/",
-            ", ".join(p.name for p in found) or "none",
+            ", ".join(p.name for p in skeletons) or "none",
             code="unclear_skeleton",
-            skeletons=[p.name for p in found],
+            skeletons=[p.name for p in skeletons],
         )
-    return found[0]
+    return skeletons[0]
 
 
 def _number(path: Path) -> str:
@@ -153,7 +153,7 @@ def _values(body: str, skeleton: AsfSkeleton, where: str) -> tuple[int, np.ndarr
         If a frame is missing, repeated or not whole, or has a bone that the skeleton has not.
     """
     freedoms = dict(zip(skeleton.names, skeleton.freedoms, strict=True))
-    known = {name.lower(): name for name in freedoms}
+    by_lower_name = {name.lower(): name for name in freedoms}
     numbers: list[int] = []
     frames: list[dict[str, list[str]]] = []
     for line in body.split("\n"):
@@ -164,23 +164,23 @@ def _values(body: str, skeleton: AsfSkeleton, where: str) -> tuple[int, np.ndarr
             numbers.append(int(words[0]))
             frames.append({})
             continue
-        place = f"{where}, frame {numbers[-1]}"
-        name = known.get(words[0].lower())
+        location = f"{where}, frame {numbers[-1]}"
+        name = by_lower_name.get(words[0].lower())
         if name is None:
             raise damaged(
                 "the skeleton has no such bone",
-                place,
+                location,
                 received=f"{words[0]!r:.40}",
                 code="unknown_joint",
                 joint=words[0],
             )
-        place += f", bone {name}"
+        location += f", bone {name}"
         if name in frames[-1]:
-            raise damaged("a bone stands twice", place, code="joint_twice")
+            raise damaged("a bone stands twice", location, code="joint_twice")
         if len(words) != 1 + len(freedoms[name]):
             raise damaged(
                 "a bone has a wrong number of values",
-                place,
+                location,
                 len(freedoms[name]),
                 len(words) - 1,
                 code="wrong_count",

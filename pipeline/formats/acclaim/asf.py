@@ -130,23 +130,23 @@ def read_skeleton(path: Path, *, units: str | None = None) -> AsfSkeleton:
                 code="no_own_name",
                 name=name,
             )
-        place = f"{where}, bone {name}"
-        direction = read_vector(bone.get("direction", []), 3, f"{place}, direction")
-        length = float(read_vector(bone.get("length", []), 1, f"{place}, length")[0])
+        location = f"{where}, bone {name}"
+        direction = read_vector(bone.get("direction", []), 3, f"{location}, direction")
+        length = float(read_vector(bone.get("length", []), 1, f"{location}, length")[0])
         norm = float(np.linalg.norm(direction))
         if length < 0 or (length > 0 and norm == 0):
             raise damaged(
                 "the bone has no direction or a negative length",
-                place,
+                location,
                 received=f"{length:g}",
                 code="no_direction",
                 length=length,
             )
         axis = bone.get("axis", ["0", "0", "0", "XYZ"])
-        turn = read_vector(axis[:3], 3, f"{place}, axis") * radians
+        turn = read_vector(axis[:3], 3, f"{location}, axis") * radians
         offsets.append(direction * (length / norm if norm else 0.0) * millimetres)
-        axes.append(_rotation(turn, axis[3:], f"{place}, axis"))
-        freedoms.append(_freedoms(bone.get("dof", []), f"{place}, dof"))
+        axes.append(_rotation(turn, axis[3:], f"{location}, axis"))
+        freedoms.append(_freedoms(bone.get("dof", []), f"{location}, dof"))
         names.append(name)
     parents, order = _tree(hierarchy, names, where)
     return AsfSkeleton(
@@ -204,7 +204,7 @@ def _tree(
     hierarchy: list[list[str]], names: list[str], where: str
 ) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """Parent of each point, and the points with parents before children."""
-    place = f"{where}, :hierarchy"
+    location = f"{where}, :hierarchy"
     index = {name.lower(): p for p, name in enumerate(names)}
     parents = [-1] * len(names)
     children: dict[int, list[int]] = {}
@@ -213,7 +213,7 @@ def _tree(
         if unknown:
             raise damaged(
                 "a bone is not in :bonedata",
-                place,
+                location,
                 received=f"{unknown[0]!r:.40}",
                 code="unknown_joint",
                 joint=unknown[0],
@@ -223,7 +223,7 @@ def _tree(
             if child == 0 or parents[child] >= 0:
                 raise damaged(
                     "a bone has two parents, or the root has one",
-                    place,
+                    location,
                     received=names[child],
                     code="two_parents",
                     joint=names[child],
@@ -236,7 +236,7 @@ def _tree(
     if len(order) != len(names):
         raise damaged(
             "a bone has no path to the root",
-            place,
+            location,
             received=next(name for p, name in enumerate(names) if p not in order),
             code="no_path_to_root",
             joint=next(name for p, name in enumerate(names) if p not in order),
@@ -303,14 +303,14 @@ def read_sections(path: Path) -> tuple[_Words, _Words, list[_Words], list[list[s
         words = line.split()
         if not words:
             continue
-        key, place = words[0].lower(), f"{where}, line {number}"
+        key, location = words[0].lower(), f"{where}, line {number}"
         if key.startswith(":"):
             if is_open:
-                raise damaged("a `begin` has no `end`", place, received=key, code="unclosed")
+                raise damaged("a `begin` has no `end`", location, received=key, code="unclosed")
             section = key
         elif section in (":bonedata", ":hierarchy") and key in ("begin", "end"):
             if is_open == (key == "begin"):
-                raise damaged("`begin` and `end` do not alternate", place, code="unbalanced")
+                raise damaged("`begin` and `end` do not alternate", location, code="unbalanced")
             is_open = key == "begin"
             if is_open and section == ":bonedata":
                 bones.append({})
@@ -318,10 +318,10 @@ def read_sections(path: Path) -> tuple[_Words, _Words, list[_Words], list[list[s
             hierarchy.append(words)
         elif section == ":bonedata" or section in plain:
             if section == ":bonedata" and not is_open:
-                raise damaged("a line stands outside `begin` and `end`", place, code="outside_block")
+                raise damaged("a line stands outside `begin` and `end`", location, code="outside_block")
             entries = bones[-1] if section == ":bonedata" else plain[section]
             if key in entries and key in _KEYS:
-                raise damaged(f"`{key}` stands twice", f"{place}, {section}", code="key_twice", key=key)
+                raise damaged(f"`{key}` stands twice", f"{location}, {section}", code="key_twice", key=key)
             entries[key] = words[1:]
     if is_open:
         raise damaged("the file is cut short: a `begin` has no `end`", where, code="truncated")

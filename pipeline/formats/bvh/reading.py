@@ -137,24 +137,24 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
 
 def _motion_header(lines: list[str], motion: int, where: str) -> tuple[int, str, int]:
     """Declared number of frames, frame time as written, and the index of the line after them."""
-    found: list[str] = []
+    values: list[str] = []
     for i in range(motion + 1, len(lines)):
         if not lines[i].strip():
             continue
-        wanted = ("Frames", "Frame Time")[len(found)]
-        match = re.fullmatch(wanted.replace(" ", r"\s+") + r"\s*:\s*(\S+)", lines[i].strip(), re.IGNORECASE)
-        if match is None or (not found and not re.fullmatch(r"[0-9]{1,9}", match[1])):
+        key = ("Frames", "Frame Time")[len(values)]
+        match = re.fullmatch(key.replace(" ", r"\s+") + r"\s*:\s*(\S+)", lines[i].strip(), re.IGNORECASE)
+        if match is None or (not values and not re.fullmatch(r"[0-9]{1,9}", match[1])):
             raise damaged(
                 "the motion's header cannot be read",
                 f"{where}, line {i + 1}",
-                f"{wanted}: a number",
+                f"{key}: a number",
                 f"{lines[i].strip()!r:.40}",
                 code="unreadable_header",
-                key=wanted,
+                key=key,
             )
-        found.append(match[1])
-        if len(found) == 2:
-            return int(found[0]), found[1], i + 1
+        values.append(match[1])
+        if len(values) == 2:
+            return int(values[0]), values[1], i + 1
     raise damaged("the file is cut short in the motion's header", where, code="truncated", part="header")
 
 
@@ -167,7 +167,7 @@ def _rows(lines: list[str], first: int, labels: list[str], where: str) -> tuple[
             where,
             code="no_frames" if labels else "no_channels",
         )
-    found: list[str] = []
+    cells: list[str] = []
     for k in rows:
         words = lines[k].split()
         if len(words) != len(labels):
@@ -182,8 +182,8 @@ def _rows(lines: list[str], first: int, labels: list[str], where: str) -> tuple[
                 needed=len(labels),
                 count=len(words),
             )
-        found += words
-    return [k + 1 for k in rows], found
+        cells += words
+    return [k + 1 for k in rows], cells
 
 
 def forward_kinematics(joints: Sequence[Joint], offsets_mm: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -235,24 +235,24 @@ def read_hierarchy(lines: list[str], where: str) -> tuple[list[Joint], int]:
     """
     joints: list[Joint] = []
     names: set[str] = set()  # of one root: people in one file may have the same
-    here = -1  # the joint whose brace is open
+    current = -1  # the joint whose brace is open
     awaits_brace = False
     started = False
     for at, line in enumerate(lines, start=1):
-        place = f"{where}, line {at}"
+        location = f"{where}, line {at}"
         for part in filter(None, map(str.strip, re.split(r"([{}])", line))):
             key, *words = part.split()
             key = key.upper()
             if not started:
                 if key != "HIERARCHY" or words:
                     raise damaged(
-                        "this is not a BVH file", place, "HIERARCHY", f"{part!r:.40}", code="wrong_format"
+                        "this is not a BVH file", location, "HIERARCHY", f"{part!r:.40}", code="wrong_format"
                     )
                 started = True
             elif awaits_brace != (key == "{"):
                 raise damaged(
                     "braces do not match",
-                    place,
+                    location,
                     "{" if awaits_brace else "no {",
                     f"{part!r:.40}",
                     code="unbalanced",
@@ -260,15 +260,15 @@ def read_hierarchy(lines: list[str], where: str) -> tuple[list[Joint], int]:
             elif key == "{":
                 awaits_brace = False
             elif key == "}":
-                if here < 0:
-                    raise damaged("a } too many", place, code="unopened")
-                here = joints[here].parent
+                if current < 0:
+                    raise damaged("a } too many", location, code="unopened")
+                current = joints[current].parent
             elif key == "MOTION":
-                if here >= 0:
-                    lost = joints[here]
+                if current >= 0:
+                    lost = joints[current]
                     raise damaged(
                         f"the brace of {lost.name!r} (line {lost.line}) is not closed",
-                        place,
+                        location,
                         "}",
                         code="unclosed",
                         joint=lost.name,
@@ -277,18 +277,18 @@ def read_hierarchy(lines: list[str], where: str) -> tuple[list[Joint], int]:
                 _name_apart(joints)
                 return joints, at - 1
             elif key in ("ROOT", "JOINT", "END"):
-                if key == "ROOT" and here < 0:
+                if key == "ROOT" and current < 0:
                     names = set()
-                joints.append(_new_joint(joints, here, names, key, " ".join(words), place, at))
-                here = len(joints) - 1
-                require_joints(len(joints), place)
+                joints.append(_new_joint(joints, current, names, key, " ".join(words), location, at))
+                current = len(joints) - 1
+                require_joints(len(joints), location)
                 awaits_brace = True
-            elif key in ("OFFSET", "CHANNELS") and here >= 0:
-                _describe(joints[here], key, words, place)
+            elif key in ("OFFSET", "CHANNELS") and current >= 0:
+                _describe(joints[current], key, words, location)
             else:
                 raise damaged(
                     "a line of the hierarchy cannot be read",
-                    place,
+                    location,
                     "ROOT, JOINT, End Site, OFFSET, CHANNELS, a brace or MOTION",
                     f"{part!r:.40}",
                     code="unreadable_line",
@@ -364,8 +364,8 @@ def _describe(joint: Joint, key: str, words: list[str], place: str) -> None:
             )
         joint.offset = words
         return
-    found = [_CHANNEL.fullmatch(word) for word in words[1:]]
-    channels = [("r" if m[2].lower() == "rotation" else "t") + m[1].lower() for m in found if m]
+    matches = [_CHANNEL.fullmatch(word) for word in words[1:]]
+    channels = [("r" if m[2].lower() == "rotation" else "t") + m[1].lower() for m in matches if m]
     is_counted = bool(words) and words[0] == str(len(words) - 1)
     if joint.is_end or joint.channels or not is_counted or len(set(channels)) != len(words) - 1:
         raise damaged(

@@ -89,8 +89,8 @@ def _segments(
     data: bytes, header: Header, parameters: Parameters, where: str, units: str | None, notes: list[str]
 ) -> MotionCapture:
     """The origins of segments, of a file that has those in place of points."""
-    found = segment_origins(data, header, parameters, where)
-    if found is None:
+    segments = segment_origins(data, header, parameters, where)
+    if segments is None:
         what = "the file declares no points and no segments"
         channels = int((parameters.numbers("ANALOG:USED") or [0])[0]) or header.analog
         if channels:
@@ -102,7 +102,7 @@ def _segments(
             code="analog_alone" if channels else "no_points",
             channels=channels,
         )
-    names, origins, rate = found
+    names, origins, rate = segments
     unit, millimetres, assumed = _unit(parameters, where, units, notes)
     notes.append("The file has no points; these are the origins of its segments (ROTATION).")
     return motion_capture(names, origins * millimetres, rate, unit, notes, units_assumed=assumed)

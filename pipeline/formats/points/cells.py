@@ -70,9 +70,9 @@ class Rows:
         """A column of numbers (R,).  Raises InvalidInput if one is missing."""
         numbers = self.numbers([column])[:, 0]
         if np.isnan(numbers).any():
-            place = self.place(int(np.isnan(numbers).argmax()))
+            location = self.place(int(np.isnan(numbers).argmax()))
             raise damaged(
-                "a number is missing", f"{place}, column {self.header[column]!r}", code="missing_number"
+                "a number is missing", f"{location}, column {self.header[column]!r}", code="missing_number"
             )
         return numbers
 

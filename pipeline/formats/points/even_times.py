@@ -122,18 +122,18 @@ def frames_of(
     rate = declared_hz or _rate(times_s, rounding)
     frames, off = _whole_frames(steps, rate)
     if declared_hz is not None and len(frames) > 1 and (usual := np.median(frames)) > 1:
-        own = _rate(times_s, rounding)
-        apart = max(round(rate / own), 1)
+        row_rate = _rate(times_s, rounding)
+        spacing = max(round(rate / row_rate), 1)
         # Rows that are lost again and again leave some that are one frame apart, or two and three.
-        decimated = apart > 1 and _whole_frames(steps, own)[1].max() <= _allowance(rounding, own)
-        whole = abs(rate / own / apart - 1) <= _TOLERANCE + rounding / duration
+        decimated = spacing > 1 and _whole_frames(steps, row_rate)[1].max() <= _allowance(rounding, row_rate)
+        whole = abs(rate / row_rate / spacing - 1) <= _TOLERANCE + rounding / duration
         if not whole if decimated else usual > _SKIPPED and len(frames) > 2:
-            raise _contradiction(place, rate, own)
+            raise _contradiction(place, rate, row_rate)
         if decimated:
-            rate /= apart
+            rate /= spacing
             frames, off = _whole_frames(steps, rate)
             notes.append(
-                f"Rows are {apart} frames apart throughout: their rate, {rate:g} Hz, counts, "
+                f"Rows are {spacing} frames apart throughout: their rate, {rate:g} Hz, counts, "
                 f"not {declared_hz:g} Hz as the header or the option says."
             )
     if not 1 <= rate <= 1e6:
@@ -199,8 +199,8 @@ def _rate(times_s: np.ndarray, rounding: float) -> float:
     fit = np.cos(2 * np.pi / typical * np.outer(frames, usual)).mean(axis=1)
     price = 0.1 + 1 / len(usual) + 1.5 * rounding / typical
     rate = frames[np.argmax(fit - price * frames)] / typical
-    for apart in range(1, min(_APART, len(steps)) + 1):  # the farther, the less a late frame matters
-        spans = times_s[apart:] - times_s[:-apart]
+    for spacing in range(1, min(_APART, len(steps)) + 1):  # the farther, the less a late frame matters
+        spans = times_s[spacing:] - times_s[:-spacing]
         spans = spans[spans <= _GAP * np.median(spans)]
         rate = np.maximum(np.round(spans * rate), 1).sum() / spans.sum()
     return float(rate)
@@ -224,7 +224,7 @@ def _in_seconds(
     if len(steps) < 2 or steps.min() <= 1.5:
         return times
     step = np.median(steps)
-    if (found := unit_of_times(step, declared_hz)) is None:
+    if (unit_and_size := unit_of_times(step, declared_hz)) is None:
         raise damaged(
             "times may be microseconds or ticks of 100 ns",
             place(1),
@@ -232,7 +232,7 @@ def _in_seconds(
             f"frames {step:g} apart",
             code="unclear_time_unit",
         )
-    unit, size = found
+    unit, size = unit_and_size
     notes.append(Remark(f"The times are taken as {unit}: frames are {step:g} apart.", "times"))
     return times / size
 
@@ -269,6 +269,6 @@ def _interpolated(times: np.ndarray, positions: np.ndarray, grid: np.ndarray) ->
     u = ((grid - times[k]) / width)[:, None, None]
     move = positions[k + 1] - positions[k]
     begin, end = (width[:, None, None] * slope - move for slope in (slopes[k], slopes[k + 1]))
-    found: np.ndarray = positions[k] + u * move + u * (1 - u) * ((1 - u) * begin - u * end)
-    found[width > _GAP * np.median(np.diff(times))] = np.nan
-    return found
+    interpolated: np.ndarray = positions[k] + u * move + u * (1 - u) * ((1 - u) * begin - u * end)
+    interpolated[width > _GAP * np.median(np.diff(times))] = np.nan
+    return interpolated

@@ -100,13 +100,13 @@ class _Lines:
         if zero_is_missing:
             positions[(positions == 0).all(axis=-1)] = np.nan
         leave_out_placeholders(positions, self.notes, millimetres)
-        of = dict(zip(leading, numbers.T, strict=False))
+        columns_by_name = dict(zip(leading, numbers.T, strict=False))
 
         def place(k: int) -> str:
             return self.place(first + k)
 
-        if "time" in of:
-            positions, rate = at_equal_intervals(of["time"], positions, rate, place, self.notes)
+        if "time" in columns_by_name:
+            positions, rate = at_equal_intervals(columns_by_name["time"], positions, rate, place, self.notes)
         elif rate is None:
             raise damaged(
                 "the frame rate is unknown",
@@ -114,8 +114,8 @@ class _Lines:
                 "FREQUENCY, or the option frame_rate_hz",
                 code="unknown_rate",
             )
-        elif "frame" in of:  # those that have no line are missing
-            counter = of["frame"]
+        elif "frame" in columns_by_name:  # those that have no line are missing
+            counter = columns_by_name["frame"]
             wrong = np.flatnonzero(np.isnan(counter) | (np.diff(counter, prepend=counter[0] - 1) <= 0))
             if wrong.size:
                 raise damaged(
@@ -270,9 +270,9 @@ def _optitrack(lines: _Lines, units: str | None) -> MotionCapture:
             and kind[0] in ("Bone", "Marker", "Labeled Marker", "Rigid Body", "Bone Marker")
         ):
             columns.setdefault((name[0], kind[0]), []).append(k)
-    whole = {key: found for key, found in columns.items() if len(found) == 3 and key[0]}
+    whole = {key: triple for key, triple in columns.items() if len(triple) == 3 and key[0]}
     # Where a skeleton's bones expect markers is of use if nothing else is there.
-    whole = {key: found for key, found in whole.items() if key[1] != "Bone Marker"} or whole
+    whole = {key: triple for key, triple in whole.items() if key[1] != "Bone Marker"} or whole
     if not whole:
         raise damaged(
             "there are no positions of bones or markers", lines.where, "Type Bone or Marker", code="no_points"
@@ -281,7 +281,7 @@ def _optitrack(lines: _Lines, units: str | None) -> MotionCapture:
     names = [
         name if kind == "Bone" or (name, "Bone") not in whole else f"{name}_marker" for name, kind in whole
     ]
-    wanted = [column for found in whole.values() for column in found]
+    selected = [column for triple in whole.values() for column in triple]
     rate = declared if 0 < declared < 1e6 else None
     lines.declared = number(settings.get("Total Exported Frames", ""))
-    return lines.motion(names, at + 1, wanted, {"time": 1}, rate, unit, millimetres, len(lines.cells[at]))
+    return lines.motion(names, at + 1, selected, {"time": 1}, rate, unit, millimetres, len(lines.cells[at]))

@@ -244,11 +244,11 @@ def _markers(
     heading: list[str], axes: list[str], rows: Rows, declared: float
 ) -> tuple[tuple[str, ...], list[int]]:
     """Names of the markers, and the columns of the numbers x, y, z of each."""
-    place = f"{rows.where}, line 4"
+    location = f"{rows.where}, line 4"
     if heading[0].lower().rstrip("#") != "frame" or len(heading) < 3:
         raise damaged(
             "the line of marker names cannot be read",
-            place,
+            location,
             "Frame#, Time and names",
             f"{heading[:2]!r:.40}",
             code="unreadable_header",
@@ -295,7 +295,7 @@ def _markers(
     if by_column:
         raise damaged(
             "the marker names do not match the columns",
-            place,
+            location,
             f"{count} names, one over each three columns",
             f"{len(named)} names",
             code="misplaced_names",

@@ -135,9 +135,9 @@ def _too_high(person: Person, hips: np.ndarray, ankles: np.ndarray) -> float:
     """Return by how many mm, at most, the hips are higher than the legs reach; 0 if they are not."""
     thigh, shank = person.body.thigh[:, 0], person.body.shank[:, 0]
     reach = np.sqrt(thigh**2 + shank**2 + 2.0 * thigh * shank * np.cos(LEAST_BEND))
-    apart = hips - ankles
-    highest = np.sqrt(reach[:, None] ** 2 - (apart[..., :2] ** 2).sum(axis=-1))
-    return max(0.0, (apart[..., 2] - highest).max())
+    leg = hips - ankles
+    highest = np.sqrt(reach[:, None] ** 2 - (leg[..., :2] ** 2).sum(axis=-1))
+    return max(0.0, (leg[..., 2] - highest).max())
 
 
 def _knees(person: Person, hips: np.ndarray, ankles: np.ndarray, opened: np.ndarray) -> np.ndarray:

@@ -107,9 +107,12 @@ def bending_performances(
         traits, style, pace = (np.random.default_rng(seed) for seed in seeds)
         people.append(draw_person(traits, male=number % 2 == 1))
         manners.append(draw_manner(style))
-        own = np.sqrt(SUBJECT_SHARE)
+        subject_share = np.sqrt(SUBJECT_SHARE)
         pacing.append(
-            (own * FRAMES_SD * pace.standard_normal(), own * time_warps.draw_waves(pace, rate_spread))
+            (
+                subject_share * FRAMES_SD * pace.standard_normal(),
+                subject_share * time_warps.draw_waves(pace, rate_spread),
+            )
         )
         facing.append(pace.uniform(-np.pi, np.pi))
 

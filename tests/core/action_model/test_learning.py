@@ -62,7 +62,7 @@ def test_it_is_made_of_its_pieces(seed: int, penalty: str, start: str, steps: tu
     linear = [synchronization.normalise(x, samples) for x in raw]
     together = np.concatenate(linear)
     mu = relative * ((together - together.mean(axis=0)) ** 2).sum(axis=1).mean()
-    found = [
+    result = [
         [
             synchronization.synchronize(
                 n, m, max_disparity=6, smoothness=mu, penalty=penalty, start=start, steps=steps
@@ -71,7 +71,7 @@ def test_it_is_made_of_its_pieces(seed: int, penalty: str, start: str, steps: tu
         ]
         for n in linear
     ]
-    cost = np.array([[pair.cost for pair in row] for row in found])
+    cost = np.array([[pair.cost for pair in row] for row in result])
     total = cost.sum(axis=1)
     median = int(total.argmin())
 
@@ -105,23 +105,23 @@ def test_the_median_sequence_keeps_its_own_time() -> None:
 def test_the_order_of_the_performances_does_not_matter() -> None:
     postures = action(4, count=5)
     order = [3, 0, 4, 1, 2]
-    one = learn_action(postures, samples=15, max_disparity=6)
+    first = learn_action(postures, samples=15, max_disparity=6)
     other = learn_action([postures[i] for i in order], samples=15, max_disparity=6)
-    assert order[other.median] == one.median
-    np.testing.assert_allclose(other.distances, one.distances[np.ix_(order, order)], rtol=1e-9, atol=1e-12)
-    np.testing.assert_allclose(other.synchronized, one.synchronized[order], rtol=0, atol=1e-9)
+    assert order[other.median] == first.median
+    np.testing.assert_allclose(other.distances, first.distances[np.ix_(order, order)], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(other.synchronized, first.synchronized[order], rtol=0, atol=1e-9)
 
 
 @given(seed=seeds, scale=st.floats(1e-3, 1e3))
 @settings(max_examples=10, deadline=None)
 def test_smoothness_does_not_depend_on_the_units(seed: int, scale: float) -> None:
     postures = action(seed)
-    one = learn_action(postures, samples=15, max_disparity=6)
+    first = learn_action(postures, samples=15, max_disparity=6)
     other = learn_action([scale * p for p in postures], samples=15, max_disparity=6)
-    assert other.smoothness == pytest.approx(scale**2 * one.smoothness, rel=1e-9)
-    size = scale**2 * one.distances.max()
-    np.testing.assert_allclose(other.distances, scale**2 * one.distances, rtol=1e-6, atol=1e-9 * size)
-    assert other.median == one.median
+    assert other.smoothness == pytest.approx(scale**2 * first.smoothness, rel=1e-9)
+    size = scale**2 * first.distances.max()
+    np.testing.assert_allclose(other.distances, scale**2 * first.distances, rtol=1e-6, atol=1e-9 * size)
+    assert other.median == first.median
 
 
 def test_synchronized_performances_differ_less() -> None:
@@ -176,9 +176,9 @@ def test_what_a_piece_refuses_is_refused(options: dict, rejection: AbstractConte
 
 
 def test_performances_that_are_all_the_same_have_nothing_to_teach() -> None:
-    one = action(1)[0]
+    first = action(1)[0]
     with rejects("identical_performances"):
-        learn_action([one, one.copy()], samples=15, max_disparity=6)
+        learn_action([first, first.copy()], samples=15, max_disparity=6)
 
 
 # --- what is left, and the comparison ---------------------------------------------------------------------

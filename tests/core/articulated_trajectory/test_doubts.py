@@ -40,11 +40,11 @@ class Film:
         self.images = self.camera.project(self.truth)
 
     def reconstructed(self, **changes: Any) -> Articulated:
-        given: dict[str, Any] = {"images": self.images, "lengths": self.lengths, "frame_rate_hz": RATE_HZ}
+        inputs: dict[str, Any] = {"images": self.images, "lengths": self.lengths, "frame_rate_hz": RATE_HZ}
         options = Options(time_limit_s=0.0, basis=changes.pop("basis", None))
-        given |= changes
-        images, lengths = given.pop("images"), given.pop("lengths")
-        return reconstruct(images, self.camera, self.truth[:, 0], lengths, options, chain=LEG, **given)
+        inputs |= changes
+        images, lengths = inputs.pop("images"), inputs.pop("lengths")
+        return reconstruct(images, self.camera, self.truth[:, 0], lengths, options, chain=LEG, **inputs)
 
     def errors_mm(self, found: Articulated) -> np.ndarray:
         return np.asarray(np.linalg.norm(found.positions - self.truth, axis=-1).mean(axis=0)[1:])
@@ -81,9 +81,9 @@ def test_cosines_are_eight_to_a_second_unless_a_basis_is_given() -> None:
 
 def test_a_clip_of_ten_seconds_is_recovered_by_default_and_not_by_twenty_cosines() -> None:
     film = Film()
-    found = film.reconstructed()
-    assert film.errors_mm(found).max() < 5.0
-    assert set(found.confidence.values()) == {"green"}
+    reconstruction = film.reconstructed()
+    assert film.errors_mm(reconstruction).max() < 5.0
+    assert set(reconstruction.confidence.values()) == {"green"}
     with pytest.warns(UserWarning, match="is .* px off"):
         few = film.reconstructed(basis=TrajectoryBasis(20))
     assert film.errors_mm(few).min() > 30.0
@@ -96,11 +96,11 @@ def test_a_clip_of_ten_seconds_is_recovered_by_default_and_not_by_twenty_cosines
 def test_a_residual_above_five_pixels_is_a_warning_with_its_number() -> None:
     film = Film()
     with heard() as caught:
-        found = film.reconstructed(basis=TrajectoryBasis(20))
-    away = film.camera.project(found.positions) - film.images
+        reconstruction = film.reconstructed(basis=TrajectoryBasis(20))
+    away = film.camera.project(reconstruction.positions) - film.images
     residual = np.sqrt((away**2).sum(axis=-1).mean(axis=0))
-    np.testing.assert_allclose([*found.residual_px.values()], residual, rtol=1e-9, atol=1e-9)
-    assert [*found.residual_px] == [*LEG.joints]
+    np.testing.assert_allclose([*reconstruction.residual_px.values()], residual, rtol=1e-9, atol=1e-9)
+    assert [*reconstruction.residual_px] == [*LEG.joints]
     worst = LEG.joints[int(residual.argmax())]
     (sentence,) = caught
     assert f"The reprojection of {worst} is {residual.max():.1f} px off" in sentence
@@ -111,20 +111,20 @@ def test_joints_that_were_not_seen_have_no_residual_in_these_frames() -> None:
     film = Film()
     images = film.images.copy()
     images[10:15, 2] = np.nan
-    found = film.reconstructed(images=images)
-    assert np.isnan(found.reprojection_px["left_ankle"]).nonzero()[0].tolist() == [*range(10, 15)]
-    assert found.residual_px["left_ankle"] < 1.0
+    reconstruction = film.reconstructed(images=images)
+    assert np.isnan(reconstruction.reprojection_px["left_ankle"]).nonzero()[0].tolist() == [*range(10, 15)]
+    assert reconstruction.residual_px["left_ankle"] < 1.0
 
 
 def test_the_trajectory_in_the_basis_is_compared_also_without_refinement() -> None:
     film = Film()
     inputs = (film.images, film.camera, film.truth[:, 0], film.lengths)
     options = Options(TrajectoryBasis(20), refine=False, time_limit_s=0.0)
-    found = prepared(*inputs, options, chain=LEG).whole()
-    assert np.abs(film.camera.project(found.positions) - film.images).max() < 0.5, (
+    result = prepared(*inputs, options, chain=LEG).whole()
+    assert np.abs(film.camera.project(result.positions) - film.images).max() < 0.5, (
         "candidates lie on their rays"
     )
-    assert found.residual_px["left_ankle"] > 5.0
+    assert result.residual_px["left_ankle"] > 5.0
 
 
 # --- images upside down -----------------------------------------------------------------------------------
@@ -137,16 +137,16 @@ def test_images_upside_down_are_noticed_and_upright_ones_are_not() -> None:
         upright = film.reconstructed()
     turned = film.images * [1.0, -1.0] + [0.0, HEIGHT_PX]
     with heard() as caught:
-        found = film.reconstructed(images=turned)
-    assert film.errors_mm(found).min() > 300.0
+        reconstruction = film.reconstructed(images=turned)
+    assert film.errors_mm(reconstruction).min() > 300.0
     sentence = next(words for words in caught if "upside down" in words)
     pooled = {
-        name: np.sqrt(np.mean(np.concatenate([*one.reprojection_px.values()]) ** 2))
-        for name, one in (("as it is", found), ("upright", upright))
+        name: np.sqrt(np.mean(np.concatenate([*first.reprojection_px.values()]) ** 2))
+        for name, first in (("as it is", reconstruction), ("upright", upright))
     }
     assert f"instead of {pooled['as it is']:.1f} px" in sentence
     assert f"are then {pooled['upright']:.1f} px off" in sentence
-    assert "green" not in found.confidence.values()
+    assert "green" not in reconstruction.confidence.values()
 
 
 # --- wrong lengths ----------------------------------------------------------------------------------------
@@ -155,22 +155,22 @@ def test_images_upside_down_are_noticed_and_upright_ones_are_not() -> None:
 def test_a_shank_that_is_too_long_is_not_green() -> None:
     """It fits its images, and its mirror is rougher by far; but its rays never reach its whole length."""
     film = Film()
-    found = film.reconstructed(lengths=film.lengths * [1.0, 1.26])
-    shank = found.limbs["left_ankle"]
-    assert film.errors_mm(found)[1] > 150.0
-    assert found.residual_px["left_ankle"] < 5.0
+    reconstruction = film.reconstructed(lengths=film.lengths * [1.0, 1.26])
+    shank = reconstruction.limbs["left_ankle"]
+    assert film.errors_mm(reconstruction)[1] > 150.0
+    assert reconstruction.residual_px["left_ankle"] < 5.0
     assert confidence_of_mirror_margin(shank.solution.margin) == "green"
     assert shank.crossing == pytest.approx(1 / 1.26, abs=0.06)
-    assert found.confidence == {"left_knee": "green", "left_ankle": "amber"}
+    assert reconstruction.confidence == {"left_knee": "green", "left_ankle": "amber"}
 
 
 def test_a_shank_that_is_too_short_leaves_no_limb_green() -> None:
     """It does not fit its images, and draws the knee 5 cm with it."""
     film = Film()
     with heard() as caught:
-        found = film.reconstructed(lengths=film.lengths / [1.0, 1.26])
-    assert film.errors_mm(found).min() > 50.0
-    assert confidence_of_mirror_margin(found.limbs["left_knee"].solution.margin) == "green"
-    assert found.residual_px["left_knee"] < 5.0 < found.residual_px["left_ankle"]
-    assert "green" not in found.confidence.values()
+        reconstruction = film.reconstructed(lengths=film.lengths / [1.0, 1.26])
+    assert film.errors_mm(reconstruction).min() > 50.0
+    assert confidence_of_mirror_margin(reconstruction.limbs["left_knee"].solution.margin) == "green"
+    assert reconstruction.residual_px["left_knee"] < 5.0 < reconstruction.residual_px["left_ankle"]
+    assert "green" not in reconstruction.confidence.values()
     assert ["left_ankle" in words for words in caught] == [True]

@@ -42,15 +42,15 @@ def test_the_size_is_the_sine_of_the_angle() -> None:
 def test_flexion_turns_with_the_world_and_forgets_lengths(seed: int, frames: int) -> None:
     generator = np.random.default_rng(seed)
     upper, lower, axis = generator.standard_normal((3, frames, 3))
-    here = flexion(upper, lower, axis, KNEE)
-    assert (np.abs(here) <= 1.0 + 1e-12).all()
+    start = flexion(upper, lower, axis, KNEE)
+    assert (np.abs(start) <= 1.0 + 1e-12).all()
     turn = Rotation.random(random_state=seed).as_matrix()
     sizes = generator.uniform(0.1, 1000.0, (3, frames, 1))
     moved = sizes * np.stack([upper, lower, axis]) @ turn.T
-    there = flexion(moved[0], moved[1], moved[2], KNEE)
-    np.testing.assert_allclose(there, here, atol=1e-12)
-    np.testing.assert_allclose(flexion(upper, lower, -axis, KNEE), -here, atol=1e-15)
-    np.testing.assert_allclose(flexion(upper, lower, axis, ELBOW), -here, atol=1e-15)
+    end = flexion(moved[0], moved[1], moved[2], KNEE)
+    np.testing.assert_allclose(end, start, atol=1e-12)
+    np.testing.assert_allclose(flexion(upper, lower, -axis, KNEE), -start, atol=1e-15)
+    np.testing.assert_allclose(flexion(upper, lower, axis, ELBOW), -start, atol=1e-15)
 
 
 @given(seed=seeds)

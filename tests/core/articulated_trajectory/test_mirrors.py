@@ -83,13 +83,15 @@ def mirrored_in(tree: LimbTree) -> set[str]:
 def test_the_search_goes_down_to_where_no_single_mirror_helps_and_mostly_to_the_best_of_all() -> None:
     best_found = 0
     for seed in range(8):
-        seen = Seen(seed)
-        start = seen.combination(set())
+        observed = Seen(seed)
+        start = observed.combination(set())
         every = list(joined.from_iterable(combinations(ARM.limbs, k) for k in range(4)))
-        costs = {frozenset(chosen): seen.refine(seen.combination(set(chosen))).cost for chosen in every}
-        found = seen.searched(start)
-        cost = seen.refine(found).cost
-        assert cost == pytest.approx(costs[frozenset(mirrored_in(found))], rel=1e-9), (
+        costs = {
+            frozenset(chosen): observed.refine(observed.combination(set(chosen))).cost for chosen in every
+        }
+        result = observed.searched(start)
+        cost = observed.refine(result).cost
+        assert cost == pytest.approx(costs[frozenset(mirrored_in(result))], rel=1e-9), (
             "a combination as enumerated"
         )
         assert cost <= costs[frozenset()] * (1 + 1e-12)
@@ -99,88 +101,90 @@ def test_the_search_goes_down_to_where_no_single_mirror_helps_and_mostly_to_the_
 
 def test_wrong_limbs_are_put_right_whatever_is_mirrored_at_the_start() -> None:
     """A camera that walks around decides: a limb that was mirrored by mistake is not left so."""
-    tried = 0
+    attempts = 0
     for seed in range(4):
         camera = camera_paths.around(FRAMES, target=np.zeros(3), sweep_rad=1.5, distance_mm=2500.0)
-        seen = Seen(seed, camera=camera)
-        right = seen.combination(set())
+        observed = Seen(seed, camera=camera)
+        right = observed.combination(set())
         for wrong in (limb for limb in ARM.limbs if right.choices[limb].undecided):
-            start = seen.combination({wrong})
-            found = seen.searched(start)
-            assert seen.refine(found).cost <= min(seen.refine(tree).cost for tree in (start, right)) * (
-                1 + 1e-9
-            )
-            tried += 1
-    assert tried > 0
+            start = observed.combination({wrong})
+            result = observed.searched(start)
+            assert observed.refine(result).cost <= min(
+                observed.refine(tree).cost for tree in (start, right)
+            ) * (1 + 1e-9)
+            attempts += 1
+    assert attempts > 0
 
 
 def test_errors_fall_where_a_still_camera_and_noise_leave_every_limb_in_doubt() -> None:
     errors = {False: [], True: []}
     for seed in range(12):
-        seen = Seen(seed)
-        for tried, of in errors.items():
-            options = Options(SMOOTH, noise_px=1.0, try_mirrors=tried, time_limit_s=0.0)
-            made = articulated.reconstruct(seen.images, seen.camera, seen.root, LENGTHS, options, chain=ARM)
-            of.append(np.linalg.norm(made.positions - seen.truth, axis=-1).mean())
-            assert made.refined is not None
+        observed = Seen(seed)
+        for attempts, distances in errors.items():
+            options = Options(SMOOTH, noise_px=1.0, try_mirrors=attempts, time_limit_s=0.0)
+            output = articulated.reconstruct(
+                observed.images, observed.camera, observed.root, LENGTHS, options, chain=ARM
+            )
+            distances.append(np.linalg.norm(output.positions - observed.truth, axis=-1).mean())
+            assert output.refined is not None
     assert np.mean(errors[True]) < 0.8 * np.mean(errors[False])
 
 
 def test_a_mirror_behind_the_camera_is_no_candidate() -> None:
-    seen = Seen(1)
-    start = seen.combination(set())
-    allowed = seen.refine(start)
+    observed = Seen(1)
+    start = observed.combination(set())
+    allowed = observed.refine(start)
 
     def cost(tree: LimbTree) -> float:
         if mirrored_in(tree):
             raise InvalidInput("a joint that was seen starts behind its camera", code="behind_camera")
         return allowed.cost
 
-    found = mirror_search.better_mirrors(start, seen.choose, cost)
-    assert not mirrored_in(found)
+    result = mirror_search.better_mirrors(start, observed.choose, cost)
+    assert not mirrored_in(result)
     with rejects("behind_camera"):
-        mirror_search.better_mirrors(seen.combination({"wrist"}), seen.choose, cost)
+        mirror_search.better_mirrors(observed.combination({"wrist"}), observed.choose, cost)
 
 
 def test_what_the_data_decide_is_not_tried() -> None:
     camera = camera_paths.around(FRAMES, target=np.zeros(3), sweep_rad=1.5, distance_mm=2500.0)
     shaken = camera_paths.hand_held(np.random.default_rng(1), camera, target=np.zeros(3))
-    seen = Seen(2, noise_px=0.0, camera=shaken)
-    start = seen.combination(set())
+    observed = Seen(2, noise_px=0.0, camera=shaken)
+    start = observed.combination(set())
     decided = {limb for limb in ARM.limbs if not start.choices[limb].undecided}
     assert decided
-    asked: list[set[str]] = []
+    requested: list[set[str]] = []
 
     def cost(tree: LimbTree) -> float:
-        asked.append(mirrored_in(tree))
-        return seen.cost(tree)
+        requested.append(mirrored_in(tree))
+        return observed.cost(tree)
 
-    mirror_search.better_mirrors(start, seen.choose, cost)
-    assert len(asked) == 1 + len(ARM.limbs) - len(decided)
-    assert not decided & set().union(*asked)
+    mirror_search.better_mirrors(start, observed.choose, cost)
+    assert len(requested) == 1 + len(ARM.limbs) - len(decided)
+    assert not decided & set().union(*requested)
 
 
 def test_a_limb_that_a_mirror_cannot_carry_is_no_candidate() -> None:
-    seen = Seen(1)
-    start = seen.combination(set())
+    observed = Seen(1)
+    start = observed.combination(set())
 
     def choose(tree: LimbTree, limb: str) -> LimbChoice:
-        made = seen.choose(tree, limb)
-        if not np.allclose(made.hits.middle, start.choices[limb].hits.middle):
+        output = observed.choose(tree, limb)
+        if not np.allclose(output.hits.middle, start.choices[limb].hits.middle):
             raise InvalidInput("no candidate is in front of the camera")
-        return made
+        return output
 
-    found = mirror_search.better_mirrors(start, choose, seen.cost)
-    assert mirrored_in(found) <= {ARM.limbs[-1]}, "only the last limb carries nothing"
+    result = mirror_search.better_mirrors(start, choose, observed.cost)
+    assert mirrored_in(result) <= {ARM.limbs[-1]}, "only the last limb carries nothing"
 
 
 @pytest.mark.parametrize("given", [True, False])
 def test_reconstructions_that_share_their_choices_are_those_made_alone(given: bool) -> None:
     """To the last bit, with lengths that are given and with lengths from the rays."""
-    seen = Seen(3)
+    observed = Seen(3)
     lengths = LENGTHS if given else np.full(len(LENGTHS), np.nan)
     plain = Options(SMOOTH, noise_px=1.0, time_limit_s=0.0, refine=False)
-    arguments = (seen.images, seen.camera, seen.root, lengths)
+    arguments = (observed.images, observed.camera, observed.root, lengths)
     shared = articulated.prepared(*arguments, plain, chain=ARM)
     for options in (
         plain,
@@ -190,4 +194,4 @@ def test_reconstructions_that_share_their_choices_are_those_made_alone(given: bo
     ):
         alone = articulated.reconstruct(*arguments, options, chain=ARM)
         np.testing.assert_array_equal(shared.under(options).whole().positions, alone.positions)
-    assert bool(shared.known) == given
+    assert bool(shared.choices) == given

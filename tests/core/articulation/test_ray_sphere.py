@@ -139,10 +139,10 @@ def test_a_camera_matrix_may_have_any_scale_and_sign(seed: int, scale: float) ->
     np.testing.assert_allclose(
         project_by_matrix(scale * cameras, parents + chi), pixels, rtol=1e-9, atol=1e-9
     )
-    one, other = (ray_sphere(P, pixels, parents, 310.0) for P in (cameras, scale * cameras))
-    np.testing.assert_allclose(other.far, one.far, atol=1e-6)
-    np.testing.assert_allclose(other.rays.ahead, one.rays.ahead, rtol=1e-9, atol=1e-6)
-    assert other.status.tolist() == one.status.tolist()
+    first, other = (ray_sphere(P, pixels, parents, 310.0) for P in (cameras, scale * cameras))
+    np.testing.assert_allclose(other.far, first.far, atol=1e-6)
+    np.testing.assert_allclose(other.rays.ahead, first.rays.ahead, rtol=1e-9, atol=1e-6)
+    assert other.status.tolist() == first.status.tolist()
 
 
 def test_rays_are_those_of_the_pinhole() -> None:
@@ -159,10 +159,10 @@ def test_rays_are_those_of_the_pinhole() -> None:
     np.testing.assert_allclose(
         rays.axis, towards / np.linalg.norm(towards, axis=1, keepdims=True), atol=1e-12
     )
-    one = still(FRAMES, target=np.zeros(3))
-    pixels = one.project(parents + chi)
-    again = cast_rays(one.matrix[0], pixels, parents)
-    np.testing.assert_array_equal(again.middle, cast_rays(one.matrix, pixels, parents).middle)
+    first = still(FRAMES, target=np.zeros(3))
+    pixels = first.project(parents + chi)
+    again = cast_rays(first.matrix[0], pixels, parents)
+    np.testing.assert_array_equal(again.middle, cast_rays(first.matrix, pixels, parents).middle)
 
 
 # --- parallel rays ----------------------------------------------------------------------------------------
@@ -266,11 +266,11 @@ def at_distances(distances: np.ndarray, radius: float, **options: str) -> RayHit
 
 def test_the_radius_is_adjusted_in_a_frame_in_all_or_in_most() -> None:
     distances = np.arange(1.0, 22.0)
-    own = at_distances(distances, 15.0)
-    assert own.radius == 15.0
-    np.testing.assert_array_equal(own.adjusted, distances > 15)
-    np.testing.assert_array_equal(own.status == RayStatus.TANGENT, distances >= 15)
-    np.testing.assert_allclose(np.linalg.norm(own.far, axis=1), np.maximum(distances, 15.0))
+    reference = at_distances(distances, 15.0)
+    assert reference.radius == 15.0
+    np.testing.assert_array_equal(reference.adjusted, distances > 15)
+    np.testing.assert_array_equal(reference.status == RayStatus.TANGENT, distances >= 15)
+    np.testing.assert_allclose(np.linalg.norm(reference.far, axis=1), np.maximum(distances, 15.0))
 
     all_of_them = at_distances(distances, 15.0, adjust="global")
     assert all_of_them.radius == 21.0

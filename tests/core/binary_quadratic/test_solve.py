@@ -33,8 +33,8 @@ BASES = ("hard", "soft", "gaps", "soft with gaps")
 def candidates(generator: np.random.Generator, frames: int, style: str) -> tuple[np.ndarray, np.ndarray]:
     """m and u (F, 3)."""
     if style == "limb":
-        one = limb(frames, int(generator.integers(2**31)), noise_px=generator.uniform(0, 3))
-        return one.middle, one.half_chord
+        first = limb(frames, int(generator.integers(2**31)), noise_px=generator.uniform(0, 3))
+        return first.middle, first.half_chord
     middle, half_chord = generator.standard_normal((2, frames, 3))
     if style == "parallel":
         middle[:, 1] = 0.0
@@ -83,20 +83,20 @@ def test_the_proved_signs_are_those_of_enumeration(seed: int, frames: int, style
     generator = np.random.default_rng(seed)
     middle, half_chord = candidates(generator, frames, style)
     basis = basis_of(generator, frames, kind)
-    found = minimise(basis, middle, half_chord, time_limit_s=20.0)
+    solution = minimise(basis, middle, half_chord, time_limit_s=20.0)
 
     costs = enumerated(basis, middle, half_chord, np.zeros(frames))
     size = np.square(middle).sum() + np.square(half_chord).sum()
     least = costs.min()
-    assert found.proved
-    assert found.objective == pytest.approx(least, rel=1.1e-6, abs=1e-11 * size)
-    assert found.lower_bound <= least + 1e-11 * size
-    assert found.lower_bound >= found.objective - max(1e-6 * abs(found.objective), 1e-11 * size)
-    own = enumerated(basis, middle, half_chord, found.signs)
-    assert own == pytest.approx([found.objective], rel=1e-9, abs=1e-11 * size)
+    assert solution.proved
+    assert solution.objective == pytest.approx(least, rel=1.1e-6, abs=1e-11 * size)
+    assert solution.lower_bound <= least + 1e-11 * size
+    assert solution.lower_bound >= solution.objective - max(1e-6 * abs(solution.objective), 1e-11 * size)
+    reference = enumerated(basis, middle, half_chord, solution.signs)
+    assert reference == pytest.approx([solution.objective], rel=1e-9, abs=1e-11 * size)
     tangent = (half_chord == 0).all(axis=1)
-    assert (found.signs[tangent] == 1).all()
-    assert (found.values == found.signs).all()
+    assert (solution.signs[tangent] == 1).all()
+    assert (solution.values == solution.signs).all()
 
 
 @pytest.mark.parametrize("kind", BASES)
@@ -126,11 +126,11 @@ def test_either_search_proves_the_optimum_alone_whatever_it_starts_from(
 
 @pytest.mark.parametrize("seed", range(6))
 def test_a_bound_holds_whenever_a_search_is_stopped(seed: int) -> None:
-    one = limb(60, seed, noise_px=2.0)
+    first = limb(60, seed, noise_px=2.0)
     basis = cosine_basis(60, 10)
-    optimum = minimise(basis, one.middle, one.half_chord, time_limit_s=20.0)
+    optimum = minimise(basis, first.middle, first.half_chord, time_limit_s=20.0)
     assert optimum.proved
-    programme = programme_of(basis, one.middle, one.half_chord)
+    programme = programme_of(basis, first.middle, first.half_chord)
     for searcher in (BoxSearch(programme), SuffixSearch(programme, optimum.objective * 2)):
         values = np.where(programme.weight > 0, 1.0, programme.kind)
         best = np.array([programme.objective(values)])
@@ -147,22 +147,22 @@ def test_a_bound_holds_whenever_a_search_is_stopped(seed: int) -> None:
 def test_the_objective_is_the_printed_one() -> None:
     """||(Theta Theta^T - I)(E b + F)||² with one 3-vector to a frame and b in {0, 1} [park2011 10-12]."""
     generator = np.random.default_rng(12)
-    one, theta = limb(30, 3), cosine_basis(30, 8)
+    single, theta = limb(30, 3), cosine_basis(30, 8)
     b = generator.integers(0, 2, 30)
-    first, second = one.middle + one.half_chord, one.middle - one.half_chord
+    first, second = single.middle + single.half_chord, single.middle - single.half_chord
     e = np.zeros((30, 3, 30))
     e[np.arange(30), :, np.arange(30)] = first - second
     outside = np.einsum("fg,gd->fd", theta @ theta.T - np.eye(30), e @ b + second)
-    programme = programme_of(theta, one.middle, one.half_chord)
+    programme = programme_of(theta, single.middle, single.half_chord)
     assert programme.objective(2.0 * b - 1.0) == pytest.approx(np.square(outside).sum(), rel=1e-10)
 
 
 @pytest.mark.parametrize(("frames", "components"), [(18, 5), (24, 6), (30, 8)])
 def test_scip_finds_the_same(frames: int, components: int) -> None:
     scip = pytest.importorskip("pyscipopt", reason="needs SCIP: pip install pyscipopt")
-    one, basis = limb(frames, 5, noise_px=1.0), cosine_basis(frames, components)
-    ours = minimise(basis, one.middle, one.half_chord, time_limit_s=20.0)
-    theirs = by_scip(scip, basis, one.middle, one.half_chord, limit_s=60.0)
+    first, basis = limb(frames, 5, noise_px=1.0), cosine_basis(frames, components)
+    ours = minimise(basis, first.middle, first.half_chord, time_limit_s=20.0)
+    theirs = by_scip(scip, basis, first.middle, first.half_chord, limit_s=60.0)
     assert ours.proved
     assert theirs.proved
     assert ours.objective == pytest.approx(theirs.objective, rel=2e-4)
@@ -177,7 +177,7 @@ def test_relaxed_frames_are_at_their_best_between_the_candidates(seed: int) -> N
     basis = cosine_basis(8, 3) if seed % 2 else TrajectoryBasis(6, 2.0).rows(8, np.ones(8, dtype=bool))
     lengths = np.linalg.norm(half_chord, axis=1)
     below = np.sort(lengths)[3]
-    found = minimise(basis, middle, half_chord, relax_below=float(below), time_limit_s=20.0)
+    solution = minimise(basis, middle, half_chord, relax_below=float(below), time_limit_s=20.0)
     relaxed = lengths < below
     values, vectors = np.linalg.eigh(np.eye(8) - basis @ basis.T)
     root = np.sqrt(np.maximum(values, 0))[:, None] * vectors.T
@@ -188,47 +188,47 @@ def test_relaxed_frames_are_at_their_best_between_the_candidates(seed: int) -> N
         target = -(root @ (middle + fixed[:, None] * half_chord)).T.ravel()
         matrix = np.concatenate([root[:, relaxed] * half_chord[relaxed, d] for d in range(3)])
         costs.append(2 * lsq_linear(matrix, target, (-1, 1), tol=1e-14, method="bvls").cost)
-    assert found.proved
-    assert found.objective == pytest.approx(min(costs), rel=2e-6)
-    assert (np.abs(found.values[relaxed]) <= 1).all()
-    assert (found.values[~relaxed] == found.signs[~relaxed]).all()
+    assert solution.proved
+    assert solution.objective == pytest.approx(min(costs), rel=2e-6)
+    assert (np.abs(solution.values[relaxed]) <= 1).all()
+    assert (solution.values[~relaxed] == solution.signs[~relaxed]).all()
 
 
 @pytest.mark.parametrize("camera", ["still", "shaky", "distant"])
 def test_limbs_of_a_hundred_frames_are_proved(camera: str) -> None:
     """Without noise all, and the first signs are the best of all."""
     for seed in range(6):
-        one, basis = limb(100, seed, camera=camera), cosine_basis(100, 20)
-        found = minimise(basis, one.middle, one.half_chord, time_limit_s=30.0)
-        assert found.proved
-        assert found.objective <= programme_of(basis, one.middle, one.half_chord).objective(one.signs) * (
-            1 + 1e-6
-        )
-        programme = programme_of(basis, one.middle, one.half_chord)
+        single, basis = limb(100, seed, camera=camera), cosine_basis(100, 20)
+        solution = minimise(basis, single.middle, single.half_chord, time_limit_s=30.0)
+        assert solution.proved
+        assert solution.objective <= programme_of(basis, single.middle, single.half_chord).objective(
+            single.signs
+        ) * (1 + 1e-6)
+        programme = programme_of(basis, single.middle, single.half_chord)
         first = programme.objective(sign_search.search(programme))
-        assert first <= 1.1 * found.objective
+        assert first <= 1.1 * solution.objective
 
 
 def test_with_a_shaky_camera_and_a_limb_in_the_basis_the_truth_is_found() -> None:
     for seed in range(6):
-        one = limb(100, seed, camera="shaky", rate_hz=0.8)
-        found = minimise(cosine_basis(100, 24), one.middle, one.half_chord, time_limit_s=30.0)
-        across = np.linalg.norm(one.half_chord, axis=1) > 30.0
-        assert found.proved
-        assert found.margin > 2
-        assert (found.signs == one.signs)[across].all()
+        first = limb(100, seed, camera="shaky", rate_hz=0.8)
+        solution = minimise(cosine_basis(100, 24), first.middle, first.half_chord, time_limit_s=30.0)
+        across = np.linalg.norm(first.half_chord, axis=1) > 30.0
+        assert solution.proved
+        assert solution.margin > 2
+        assert (solution.signs == first.signs)[across].all()
 
 
 @pytest.mark.parametrize("noise_px", [0.0, 1.0])
 def test_parallel_rays_do_not_tell_the_mirrors_apart(noise_px: float) -> None:
     generator = np.random.default_rng(4)
-    one = limb(80, 9, camera="distant")
-    middle = one.middle + noise_px * generator.standard_normal((80, 3)) * [1, 0, 1]
-    half_chord = one.half_chord * [0, 1, 0]
-    found = minimise(cosine_basis(80, 14), middle, half_chord, time_limit_s=30.0)
-    assert found.margin == pytest.approx(1.0, abs=1e-9)
-    assert (found.mirror_signs == -found.signs).all()
-    assert found.signs[0] == 1
+    first = limb(80, 9, camera="distant")
+    middle = first.middle + noise_px * generator.standard_normal((80, 3)) * [1, 0, 1]
+    half_chord = first.half_chord * [0, 1, 0]
+    solution = minimise(cosine_basis(80, 14), middle, half_chord, time_limit_s=30.0)
+    assert solution.margin == pytest.approx(1.0, abs=1e-9)
+    assert (solution.mirror_signs == -solution.signs).all()
+    assert solution.signs[0] == 1
 
 
 @given(seed=seeds, frames=st.integers(6, 40), style=st.sampled_from(STYLES), kind=st.sampled_from(BASES))
@@ -238,30 +238,30 @@ def test_the_mirror_is_a_minimum_on_the_other_side(seed: int, frames: int, style
     generator = np.random.default_rng(seed)
     middle, half_chord = candidates(generator, frames, style)
     programme = programme_of(basis_of(generator, frames, kind), middle, half_chord)
-    found = minimise(programme.basis, middle, half_chord, time_limit_s=20.0)
+    solution = minimise(programme.basis, middle, half_chord, time_limit_s=20.0)
     weight = programme.weight
     rounding = 1e-11 * programme.size
     if not weight.any():
-        assert found.mirror_objective == found.margin == np.inf
+        assert solution.mirror_objective == solution.margin == np.inf
         return
-    agreement = weight * found.signs * found.mirror_signs
+    agreement = weight * solution.signs * solution.mirror_signs
     assert agreement.sum() <= 1e-9 * weight.sum()
-    assert found.mirror_objective == pytest.approx(
-        programme.objective(found.mirror_signs), rel=1e-9, abs=rounding
+    assert solution.mirror_objective == pytest.approx(
+        programme.objective(solution.mirror_signs), rel=1e-9, abs=rounding
     )
-    assert found.margin >= 1 - 1e-6
-    assert found.objective <= found.mirror_objective * (1 + 1e-9) + rounding
+    assert solution.margin >= 1 - 1e-6
+    assert solution.objective <= solution.mirror_objective * (1 + 1e-9) + rounding
     # What the searches left may be the mirror, where the two changed places: within the gap if the search has ended.
-    if not found.proved:
+    if not solution.proved:
         return
-    better = 1.1e-6 if found.margin <= 1 + 1.1e-6 else 1e-8
+    better = 1.1e-6 if solution.margin <= 1 + 1.1e-6 else 1e-8
     for frame in np.flatnonzero(weight):
-        flipped = found.mirror_signs.copy()
+        flipped = solution.mirror_signs.copy()
         flipped[frame] *= -1
         nearer = agreement.sum() - 2 * agreement[frame]
         assert (
             nearer > -1e-9 * weight.sum()
-            or programme.objective(flipped) >= found.mirror_objective * (1 - better) - rounding
+            or programme.objective(flipped) >= solution.mirror_objective * (1 - better) - rounding
         )
 
 
@@ -272,28 +272,28 @@ def same(one: BinarySolution, other: BinarySolution) -> bool:
 
 def test_a_proof_is_the_same_twice() -> None:
     """And the arguments are not written to."""
-    one, basis = limb(120, 2, noise_px=1.0), cosine_basis(120, 14)
-    given = [basis.copy(), one.middle.copy(), one.half_chord.copy()]
-    for array in given:
+    first, basis = limb(120, 2, noise_px=1.0), cosine_basis(120, 14)
+    inputs = [basis.copy(), first.middle.copy(), first.half_chord.copy()]
+    for array in inputs:
         array.setflags(write=False)
-    once = minimise(given[0], given[1], given[2], time_limit_s=60.0)
+    once = minimise(inputs[0], inputs[1], inputs[2], time_limit_s=60.0)
     assert once.proved
-    assert same(once, minimise(given[0], given[1], given[2], time_limit_s=60.0))
+    assert same(once, minimise(inputs[0], inputs[1], inputs[2], time_limit_s=60.0))
 
 
 def test_without_time_there_are_signs_and_a_bound_all_the_same() -> None:
-    one, basis = limb(300, 1, noise_px=1.0), cosine_basis(300, 30)
-    found = minimise(basis, one.middle, one.half_chord, time_limit_s=0.0)
-    assert not found.proved
-    assert 0 < found.lower_bound < found.objective
-    assert found.objective <= programme_of(basis, one.middle, one.half_chord).objective(one.signs)
+    first, basis = limb(300, 1, noise_px=1.0), cosine_basis(300, 30)
+    solution = minimise(basis, first.middle, first.half_chord, time_limit_s=0.0)
+    assert not solution.proved
+    assert 0 < solution.lower_bound < solution.objective
+    assert solution.objective <= programme_of(basis, first.middle, first.half_chord).objective(first.signs)
 
 
 def test_the_time_limit_is_an_amount_of_work() -> None:
     """Twice the limit is twice the frames entered, and an unfinished search ends at the same bound every time."""
-    one, basis = limb(400, 1, noise_px=1.0), cosine_basis(400, 40)
+    first, basis = limb(400, 1, noise_px=1.0), cosine_basis(400, 40)
     short, again, longer = (
-        minimise(basis, one.middle, one.half_chord, time_limit_s=limit) for limit in (0.04, 0.04, 0.08)
+        minimise(basis, first.middle, first.half_chord, time_limit_s=limit) for limit in (0.04, 0.04, 0.08)
     )
     assert not short.proved
     assert same(short, again)
@@ -327,10 +327,10 @@ def test_the_table_of_products_changes_nothing_but_the_time(
 
 def test_nothing_as_large_as_the_null_space_is_formed() -> None:
     frames = 4000
-    one, basis = limb(frames, 1), cosine_basis(frames, 8)
-    programme = programme_of(basis, one.middle, one.half_chord)
+    first, basis = limb(frames, 1), cosine_basis(frames, 8)
+    programme = programme_of(basis, first.middle, first.half_chord)
     tracemalloc.start()
-    minimise(basis, one.middle, one.half_chord, time_limit_s=0.0)
+    minimise(basis, first.middle, first.half_chord, time_limit_s=0.0)
     _, most = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert isinstance(programme, Programme)

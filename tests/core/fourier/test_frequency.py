@@ -21,8 +21,8 @@ def test_the_frequency_is_found_in_noise(cycles: float, second: float) -> None:
         frequency_hz = generator.uniform(0.7, 1.3)
         positions = clip(coefficients, frequency_hz, 30.0, cycles, generator.uniform(-3, 3))
         positions += generator.standard_normal(positions.shape)
-        found = frequency.fundamental_frequency(positions, 30.0)
-        assert found == pytest.approx(frequency_hz, rel=1e-4 * max(1.0, (8.0 / cycles) ** 1.5))
+        result = frequency.fundamental_frequency(positions, 30.0)
+        assert result == pytest.approx(frequency_hz, rel=1e-4 * max(1.0, (8.0 / cycles) ** 1.5))
 
 
 @pytest.mark.parametrize("factor", [0.5, 2.0])
@@ -34,8 +34,8 @@ def test_a_wander_at_half_or_double_the_frequency_is_not_taken_for_the_walk(seed
     wander = np.zeros((3, 15, 3))
     wander[1, :, 0] = 300.0
     positions += clip(wander, factor * 0.8, 60.0, 9.0 * factor)[: len(positions)]
-    found = frequency.fundamental_frequency(positions, 60.0)
-    assert found == pytest.approx(0.8, rel=0.02)
+    frequency_hz = frequency.fundamental_frequency(positions, 60.0)
+    assert frequency_hz == pytest.approx(0.8, rel=0.02)
 
 
 def test_the_columns_are_printed_ones() -> None:
@@ -50,8 +50,8 @@ def test_one_sinusoid_explains_what_a_regression_says() -> None:
     generator = np.random.default_rng(3)
     times = np.arange(170) / 50.0
     signal = 5.0 + np.sin(2 * np.pi * 0.9 * times) + generator.standard_normal(170)
-    found = frequency.single_frequency_power(np.array([0.5, 0.9]), times, signal)
-    for frequency_hz, power in zip((0.5, 0.9), found, strict=True):
+    result = frequency.single_frequency_power(np.array([0.5, 0.9]), times, signal)
+    for frequency_hz, power in zip((0.5, 0.9), result, strict=True):
         columns = frequency.design(frequency_hz, times, 1)
         fitted = columns @ np.linalg.lstsq(columns, signal, rcond=None)[0]
         assert power == pytest.approx(((fitted - signal.mean()) ** 2).sum(), rel=1e-9)

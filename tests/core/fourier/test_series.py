@@ -38,14 +38,14 @@ def test_analysis_undoes_synthesis(
         coefficients = coefficients[:3]
     elif harmonics == 3:
         coefficients = np.concatenate([coefficients, 3.0 * generator.standard_normal((2, 15, 3))])
-    found = fourier.represent(
+    representation = fourier.represent(
         clip(coefficients, frequency_hz, rate_hz, cycles, phase_rad), rate_hz, harmonics=harmonics
     )
-    assert found.frequency_hz == pytest.approx(frequency_hz, rel=1e-7)
-    assert found.phase_rad == pytest.approx(phase_rad, abs=1e-6)
-    np.testing.assert_allclose(found.coefficients, coefficients, rtol=0, atol=1e-4)
-    assert found.residual_fraction < 1e-10
-    assert found.residual_covariance.shape == (15, 3, 3)
+    assert representation.frequency_hz == pytest.approx(frequency_hz, rel=1e-7)
+    assert representation.phase_rad == pytest.approx(phase_rad, abs=1e-6)
+    np.testing.assert_allclose(representation.coefficients, coefficients, rtol=0, atol=1e-4)
+    assert representation.residual_fraction < 1e-10
+    assert representation.residual_covariance.shape == (15, 3, 3)
 
 
 @given(seed=seeds, phase_rad=st.floats(min_value=-10, max_value=10), frequency_hz=frequencies)
@@ -97,14 +97,14 @@ def test_neither_half_nor_double_the_frequency_is_taken(seed: int, frequency_hz:
     feet = [LEFT, RIGHT]
     others = [j for j in range(15) if j not in feet]
     coefficients[3:, others] += 150.0 * generator.standard_normal((2, 13, 3))
-    found = fourier.represent(clip(coefficients, frequency_hz, 60.0, 5.5), 60.0)
-    assert found.variance_fractions[1] > found.variance_fractions[0]
-    assert found.frequency_hz == pytest.approx(frequency_hz, rel=1e-6)
+    representation = fourier.represent(clip(coefficients, frequency_hz, 60.0, 5.5), 60.0)
+    assert representation.variance_fractions[1] > representation.variance_fractions[0]
+    assert representation.frequency_hz == pytest.approx(frequency_hz, rel=1e-6)
     symmetric = walker(generator)
     symmetric[1:3] *= 1e-3  # only what repeats with every step is left, but the ankles
     symmetric[1, LEFT, 1], symmetric[1, RIGHT, 1] = 250.0, -250.0
-    found = fourier.represent(clip(symmetric, frequency_hz, 60.0, 5.5), 60.0)
-    assert found.frequency_hz == pytest.approx(frequency_hz, rel=1e-6)
+    representation = fourier.represent(clip(symmetric, frequency_hz, 60.0, 5.5), 60.0)
+    assert representation.frequency_hz == pytest.approx(frequency_hz, rel=1e-6)
 
 
 @given(seed=seeds, cycles=st.floats(min_value=1.3, max_value=6.0), harmonics=st.integers(1, 4))
@@ -113,17 +113,21 @@ def test_fractions_and_residual_sum_to_one(seed: int, cycles: float, harmonics: 
     generator = np.random.default_rng(seed)
     positions = clip(walker(generator), 0.9, 60.0, cycles)
     positions += 30.0 * generator.standard_normal(positions.shape)
-    found = fourier.represent(positions, 60.0, harmonics=harmonics)
-    assert found.variance_fractions.shape == (harmonics,)
-    assert (found.variance_fractions > 0).all()
-    assert found.variance_fractions.sum() + found.residual_fraction == pytest.approx(1.0, abs=1e-12)
+    representation = fourier.represent(positions, 60.0, harmonics=harmonics)
+    assert representation.variance_fractions.shape == (harmonics,)
+    assert (representation.variance_fractions > 0).all()
+    assert representation.variance_fractions.sum() + representation.residual_fraction == pytest.approx(
+        1.0, abs=1e-12
+    )
     centred = positions - positions.mean(axis=0)
     covariance = np.einsum("tja,tjb->jab", centred, centred) / len(positions)
     np.testing.assert_allclose(
-        found.temporal_covariance, covariance, rtol=0, atol=1e-12 * np.abs(covariance).max()
+        representation.temporal_covariance, covariance, rtol=0, atol=1e-12 * np.abs(covariance).max()
     )
-    shares = np.trace(found.residual_covariance, axis1=1, axis2=2).sum()
-    assert found.residual_fraction == pytest.approx(shares / np.trace(covariance, axis1=1, axis2=2).sum())
+    shares = np.trace(representation.residual_covariance, axis1=1, axis2=2).sum()
+    assert representation.residual_fraction == pytest.approx(
+        shares / np.trace(covariance, axis1=1, axis2=2).sum()
+    )
 
 
 @given(seed=seeds)
@@ -132,18 +136,20 @@ def test_the_residual_is_orthogonal_to_every_column_of_the_series(seed: int) -> 
     generator = np.random.default_rng(seed)
     positions = clip(walker(generator), 1.0, 50.0, 2.6, 1.0)
     positions += 10.0 * generator.standard_normal(positions.shape)
-    found = fourier.represent(positions, 50.0)
+    representation = fourier.represent(positions, 50.0)
     times = np.arange(len(positions)) / 50.0
-    own = fourier.synthesise(
-        found.coefficients, found.frequency_hz, times + found.phase_rad / (2 * np.pi * found.frequency_hz)
+    reference = fourier.synthesise(
+        representation.coefficients,
+        representation.frequency_hz,
+        times + representation.phase_rad / (2 * np.pi * representation.frequency_hz),
     )
-    residual = (positions - own).reshape(len(positions), -1)
-    columns = frequency.design(found.frequency_hz, times, 2)
+    residual = (positions - reference).reshape(len(positions), -1)
+    columns = frequency.design(representation.frequency_hz, times, 2)
     assert np.abs(columns.T @ residual).max() < 1e-7 * np.abs(positions).sum()
     residual = residual.reshape(positions.shape)
     covariance = np.einsum("tja,tjb->jab", residual, residual) / len(times)
     np.testing.assert_allclose(
-        found.residual_covariance, covariance, rtol=0, atol=1e-6 * np.abs(covariance).max()
+        representation.residual_covariance, covariance, rtol=0, atol=1e-6 * np.abs(covariance).max()
     )
 
 
@@ -163,24 +169,24 @@ def test_the_mirror_image_is_the_representation_of_the_mirrored_motion(seed: int
     coefficients = walker(np.random.default_rng(seed))
     positions = clip(coefficients, 0.9, 60.0, 3.3)
     image = positions[:, list(WALKER15.mirror)] * np.array([-1.0, 1.0, 1.0])
-    found = fourier.represent(image, 60.0)
-    np.testing.assert_allclose(found.coefficients, fourier.mirrored(coefficients), rtol=0, atol=1e-4)
+    representation = fourier.represent(image, 60.0)
+    np.testing.assert_allclose(representation.coefficients, fourier.mirrored(coefficients), rtol=0, atol=1e-4)
     # Half a cycle lies between the walker's phase zero and the image's.
-    assert abs(found.phase_rad) == pytest.approx(np.pi, abs=1e-6)
+    assert abs(representation.phase_rad) == pytest.approx(np.pi, abs=1e-6)
 
 
 def test_a_known_frequency_is_kept() -> None:
     positions = clip(walker(np.random.default_rng(1)), 0.9, 60.0, 4.0)
-    found = fourier.represent(positions, 60.0, frequency_hz=0.91)
-    assert found.frequency_hz == 0.91
-    assert found.residual_fraction > 1e-6
+    representation = fourier.represent(positions, 60.0, frequency_hz=0.91)
+    assert representation.frequency_hz == 0.91
+    assert representation.residual_fraction > 1e-6
 
 
 def test_somebody_who_does_not_move_has_no_variance_to_share() -> None:
-    found = fourier.represent(np.ones((90, 15, 3)), 60.0)
-    assert found.variance_fractions.tolist() == [0.0, 0.0]
-    assert found.residual_fraction == 0.0
-    np.testing.assert_allclose(found.coefficients[0], 1.0, rtol=1e-9)
+    representation = fourier.represent(np.ones((90, 15, 3)), 60.0)
+    assert representation.variance_fractions.tolist() == [0.0, 0.0]
+    assert representation.residual_fraction == 0.0
+    np.testing.assert_allclose(representation.coefficients[0], 1.0, rtol=1e-9)
 
 
 GOOD = np.zeros((100, 15, 3))

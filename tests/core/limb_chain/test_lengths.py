@@ -57,9 +57,9 @@ def test_the_image_never_asks_for_more_than_the_length(seed: int, quantile: floa
     parents = 100.0 * generator.standard_normal((40, 3))
     camera = around(40, target=np.zeros(3), sweep_rad=1.0)
     pixels = camera.project(parents + limb.relative)
-    asked = demanded_length(camera.matrix, pixels, parents, quantile=quantile)
-    assert 0.0 < asked <= 250.0 * (1 + 1e-9)
-    assert asked <= demanded_length(camera.matrix, pixels, parents)
+    requested = demanded_length(camera.matrix, pixels, parents, quantile=quantile)
+    assert 0.0 < requested <= 250.0 * (1 + 1e-9)
+    assert requested <= demanded_length(camera.matrix, pixels, parents)
 
 
 def test_a_limb_that_lies_across_a_ray_shows_its_length() -> None:

@@ -98,36 +98,36 @@ def test_twelve_limbs_cover_fifteen_joints_and_hang_together() -> None:
 def test_a_standing_person_has_cosines_of_zero_and_one() -> None:
     posture = postures(standing())[0]
     assert posture[0] == pytest.approx(1.0, abs=0.02)  # 840 mm of legs, one longer than the other by 5
-    told = cosines(posture)
-    np.testing.assert_allclose(told[[HIP, SHOULDER]], [RIGHT, RIGHT], atol=1e-12)
-    np.testing.assert_allclose(told[[TORSO, NECK]], [UP, UP], atol=1e-12)
-    np.testing.assert_allclose(told[[*THIGHS, *ARMS]], [-UP] * 4, atol=1e-12)
+    described = cosines(posture)
+    np.testing.assert_allclose(described[[HIP, SHOULDER]], [RIGHT, RIGHT], atol=1e-12)
+    np.testing.assert_allclose(described[[TORSO, NECK]], [UP, UP], atol=1e-12)
+    np.testing.assert_allclose(described[[*THIGHS, *ARMS]], [-UP] * 4, atol=1e-12)
 
 
 def test_a_bow_is_a_torso_ahead_and_flexed_hips() -> None:
-    told = cosines(postures(standing(torso=AHEAD, neck=AHEAD))[0])
-    np.testing.assert_allclose(told[TORSO], AHEAD, atol=1e-12)
-    np.testing.assert_allclose(told[NECK], UP, atol=1e-12)  # in line with the torso
-    np.testing.assert_allclose(told[list(THIGHS)], [AHEAD] * 2, atol=1e-12)  # ahead of the trunk: flexed
-    np.testing.assert_allclose(told[list(ARMS)], [AHEAD] * 2, atol=1e-12)
+    described = cosines(postures(standing(torso=AHEAD, neck=AHEAD))[0])
+    np.testing.assert_allclose(described[TORSO], AHEAD, atol=1e-12)
+    np.testing.assert_allclose(described[NECK], UP, atol=1e-12)  # in line with the torso
+    np.testing.assert_allclose(described[list(THIGHS)], [AHEAD] * 2, atol=1e-12)  # ahead of the trunk: flexed
+    np.testing.assert_allclose(described[list(ARMS)], [AHEAD] * 2, atol=1e-12)
 
 
 def test_a_turn_of_the_shoulders_is_told_in_the_torso_s_frame() -> None:
     shoulders = np.cos(0.4) * RIGHT + np.sin(0.4) * AHEAD
-    told = cosines(postures(standing(shoulder=shoulders))[0])
-    np.testing.assert_allclose(told[SHOULDER], [np.cos(0.4), np.sin(0.4), 0.0], atol=1e-12)
-    np.testing.assert_allclose(told[list(ARMS)], [-UP] * 2, atol=1e-12)
+    described = cosines(postures(standing(shoulder=shoulders))[0])
+    np.testing.assert_allclose(described[SHOULDER], [np.cos(0.4), np.sin(0.4), 0.0], atol=1e-12)
+    np.testing.assert_allclose(described[list(ARMS)], [-UP] * 2, atol=1e-12)
 
 
 @given(seeds)
 def test_legs_and_forearms_are_told_in_a_frame_that_goes_with_their_parent(seed: int) -> None:
     """The parent's own direction is its rest there, so the angle of knee and elbow is in the cosines."""
     clip = moving(np.random.default_rng(seed), 5)
-    told = cosines(postures(clip))
+    described = cosines(postures(clip))
     for limb, over in zip((*LEGS, *FOREARMS), (*THIGHS, *ARMS), strict=True):
         above, below = (np.diff(clip[:, POSTURE12.ends[k]], axis=1)[:, 0] for k in (over, limb))
         angle = (above * below).sum(axis=1) / (BODY.limbs_mm[over] * BODY.limbs_mm[limb])
-        np.testing.assert_allclose((told[:, limb] * REST[over]).sum(axis=1), angle, atol=1e-9)
+        np.testing.assert_allclose((described[:, limb] * REST[over]).sum(axis=1), angle, atol=1e-9)
 
 
 @given(seeds)
@@ -144,13 +144,13 @@ def test_the_smallest_rotation_is_that_of_an_independent_library(seed: int) -> N
 
 def test_in_the_hip_frame_every_limb_but_the_torso_is_told_against_the_same_axes() -> None:
     clip = moving(np.random.default_rng(3), 4)
-    told = cosines(postures(clip, frame="hip"))
+    described = cosines(postures(clip, frame="hip"))
     rest = [k for k in range(12) if k not in (HIP, TORSO)]
     limbs = np.stack([np.diff(clip[:, POSTURE12.ends[k]], axis=1)[:, 0] for k in rest], axis=1)
     limbs /= np.linalg.norm(limbs, axis=-1, keepdims=True)
     # One rotation per frame, so all angles between limbs stay.
     np.testing.assert_allclose(
-        np.einsum("tai,tbi->tab", told[:, rest], told[:, rest]),
+        np.einsum("tai,tbi->tab", described[:, rest], described[:, rest]),
         np.einsum("tai,tbi->tab", limbs, limbs),
         atol=1e-12,
     )
@@ -192,13 +192,13 @@ def test_size_is_taken_out(seed: int, scale: float, frame: str) -> None:
 @given(seeds, st.sampled_from(FRAMES))
 def test_a_mirror_image_swaps_the_sides_and_x(seed: int, frame: str) -> None:
     clip = moving(np.random.default_rng(seed), 4)
-    told, image = (postures(c, frame=frame, heading="every") for c in (clip, mirrored(clip)))
-    np.testing.assert_allclose(image[:, 0], told[:, 0], atol=1e-12)
+    described, image = (postures(c, frame=frame, heading="every") for c in (clip, mirrored(clip)))
+    np.testing.assert_allclose(image[:, 0], described[:, 0], atol=1e-12)
     other = [
         limb.replace("left", "*").replace("right", "left").replace("*", "right") for limb in POSTURE12.limbs
     ]
     image_of = list(map(POSTURE12.limbs.index, other))
-    swapped = cosines(told)[:, image_of] * [-1.0, 1.0, 1.0]
+    swapped = cosines(described)[:, image_of] * [-1.0, 1.0, 1.0]
     swapped[:, [HIP, SHOULDER]] *= -1.0  # the axes run from left to right again
     np.testing.assert_allclose(cosines(image), swapped, atol=1e-9)
 
@@ -207,8 +207,8 @@ def test_a_mirror_image_swaps_the_sides_and_x(seed: int, frame: str) -> None:
 def test_cosines_are_unit_vectors_and_inputs_are_left_alone(seed: int, frame: str) -> None:
     clip = moving(np.random.default_rng(seed), 4)
     before = clip.copy()
-    told = cosines(postures(clip, frame=frame))
-    np.testing.assert_allclose(np.linalg.norm(told, axis=-1), 1.0, atol=1e-12)
+    described = cosines(postures(clip, frame=frame))
+    np.testing.assert_allclose(np.linalg.norm(described, axis=-1), 1.0, atol=1e-12)
     np.testing.assert_array_equal(clip, before)
 
 
@@ -225,8 +225,8 @@ def test_joints_come_back_exactly(seed: int, frame: str, heading: str, at_random
     across = clip[:, WALKER15.index("right_hip")] - clip[:, WALKER15.index("left_hip")]
     yaw = np.arctan2(across[:, 1], across[:, 0])
     yaw = {"first": np.full(8, yaw[0]), "every": yaw, "none": np.zeros(8)}[heading]
-    there = clip - np.where([True, True, False], pelvis, floor)[:, None]
-    for frame_there, frame_back, angle in zip(there, back, yaw, strict=True):
+    moved = clip - np.where([True, True, False], pelvis, floor)[:, None]
+    for frame_there, frame_back, angle in zip(moved, back, yaw, strict=True):
         np.testing.assert_allclose(frame_back, turned(frame_there, -angle), atol=1e-9 * 3000.0)
 
 
@@ -240,11 +240,11 @@ def test_postures_come_back_exactly(seed: int, frame: str) -> None:
 
 
 def test_limb_lengths_are_those_of_the_body() -> None:
-    found = limb_lengths(moving(np.random.default_rng(5), 20))
-    np.testing.assert_allclose(found.limbs_mm, BODY.limbs_mm, atol=1e-9)
-    np.testing.assert_allclose(found.pelvis_mm, BODY.pelvis_mm, atol=1e-9)
-    np.testing.assert_allclose(found.shoulders_mm, BODY.shoulders_mm, atol=1e-9)
-    assert found.leg_length_mm == pytest.approx((430 + 425 + 410 + 415) / 2)
+    result = limb_lengths(moving(np.random.default_rng(5), 20))
+    np.testing.assert_allclose(result.limbs_mm, BODY.limbs_mm, atol=1e-9)
+    np.testing.assert_allclose(result.pelvis_mm, BODY.pelvis_mm, atol=1e-9)
+    np.testing.assert_allclose(result.shoulders_mm, BODY.shoulders_mm, atol=1e-9)
+    assert result.leg_length_mm == pytest.approx((430 + 425 + 410 + 415) / 2)
 
 
 @pytest.mark.parametrize("frame", FRAMES)
@@ -385,13 +385,13 @@ def limb_by_limb(posture: np.ndarray, body: LimbLengths, frame: str) -> np.ndarr
         z /= np.linalg.norm(z)
         return np.array([x, np.cross(z, x), z])
 
-    told = cosines(posture)
-    told = told / np.linalg.norm(told, axis=1, keepdims=True)
-    h = told[HIP]
-    t = told[TORSO] @ frame_of(h, UP)
+    described = cosines(posture)
+    described = described / np.linalg.norm(described, axis=1, keepdims=True)
+    h = described[HIP]
+    t = described[TORSO] @ frame_of(h, UP)
     hip = frame_of(h, t)
     torso = np.array([np.cross(hip[1], t), hip[1], t])
-    s = told[SHOULDER] @ (torso if frame == "parent" else hip)
+    s = described[SHOULDER] @ (torso if frame == "parent" else hip)
     shoulder = frame_of(s, t)
     directions = {HIP: h, TORSO: t, SHOULDER: s}
     parents = (
@@ -399,13 +399,13 @@ def limb_by_limb(posture: np.ndarray, body: LimbLengths, frame: str) -> np.ndarr
     )
     over = dict(zip((*LEGS, *FOREARMS), (*THIGHS, *ARMS), strict=True))
     for limb, parent in parents.items():
-        own = told[limb]
+        reference = described[limb]
         if frame == "parent" and limb in over:
-            rest, to = REST[over[limb]], told[over[limb]]
+            rest, to = REST[over[limb]], described[over[limb]]
             axis = np.cross(rest, to)
             angle = np.arctan2(np.linalg.norm(axis), rest @ to)
-            own = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis)).apply(own)
-        directions[limb] = own @ (parent if frame == "parent" else hip)
+            reference = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis)).apply(reference)
+        directions[limb] = reference @ (parent if frame == "parent" else hip)
     at = np.zeros((15, 3))
     pelvis, sternum = WALKER15.index("pelvis"), WALKER15.index("sternum")
     at[pelvis, 2] = posture[0] * body.leg_length_mm
@@ -426,13 +426,13 @@ def limb_by_limb(posture: np.ndarray, body: LimbLengths, frame: str) -> np.ndarr
 @settings(max_examples=30, deadline=None)
 def test_the_compiled_way_back_is_the_plain_one_posture_by_posture(seed: int, frame: str) -> None:
     generator = np.random.default_rng(seed)
-    given = generator.standard_normal((7, 37))
-    expected = [limb_by_limb(posture, BODY, frame) for posture in given]
+    inputs = generator.standard_normal((7, 37))
+    expected = [limb_by_limb(posture, BODY, frame) for posture in inputs]
     np.testing.assert_allclose(
-        joints(given, BODY, frame=frame), expected, rtol=0, atol=1e-6
+        joints(inputs, BODY, frame=frame), expected, rtol=0, atol=1e-6
     )  # 1e-9 of a body
     # Nor does it matter in which company a posture comes.
-    np.testing.assert_array_equal(joints(given[3], BODY, frame=frame), joints(given, BODY, frame=frame)[3])
+    np.testing.assert_array_equal(joints(inputs[3], BODY, frame=frame), joints(inputs, BODY, frame=frame)[3])
 
 
 def test_a_posture_without_joints_is_refused_alone() -> None:
@@ -448,9 +448,9 @@ def test_a_posture_without_joints_is_refused_alone() -> None:
     ):
         cosines(wrong[code])[limb] = direction
     among = np.stack([good, *wrong.values(), good])
-    found = joints_where_defined(among, BODY)
-    assert np.isnan(found).all(axis=(1, 2)).tolist() == [False, *[True] * len(wrong), False]
-    np.testing.assert_array_equal(found[[0, -1]], joints(among[[0, -1]], BODY))
+    result = joints_where_defined(among, BODY)
+    assert np.isnan(result).all(axis=(1, 2)).tolist() == [False, *[True] * len(wrong), False]
+    np.testing.assert_array_equal(result[[0, -1]], joints(among[[0, -1]], BODY))
     for code, posture in wrong.items():
         with rejects(code, "frame 0"):
             joints(posture, BODY)
@@ -502,20 +502,22 @@ def test_real_actions_need_a_third_of_the_dimensions_at_most(
 ) -> None:
     clips = recordings(action)
     assert len(clips) == count
-    found = {
+    result = {
         frame: tuple(
             dimensions(np.concatenate([postures(c, frame=frame, heading=h) for c in clips])) for h in HEADINGS
         )
         for frame in FRAMES
     }
-    assert found == expected
+    assert result == expected
     for clip in clips:
-        told = postures(clip)
-        assert 0.85 < told[0, 0] < 1.12  # stands at the start
-        assert told[:, 0].min() < 0.9  # goes down
+        described = postures(clip)
+        assert 0.85 < described[0, 0] < 1.12  # stands at the start
+        assert described[:, 0].min() < 0.9  # goes down
         for limb in (*THIGHS, *ARMS):
-            assert (cosines(told)[:, limb] @ REST[limb]).min() > -0.5  # 60 degrees from where it has no frame
-        assert np.abs(np.diff(told[:, 1:], axis=0)).max() < 0.25  # no discontinuity at 120 Hz
+            assert (
+                cosines(described)[:, limb] @ REST[limb]
+            ).min() > -0.5  # 60 degrees from where it has no frame
+        assert np.abs(np.diff(described[:, 1:], axis=0)).max() < 0.25  # no discontinuity at 120 Hz
 
 
 @needs_recordings

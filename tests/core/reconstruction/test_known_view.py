@@ -51,8 +51,8 @@ def test_map_is_the_printed_closed_form(seed: int, unknowns: int, noise_variance
     """[zhang2007 3.15, A.5]: [diag(sigma²/lambda) + E'E]^-1 E'd."""
     E, d, eigenvalues = problem(seed, unknowns=unknowns)
     k = np.linalg.inv(np.diag(noise_variance / eigenvalues) + E.T @ E) @ E.T @ d
-    found = reconstruction.maximum_a_posteriori(E, d, eigenvalues, noise_variance=noise_variance)
-    np.testing.assert_allclose(found, k, rtol=1e-8, atol=1e-8)
+    coefficients = reconstruction.maximum_a_posteriori(E, d, eigenvalues, noise_variance=noise_variance)
+    np.testing.assert_allclose(coefficients, k, rtol=1e-8, atol=1e-8)
 
 
 @given(seed=seeds, noise_variance=variances)
@@ -114,8 +114,8 @@ def test_an_eigenwalker_without_variance_takes_no_part(seed: int, noise_variance
 
 def test_two_coefficients_worked_out_in_the_head() -> None:
     E, d = np.eye(2), np.array([3.0, 4.0])
-    found = reconstruction.maximum_a_posteriori(E, d, np.array([10.0, 30.0]), noise_variance=10.0)
-    np.testing.assert_allclose(found, [1.5, 3.0])  # lambda / (lambda + sigma²) of each
+    coefficients = reconstruction.maximum_a_posteriori(E, d, np.array([10.0, 30.0]), noise_variance=10.0)
+    np.testing.assert_allclose(coefficients, [1.5, 3.0])  # lambda / (lambda + sigma²) of each
 
 
 # Sweeps of known views
@@ -127,7 +127,7 @@ def test_the_sweep_equals_the_printed_way(
     fold: Fold, view: list[float], noise_variance: float | None
 ) -> None:
     """225 numbers and 226, generic, tied and degenerate walkers."""
-    found = reconstruction.from_known_views(
+    result = reconstruction.from_known_views(
         fold.model, fold.sample, np.array(view), noise_variance=noise_variance
     )
     for a, angle in enumerate(view):
@@ -137,9 +137,9 @@ def test_the_sweep_equals_the_printed_way(
             E_hat = camera.projection_matrix(angle, trailing=fold.model.mean.size - 225)
             singular = np.linalg.svd(E_hat @ fold.model.components.T, compute_uv=False)
             assume(singular[-1] > 3e-3)  # the error of both ways grows with the square of its inverse
-        np.testing.assert_allclose(found.coefficients[a], k, rtol=0, atol=1e-9 * size)
-        np.testing.assert_allclose(found.missing[a], missing, rtol=0, atol=1e-9 * size)
-        np.testing.assert_allclose(found.delta[a], delta, rtol=0, atol=1e-9 * size)
+        np.testing.assert_allclose(result.coefficients[a], k, rtol=0, atol=1e-9 * size)
+        np.testing.assert_allclose(result.missing[a], missing, rtol=0, atol=1e-9 * size)
+        np.testing.assert_allclose(result.delta[a], delta, rtol=0, atol=1e-9 * size)
 
 
 @given(fold=folds(styles=("generic",)), angle=angles)
@@ -163,14 +163,14 @@ def test_the_signs_of_eigenwalkers_do_not_matter(
     model, view = fold.model, np.array([angle])
     signs = fold.generator.choice([-1.0, 1.0], len(model.eigenvalues))
     turned = dataclasses.replace(model, components=model.components * signs[:, None])
-    one, other = (
+    first, other = (
         reconstruction.from_known_views(m, fold.sample, view, noise_variance=noise_variance)
         for m in (model, turned)
     )
     # Products that cancel differently are rounded differently, and least squares may amplify that.
-    size = np.abs(one.coefficients).max() + np.abs(one.missing).max()
-    np.testing.assert_allclose(other.missing, one.missing, rtol=0, atol=1e-8 * size)
-    np.testing.assert_allclose(other.coefficients * signs, one.coefficients, rtol=0, atol=1e-8 * size)
+    size = np.abs(first.coefficients).max() + np.abs(first.missing).max()
+    np.testing.assert_allclose(other.missing, first.missing, rtol=0, atol=1e-8 * size)
+    np.testing.assert_allclose(other.coefficients * signs, first.coefficients, rtol=0, atol=1e-8 * size)
 
 
 @given(fold=folds(styles=("generic",), trailing=0), angle=angles, noise_variance=variances)
@@ -184,10 +184,10 @@ def test_metres_give_the_same_walker(fold: Fold, angle: float, noise_variance: f
     path = error_path(model, fold.sample, view, np.array([noise_variance]))
     other = error_path(in_metres, fold.sample * 1e-3, view, np.array([noise_variance * 1e-6]))
     np.testing.assert_allclose(other, path * 1e-6, rtol=1e-8)
-    one = reconstruction.from_known_views(model, fold.sample, view, noise_variance=None)
+    first = reconstruction.from_known_views(model, fold.sample, view, noise_variance=None)
     two = reconstruction.from_known_views(in_metres, fold.sample * 1e-3, view, noise_variance=None)
-    size = np.abs(one.missing).max()
-    np.testing.assert_allclose(two.missing * 1e3, one.missing, rtol=0, atol=1e-8 * size)
+    size = np.abs(first.missing).max()
+    np.testing.assert_allclose(two.missing * 1e3, first.missing, rtol=0, atol=1e-8 * size)
 
 
 @given(seed=seeds, angle=angles, noise_variance=st.none() | variances)
@@ -199,12 +199,12 @@ def test_a_walker_within_the_model_is_found_exactly(
     model = fit(flatten(walkers(generator, 15)), 9)
     k = generator.standard_normal(9) * np.sqrt(model.eigenvalues)
     sample = model.mean + k @ model.components
-    found = reconstruction.from_known_views(model, sample, np.array([angle]), noise_variance=noise_variance)
+    result = reconstruction.from_known_views(model, sample, np.array([angle]), noise_variance=noise_variance)
     if noise_variance is None:
-        np.testing.assert_allclose(found.coefficients[0], k, rtol=0, atol=1e-7 * np.abs(k).max())
-        assert np.abs(found.delta).max() < 1e-6
+        np.testing.assert_allclose(result.coefficients[0], k, rtol=0, atol=1e-7 * np.abs(k).max())
+        assert np.abs(result.delta).max() < 1e-6
     else:  # shrunk towards the average walker
-        white, true = found.coefficients[0] / np.sqrt(model.eigenvalues), k / np.sqrt(model.eigenvalues)
+        white, true = result.coefficients[0] / np.sqrt(model.eigenvalues), k / np.sqrt(model.eigenvalues)
         assert np.linalg.norm(white) < np.linalg.norm(true)
 
 
@@ -231,7 +231,7 @@ def test_what_a_view_does_not_show_is_left_out(
     )
     sample = model.mean + 100.0 * generator.standard_normal(225)
     view = np.array([angle])
-    found = reconstruction.from_known_views(model, sample, view, noise_variance=noise_variance)
+    result = reconstruction.from_known_views(model, sample, view, noise_variance=noise_variance)
     C = camera.projection_matrix(angle)
     E_hat, d = C @ model.components.T, C @ (sample - model.mean)
     if noise_variance is None:
@@ -241,34 +241,34 @@ def test_what_a_view_does_not_show_is_left_out(
         path = error_path(model, sample, view, np.array([noise_variance]))
         delta = camera.missing_dimension(unflatten(sample - model.mean - k @ model.components), angle)
         assert path[0, 0] == pytest.approx(errors.absolute_error(delta).mean(), rel=1e-9)
-    np.testing.assert_allclose(found.coefficients[0], k, rtol=0, atol=1e-7 * np.abs(k).max())
-    assert abs(found.coefficients[0, 0]) < 1e-9 * np.abs(k).max()
+    np.testing.assert_allclose(result.coefficients[0], k, rtol=0, atol=1e-7 * np.abs(k).max())
+    assert abs(result.coefficients[0, 0]) < 1e-9 * np.abs(k).max()
 
 
 def test_walkers_who_do_not_vary_leave_the_average_walker() -> None:
     person = flatten(walkers(np.random.default_rng(0), 1))[0]
     model = fit(np.stack([person] * 4), 3)
     for noise_variance in (None, 70.0):
-        found = reconstruction.from_known_views(
+        result = reconstruction.from_known_views(
             model, person + 9.0, np.zeros(1), noise_variance=noise_variance
         )
-        assert np.abs(found.coefficients).max() < 1e-6
-        np.testing.assert_allclose(found.delta, 9.0, rtol=1e-6)
+        assert np.abs(result.coefficients).max() < 1e-6
+        np.testing.assert_allclose(result.delta, 9.0, rtol=1e-6)
 
 
 @given(fold=folds(), angle=angles)
 @settings(max_examples=20, deadline=None)
 def test_the_observed_coordinates_are_kept(fold: Fold, angle: float) -> None:
     """[zhang2007 3.16]: the model's own image of the walker is not used."""
-    found = reconstruction.from_known_views(fold.model, fold.sample, np.array([angle]), noise_variance=70.0)
+    result = reconstruction.from_known_views(fold.model, fold.sample, np.array([angle]), noise_variance=70.0)
     truth = unflatten(fold.sample)
-    seen = camera.project(truth, angle)
-    together = camera.combine(seen, found.missing[0], angle)
-    np.testing.assert_allclose(camera.project(together, angle), seen, rtol=0, atol=1e-9)
+    observed = camera.project(truth, angle)
+    together = camera.combine(observed, result.missing[0], angle)
+    np.testing.assert_allclose(camera.project(together, angle), observed, rtol=0, atol=1e-9)
     np.testing.assert_allclose(
-        camera.missing_dimension(truth - together, angle), found.delta[0], rtol=0, atol=1e-9
+        camera.missing_dimension(truth - together, angle), result.delta[0], rtol=0, atol=1e-9
     )
-    perfect = camera.combine(seen, found.missing[0] + found.delta[0], angle)
+    perfect = camera.combine(observed, result.missing[0] + result.delta[0], angle)
     np.testing.assert_allclose(perfect, truth, rtol=0, atol=1e-9)
 
 
@@ -279,13 +279,13 @@ def test_the_missing_dimension_of_the_walker_does_not_reach_the_estimate(
 ) -> None:
     lost = np.array([-np.sin(angle), np.cos(angle), 0.0])
     other = fold.sample + (100.0 * fold.generator.standard_normal((75, 1)) * lost).reshape(-1)
-    one, two = (
+    first, two = (
         reconstruction.from_known_views(fold.model, w, np.array([angle]), noise_variance=noise_variance)
         for w in (fold.sample, other)
     )
-    size = np.abs(one.missing).max() + np.abs(one.coefficients).max()
-    np.testing.assert_allclose(two.missing, one.missing, rtol=0, atol=1e-7 * size)
-    assert np.abs(two.delta - one.delta).max() > 1.0
+    size = np.abs(first.missing).max() + np.abs(first.coefficients).max()
+    np.testing.assert_allclose(two.missing, first.missing, rtol=0, atol=1e-7 * size)
+    assert np.abs(two.delta - first.delta).max() > 1.0
 
 
 # Refusals

@@ -48,8 +48,8 @@ def test_the_path_of_errors_is_that_of_single_reconstructions() -> None:
     model, view, sweep = fit(people[1:], 30), np.radians([-90, -20, 0, 45]), np.array([1.0, 70.0, 625.0])
     path = error_path(model, people[0], view, sweep)
     for s, noise_variance in enumerate(sweep):
-        one = reconstruction.from_known_views(model, people[0], view, noise_variance=noise_variance)
-        expected = errors.walker_error(errors.absolute_error(one.delta))
+        first = reconstruction.from_known_views(model, people[0], view, noise_variance=noise_variance)
+        expected = errors.walker_error(errors.absolute_error(first.delta))
         np.testing.assert_allclose(path[:, s], expected, rtol=1e-9)
 
 

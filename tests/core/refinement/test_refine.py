@@ -55,11 +55,11 @@ class Body:
 
     def refined(self, start: np.ndarray, **options: Any) -> Refinement:
         """From a start, in the charts of the truth unless others are asked for."""
-        given = {"images": self.images, "camera": self.camera, "root": self.root, "lengths": self.lengths}
-        given |= {"parents": self.parents, "basis": self.basis}
+        inputs = {"images": self.images, "camera": self.camera, "root": self.root, "lengths": self.lengths}
+        inputs |= {"parents": self.parents, "basis": self.basis}
         of_refinement = {field.name for field in fields(RefinementOptions)}
         how = {"charts": self.charts} | {name: options.pop(name) for name in of_refinement & {*options}}
-        return refine(directions=start, options=RefinementOptions(**how), **(given | options))
+        return refine(directions=start, options=RefinementOptions(**how), **(inputs | options))
 
 
 def kinematics(parents: tuple[int, ...], root: np.ndarray, relative: np.ndarray) -> np.ndarray:
@@ -111,7 +111,7 @@ def observed(one: Body, *, free: bool = False, penalty: float = 0.0) -> tuple[Ob
     if free:
         unknowns = np.column_stack([unknowns, np.zeros(len(unknowns))])
     generator = np.random.default_rng(0)
-    given = reprojection.observe(
+    inputs = reprojection.observe(
         one.images[:, 1:],
         one.camera,
         one.root,
@@ -121,7 +121,7 @@ def observed(one: Body, *, free: bool = False, penalty: float = 0.0) -> tuple[Ob
         basis=one.basis,
         penalty=penalty * generator.uniform(0.0, 2.0, unknowns.shape),
     )
-    return given, unknowns + 0.05 * generator.standard_normal(unknowns.shape)
+    return inputs, unknowns + 0.05 * generator.standard_normal(unknowns.shape)
 
 
 def jacobian(given: Observations, unknowns: np.ndarray) -> np.ndarray:
@@ -165,13 +165,13 @@ def with_gaps(one: Body, seed: int) -> Body:
 @given(seed=seeds, free=st.booleans(), gaps=st.booleans())
 def test_the_analytic_jacobian_is_the_limit_of_differences(seed: int, free: bool, gaps: bool) -> None:
     """The error of central differences falls with the square of the step: a slope of two."""
-    one = body(seed, frames=12, components=3)
-    given, unknowns = observed(with_gaps(one, seed) if gaps else one, free=free)
-    exact = jacobian(given, unknowns).reshape(-1, unknowns.size)
+    first = body(seed, frames=12, components=3)
+    inputs, unknowns = observed(with_gaps(first, seed) if gaps else first, free=free)
+    exact = jacobian(inputs, unknowns).reshape(-1, unknowns.size)
 
     def residuals(flat: np.ndarray) -> np.ndarray:
-        positions = reprojection.forward(given, reprojection.relative(given, flat.reshape(unknowns.shape)))
-        return reprojection.residuals(given, positions).ravel()
+        positions = reprojection.forward(inputs, reprojection.relative(inputs, flat.reshape(unknowns.shape)))
+        return reprojection.residuals(inputs, positions).ravel()
 
     steps = np.array([1e-1, 1e-2, 1e-3])
     errors = []
@@ -187,11 +187,11 @@ def test_the_analytic_jacobian_is_the_limit_of_differences(seed: int, free: bool
 @settings(max_examples=10)
 @given(seed=seeds)
 def test_the_gradient_is_that_of_the_cost(seed: int) -> None:
-    given, unknowns = observed(with_gaps(body(seed, noise_px=2.0), seed), free=True, penalty=3.0)
+    inputs, unknowns = observed(with_gaps(body(seed, noise_px=2.0), seed), free=True, penalty=3.0)
     along = np.random.default_rng(seed).standard_normal(unknowns.shape)
-    gradient = normal_equations(given, unknowns).gradient
+    gradient = normal_equations(inputs, unknowns).gradient
     step = 1e-5
-    ahead, back = (reprojection.cost(given, unknowns + s * along) for s in (step, -step))
+    ahead, back = (reprojection.cost(inputs, unknowns + s * along) for s in (step, -step))
     size = float(np.linalg.norm(gradient) * np.linalg.norm(along))
     assert abs((ahead - back) / (2 * step) - (gradient * along).sum()) < 1e-7 * size
 
@@ -201,9 +201,9 @@ def dense(equations: LimbEquations) -> np.ndarray:
     limbs, size = equations.gradient.shape
     whole = np.zeros((limbs, size, limbs, size))
     for limb, (row, line) in enumerate(zip(equations.rows, equations.lines, strict=True)):
-        for place, carrier in enumerate(line[line >= 0]):
-            whole[limb, :, carrier] = row[:, place]
-            whole[carrier, :, limb] = row[:, place].T
+        for position, carrier in enumerate(line[line >= 0]):
+            whole[limb, :, carrier] = row[:, position]
+            whole[carrier, :, limb] = row[:, position].T
     return whole.reshape(limbs * size, -1)
 
 
@@ -217,14 +217,14 @@ def test_the_tree_has_the_algebra_of_the_dense_matrices(
     seed: int, free: bool, parents: tuple[int, ...]
 ) -> None:
     """J^T J and the damped step, block by block, against the whole Jacobian."""
-    one = with_gaps(body(seed, frames=20, components=4, noise_px=3.0, parents=parents), seed)
-    given, unknowns = observed(one, free=free, penalty=2.0)
-    equations = normal_equations(given, unknowns)
-    whole = jacobian(given, unknowns).reshape(-1, unknowns.size)
-    positions = reprojection.forward(given, reprojection.relative(given, unknowns))
-    differences = reprojection.residuals(given, positions)
-    curvature = whole.T @ whole + np.diag(given.penalty.ravel())
-    gradient = whole.T @ differences.ravel() + given.penalty.ravel() * unknowns.ravel()
+    first = with_gaps(body(seed, frames=20, components=4, noise_px=3.0, parents=parents), seed)
+    inputs, unknowns = observed(first, free=free, penalty=2.0)
+    equations = normal_equations(inputs, unknowns)
+    whole = jacobian(inputs, unknowns).reshape(-1, unknowns.size)
+    positions = reprojection.forward(inputs, reprojection.relative(inputs, unknowns))
+    differences = reprojection.residuals(inputs, positions)
+    curvature = whole.T @ whole + np.diag(inputs.penalty.ravel())
+    gradient = whole.T @ differences.ravel() + inputs.penalty.ravel() * unknowns.ravel()
     scale = np.abs(curvature).max()
     np.testing.assert_allclose(dense(equations), curvature, rtol=1e-9, atol=1e-9 * scale)
     np.testing.assert_allclose(
@@ -252,14 +252,14 @@ def test_the_exact_curvature_is_the_slope_of_the_gradient(
     seed: int, free: bool, parents: tuple[int, ...]
 ) -> None:
     """Second derivatives of limb and reprojection, against central differences of the gradient."""
-    one = with_gaps(body(seed, frames=20, components=4, noise_px=3.0, parents=parents), seed)
-    given, unknowns = observed(one, free=free, penalty=2.0)
-    curvature = dense(normal_equations(given, unknowns, exact=True))
+    first = with_gaps(body(seed, frames=20, components=4, noise_px=3.0, parents=parents), seed)
+    inputs, unknowns = observed(first, free=free, penalty=2.0)
+    curvature = dense(normal_equations(inputs, unknowns, exact=True))
     along = np.random.default_rng(seed).standard_normal(unknowns.shape)
     step = 1e-6
-    ahead, back = (normal_equations(given, unknowns + s * along).gradient for s in (step, -step))
-    wanted = ((ahead - back) / (2 * step)).ravel()
-    np.testing.assert_allclose(curvature @ along.ravel(), wanted, rtol=1e-5, atol=1e-5 * np.abs(wanted).max())
+    ahead, back = (normal_equations(inputs, unknowns + s * along).gradient for s in (step, -step))
+    target = ((ahead - back) / (2 * step)).ravel()
+    np.testing.assert_allclose(curvature @ along.ravel(), target, rtol=1e-5, atol=1e-5 * np.abs(target).max())
 
 
 # --- recovery ----------------------------------------------------------------------------------------------
@@ -268,97 +268,99 @@ def test_the_exact_curvature_is_the_slope_of_the_gradient(
 @settings(max_examples=15)
 @given(seed=seeds)
 def test_a_truth_in_the_basis_is_recovered_from_a_perturbed_start(seed: int) -> None:
-    one = body(seed)
-    found = one.refined(one.start(seed))
-    assert found.converged
-    assert found.reprojection_error_px < 1e-9
-    np.testing.assert_allclose(found.positions, one.positions, atol=1e-6)
-    np.testing.assert_allclose(found.relative, one.relative, atol=1e-6)
-    np.testing.assert_array_equal(found.lengths, one.lengths)
+    first = body(seed)
+    result = first.refined(first.start(seed))
+    assert result.converged
+    assert result.reprojection_error_px < 1e-9
+    np.testing.assert_allclose(result.positions, first.positions, atol=1e-6)
+    np.testing.assert_allclose(result.relative, first.relative, atol=1e-6)
+    np.testing.assert_array_equal(result.lengths, first.lengths)
 
 
 def test_the_minimum_is_that_of_an_outside_solver() -> None:
     """SciPy's trust region with differences for derivatives, on noisy images."""
-    one = body(4, frames=24, components=4, noise_px=1.0)
-    start = one.start(1, 0.01)
-    found = one.refined(start, tolerance=1e-12)
-    given, _ = observed(one)
+    first = body(4, frames=24, components=4, noise_px=1.0)
+    start = first.start(1, 0.01)
+    result = first.refined(start, tolerance=1e-12)
+    inputs, _ = observed(first)
 
     def residuals(flat: np.ndarray) -> np.ndarray:
-        positions = reprojection.forward(given, reprojection.relative(given, flat.reshape(len(TREE) - 1, -1)))
-        return reprojection.residuals(given, positions).ravel()
+        positions = reprojection.forward(
+            inputs, reprojection.relative(inputs, flat.reshape(len(TREE) - 1, -1))
+        )
+        return reprojection.residuals(inputs, positions).ravel()
 
-    ours = np.concatenate([found.coefficients_theta, found.coefficients_phi], axis=1)
-    truth = [np.concatenate([p.coefficients_theta, p.coefficients_phi]) for p in one.paths]
+    ours = np.concatenate([result.coefficients_theta, result.coefficients_phi], axis=1)
+    truth = [np.concatenate([p.coefficients_theta, p.coefficients_phi]) for p in first.paths]
     peer = least_squares(residuals, np.concatenate(truth), xtol=1e-14, ftol=1e-14, gtol=1e-14)
-    np.testing.assert_allclose(found.cost, peer.cost, rtol=1e-9)
+    np.testing.assert_allclose(result.cost, peer.cost, rtol=1e-9)
     np.testing.assert_allclose(ours.ravel(), peer.x, atol=1e-4)
-    np.testing.assert_allclose(found.cost, 0.5 * (residuals(ours.ravel()) ** 2).sum(), rtol=1e-12)
+    np.testing.assert_allclose(result.cost, 0.5 * (residuals(ours.ravel()) ** 2).sum(), rtol=1e-12)
     errors = np.linalg.norm(residuals(ours.ravel()).reshape(-1, 2), axis=1)
-    np.testing.assert_allclose(found.reprojection_error_px, np.sqrt((errors**2).mean()), rtol=1e-12)
+    np.testing.assert_allclose(result.reprojection_error_px, np.sqrt((errors**2).mean()), rtol=1e-12)
 
 
 @settings(max_examples=10)
 @given(seed=seeds)
 def test_lengths_are_kept_between_frames(seed: int) -> None:
-    one = body(seed, noise_px=2.0)
-    found = one.refined(one.start(seed), max_iterations=5)
-    frames = len(one.root)
-    between = found.relative_at(
-        cosine_basis(frames, one.basis.shape[1], at=np.arange(0.0, frames - 0.9, 0.5))
+    first = body(seed, noise_px=2.0)
+    result = first.refined(first.start(seed), max_iterations=5)
+    frames = len(first.root)
+    between = result.relative_at(
+        cosine_basis(frames, first.basis.shape[1], at=np.arange(0.0, frames - 0.9, 0.5))
     )
     np.testing.assert_allclose(
-        np.linalg.norm(between, axis=2), np.tile(one.lengths, (len(between), 1)), rtol=1e-13
+        np.linalg.norm(between, axis=2), np.tile(first.lengths, (len(between), 1)), rtol=1e-13
     )
-    np.testing.assert_allclose(between[::2], found.relative, atol=1e-9)
-    np.testing.assert_allclose(found.positions, kinematics(TREE, one.root, found.relative), atol=1e-9)
+    np.testing.assert_allclose(between[::2], result.relative, atol=1e-9)
+    np.testing.assert_allclose(result.positions, kinematics(TREE, first.root, result.relative), atol=1e-9)
 
 
 @settings(max_examples=10)
 @given(seed=seeds)
 def test_what_was_not_seen_is_imputed_on_the_sphere(seed: int) -> None:
     """Missing images, a frame without camera, one without root: directions and lengths are there all the same."""
-    one = body(seed)
-    gappy = with_gaps(one, seed)
-    start = one.start(seed)
+    first = body(seed)
+    gappy = with_gaps(first, seed)
+    start = first.start(seed)
     start[np.isnan(gappy.images[:, 1:, 0])] = np.nan
-    found = gappy.refined(start)
-    assert found.converged
-    np.testing.assert_allclose(found.relative, one.relative, atol=1e-5)
-    np.testing.assert_array_equal(np.isnan(found.positions[..., 0]).all(axis=1), np.arange(40) == 3)
+    result = gappy.refined(start)
+    assert result.converged
+    np.testing.assert_allclose(result.relative, first.relative, atol=1e-5)
+    np.testing.assert_array_equal(np.isnan(result.positions[..., 0]).all(axis=1), np.arange(40) == 3)
     rest = np.arange(40) != 3
-    np.testing.assert_allclose(found.positions[rest], one.positions[rest], atol=1e-5)
+    np.testing.assert_allclose(result.positions[rest], first.positions[rest], atol=1e-5)
 
 
 def test_a_joint_never_seen_is_led_by_those_it_carries() -> None:
     """A leaf that is never seen stays where it started; an inner joint is found through its child's images."""
-    one = body(11)
-    images = one.images.copy()
+    first = body(11)
+    images = first.images.copy()
     images[:, 5] = np.nan  # a limb alone
     images[:, 2] = np.nan  # carries joint 3
-    start = one.start(3, 0.01)
-    kept = one.refined(start, images=images, max_iterations=1).relative[:, 4]
-    found = one.refined(start, images=images)
-    assert np.isfinite(found.positions).all()
-    np.testing.assert_allclose(found.relative[:, 4], kept, atol=1e-9)
-    assert found.reprojection_error_px < 1e-3
+    start = first.start(3, 0.01)
+    retained = first.refined(start, images=images, max_iterations=1).relative[:, 4]
+    result = first.refined(start, images=images)
+    assert np.isfinite(result.positions).all()
+    np.testing.assert_allclose(result.relative[:, 4], retained, atol=1e-9)
+    assert result.reprojection_error_px < 1e-3
     np.testing.assert_allclose(
-        np.linalg.norm(found.relative, axis=2), np.tile(one.lengths, (40, 1)), rtol=1e-12
+        np.linalg.norm(result.relative, axis=2), np.tile(first.lengths, (40, 1)), rtol=1e-12
     )
 
 
 def test_a_soft_basis_bridges_a_block_that_a_hard_one_does_not() -> None:
-    one = body(6, frames=60, noise_px=1.0)
-    images, start = one.images.copy(), one.start(1, 0.0)
+    first = body(6, frames=60, noise_px=1.0)
+    images, start = first.images.copy(), first.start(1, 0.0)
     images[20:32, 1:] = np.nan
     start[20:32] = np.nan
     many = cosine_basis(60, 30)
 
     def error(found: Refinement) -> float:
-        return float(np.abs(found.positions - one.positions).max())
+        return float(np.abs(found.positions - first.positions).max())
 
-    soft = one.refined(start, images=images, basis=many, cutoff=6.0)
-    hard = one.refined(start, images=images, basis=many)
+    soft = first.refined(start, images=images, basis=many, cutoff=6.0)
+    hard = first.refined(start, images=images, basis=many)
     assert soft.converged
     assert error(soft) < 60.0
     assert error(soft) < 0.5 * error(hard)
@@ -368,17 +370,17 @@ def test_a_soft_basis_bridges_a_block_that_a_hard_one_does_not() -> None:
 @given(seed=seeds)
 def test_the_world_may_be_turned(seed: int) -> None:
     """Charts are found anew in the turned world; the body is the same, turned."""
-    one = body(seed, noise_px=0.5)
-    start = one.start(seed, 0.01)
+    first = body(seed, noise_px=0.5)
+    start = first.start(seed, 0.01)
     turn = Rotation.random(rng=np.random.default_rng(seed)).as_matrix()
-    turned = Pinhole(one.camera.intrinsics, one.camera.rotation @ turn.T, one.camera.centre @ turn.T)
+    turned = Pinhole(first.camera.intrinsics, first.camera.rotation @ turn.T, first.camera.centre @ turn.T)
     options: dict[str, Any] = {"charts": None, "tolerance": 1e-12, "cutoff": 3.0}
-    here = one.refined(start, **options)
-    there = one.refined(start @ turn.T, camera=turned, root=one.root @ turn.T, **options)
-    assert here.converged
-    assert there.converged
-    np.testing.assert_allclose(there.positions, here.positions @ turn.T, atol=1e-3)
-    np.testing.assert_allclose(there.cost, here.cost, rtol=1e-9)
+    before = first.refined(start, **options)
+    moved = first.refined(start @ turn.T, camera=turned, root=first.root @ turn.T, **options)
+    assert before.converged
+    assert moved.converged
+    np.testing.assert_allclose(moved.positions, before.positions @ turn.T, atol=1e-3)
+    np.testing.assert_allclose(moved.cost, before.cost, rtol=1e-9)
 
 
 def test_a_limb_through_the_printed_pole_and_round_it_is_found() -> None:
@@ -394,12 +396,12 @@ def test_a_limb_through_the_printed_pole_and_round_it_is_found() -> None:
     camera = look_at(centre, root, focal_px=1000.0)
     positions = kinematics((-1, 0, 1), root, relative)
     start = relative + np.random.default_rng(0).standard_normal(relative.shape)
-    found = refine(
+    result = refine(
         camera.project(positions), camera, root, (-1, 0, 1), start, np.array([300.0, 200.0]), basis=6
     )
-    assert found.converged
+    assert result.converged
     # The charts are those of the noisy start, so the truth is next to the basis and not in it.
-    np.testing.assert_allclose(found.positions, positions, atol=5.0)
+    np.testing.assert_allclose(result.positions, positions, atol=5.0)
     exact = refine(
         camera.project(positions), camera, root, (-1, 0, 1), relative, np.array([300.0, 200.0]), basis=6
     )
@@ -410,67 +412,67 @@ def test_a_limb_through_the_printed_pole_and_round_it_is_found() -> None:
 
 
 def test_free_lengths_are_found() -> None:
-    one = body(8)
-    wrong = one.lengths * np.array([1.05, 0.95, 1.1, 0.97, 1.02])
-    start = one.start(2, 0.005)
-    found = one.refined(start, lengths=wrong, free_lengths=True)
-    assert found.converged
-    np.testing.assert_allclose(found.lengths, one.lengths, rtol=1e-8)
-    np.testing.assert_allclose(found.positions, one.positions, atol=1e-4)
-    fixed = one.refined(start, lengths=wrong)
-    assert fixed.cost > 1e6 * found.cost
-    assert np.abs(fixed.positions - one.positions).max() > 10.0
+    first = body(8)
+    wrong = first.lengths * np.array([1.05, 0.95, 1.1, 0.97, 1.02])
+    start = first.start(2, 0.005)
+    result = first.refined(start, lengths=wrong, free_lengths=True)
+    assert result.converged
+    np.testing.assert_allclose(result.lengths, first.lengths, rtol=1e-8)
+    np.testing.assert_allclose(result.positions, first.positions, atol=1e-4)
+    fixed = first.refined(start, lengths=wrong)
+    assert fixed.cost > 1e6 * result.cost
+    assert np.abs(fixed.positions - first.positions).max() > 10.0
     np.testing.assert_array_equal(fixed.lengths, wrong)
 
 
 def test_free_lengths_keep_within_their_bounds() -> None:
-    one = body(8)
-    wrong = one.lengths * np.array([2.6, 1.0, 1.0, 0.4, 1.0])
-    found = one.refined(one.start(2, 0.005), lengths=wrong, free_lengths=True)
-    assert found.converged
-    np.testing.assert_allclose(found.lengths[[0, 3]], wrong[[0, 3]] * [0.5, 2.0], rtol=1e-9)
-    assert (np.abs(np.log(found.lengths / wrong)) <= np.log(2.0) + 1e-12).all()
+    first = body(8)
+    wrong = first.lengths * np.array([2.6, 1.0, 1.0, 0.4, 1.0])
+    result = first.refined(first.start(2, 0.005), lengths=wrong, free_lengths=True)
+    assert result.converged
+    np.testing.assert_allclose(result.lengths[[0, 3]], wrong[[0, 3]] * [0.5, 2.0], rtol=1e-9)
+    assert (np.abs(np.log(result.lengths / wrong)) <= np.log(2.0) + 1e-12).all()
 
 
 # --- the descent -------------------------------------------------------------------------------------------
 
 
 def test_the_cost_never_rises_and_convergence_is_not_claimed_early() -> None:
-    one = body(9, noise_px=1.0)
-    start = one.start(5, 0.05)
-    costs = [one.refined(start, max_iterations=n) for n in (1, 2, 4, 8, 200)]
+    first = body(9, noise_px=1.0)
+    start = first.start(5, 0.05)
+    costs = [first.refined(start, max_iterations=n) for n in (1, 2, 4, 8, 200)]
     assert not costs[0].converged
     assert costs[0].n_iterations == 1
-    assert (np.diff([found.cost for found in costs]) <= 1e-12 * costs[-1].cost).all()
+    assert (np.diff([result.cost for result in costs]) <= 1e-12 * costs[-1].cost).all()
     assert costs[-1].converged
     assert costs[-1].n_iterations < 200
-    given, _ = observed(one)
-    there = np.concatenate([costs[-1].coefficients_theta, costs[-1].coefficients_phi], axis=1)
-    equations = normal_equations(given, there)
+    inputs, _ = observed(first)
+    moved = np.concatenate([costs[-1].coefficients_theta, costs[-1].coefficients_phi], axis=1)
+    equations = normal_equations(inputs, moved)
     newton = damped_step(equations, 1e-9 * equations.scale)
     assert -0.5 * (newton * equations.gradient).sum() < 1e-6 * costs[-1].cost
 
 
 def test_the_minimum_does_not_depend_on_rounding() -> None:
     """Noise, and limbs that start as their mirrors: the end is the same when every number is rounded otherwise."""
-    one = body(12, noise_px=3.0)
-    start = one.start(3, 0.3)
-    found = one.refined(start, cutoff=4.0)
+    first = body(12, noise_px=3.0)
+    start = first.start(3, 0.3)
+    result = first.refined(start, cutoff=4.0)
     jitter = 1.0 + 1e-14 * np.random.default_rng(0).standard_normal(start.shape)
-    again = one.refined(start * jitter, cutoff=4.0)
-    assert found.converged
+    again = first.refined(start * jitter, cutoff=4.0)
+    assert result.converged
     assert again.converged
-    assert found.reprojection_error_px > 1.0
-    np.testing.assert_allclose(again.positions, found.positions, atol=1e-8)
+    assert result.reprojection_error_px > 1.0
+    np.testing.assert_allclose(again.positions, result.positions, atol=1e-8)
 
 
 def test_a_start_at_the_minimum_is_soon_done() -> None:
     """What a start is smoothed by is far below a pixel."""
-    one = body(10)
-    found = one.refined(one.refined(one.start(1)).relative)
-    assert found.converged
-    assert found.n_iterations <= 4
-    np.testing.assert_allclose(found.positions, one.positions, atol=1e-6)
+    first = body(10)
+    result = first.refined(first.refined(first.start(1)).relative)
+    assert result.converged
+    assert result.n_iterations <= 4
+    np.testing.assert_allclose(result.positions, first.positions, atol=1e-6)
 
 
 def test_a_step_behind_the_camera_is_refused_and_the_run_goes_on() -> None:
@@ -482,7 +484,7 @@ def test_a_step_behind_the_camera_is_refused_and_the_run_goes_on() -> None:
     begin = np.tile([np.sin(0.6), 0.5, -np.cos(0.6)], (frames, 1))[:, None]
     images = camera.project(kinematics((-1, 0), root, 1000.0 * truth))
     with_pole = np.array([[[0.0, 0, -1], [1, 0, 0], [0, -1, 0]]])
-    found = refine(
+    result = refine(
         images,
         camera,
         root,
@@ -492,20 +494,20 @@ def test_a_step_behind_the_camera_is_refused_and_the_run_goes_on() -> None:
         basis=1,
         options=RefinementOptions(charts=with_pole),
     )
-    assert found.converged
-    np.testing.assert_allclose(found.relative[:, 0], 1000.0 * truth[:, 0], atol=1e-5)
-    given = reprojection.observe(
+    assert result.converged
+    np.testing.assert_allclose(result.relative[:, 0], 1000.0 * truth[:, 0], atol=1e-5)
+    inputs = reprojection.observe(
         images[:, 1:], camera, root, parents=(-1,), lengths=np.array([1000.0]), charts=with_pole,
         basis=np.ones((frames, 1)), penalty=np.zeros((1, 2)),
     )  # fmt: skip
     through = np.array([[np.pi / 2, 0.0]])  # straight at the camera and past it
-    assert reprojection.cost(given, through) == np.inf
+    assert reprojection.cost(inputs, through) == np.inf
     assert reprojection.behind(
-        given, reprojection.forward(given, reprojection.relative(given, through))
+        inputs, reprojection.forward(inputs, reprojection.relative(inputs, through))
     ).all()
     bound = np.full((1, 2), np.inf)
     unknowns, cost, converged, _ = minimise(
-        given, np.array([[np.pi / 2 + 0.5, 0.6]]), bound, max_iterations=100, tolerance=1e-8
+        inputs, np.array([[np.pi / 2 + 0.5, 0.6]]), bound, max_iterations=100, tolerance=1e-8
     )
     assert converged
     assert cost < 1e-9
@@ -513,24 +515,24 @@ def test_a_step_behind_the_camera_is_refused_and_the_run_goes_on() -> None:
 
 
 def test_a_start_behind_the_camera_is_refused_by_joint_and_frame() -> None:
-    one = body(1)
-    centre = one.camera.centre.copy()
-    centre[7] = one.positions[7, 4] + [0.0, 1e4, 0.0]
-    camera = Pinhole(one.camera.intrinsics, one.camera.rotation, centre)
+    first = body(1)
+    centre = first.camera.centre.copy()
+    centre[7] = first.positions[7, 4] + [0.0, 1e4, 0.0]
+    camera = Pinhole(first.camera.intrinsics, first.camera.rotation, centre)
     with rejects("behind_camera", "joint hand", frame=7):
-        one.refined(one.start(1, 0.0), camera=camera, names=["root", "hand", "b", "c", "d", "e"])
+        first.refined(first.start(1, 0.0), camera=camera, names=["root", "hand", "b", "c", "d", "e"])
 
 
 def test_what_it_was_given_stays_as_it_was() -> None:
-    one = with_gaps(body(1), 1)
+    first = with_gaps(body(1), 1)
     start = body(1).start(1)
-    arrays = [one.images, one.root, one.lengths, one.basis, one.charts, start]
+    arrays = [first.images, first.root, first.lengths, first.basis, first.charts, start]
     before = [array.copy() for array in arrays]
-    found = one.refined(start, free_lengths=True, max_iterations=3)
-    for array, kept in zip(arrays, before, strict=True):
-        np.testing.assert_array_equal(array, kept)
-    found.chart[:] = 0.0
-    np.testing.assert_array_equal(one.charts, before[4])
+    result = first.refined(start, free_lengths=True, max_iterations=3)
+    for array, retained in zip(arrays, before, strict=True):
+        np.testing.assert_array_equal(array, retained)
+    result.chart[:] = 0.0
+    np.testing.assert_array_equal(first.charts, before[4])
 
 
 # --- what is refused ---------------------------------------------------------------------------------------
@@ -563,21 +565,21 @@ def test_what_it_was_given_stays_as_it_was() -> None:
 def test_what_cannot_be_used_is_refused_in_a_sentence(
     options: dict[str, Any], rejection: AbstractContextManager
 ) -> None:
-    one = body(1)
+    first = body(1)
     with rejection:
-        one.refined(one.start(1, 0.0), **options)
+        first.refined(first.start(1, 0.0), **options)
 
 
 def test_a_limb_without_any_direction_is_refused_by_name() -> None:
-    one = body(1)
-    start = one.start(1, 0.0)
+    first = body(1)
+    start = first.start(1, 0.0)
     start[:, 2] = np.nan
     with rejects("no_direction", "the start of joint 3"):
-        one.refined(start)
+        first.refined(start)
 
 
 def test_cameras_of_other_frames_are_refused() -> None:
-    one = body(1)
-    other = Pinhole(one.camera.intrinsics, one.camera.rotation[1:], one.camera.centre[1:])
+    first = body(1)
+    other = Pinhole(first.camera.intrinsics, first.camera.rotation[1:], first.camera.centre[1:])
     with rejects("frames_disagree", frames=39):
-        one.refined(one.start(1, 0.0), camera=other)
+        first.refined(first.start(1, 0.0), camera=other)

@@ -66,8 +66,8 @@ def test_angles_lead_back_to_the_directions_in_any_chart(seed: int, style: str) 
 def test_no_choice_of_sheets_is_shorter(seed: int, frames: int) -> None:
     """All 2^F choices of (theta, phi) or (-theta, phi + pi), each frame with the nearest whole turns."""
     directions = path(seed, "everywhere", frames)
-    found = continuous_angles(directions, chart=np.eye(3))
-    length = (np.diff(found.theta) ** 2 + np.diff(found.phi) ** 2).sum()
+    result = continuous_angles(directions, chart=np.eye(3))
+    length = (np.diff(result.theta) ** 2 + np.diff(result.phi) ** 2).sum()
     theta = np.arccos(np.clip(directions[:, 2], -1, 1))
     phi = np.arctan2(directions[:, 1], directions[:, 0])
     best = np.inf
@@ -111,12 +111,12 @@ def test_no_pole_is_farther_from_the_path(seed: int, style: str) -> None:
     """Against half a sphere of candidates, and against small turns of the one that was found."""
     directions = path(seed, style)
     chart = farthest_chart(directions)
-    here = farthest_from_pole(chart, directions)
+    start = farthest_from_pole(chart, directions)
     generator = np.random.default_rng(seed)
     poles = unit_vectors(generator.standard_normal((500, 3)))
     near = unit_vectors(chart[2] + 10.0 ** generator.uniform(-6, -1, (200, 1)) * poles[:200])
     others = np.abs(np.concatenate([poles, near]) @ directions.T).max(axis=1)
-    assert others.min() >= here - 1e-8
+    assert others.min() >= start - 1e-8
 
 
 @given(seed=seeds, style=st.sampled_from(("generic", "everywhere", "turned corners", "twice")))
@@ -131,8 +131,8 @@ def test_the_pole_is_the_nearest_face_of_the_hull(seed: int, style: str) -> None
         directions = np.concatenate([directions, -directions, directions + 1e-15])
     faces = ConvexHull(np.concatenate([directions, -directions])).equations
     pole = farthest_chart(unit_vectors(directions))[2]
-    here, nearest = np.abs(directions @ pole).max(), -faces[:, 3].max()
-    assert here == pytest.approx(nearest, abs=2e-12)
+    start, nearest = np.abs(directions @ pole).max(), -faces[:, 3].max()
+    assert start == pytest.approx(nearest, abs=2e-12)
     same = np.abs(faces[:, :3] @ pole - 1.0) < 1e-9
     assert (faces[same, 3] > -nearest - 1e-9).any()
 
@@ -150,10 +150,10 @@ def test_the_printed_pole_has_steps_of_a_radian_where_ours_has_none() -> None:
 def test_the_chart_turns_with_the_world(seed: int) -> None:
     directions = path(seed)
     turn = Rotation.random(rng=np.random.default_rng(seed + 1)).as_matrix()
-    here, there = continuous_angles(directions), continuous_angles(directions @ turn.T)
+    start, moved = continuous_angles(directions), continuous_angles(directions @ turn.T)
     basis = cosine_basis(60, 8)
-    smooth = fit(here, basis).directions(basis) @ turn.T
-    np.testing.assert_allclose(fit(there, basis).directions(basis), smooth, atol=1e-6)
+    smooth = fit(start, basis).directions(basis) @ turn.T
+    np.testing.assert_allclose(fit(moved, basis).directions(basis), smooth, atol=1e-6)
 
 
 def test_cosines_are_rows_of_the_orthonormal_transform() -> None:
@@ -178,13 +178,13 @@ def test_a_trajectory_of_the_basis_comes_back_also_where_frames_are_missing(
     seed: int, missing: float
 ) -> None:
     truth, basis = in_basis(seed, 80, 6)
-    seen = truth.directions(basis)
-    seen[np.random.default_rng(seed).uniform(size=80) < missing] = np.nan
-    seen[40] = truth.directions(basis)[40]
-    angles = continuous_angles(3.0 * seen, chart=truth.chart)
-    assert (np.isnan(angles.theta) == np.isnan(seen[:, 0])).all()
-    found = fit(angles, basis)
-    np.testing.assert_allclose(found.directions(basis), truth.directions(basis), atol=1e-7)
+    observed = truth.directions(basis)
+    observed[np.random.default_rng(seed).uniform(size=80) < missing] = np.nan
+    observed[40] = truth.directions(basis)[40]
+    angles = continuous_angles(3.0 * observed, chart=truth.chart)
+    assert (np.isnan(angles.theta) == np.isnan(observed[:, 0])).all()
+    result = fit(angles, basis)
+    np.testing.assert_allclose(result.directions(basis), truth.directions(basis), atol=1e-7)
 
 
 @given(seed=seeds)
@@ -215,8 +215,8 @@ def test_an_azimuth_near_the_pole_counts_little() -> None:
     theta, phi = np.full(20, np.pi / 2), np.zeros(20)
     theta[3], phi[3] = 1e-3, 2.0
     basis = cosine_basis(20, 2)
-    found = fit(SphericalAngles(theta, phi, np.eye(3)), basis)
-    assert np.abs(basis @ found.coefficients_phi).max() < 1e-5
+    result = fit(SphericalAngles(theta, phi, np.eye(3)), basis)
+    assert np.abs(basis @ result.coefficients_phi).max() < 1e-5
 
 
 @pytest.mark.parametrize("step", [1e-3, 1e-4])
@@ -236,10 +236,10 @@ def test_what_it_was_given_stays_as_it_was() -> None:
     directions[4] = np.nan
     before = directions.copy()
     angles = continuous_angles(directions)
-    kept = angles.theta.copy()
+    original = angles.theta.copy()
     fit(angles, cosine_basis(60, 4))
     np.testing.assert_array_equal(directions, before)
-    np.testing.assert_array_equal(angles.theta, kept)
+    np.testing.assert_array_equal(angles.theta, original)
 
 
 @pytest.mark.parametrize(
@@ -271,6 +271,6 @@ def test_a_fit_of_nothing_is_refused() -> None:
 @given(seed=seeds, size=st.sampled_from([1e-200, 1e-3, 1e200]))
 def test_the_length_of_a_direction_does_not_matter(seed: int, size: float) -> None:
     directions = path(seed)
-    here, there = continuous_angles(directions), continuous_angles(size * directions)
-    np.testing.assert_allclose(there.theta, here.theta, atol=1e-6)
-    np.testing.assert_allclose(there.phi, here.phi, atol=1e-6)
+    start, moved = continuous_angles(directions), continuous_angles(size * directions)
+    np.testing.assert_allclose(moved.theta, start.theta, atol=1e-6)
+    np.testing.assert_allclose(moved.phi, start.phi, atol=1e-6)

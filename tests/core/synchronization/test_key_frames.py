@@ -24,9 +24,9 @@ CORNERS = (0.15, 0.4, 0.5, 0.7, 0.85)
 
 def trapezoids(phase: np.ndarray) -> np.ndarray:
     """(F, 2): five corners between rest and movement, straight in between."""
-    one = np.interp(phase, [0.0, *CORNERS, 1.0], [0, 0, 3, 3, 0, 0, 2])
+    first = np.interp(phase, [0.0, *CORNERS, 1.0], [0, 0, 3, 3, 0, 0, 2])
     other = np.interp(phase, [0.0, *CORNERS, 1.0], [0, 0, 1, 1, 2, 2, 0])
-    return np.stack([one, other], axis=1)
+    return np.stack([first, other], axis=1)
 
 
 def random_performances(
@@ -86,9 +86,9 @@ def test_the_corners_of_an_action_are_found(seed: int) -> None:
     sequences, phases = random_performances(seed, spread=0.05)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(curvatures, "SMOOTHING", 0.01)  # which rounds corners off by less
-        found = choose_key_frames(sequences)
-    assert found.converged
-    at = np.array([p[f] for p, f in zip(phases, found.frames, strict=True)])
+        result = choose_key_frames(sequences)
+    assert result.converged
+    at = np.array([p[f] for p, f in zip(phases, result.frames, strict=True)])
     np.testing.assert_allclose(at, np.tile(CORNERS, (6, 1)), atol=0.05)
 
 
@@ -96,10 +96,10 @@ def test_the_choice_of_one_performance_is_the_best_of_all_choices() -> None:
     (x,), _ = random_performances(4, 1)
     x = x[::4]
     bend = curvature(x)
-    apart = int(np.ceil(key_frames.SEPARATION * (len(x) - 1)))
-    nodes = range(apart, len(x) - apart)
+    distance = int(np.ceil(key_frames.SEPARATION * (len(x) - 1)))
+    nodes = range(distance, len(x) - distance)
     best = max(
-        (c for c in itertools.combinations(nodes, 3) if min(np.diff(c)) >= apart),
+        (c for c in itertools.combinations(nodes, 3) if min(np.diff(c)) >= distance),
         key=lambda c: (sum(bend[list(c)]), [-f for f in c]),
     )
     np.testing.assert_array_equal(key_frames._best(bend, 3), best)
@@ -109,13 +109,13 @@ def test_the_choice_of_one_performance_is_the_best_of_all_choices() -> None:
 def test_key_frames_increase_and_keep_their_distance(seed: int, count: int) -> None:
     generator = np.random.default_rng(seed)
     sequences = [np.cumsum(generator.standard_normal((n, 3)), axis=0) for n in (60, 75, 91)]
-    found = choose_key_frames(sequences, count=count)
-    assert found.frames.shape == (3, count)
-    for x, frames in zip(sequences, found.frames, strict=True):
+    result = choose_key_frames(sequences, count=count)
+    assert result.frames.shape == (3, count)
+    for x, frames in zip(sequences, result.frames, strict=True):
         gaps = np.diff(np.r_[0, frames, len(x) - 1])
         assert gaps.min() >= key_frames.SEPARATION * (len(x) - 1) - 1e-6
     again = choose_key_frames([x.copy() for x in sequences], count=count)
-    np.testing.assert_array_equal(again.frames, found.frames)
+    np.testing.assert_array_equal(again.frames, result.frames)
 
 
 def test_agreement_makes_the_same_key_frames_of_noisy_performances(
@@ -183,12 +183,12 @@ def test_key_frames_explain_most_of_the_timing(
     assert result.sequences.var(axis=0).sum() < 0.75 * plain.var(axis=0).sum()
 
     def error(warps: np.ndarray) -> float:
-        found = []
+        outcome = []
         for n, m in itertools.permutations(range(20), 2):
             phase = np.interp(warps[n], np.arange(len(bends.phase[n])), bends.phase[n])
             moving = (phase > bends.moving_phase[0]) & (phase < bends.moving_phase[1])
-            found.append(np.abs(correspondence(phase, bends.phase[m]) - warps[m])[moving].mean())
-        return float(np.mean(found))
+            outcome.append(np.abs(correspondence(phase, bends.phase[m]) - warps[m])[moving].mean())
+        return float(np.mean(outcome))
 
     assert error(result.warp) < 0.5 * error(linear)
 

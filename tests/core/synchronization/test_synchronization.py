@@ -55,7 +55,7 @@ def performance(generator: np.random.Generator, frames: int, dimension: int = 4)
 
 def every_path(frames: int, switch: dict[str, Any]) -> list[tuple[int, ...]]:
     """All disparity functions that the switches allow, by the definitions alone."""
-    found = []
+    result = []
     for ks in itertools.product(switch["steps"], repeat=frames - 1):
         # d(p - 1) = d(p) + k, back from d(P - 1) = 0
         path = [0]
@@ -64,8 +64,8 @@ def every_path(frames: int, switch: dict[str, Any]) -> list[tuple[int, ...]]:
         path.reverse()
         inside = all(0 <= p + d < frames and abs(d) <= switch["max_disparity"] for p, d in enumerate(path))
         if inside and (switch["start"] == "free" or path[0] == 0):
-            found.append(tuple(path))
-    return found
+            result.append(tuple(path))
+    return result
 
 
 def cost_of(x_n: np.ndarray, x_m: np.ndarray, path: tuple[int, ...], switch: dict[str, Any]) -> float:
@@ -98,9 +98,9 @@ def test_no_path_of_all_is_cheaper_and_ties_go_to_the_straightest_from_the_end(
     best = min(costs)
     tied = [path for path, cost in zip(paths, costs, strict=True) if cost == best]
     expected = min(tied, key=preference)
-    found = synchronize(x_n, x_m, **switch)
-    assert found.cost == best
-    assert tuple(found.disparity) == expected
+    synchronized = synchronize(x_n, x_m, **switch)
+    assert synchronized.cost == best
+    assert tuple(synchronized.disparity) == expected
     pairs = synchronize_all(sequences, **switch)
     assert pairs.cost[0, 1] == best
     assert tuple(pairs.disparity[0, 1]) == expected
@@ -115,7 +115,7 @@ def plain_loop(
     S = {d: 0.0 if d == 0 or start == "free" else np.inf for d in disparities}
     K: list[dict[int, int]] = []
     for p in range(frames):
-        arrived, taken = {}, {}
+        arrived, used = {}, {}
         for d in disparities:
             E = float(((x_n[p] - x_m[p + d]) ** 2).sum()) if 0 <= p + d < frames else np.inf
             least, step = (S[d], 0) if p == 0 else (np.inf, 0)
@@ -124,9 +124,9 @@ def plain_loop(
                 arriving = S.get(d + k, np.inf) + smoothness * abs(weight)
                 if arriving < least:
                     least, step = arriving, k
-            arrived[d], taken[d] = least + E, step
+            arrived[d], used[d] = least + E, step
         S = arrived
-        K.append(taken)
+        K.append(used)
     path = [0]
     for p in range(frames - 1, 0, -1):
         path.append(path[-1] + K[p][path[-1]])
@@ -149,10 +149,10 @@ def test_one_pair_and_all_pairs_equal_the_plain_double_loop(
     pairs = synchronize_all(sequences, **switch)
     for n, m in itertools.permutations(range(3), 2):
         path, cost = plain_loop(sequences[n], sequences[m], **switch)
-        found = synchronize(sequences[n], sequences[m], **switch)
-        assert found.cost == pytest.approx(cost, rel=1e-9)
+        synchronized = synchronize(sequences[n], sequences[m], **switch)
+        assert synchronized.cost == pytest.approx(cost, rel=1e-9)
         assert pairs.cost[n, m] == pytest.approx(cost, rel=1e-9)
-        assert found.disparity.tolist() == path
+        assert synchronized.disparity.tolist() == path
         assert pairs.disparity[n, m].tolist() == path
 
 
@@ -162,11 +162,11 @@ def asymmetric_warping(x_n: np.ndarray, x_m: np.ndarray, window: int) -> float:
     total = np.full((frames, frames), np.inf)
     for i in range(frames):
         for j in range(max(0, i - window), min(frames, i + window + 1)):
-            here = float(((x_n[i] - x_m[j]) ** 2).sum())
+            start = float(((x_n[i] - x_m[j]) ** 2).sum())
             if i == 0:
-                total[i, j] = here if j == 0 else np.inf
+                total[i, j] = start if j == 0 else np.inf
             else:
-                total[i, j] = here + min(total[i - 1, j - step] for step in (0, 1, 2) if j >= step)
+                total[i, j] = start + min(total[i - 1, j - step] for step in (0, 1, 2) if j >= step)
     return float(total[-1, -1])
 
 
@@ -213,8 +213,8 @@ def test_known_warps_are_recovered_within_a_frame(start: str) -> None:
         warped = smooth_warp(generator, frames, 0.12)
         # x_m(q) = base(warped(q)), so base(p) is found at q = warped⁻¹(p)
         truth = np.interp(np.linspace(0, 1, frames), warped, np.arange(frames))
-        found = synchronize(base, movement(warped), max_disparity=33, smoothness=mu, start=start)
-        moved.append(np.abs(rate_to_rate(found.disparity) - truth).mean())
+        synchronized = synchronize(base, movement(warped), max_disparity=33, smoothness=mu, start=start)
+        moved.append(np.abs(rate_to_rate(synchronized.disparity) - truth).mean())
         raw.append(np.abs(np.arange(frames) - truth).mean())
     assert np.mean(raw) > 3.0, "the warps would be too easy"
     assert max(moved) < 1.0
@@ -224,9 +224,9 @@ def test_synchronization_takes_away_the_variance_that_timing_makes() -> None:
     generator = np.random.default_rng(5)
     sequences = np.stack([movement(smooth_warp(generator, 80, 0.12)) for _ in range(8)])
     sequences += 0.02 * generator.standard_normal(sequences.shape)
-    found = synchronize_all(sequences, max_disparity=27, smoothness=0.05)
-    n = median_sequence(found.cost)
-    together = warp(sequences, found.disparity[n])
+    synchronized = synchronize_all(sequences, max_disparity=27, smoothness=0.05)
+    n = median_sequence(synchronized.cost)
+    together = warp(sequences, synchronized.disparity[n])
     assert together.var(axis=0).sum() < 0.1 * sequences.var(axis=0).sum()
 
 
@@ -241,9 +241,9 @@ def test_a_sequence_with_itself_has_no_disparity_and_no_cost(
     generator = np.random.default_rng(seed)
     x = performance(generator, frames, dimension) * 10.0 ** generator.integers(-100, 100)
     x += 10.0 ** generator.integers(-100, 100)
-    found = synchronize(x, x.copy(), **switch)
-    assert not found.disparity.any()
-    assert found.cost == 0.0
+    synchronized = synchronize(x, x.copy(), **switch)
+    assert not synchronized.disparity.any()
+    assert synchronized.cost == 0.0
     sequences = [x, performance(generator, frames, dimension), x]
     pairs = synchronize_all(sequences, **switch)
     assert np.array_equal(distances(sequences, **switch), pairs.cost)
@@ -258,21 +258,23 @@ def test_constant_sequences_stay_where_they_are(seed: int, frames: int, penalty:
     postures = np.random.default_rng(seed).standard_normal((3, 1, 5))
     sequences = np.repeat(postures, frames, axis=1)
     for mu in (0.0, 0.3):
-        found = synchronize_all(sequences, max_disparity=frames, smoothness=mu, penalty=penalty, start=start)
-        assert not found.disparity.any()
-        apart = ((postures - postures.transpose(1, 0, 2)) ** 2).sum(axis=2)
-        assert np.allclose(found.cost, frames * apart, rtol=1e-12, atol=1e-12)
-        one = synchronize(sequences[0], sequences[1], max_disparity=frames, smoothness=mu, penalty=penalty)
-        assert not one.disparity.any()
+        synchronized = synchronize_all(
+            sequences, max_disparity=frames, smoothness=mu, penalty=penalty, start=start
+        )
+        assert not synchronized.disparity.any()
+        distance = ((postures - postures.transpose(1, 0, 2)) ** 2).sum(axis=2)
+        assert np.allclose(synchronized.cost, frames * distance, rtol=1e-12, atol=1e-12)
+        first = synchronize(sequences[0], sequences[1], max_disparity=frames, smoothness=mu, penalty=penalty)
+        assert not first.disparity.any()
 
 
 def test_one_frame_is_matched_with_the_other() -> None:
     for start in ("fixed", "free"):
-        found = synchronize(
+        synchronized = synchronize(
             np.array([[1.0, 2.0]]), np.array([[4.0, 6.0]]), max_disparity=20, smoothness=1.0, start=start
         )
-        assert found.disparity.tolist() == [0]
-        assert found.cost == 25.0
+        assert synchronized.disparity.tolist() == [0]
+        assert synchronized.cost == 25.0
     assert synchronize_all(
         np.array([[[1.0, 2.0]], [[4.0, 6.0]]]), max_disparity=20, smoothness=1.0
     ).cost.tolist() == [
@@ -290,24 +292,24 @@ def test_a_shift_of_both_and_a_change_of_unit_move_no_path(
     sequences = np.stack([performance(generator, frames) for _ in range(3)])
     switch: dict[str, Any] = {"max_disparity": frames // 3, "penalty": penalty, "start": start}
     mu = generator.exponential()
-    found = synchronize_all(sequences, smoothness=mu, **switch)
+    synchronized = synchronize_all(sequences, smoothness=mu, **switch)
     shifted = synchronize_all(sequences + 100.0 * generator.standard_normal(4), smoothness=mu, **switch)
-    assert np.array_equal(shifted.disparity, found.disparity)
-    assert np.allclose(shifted.cost, found.cost, rtol=1e-9, atol=1e-9)
+    assert np.array_equal(shifted.disparity, synchronized.disparity)
+    assert np.allclose(shifted.cost, synchronized.cost, rtol=1e-9, atol=1e-9)
     unit = 10.0 ** generator.uniform(-3, 3)
     scaled = synchronize_all(sequences * unit, smoothness=mu * unit**2, **switch)
-    assert np.array_equal(scaled.disparity, found.disparity)
-    assert np.allclose(scaled.cost, found.cost * unit**2, rtol=1e-9, atol=1e-9 * unit**2)
+    assert np.array_equal(scaled.disparity, synchronized.disparity)
+    assert np.allclose(scaled.cost, synchronized.cost * unit**2, rtol=1e-9, atol=1e-9 * unit**2)
 
 
 def test_postures_far_from_the_origin_lose_nothing() -> None:
     # Multiples of 1/1024, so that the shift itself is exact.
     sequences = np.stack([performance(np.random.default_rng(n), 40) for n in range(4)])
     sequences = np.round(sequences * 1024) / 1024
-    found = synchronize_all(sequences, max_disparity=13, smoothness=0.5)
+    synchronized = synchronize_all(sequences, max_disparity=13, smoothness=0.5)
     far = synchronize_all(sequences + 2.0**30, max_disparity=13, smoothness=0.5)
-    assert np.array_equal(far.disparity, found.disparity)
-    assert np.allclose(far.cost, found.cost, rtol=1e-12, atol=0)
+    assert np.array_equal(far.disparity, synchronized.disparity)
+    assert np.allclose(far.cost, synchronized.cost, rtol=1e-12, atol=0)
 
 
 @given(seeds, st.integers(2, 60), switches(widest=30))
@@ -317,18 +319,18 @@ def test_time_never_runs_backwards_nor_leaves_the_sequence(
 ) -> None:
     generator = np.random.default_rng(seed)
     x_n, x_m = performance(generator, frames), performance(generator, frames)
-    found = synchronize(x_n, x_m, **switch)
-    tau = rate_to_rate(found.disparity)
+    synchronized = synchronize(x_n, x_m, **switch)
+    tau = rate_to_rate(synchronized.disparity)
     assert tau[-1] == frames - 1
     assert tau[0] == 0 or (switch["start"] == "free" and tau[0] > 0)
     rates = 1 - np.array(switch["steps"])
     assert set(np.diff(tau)) <= set(rates.tolist())
     assert np.diff(tau).min() >= 0
-    assert np.abs(found.disparity).max() <= switch["max_disparity"]
+    assert np.abs(synchronized.disparity).max() <= switch["max_disparity"]
     along = synchronization_distance(
-        x_n, x_m, found.disparity, smoothness=switch["smoothness"], penalty=switch["penalty"]
+        x_n, x_m, synchronized.disparity, smoothness=switch["smoothness"], penalty=switch["penalty"]
     )
-    assert along == pytest.approx(found.cost, rel=1e-9)
+    assert along == pytest.approx(synchronized.cost, rel=1e-9)
 
 
 def test_the_default_steps_run_time_at_rates_from_none_to_twice() -> None:
@@ -369,22 +371,24 @@ def test_a_band_wider_than_the_sequence_changes_nothing() -> None:
         just = synchronize_all(sequences, max_disparity=11, smoothness=0.5, start=start)
         assert np.array_equal(wide.disparity, just.disparity)
         assert np.array_equal(wide.cost, just.cost)
-        one = synchronize(sequences[0], sequences[1], max_disparity=10**9, smoothness=0.5, start=start)
-        assert np.array_equal(one.disparity, just.disparity[0, 1])
+        synchronized = synchronize(
+            sequences[0], sequences[1], max_disparity=10**9, smoothness=0.5, start=start
+        )
+        assert np.array_equal(synchronized.disparity, just.disparity[0, 1])
 
 
 def test_a_step_longer_than_the_sequence_takes_no_memory() -> None:
-    found = synchronize(GOOD, GOOD + 1, max_disparity=5, smoothness=0.5, steps=(-(10**12), 0, 1))
-    assert not found.disparity.any()
+    synchronized = synchronize(GOOD, GOOD + 1, max_disparity=5, smoothness=0.5, steps=(-(10**12), 0, 1))
+    assert not synchronized.disparity.any()
 
 
 def test_the_distance_is_not_symmetric() -> None:
     generator = np.random.default_rng(0)
-    found = synchronize_all(
+    result = synchronize_all(
         [performance(generator, 50) for _ in range(4)], max_disparity=16, smoothness=0.5
     ).cost
-    apart = np.abs(found - found.T)[~np.eye(4, dtype=bool)]
-    assert apart.min() > 0
+    distance = np.abs(result - result.T)[~np.eye(4, dtype=bool)]
+    assert distance.min() > 0
 
 
 def test_the_printed_penalty_pulls_towards_no_synchronization() -> None:
@@ -410,35 +414,35 @@ def test_the_size_of_a_tile_is_no_matter(monkeypatch: pytest.MonkeyPatch, tile: 
     expected = synchronize_all(sequences, max_disparity=9, smoothness=0.7)
     monkeypatch.setattr(all_pairs, "_TILE_BYTES", tile)
     monkeypatch.setattr(all_pairs, "_KEPT_BYTES", kept)
-    found = synchronize_all(sequences, max_disparity=9, smoothness=0.7)
-    assert np.array_equal(found.disparity, expected.disparity)
-    assert np.allclose(found.cost, expected.cost, rtol=1e-12)
+    synchronized = synchronize_all(sequences, max_disparity=9, smoothness=0.7)
+    assert np.array_equal(synchronized.disparity, expected.disparity)
+    assert np.allclose(synchronized.cost, expected.cost, rtol=1e-12)
 
 
 def test_memory_beside_the_result_does_not_grow_with_the_pairs() -> None:
     def peak(count: int) -> int:
         sequences = np.random.default_rng(0).standard_normal((count, 20, 2))
         tracemalloc.start()
-        found = synchronize_all(sequences, max_disparity=6, smoothness=1.0)
+        synchronized = synchronize_all(sequences, max_disparity=6, smoothness=1.0)
         most = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
-        return most - found.cost.nbytes - found.disparity.nbytes - 10 * sequences.nbytes
+        return most - synchronized.cost.nbytes - synchronized.disparity.nbytes - 10 * sequences.nbytes
 
     # Nine times the pairs; the inputs and the result are taken off.
     assert peak(180) < 1.5 * peak(60)
 
 
 def test_disparities_of_all_pairs_are_small_numbers() -> None:
-    found = synchronize_all(np.zeros((2, 3, 1)), max_disparity=1, smoothness=1.0)
-    assert found.disparity.dtype == np.int16
-    assert found.disparity.shape == (2, 2, 3)
+    synchronized = synchronize_all(np.zeros((2, 3, 1)), max_disparity=1, smoothness=1.0)
+    assert synchronized.disparity.dtype == np.int16
+    assert synchronized.disparity.shape == (2, 2, 3)
 
 
 def test_all_identical_is_allowed_and_the_median_is_the_first() -> None:
     same = np.tile(performance(np.random.default_rng(2), 30), (5, 1, 1))
-    found = synchronize_all(same, max_disparity=10, smoothness=0.1).cost
-    assert not found.any()
-    assert median_sequence(found) == 0
+    result = synchronize_all(same, max_disparity=10, smoothness=0.1).cost
+    assert not result.any()
+    assert median_sequence(result) == 0
 
 
 # --- the median -------------------------------------------------------------------------------------------
@@ -449,9 +453,9 @@ def test_the_median_has_the_least_sum_of_its_row(seed: int, count: int) -> None:
     costs = np.random.default_rng(seed).integers(0, 3, (count, count)).astype(float)
     np.fill_diagonal(costs, 0.0)
     totals = [sum(row) for row in costs.tolist()]
-    found = median_sequence(costs)
-    assert type(found) is int
-    assert found == totals.index(min(totals))
+    median = median_sequence(costs)
+    assert type(median) is int
+    assert median == totals.index(min(totals))
 
 
 def test_the_median_is_a_pattern_and_not_what_is_patterned() -> None:
@@ -478,12 +482,12 @@ def test_the_median_of_warped_performances_is_the_one_in_the_middle() -> None:
 def test_normalised_time_keeps_both_ends_and_straight_lines(seed: int, frames: int, wanted: int) -> None:
     generator = np.random.default_rng(seed)
     sequence = performance(generator, frames)
-    found = normalise(sequence, wanted)
-    assert found.shape == (wanted, 4)
-    assert np.array_equal(found[[0, -1]], sequence[[0, -1]])
+    normalised = normalise(sequence, wanted)
+    assert normalised.shape == (wanted, 4)
+    assert np.array_equal(normalised[[0, -1]], sequence[[0, -1]])
     t, wanted_t = np.linspace(0, 1, frames), np.linspace(0, 1, wanted)
     expected = np.column_stack([np.interp(wanted_t, t, column) for column in sequence.T])
-    assert np.allclose(found, expected, rtol=1e-9, atol=1e-9)
+    assert np.allclose(normalised, expected, rtol=1e-9, atol=1e-9)
     assert np.array_equal(normalise(sequence, frames), sequence)
     assert np.array_equal(normalise(np.full((frames, 1), 0.1), wanted), np.full((wanted, 1), 0.1))
 
@@ -502,22 +506,24 @@ def test_the_disparity_space_image_equals_its_definition(seed: int, frames: int,
     generator = np.random.default_rng(seed)
     x_n, x_m = performance(generator, frames, 17), performance(generator, frames, 17)
     image = disparity_space_image(x_n, x_m, max_disparity=band)
-    apart = ((x_n[:, None] - x_m[None]) ** 2).sum(axis=2)
+    distance = ((x_n[:, None] - x_m[None]) ** 2).sum(axis=2)
     for p, d in itertools.product(range(frames), range(-band, band + 1)):
         q = p + d
-        expected = apart[p, q] if 0 <= q < frames else np.inf
+        expected = distance[p, q] if 0 <= q < frames else np.inf
         assert image[p, d + band] == pytest.approx(expected, rel=1e-12)
 
 
 def test_a_warp_takes_samples_at_the_shifted_times_of_one_or_of_many() -> None:
     generator = np.random.default_rng(4)
     sequences = np.stack([performance(generator, 15) for _ in range(4)])
-    found = synchronize_all(sequences, max_disparity=5, smoothness=0.2)
-    together = warp(sequences, found.disparity[1])
+    synchronized = synchronize_all(sequences, max_disparity=5, smoothness=0.2)
+    together = warp(sequences, synchronized.disparity[1])
     for m in range(4):
-        one = warp(sequences[m], found.disparity[1, m])
-        assert np.array_equal(together[m], one)
-        assert all(np.array_equal(one[p], sequences[m, p + d]) for p, d in enumerate(found.disparity[1, m]))
+        first = warp(sequences[m], synchronized.disparity[1, m])
+        assert np.array_equal(together[m], first)
+        assert all(
+            np.array_equal(first[p], sequences[m, p + d]) for p, d in enumerate(synchronized.disparity[1, m])
+        )
 
 
 # --- bad input --------------------------------------------------------------------------------------------
@@ -622,11 +628,11 @@ def test_time_that_cannot_be_normalised_is_refused() -> None:
 
 def test_arguments_are_left_as_they_are() -> None:
     sequences = np.random.default_rng(0).standard_normal((3, 10, 2))
-    kept = sequences.copy()
+    original = sequences.copy()
     synchronize(sequences[0], sequences[1], max_disparity=3, smoothness=0.1)
     synchronize_all(sequences, max_disparity=3, smoothness=0.1)
     normalise(sequences[0], 4)
-    assert np.array_equal(sequences, kept)
+    assert np.array_equal(sequences, original)
 
 
 def test_the_trellis_of_two_pinned_ends_is_a_rhombus() -> None:

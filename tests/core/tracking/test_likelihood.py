@@ -35,9 +35,9 @@ def test_the_density_is_the_product_over_the_joints_that_were_seen(seed: int, mi
             for j in range(6):
                 if np.isnan(image[frame, j, 0]):
                     continue
-                place = camera.project(joints[s, j], VIEW)
+                position = camera.project(joints[s, j], VIEW)
                 shape = noise[j] ** 2 * np.eye(2)
-                expected[s] += stats.multivariate_normal.logpdf(image[frame, j], place, shape)
+                expected[s] += stats.multivariate_normal.logpdf(image[frame, j], position, shape)
         np.testing.assert_allclose(likelihood.log_density(joints, frame), expected, rtol=1e-9, atol=1e-9)
 
 
@@ -47,27 +47,27 @@ def test_an_unknown_place_is_integrated_out() -> None:
     joints, noise = 10.0 * generator.standard_normal((1, 4, 3)), np.array([3.0, 5.0, 8.0, 4.0])
     image = camera.project(joints, VIEW) + noise[:, None] * generator.standard_normal((4, 2)) + [40.0, -5.0]
     image[0, 3] = np.nan
-    known = Likelihood(image, VIEW, noise)
+    finite = Likelihood(image, VIEW, noise)
 
     def density(across: float) -> float:
         shift = across * np.array([np.cos(VIEW), np.sin(VIEW), 0.0])
-        return float(np.exp(known.log_density(joints + shift, 0)[0]))
+        return float(np.exp(finite.log_density(joints + shift, 0)[0]))
 
     expected = integrate.quad(density, 0.0, 80.0, epsabs=0.0)[0]
-    found = Likelihood(image, VIEW, noise, place_known=False).log_density(joints, 0)[0]
-    assert found == pytest.approx(np.log(expected), rel=1e-6)
+    result = Likelihood(image, VIEW, noise, place_known=False).log_density(joints, 0)[0]
+    assert result == pytest.approx(np.log(expected), rel=1e-6)
 
 
 def test_with_an_unknown_place_no_shift_along_the_horizontal_matters() -> None:
     generator = np.random.default_rng(2)
     joints, image = generator.standard_normal((5, 4, 3)), generator.standard_normal((1, 4, 2))
-    for known in (True, False):
-        there, sideways, upwards = (
-            Likelihood(image + shift, VIEW, 1.0, place_known=known).log_density(joints, 0)
+    for finite in (True, False):
+        moved, sideways, upwards = (
+            Likelihood(image + shift, VIEW, 1.0, place_known=finite).log_density(joints, 0)
             for shift in ([0.0, 0.0], [7.0, 0.0], [0.0, -3.0])
         )
-        assert np.allclose(there, sideways) != known
-        assert not np.allclose(there, upwards)
+        assert np.allclose(moved, sideways) != finite
+        assert not np.allclose(moved, upwards)
 
 
 def test_nothing_seen_says_nothing_and_a_joint_without_a_place_is_impossible() -> None:

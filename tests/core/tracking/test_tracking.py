@@ -59,8 +59,8 @@ def performances(seed: int, count: int, *, samples: int = 60, dimensions: int = 
     t = np.linspace(0, 1, samples)[:, None]
     scale = 0.7 ** np.arange(dimensions)
     action = np.sin(np.pi * t * [1, 2, 1, 3, 2][:dimensions]) * scale * 1.5
-    own = generator.standard_normal((count, 2, dimensions)) * 0.3 * scale
-    return action + own[:, :1] + own[:, 1:] * np.cos(np.pi * t)
+    reference = generator.standard_normal((count, 2, dimensions)) * 0.3 * scale
+    return action + reference[:, :1] + reference[:, 1:] * np.cos(np.pi * t)
 
 
 def seen(
@@ -194,13 +194,13 @@ def kalman(
         if frame:
             F, c, Q = steps[frame - 1]
             x, covariance = F @ x + c, F @ covariance @ F.T + Q
-        here = np.isfinite(image)
-        if here.any():
-            H = matrix[here]
-            S = H @ covariance @ H.T + noise**2 * np.eye(here.sum())
-            evidence.append(stats.multivariate_normal.logpdf(image[here], H @ x, S))
+        finite = np.isfinite(image)
+        if finite.any():
+            H = matrix[finite]
+            S = H @ covariance @ H.T + noise**2 * np.eye(finite.sum())
+            evidence.append(stats.multivariate_normal.logpdf(image[finite], H @ x, S))
             gain = np.linalg.solve(S, H @ covariance).T
-            x, covariance = x + gain @ (image[here] - H @ x), covariance - gain @ H @ covariance
+            x, covariance = x + gain @ (image[finite] - H @ x), covariance - gain @ H @ covariance
         else:
             evidence.append(0.0)
         means.append(x)
@@ -240,7 +240,7 @@ def test_the_filter_is_the_kalman_filter_where_that_is_exact(prior: bool) -> Non
     expected, variance, evidence = kalman(
         start, list(zip(F, c, Q, strict=True)), image.reshape(frames, -1), matrix, noise
     )
-    found = track(
+    tracked = track(
         mean,
         sd,
         Likelihood(image, VIEW, noise),
@@ -252,12 +252,12 @@ def test_the_filter_is_the_kalman_filter_where_that_is_exact(prior: bool) -> Non
     )
     # Errors of n independent samples would be sqrt(variance / n); effective samples are a tenth of n or more.
     tolerance = 4.0 / np.sqrt(n_particles / 10)
-    assert (np.abs(found.posture - expected) < tolerance * np.sqrt(variance)).all()
-    np.testing.assert_allclose(found.standard_deviation, np.sqrt(variance), rtol=tolerance)
-    np.testing.assert_allclose(found.log_evidence, evidence, atol=3 * tolerance)
-    assert found.log_evidence[4] == 0.0
-    assert not found.lost.any()
-    assert not found.pruned_fraction.any()
+    assert (np.abs(tracked.posture - expected) < tolerance * np.sqrt(variance)).all()
+    np.testing.assert_allclose(tracked.standard_deviation, np.sqrt(variance), rtol=tolerance)
+    np.testing.assert_allclose(tracked.log_evidence, evidence, atol=3 * tolerance)
+    assert tracked.log_evidence[4] == 0.0
+    assert not tracked.lost.any()
+    assert not tracked.pruned_fraction.any()
 
 
 # --- the plain loop ---------------------------------------------------------------------------------------
@@ -319,8 +319,10 @@ def one_by_one(
         phases.append(weights @ [state[0] for state in states])
         if 1 / (weights**2).sum() < count / 2:
             offset, edges = generator.random(), np.cumsum(weights)
-            kept = [next(i for i in range(count) if edges[i] > (n + offset) / count) for n in range(count)]
-            states, weights = [states[i] for i in kept], np.full(count, 1 / count)
+            retained = [
+                next(i for i in range(count) if edges[i] > (n + offset) / count) for n in range(count)
+            ]
+            states, weights = [states[i] for i in retained], np.full(count, 1 / count)
     return np.array(postures), np.array(phases), np.array(evidences)
 
 
@@ -334,7 +336,7 @@ def test_the_filter_is_the_plain_loop_given_the_same_random_numbers(prior: bool,
     )
     d = Dynamics(diffusion=0.6, bound=1.5, rate_step=0.9, rate_bounds=(0.3, 1.6), start_phase=(0.0, 0.2))
     expected = one_by_one(mean, sd, image, 30.0, 24, d, prior, np.random.default_rng(9))
-    found = track(
+    tracked = track(
         mean,
         sd,
         Likelihood(image, VIEW, 30.0),
@@ -344,13 +346,13 @@ def test_the_filter_is_the_plain_loop_given_the_same_random_numbers(prior: bool,
         dynamics=d,
         prior=prior,
     )
-    assert (found.pruned_fraction > 0).any() == prior
-    assert (found.effective_sample_size < 12).any()  # so they are resampled
+    assert (tracked.pruned_fraction > 0).any() == prior
+    assert (tracked.effective_sample_size < 12).any()  # so they are resampled
     postures, phases, evidence = expected
-    np.testing.assert_allclose(found.posture, postures, rtol=0, atol=1e-9)
-    np.testing.assert_allclose(found.log_evidence, evidence, rtol=1e-9)
+    np.testing.assert_allclose(tracked.posture, postures, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(tracked.log_evidence, evidence, rtol=1e-9)
     if prior:
-        np.testing.assert_allclose(found.phase, phases, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(tracked.phase, phases, rtol=0, atol=1e-9)
 
 
 # --- what is not seen -------------------------------------------------------------------------------------
@@ -383,7 +385,7 @@ def test_a_joint_that_was_not_seen_says_nothing() -> None:
     _, image = seen(performances(0, 25)[0], generator, noise=10.0)
     image[:, [4, 7]] = np.nan
     likelihood = Likelihood(image, VIEW, 10.0)
-    found = run(likelihood)
+    tracked = run(likelihood)
     moved = track(
         *model(performances(0, 25)[1:]),
         likelihood,
@@ -392,9 +394,9 @@ def test_a_joint_that_was_not_seen_says_nothing() -> None:
         generator=np.random.default_rng(1),
         dynamics=Dynamics(diffusion=0.1),
     )
-    np.testing.assert_array_equal(found.posture, moved.posture)
-    np.testing.assert_array_equal(found.log_evidence, moved.log_evidence)
-    assert (found.seen == 13).all()
+    np.testing.assert_array_equal(tracked.posture, moved.posture)
+    np.testing.assert_array_equal(tracked.log_evidence, moved.log_evidence)
+    assert (tracked.seen == 13).all()
 
 
 def test_a_frame_with_nothing_seen_coasts_on_the_prediction() -> None:
@@ -402,18 +404,18 @@ def test_a_frame_with_nothing_seen_coasts_on_the_prediction() -> None:
     x = performances(0, 25)[0]
     _, image = seen(x, generator, noise=5.0)
     image[20:30] = np.nan
-    found = run(Likelihood(image, VIEW, 5.0), n_particles=1000)
-    assert (found.seen[20:30] == 0).all()
-    assert not found.lost.any()
-    assert (found.log_evidence[20:30] == 0).all()
-    assert (np.diff(found.phase[19:30]) > 0.3).all()  # the action goes on unseen
-    growth = found.standard_deviation[29].mean() / found.standard_deviation[19].mean()
+    tracked = run(Likelihood(image, VIEW, 5.0), n_particles=1000)
+    assert (tracked.seen[20:30] == 0).all()
+    assert not tracked.lost.any()
+    assert (tracked.log_evidence[20:30] == 0).all()
+    assert (np.diff(tracked.phase[19:30]) > 0.3).all()  # the action goes on unseen
+    growth = tracked.standard_deviation[29].mean() / tracked.standard_deviation[19].mean()
     assert growth > 1.5
     mean, _ = model(performances(0, 25)[1:])
-    stayed = np.abs(found.posture[19] - x[29]).mean()
-    assert np.abs(found.posture[29] - x[29]).mean() < 0.5 * stayed
+    stayed = np.abs(tracked.posture[19] - x[29]).mean()
+    assert np.abs(tracked.posture[29] - x[29]).mean() < 0.5 * stayed
     assert (
-        joint_error(limbs(found.posture), limbs(x))[35:].mean()
+        joint_error(limbs(tracked.posture), limbs(x))[35:].mean()
         < joint_error(limbs(mean), limbs(x))[35:].mean()
     )
 
@@ -423,11 +425,11 @@ def test_a_performance_that_is_no_such_action_is_lost_and_said_so() -> None:
     x = performances(0, 25)[0]
     _, image = seen(x, generator, noise=1.0)
     image[30:] = camera.project(limbs(x[30:] + 2.5), VIEW)
-    found = run(Likelihood(image, VIEW, 15.0))
-    assert found.lost[35:].all()
-    assert not found.lost[:30].any()
-    assert np.isfinite(found.posture).all()
-    assert found.effective_sample_size[35:].max() >= 1.0 - 1e-9
+    tracked = run(Likelihood(image, VIEW, 15.0))
+    assert tracked.lost[35:].all()
+    assert not tracked.lost[:30].any()
+    assert np.isfinite(tracked.posture).all()
+    assert tracked.effective_sample_size[35:].max() >= 1.0 - 1e-9
 
 
 def test_a_body_without_joints_is_lost_and_the_prediction_stands() -> None:
@@ -437,16 +439,16 @@ def test_a_body_without_joints_is_lost_and_the_prediction_stands() -> None:
     def nowhere(x: np.ndarray) -> np.ndarray:
         return limbs(x) if next(placed, False) else np.full((len(x), JOINTS, 3), np.nan)
 
-    found = track(
+    tracked = track(
         *model(walk),
         Likelihood(np.zeros((3, JOINTS, 2)), VIEW, 5.0),
         to_joints=nowhere,
         n_particles=300,
         generator=np.random.default_rng(1),
     )
-    assert found.lost.all()
-    assert np.isneginf(found.log_evidence).all()
-    np.testing.assert_allclose(found.effective_sample_size, 300.0)
+    assert tracked.lost.all()
+    assert np.isneginf(tracked.log_evidence).all()
+    np.testing.assert_allclose(tracked.effective_sample_size, 300.0)
 
 
 # --- what the prior is worth ------------------------------------------------------------------------------
@@ -459,12 +461,12 @@ def test_a_held_out_performance_is_tracked_without_noise() -> None:
     likelihood = Likelihood(camera.project(true, VIEW), VIEW, 10.0)
     mean, _ = model(performances(0, 25)[1:])
     dynamics = Dynamics(nominal_rate=59 / 44, diffusion=0.1)
-    found = run(likelihood, n_particles=20000, dynamics=dynamics)
-    error = joint_error(limbs(found.posture), true)
+    tracked = run(likelihood, n_particles=20000, dynamics=dynamics)
+    error = joint_error(limbs(tracked.posture), true)
     alone = joint_error(limbs(interpolate(mean, best_phase(true, limbs(mean)))), true)
     assert error.mean() < 12.0
     assert error.mean() < alone.mean() / 5
-    assert not found.lost.any()
+    assert not tracked.lost.any()
 
 
 @pytest.mark.parametrize(("noise", "occluded", "n_particles"), [(20.0, 0.7, 300), (20.0, 0.0, 50)])
@@ -480,10 +482,10 @@ def test_the_prior_helps_where_particles_or_joints_are_few(
         )
         likelihood = Likelihood(image, VIEW, noise)
         for prior, q in ((True, 0.1), (False, 0.1), (False, 0.2), (False, 0.4), (False, 0.8)):
-            found = run(
+            tracked = run(
                 likelihood, prior=prior, n_particles=n_particles, seed=seed, dynamics=Dynamics(diffusion=q)
             )
-            errors.setdefault((prior, q), []).append(joint_error(limbs(found.posture), true).mean())
+            errors.setdefault((prior, q), []).append(joint_error(limbs(tracked.posture), true).mean())
         errors["mean"].append(
             joint_error(limbs(interpolate(mean, best_phase(true, limbs(mean)))), true).mean()
         )
@@ -499,7 +501,7 @@ def test_the_evidence_says_which_action_it_was() -> None:
     mean, sd = model(performances(0, 25)[1:])
 
     def evidence(mean: np.ndarray) -> float:
-        found = track(
+        tracked = track(
             mean,
             sd,
             likelihood,
@@ -507,7 +509,7 @@ def test_the_evidence_says_which_action_it_was() -> None:
             n_particles=300,
             generator=np.random.default_rng(0),
         )
-        return float(found.log_evidence.sum())
+        return float(tracked.log_evidence.sum())
 
     assert evidence(mean) > evidence(mean[::-1]) + 10
     assert evidence(mean) > evidence(mean[:, ::-1]) + 10
@@ -516,7 +518,7 @@ def test_the_evidence_says_which_action_it_was() -> None:
 def test_the_same_seed_gives_the_same_track_and_nothing_is_changed() -> None:
     _, image = seen(performances(0, 25)[0], np.random.default_rng(8), noise=5.0, occluded=0.2)
     mean, sd = model(performances(0, 25)[1:])
-    kept = image.copy(), mean.copy(), sd.copy()
+    retained = image.copy(), mean.copy(), sd.copy()
     first, second, other = (
         track(
             mean,
@@ -531,16 +533,16 @@ def test_the_same_seed_gives_the_same_track_and_nothing_is_changed() -> None:
     for name in vars(first):
         np.testing.assert_array_equal(getattr(first, name), getattr(second, name))
     assert not np.array_equal(first.posture, other.posture)
-    for before, after in zip(kept, (image, mean, sd), strict=True):
+    for before, after in zip(retained, (image, mean, sd), strict=True):
         np.testing.assert_array_equal(before, after)
 
 
 def test_one_particle_follows_its_own_prediction() -> None:
     _, image = seen(performances(0, 25)[0], np.random.default_rng(8), noise=5.0)
-    found = run(Likelihood(image, VIEW, 500.0), n_particles=1)
-    np.testing.assert_allclose(found.effective_sample_size, 1.0)
-    np.testing.assert_allclose(found.standard_deviation, 0.0, atol=1e-12)
-    assert (np.diff(found.phase) >= 0).all()
+    tracked = run(Likelihood(image, VIEW, 500.0), n_particles=1)
+    np.testing.assert_allclose(tracked.effective_sample_size, 1.0)
+    np.testing.assert_allclose(tracked.standard_deviation, 0.0, atol=1e-12)
+    assert (np.diff(tracked.phase) >= 0).all()
 
 
 # --- what a track is measured by --------------------------------------------------------------------------

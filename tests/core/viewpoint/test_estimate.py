@@ -37,8 +37,8 @@ def printed_cost(
     misfit = float(((w_hat - C @ model.mean - C @ model.components.T @ k) ** 2).sum())
     if noise_variance is None:
         return misfit
-    kept = model.eigenvalues > 0
-    return misfit + noise_variance * float((k[kept] ** 2 / model.eigenvalues[kept]).sum())
+    retained = model.eigenvalues > 0
+    return misfit + noise_variance * float((k[retained] ** 2 / model.eigenvalues[retained]).sum())
 
 
 def printed_minimum(
@@ -83,15 +83,15 @@ def test_the_global_solver_finds_what_a_hundredth_of_a_degree_finds(
     components = 8 if style == "generic" else 4  # no more than the degenerate population has
     model = fit(people[1:], components, scale_last=30.0 if trailing else 1.0)
     observed = seen(people[0], generator.uniform(-np.pi, np.pi))
-    found = viewpoint.estimate(model, observed, method=method, noise_variance=noise_variance)
+    estimated = viewpoint.estimate(model, observed, method=method, noise_variance=noise_variance)
     angle_deg, cost = brute_force(model, observed, noise_variance)
-    assert abs(angle_difference_deg(np.degrees(found.angle_rad), angle_deg)) <= 0.01
-    assert found.converged
-    assert found.cost <= cost + 1e-9 * abs(cost)
-    assert found.cost == pytest.approx(cost, rel=1e-3, abs=1e-3)
-    at_angle, k = printed_minimum(model, observed, float(found.angle_rad), noise_variance)
-    assert found.cost == pytest.approx(at_angle, rel=1e-8, abs=1e-6)
-    np.testing.assert_allclose(found.coefficients, k, rtol=0, atol=1e-6 * np.abs(k).max())
+    assert abs(angle_difference_deg(np.degrees(estimated.angle_rad), angle_deg)) <= 0.01
+    assert estimated.converged
+    assert estimated.cost <= cost + 1e-9 * abs(cost)
+    assert estimated.cost == pytest.approx(cost, rel=1e-3, abs=1e-3)
+    at_angle, k = printed_minimum(model, observed, float(estimated.angle_rad), noise_variance)
+    assert estimated.cost == pytest.approx(at_angle, rel=1e-8, abs=1e-6)
+    np.testing.assert_allclose(estimated.coefficients, k, rtol=0, atol=1e-6 * np.abs(k).max())
 
 
 @given(seed=seeds, method=methods, wild=st.sampled_from([20.0, 300.0, 1000.0]))
@@ -106,15 +106,15 @@ def test_no_candidate_of_a_fine_grid_is_better(
     model = fit(people, int(generator.integers(1, 20)))
     strangers = people[:6] + wild * generator.standard_normal((6, 225))
     observed = np.stack([seen(w, generator.uniform(-3, 3)) for w in strangers])
-    found = viewpoint.estimate(model, observed, method=name, noise_variance=noise_variance)
+    estimated = viewpoint.estimate(model, observed, method=name, noise_variance=noise_variance)
     gram = gram_of(model, noise_variance)
     across, up, _ = _observations(model, gram.white, observed)
     fine = np.radians(np.arange(-180, 180, 0.25))
     cost = search.cost_on_grid(gram, across, up, fine, noise_variance)
-    assert (found.cost <= cost.min(axis=1) * (1 + 1e-9)).all()
-    assert (found.runner_up_cost >= found.cost * (1 - 1e-9)).all()
-    assert found.converged.all()
-    assert ((found.n_iterations >= 1) & (found.n_iterations < 30)).all()
+    assert (estimated.cost <= cost.min(axis=1) * (1 + 1e-9)).all()
+    assert (estimated.runner_up_cost >= estimated.cost * (1 - 1e-9)).all()
+    assert estimated.converged.all()
+    assert ((estimated.n_iterations >= 1) & (estimated.n_iterations < 30)).all()
 
 
 @pytest.mark.parametrize("step_deg", [5.0, 10.0, 15.0])
@@ -135,11 +135,11 @@ def test_the_lower_of_two_dips_wins_though_the_lowest_candidate_lies_in_the_othe
     assert np.degrees(candidates[cost(candidates).argmin()]) == pytest.approx(48.73)
     gram = gram_of(model, None)
     across, up, _ = _observations(model, gram.white, observed)
-    found = search.global_minimum(gram, across, up, (low, low + 2 * np.pi), step, None)
+    result = search.global_minimum(gram, across, up, (low, low + 2 * np.pi), step, None)
     fine = np.radians(np.arange(-180, 180, 0.001))
-    assert np.degrees(found.angle_rad[0]) == pytest.approx(np.degrees(fine[cost(fine).argmin()]), abs=1e-3)
-    assert found.cost[0] == pytest.approx(cost(fine).min(), rel=1e-6)
-    assert found.runner_up_cost[0] == pytest.approx(cost(fine[fine > 0]).min(), rel=1e-6)
+    assert np.degrees(result.angle_rad[0]) == pytest.approx(np.degrees(fine[cost(fine).argmin()]), abs=1e-3)
+    assert result.cost[0] == pytest.approx(cost(fine).min(), rel=1e-6)
+    assert result.runner_up_cost[0] == pytest.approx(cost(fine[fine > 0]).min(), rel=1e-6)
 
 
 # The function of one angle
@@ -176,17 +176,17 @@ def test_the_slope_is_the_limit_of_differences(seed: int, noise_variance: float 
     people = flatten(walkers(generator, 15), generator.uniform(0.7, 1.1, 15))
     model = fit(people[1:], 10, scale_last=None)
     gram = gram_of(model, noise_variance)
-    here = generator.uniform(-3, 3, 5)
-    observed = np.stack([seen(people[0], angle) for angle in here + 0.3])
+    start = generator.uniform(-3, 3, 5)
+    observed = np.stack([seen(people[0], angle) for angle in start + 0.3])
     across, up, _ = _observations(model, gram.white, observed)
 
     def reduced(angle: np.ndarray) -> search.ReducedCost:
         return search.reduced_cost(gram, across, up, angle, noise_variance)
 
-    slope = reduced(here).slope
+    slope = reduced(start).slope
     wrong = []
     for step in 10.0 ** np.array([-1.5, -2.0, -2.5]):
-        above, below = reduced(here + step).cost, reduced(here - step).cost
+        above, below = reduced(start + step).cost, reduced(start - step).cost
         wrong.append(np.abs((above - below) / (2 * step) - slope))
     order = np.log10(np.divide(wrong[:-1], wrong[1:])) / 0.5
     np.testing.assert_allclose(np.median(order, axis=-1), 2.0, atol=0.1)
@@ -196,9 +196,9 @@ def test_the_slope_is_the_limit_of_differences(seed: int, noise_variance: float 
 def test_dips_of_a_cost_worked_out_in_the_head() -> None:
     grid = np.radians(np.arange(6.0))
     cost = np.array([[9.0, 1.0, 1.0, 9.0, 4.0, 6.0]])  # one dip in two cells, then another
-    height, place = search.local_minima(cost, grid, closed=False)
+    height, position = search.local_minima(cost, grid, closed=False)
     np.testing.assert_allclose(height[0], [np.inf, 0.0, 0.0, np.inf, 4.0 - 9.0 / 56.0, np.inf])
-    np.testing.assert_allclose(np.degrees(place[0, [1, 2, 4]]), [1.5, 1.5, 4 + 3.0 / 14.0])
+    np.testing.assert_allclose(np.degrees(position[0, [1, 2, 4]]), [1.5, 1.5, 4 + 3.0 / 14.0])
     cell, value = search.lowest_but(height, np.array([1]), closed=False)
     assert (cell[0], value[0]) == (4, height[0, 4])
     _, none = search.lowest_but(height[:, :3], np.array([1]), closed=False)
@@ -207,9 +207,9 @@ def test_dips_of_a_cost_worked_out_in_the_head() -> None:
 
 def test_the_ends_of_a_range_are_dips_and_those_of_a_circle_are_not() -> None:
     grid, cost = np.arange(4.0), np.array([[3.0, 5.0, 4.0, 1.0]])
-    height, place = search.local_minima(cost, grid, closed=False)
+    height, position = search.local_minima(cost, grid, closed=False)
     assert height[0].tolist() == [3.0, np.inf, np.inf, 1.0]
-    assert place[0, [0, 3]].tolist() == [0.0, 3.0]
+    assert position[0, [0, 3]].tolist() == [0.0, 3.0]
     height, _ = search.local_minima(cost, grid, closed=True)
     assert np.flatnonzero(np.isfinite(height[0])).tolist() == [3]
     circle, closed = search.candidates(-1.0, -1.0 + 2 * np.pi, np.pi / 2)
@@ -231,13 +231,13 @@ def test_the_view_of_a_walker_within_the_model_is_recovered(
     k = generator.standard_normal(len(model.eigenvalues)) * np.sqrt(model.eigenvalues)
     if noise_variance is not None:
         k *= 0.0  # a prior pulls anybody but the average walker, and with the walker the angle
-    found = viewpoint.estimate(
+    estimated = viewpoint.estimate(
         model, seen(model.mean + k @ model.components, true), method=name, noise_variance=noise_variance
     )
-    assert abs(angle_difference_deg(np.degrees(found.angle_rad), np.degrees(true))) < 1e-5
-    assert -np.pi < found.angle_rad <= np.pi
-    np.testing.assert_allclose(found.coefficients, k, rtol=0, atol=1e-4)
-    assert found.cost < 1e-6 * found.runner_up_cost
+    assert abs(angle_difference_deg(np.degrees(estimated.angle_rad), np.degrees(true))) < 1e-5
+    assert -np.pi < estimated.angle_rad <= np.pi
+    np.testing.assert_allclose(estimated.coefficients, k, rtol=0, atol=1e-4)
+    assert estimated.cost < 1e-6 * estimated.runner_up_cost
 
 
 @given(fold=folds(styles=("generic", "tied")), method=methods, view=st.lists(angles, min_size=2, max_size=8))
@@ -257,8 +257,8 @@ def test_many_observations_at_once_are_each_alone(
         scale = float((row**2).sum())
         assert together.cost[i] == pytest.approx(float(alone.cost), rel=1e-8, abs=1e-12 * scale)
         if alone.runner_up_cost > 1.001 * alone.cost:  # else two angles may be told apart by rounding alone
-            apart = angle_difference_deg(np.degrees(together.angle_rad[i]), np.degrees(alone.angle_rad))
-            assert abs(apart) < 1e-4
+            distance = angle_difference_deg(np.degrees(together.angle_rad[i]), np.degrees(alone.angle_rad))
+            assert abs(distance) < 1e-4
 
 
 def test_every_shape_of_the_same_observations_agrees() -> None:
@@ -269,18 +269,18 @@ def test_every_shape_of_the_same_observations_agrees() -> None:
     flat = viewpoint.estimate(model, blocks.reshape(2, 150), method="map", noise_variance=70.0)
     as_blocks = viewpoint.estimate(model, blocks, method="map", noise_variance=70.0)
     np.testing.assert_array_equal(as_blocks.angle_rad, flat.angle_rad)
-    one = viewpoint.estimate(model, blocks[1], method="map", noise_variance=70.0)
+    estimated = viewpoint.estimate(model, blocks[1], method="map", noise_variance=70.0)
     other = viewpoint.estimate(model, blocks[1].reshape(150), method="map", noise_variance=70.0)
-    assert one.angle_rad == other.angle_rad
-    assert np.ndim(one.angle_rad) == 0
-    assert one.coefficients.shape == (6,)
-    assert one.angle_rad == pytest.approx(flat.angle_rad[1], abs=1e-9)
+    assert estimated.angle_rad == other.angle_rad
+    assert np.ndim(estimated.angle_rad) == 0
+    assert estimated.coefficients.shape == (6,)
+    assert estimated.angle_rad == pytest.approx(flat.angle_rad[1], abs=1e-9)
 
 
 def test_no_observation_of_anything_is_no_reason_to_fail() -> None:
     model = fit(flatten(walkers(np.random.default_rng(0), 5)), 3)
-    found = viewpoint.estimate(model, np.zeros(150), method="map", noise_variance=70.0)
-    assert np.isfinite(found.cost)
+    estimated = viewpoint.estimate(model, np.zeros(150), method="map", noise_variance=70.0)
+    assert np.isfinite(estimated.cost)
     still = LinearModel(np.zeros(225), np.eye(225)[:2], np.ones(2), 2.0)  # no view is better than another
     flat = viewpoint.estimate(still, np.zeros((2, 150)), method="least_squares")
     assert flat.cost.tolist() == [0.0, 0.0]
@@ -293,8 +293,10 @@ def test_the_runner_up_tells_an_ambiguous_view() -> None:
         people = walkers(np.random.default_rng(3), 12)
         people[..., 1] *= depth
         model = fit(flatten(people[1:]), 8)
-        found = viewpoint.estimate(model, seen(flatten(people)[0], 0.4), method="map", noise_variance=70.0)
-        ratios.append(float(found.runner_up_cost / found.cost))
+        estimated = viewpoint.estimate(
+            model, seen(flatten(people)[0], 0.4), method="map", noise_variance=70.0
+        )
+        ratios.append(float(estimated.runner_up_cost / estimated.cost))
     assert 1.0 <= ratios[0] < 1.1 < ratios[1]
 
 
@@ -312,15 +314,15 @@ def test_a_restricted_range_is_kept_and_its_best_candidate_taken(
     model = fit(people[1:], 5)
     observed = seen(people[0], np.radians(true_deg))
     low, high = np.radians(low_deg), np.radians(low_deg + width_deg)
-    found = viewpoint.estimate(
+    estimated = viewpoint.estimate(
         model, observed, method="map", noise_variance=70.0, angle_range_rad=(low, high)
     )
-    assert np.mod(found.angle_rad - low + 1e-9, 2 * np.pi) <= high - low + 2e-9
+    assert np.mod(estimated.angle_rad - low + 1e-9, 2 * np.pi) <= high - low + 2e-9
     gram = gram_of(model, 70.0)
     across, up, _ = _observations(model, gram.white, observed)
     fine = np.linspace(low, high, 4 * width_deg + 1)
     cost = search.cost_on_grid(gram, across, up, fine, 70.0)
-    assert found.cost <= cost.min() * (1 + 1e-8)
+    assert estimated.cost <= cost.min() * (1 + 1e-8)
 
 
 def test_more_than_a_circle_is_a_circle() -> None:
@@ -358,11 +360,11 @@ def test_the_published_trust_region_may_end_in_another_dip() -> None:
     people[..., 1] *= 0.1
     model, observed = fit(flatten(people[1:]), 8), seen(flatten(people)[0], 0.4)
     best = viewpoint.estimate(model, observed, method="least_squares")
-    found = [
+    result = [
         viewpoint.estimate(model, observed, method="least_squares", solver="published", start_rad=start)
         for start in np.radians(np.arange(-180, 180, 30))
     ]
-    costs = np.array([float(one.cost) for one in found])
+    costs = np.array([float(first.cost) for first in result])
     assert (costs >= best.cost * (1 - 1e-9)).all()
     assert costs.min() == pytest.approx(best.cost, rel=1e-5)
     assert costs.max() == pytest.approx(best.runner_up_cost, rel=1e-2)
@@ -378,7 +380,7 @@ def test_the_published_approach_ii_is_the_best_of_181_whole_degrees(
     people = flatten(walkers(generator, 12), generator.uniform(0.7, 1.1, 12) if trailing else None)
     model = fit(people[1:], 7, scale_last=30.0 if trailing else 1.0)
     observed = np.stack([seen(people[0], angle) for angle in np.radians([12.4, 77.6])])
-    found = viewpoint.estimate(
+    estimated = viewpoint.estimate(
         model,
         observed,
         method="map",
@@ -390,20 +392,20 @@ def test_the_published_approach_ii_is_the_best_of_181_whole_degrees(
     assert len(whole) == 181
     for i, row in enumerate(observed):
         costs = [printed_minimum(model, row, np.radians(degree), 70.0)[0] for degree in whole]
-        assert np.degrees(found.angle_rad[i]) == pytest.approx(whole[np.argmin(costs)], abs=1e-9)
-        assert found.cost[i] == pytest.approx(min(costs), rel=1e-9)
-    assert found.converged.all()
+        assert np.degrees(estimated.angle_rad[i]) == pytest.approx(whole[np.argmin(costs)], abs=1e-9)
+        assert estimated.cost[i] == pytest.approx(min(costs), rel=1e-9)
+    assert estimated.converged.all()
 
 
 @given(fold=folds(styles=("generic",)), true=angles)
 @settings(max_examples=15, deadline=None)
 def test_the_coefficients_rebuild_the_walker_as_the_known_view_does(fold: Fold, true: float) -> None:
     """At the angle that is found, approach II is that of the first experiment at this angle."""
-    found = viewpoint.estimate(fold.model, seen(fold.sample, true), method="map", noise_variance=70.0)
+    estimated = viewpoint.estimate(fold.model, seen(fold.sample, true), method="map", noise_variance=70.0)
     white_observation = seen(fold.sample, true)
-    _, k = printed_minimum(fold.model, white_observation, float(found.angle_rad), 70.0)
-    np.testing.assert_allclose(found.coefficients, k, rtol=0, atol=1e-7 * max(np.abs(k).max(), 1.0))
-    rebuilt = unflatten(fold.model.mean + found.coefficients @ fold.model.components)
+    _, k = printed_minimum(fold.model, white_observation, float(estimated.angle_rad), 70.0)
+    np.testing.assert_allclose(estimated.coefficients, k, rtol=0, atol=1e-7 * max(np.abs(k).max(), 1.0))
+    rebuilt = unflatten(fold.model.mean + estimated.coefficients @ fold.model.components)
     assert rebuilt.shape == (5, 15, 3)
 
 

@@ -82,9 +82,9 @@ def test_a_trunk_that_bows_is_no_walk(people: np.ndarray) -> None:
     level = people[2]
     stooped, bowing = level.copy(), level.copy()
     for joint in ("left_shoulder", "right_shoulder"):
-        place = WALKER15.index(joint)
-        stooped[:, place, 1] += 250.0
-        bowing[:, place, 1] += 250.0 * (1.0 - np.cos(np.linspace(0.0, 2.0 * np.pi, len(level))))
+        position = WALKER15.index(joint)
+        stooped[:, position, 1] += 250.0
+        bowing[:, position, 1] += 250.0 * (1.0 - np.cos(np.linspace(0.0, 2.0 * np.pi, len(level))))
     check(stooped)  # all the time
     with rejects("trunk_bows"):
         check(bowing)
@@ -97,7 +97,7 @@ def test_every_recorded_walk_is_one_and_nothing_else() -> None:
     with (ROOT / "data" / "sources.csv").open(newline="") as stream:
         listed = [row for row in csv.DictReader(stream) if row["skeleton"] in shipped() and row["trial"]]
     folders = [Path(folder) for folder in MIRROR.split(os.pathsep)]
-    kept: dict[str, list[str]] = {"walk": [], "other": []}
+    retained: dict[str, list[str]] = {"walk": [], "other": []}
     for row in listed:
         path = next((folder / row["path"] for folder in folders if (folder / row["path"]).is_file()), None)
         if path is None:
@@ -111,6 +111,6 @@ def test_every_recorded_walk_is_one_and_nothing_else() -> None:
         )  # some walks are among varied motion
         if listed_as == "walk":
             assert walk is (row["trial"] not in refused_walks), row["path"]
-        kept[listed_as] += [row["trial"]] * walk
-    assert len(kept["walk"]) >= 105
-    assert kept["other"] == []
+        retained[listed_as] += [row["trial"]] * walk
+    assert len(retained["walk"]) >= 105
+    assert retained["other"] == []

@@ -44,15 +44,15 @@ def whole(positions: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("seed", range(3))
 def test_the_steady_stretch_lies_within_the_steady_walk(name: str, seed: int) -> None:
     clip = overground(seed, **CLIPS[name])
-    found = walking.steady_stretch(clip.positions, whole(clip.positions), RATE_HZ)
-    assert found.locomotion == "overground"
-    assert clip.steady[found.start : found.stop].all()
+    stretch = walking.steady_stretch(clip.positions, whole(clip.positions), RATE_HZ)
+    assert stretch.locomotion == "overground"
+    assert clip.steady[stretch.start : stretch.stop].all()
     edges = np.diff(np.concatenate([[0], clip.steady.astype(int), [0]]))
     longest = (np.flatnonzero(edges < 0) - np.flatnonzero(edges > 0)).max()
     # A speed over one cycle sees the ramps up to half a cycle away on either side.
-    assert found.stop - found.start >= longest - 1.05 * RATE_HZ / STRIDE_HZ
-    assert found.speed_mm_s == pytest.approx(SPEED_MM_S, rel=0.01)
-    assert found.cycles == pytest.approx((found.stop - found.start) / RATE_HZ * STRIDE_HZ, rel=0.05)
+    assert stretch.stop - stretch.start >= longest - 1.05 * RATE_HZ / STRIDE_HZ
+    assert stretch.speed_mm_s == pytest.approx(SPEED_MM_S, rel=0.01)
+    assert stretch.cycles == pytest.approx((stretch.stop - stretch.start) / RATE_HZ * STRIDE_HZ, rel=0.05)
 
 
 def test_the_speed_is_that_of_the_stretch_and_not_of_a_spurt_beside_it() -> None:
@@ -60,20 +60,20 @@ def test_the_speed_is_that_of_the_stretch_and_not_of_a_spurt_beside_it() -> None
     positions = fourier.synthesise(walker(np.random.default_rng(0), individual=0.3), STRIDE_HZ, times)
     speed = np.where(times < 9.0, 1200.0, 1500.0)
     positions[..., 1] += np.cumsum(speed)[:, None] / RATE_HZ
-    found = walking.steady_stretch(positions, whole(positions), RATE_HZ)
-    assert found.stop < 1000
-    assert found.speed_mm_s == pytest.approx(1200.0, rel=0.01)
+    stretch = walking.steady_stretch(positions, whole(positions), RATE_HZ)
+    assert stretch.stop < 1000
+    assert stretch.speed_mm_s == pytest.approx(1200.0, rel=0.01)
 
 
 @pytest.mark.parametrize("name", CLIPS)
 @pytest.mark.parametrize("path", PATHS)
 def test_the_treadmill_walker_comes_back(name: str, path: str) -> None:
     clip = overground(1, **CLIPS[name])
-    found = walking.steady_stretch(clip.positions, whole(clip.positions), RATE_HZ)
+    stretch = walking.steady_stretch(clip.positions, whole(clip.positions), RATE_HZ)
     level = walking.treadmill_equivalent(
-        clip.positions[found.start : found.stop], RATE_HZ, locomotion="overground", path=path
+        clip.positions[stretch.start : stretch.stop], RATE_HZ, locomotion="overground", path=path
     )
-    truth = clip.treadmill[found.start : found.stop] + np.array([0, 0, HIP_MM])
+    truth = clip.treadmill[stretch.start : stretch.stop] + np.array([0, 0, HIP_MM])
     wrong = level - truth
     wrong -= wrong.mean(axis=(0, 1))
     assert np.sqrt(np.mean(wrong**2)) < 4.0
@@ -89,9 +89,9 @@ def test_the_treadmill_walker_comes_back(name: str, path: str) -> None:
 @pytest.mark.parametrize("path", PATHS)
 def test_the_walk_ends_up_along_y_with_the_right_hip_at_plus_x(path: str) -> None:
     clip = overground(2, heading=2.5)
-    found = walking.steady_stretch(clip.positions, whole(clip.positions), RATE_HZ)
+    stretch = walking.steady_stretch(clip.positions, whole(clip.positions), RATE_HZ)
     level = walking.treadmill_equivalent(
-        clip.positions[found.start : found.stop], RATE_HZ, locomotion="overground", path=path
+        clip.positions[stretch.start : stretch.stop], RATE_HZ, locomotion="overground", path=path
     )
     hips = (level[:, RIGHT_HIP] - level[:, LEFT_HIP]).mean(axis=0)
     assert hips[0] > 150.0
@@ -106,10 +106,10 @@ def test_the_direction_of_the_walk_does_not_matter(seed: int, heading: float, pa
     other = turned(clip.positions, heading) + np.array([5000.0, -3000.0, 0.0])
     levels = []
     for positions in (clip.positions, other):
-        found = walking.steady_stretch(positions, whole(positions), RATE_HZ)
+        stretch = walking.steady_stretch(positions, whole(positions), RATE_HZ)
         levels.append(
             walking.treadmill_equivalent(
-                positions[found.start : found.stop], RATE_HZ, locomotion=found.locomotion, path=path
+                positions[stretch.start : stretch.stop], RATE_HZ, locomotion=stretch.locomotion, path=path
             )
         )
     np.testing.assert_allclose(levels[1], levels[0], rtol=0, atol=1e-6)
@@ -123,10 +123,10 @@ def test_a_treadmill_is_known_and_its_walker_turned_to_face_along_y(path: str, f
     body = fourier.synthesise(coefficients, STRIDE_HZ, t)
     drift = np.stack([30 * np.sin(0.7 * t), 60 * np.sin(0.4 * t), 0 * t], axis=1)
     positions = turned(body, np.radians(facing_deg) - np.pi / 2) + drift[:, None] + [0, 0, HIP_MM]
-    found = walking.steady_stretch(positions, whole(positions), RATE_HZ)
-    assert (found.locomotion, found.start, found.stop) == ("treadmill", 0, 900)
-    assert (found.speed_mm_s, found.turn_rad) == (0.0, 0.0)
-    assert found.cycles == pytest.approx(8.1, rel=0.05)
+    stretch = walking.steady_stretch(positions, whole(positions), RATE_HZ)
+    assert (stretch.locomotion, stretch.start, stretch.stop) == ("treadmill", 0, 900)
+    assert (stretch.speed_mm_s, stretch.turn_rad) == (0.0, 0.0)
+    assert stretch.cycles == pytest.approx(8.1, rel=0.05)
     level = walking.treadmill_equivalent(positions, RATE_HZ, locomotion="treadmill", path=path)
     # The body is taken to face where its hips do, on average; this one's are not quite across.
     across = (body[:, RIGHT_HIP] - body[:, LEFT_HIP])[:, :2]
@@ -141,19 +141,19 @@ def test_a_treadmill_is_known_and_its_walker_turned_to_face_along_y(path: str, f
 
 def test_the_kind_of_locomotion_may_be_given() -> None:
     clip = overground(0)
-    given = walking.steady_stretch(clip.positions, whole(clip.positions), RATE_HZ, locomotion="overground")
-    assert given == walking.steady_stretch(clip.positions, whole(clip.positions), RATE_HZ)
+    stretch = walking.steady_stretch(clip.positions, whole(clip.positions), RATE_HZ, locomotion="overground")
+    assert stretch == walking.steady_stretch(clip.positions, whole(clip.positions), RATE_HZ)
 
 
 def test_frames_in_which_a_joint_is_hidden_end_the_stretch() -> None:
     clip = overground(0, walking_s=12.0)
-    seen = whole(clip.positions)
-    seen[500] = False
+    observed = whole(clip.positions)
+    observed[500] = False
     positions = clip.positions.copy()
     positions[500] = np.nan
-    found = walking.steady_stretch(positions, seen, RATE_HZ)
-    assert seen[found.start : found.stop].all()
-    assert found.start == 501  # the longer part, up to the hidden frame
+    stretch = walking.steady_stretch(positions, observed, RATE_HZ)
+    assert observed[stretch.start : stretch.stop].all()
+    assert stretch.start == 501  # the longer part, up to the hidden frame
 
 
 @pytest.mark.parametrize("origin", ["pelvis_mean", "floor"])
@@ -204,14 +204,14 @@ def test_too_short_a_walk_is_refused() -> None:
     refused(overground(0, walking_s=2.4), rejects("too_short"), cycles=1.5)
     clip = overground(0)
     refused(clip, rejects("too_short", cycles=pytest.approx(6.5, abs=0.5)), cycles=7.0)
-    seen = np.zeros(len(clip.positions), dtype=bool)
-    seen[100:130] = True
+    observed = np.zeros(len(clip.positions), dtype=bool)
+    observed[100:130] = True
     with rejects("too_few_frames", frames=30):
-        walking.steady_stretch(clip.positions, seen, RATE_HZ)
+        walking.steady_stretch(clip.positions, observed, RATE_HZ)
     with rejects("too_few_frames", frames=0):
-        walking.steady_stretch(clip.positions, np.zeros(len(seen), dtype=bool), RATE_HZ)
+        walking.steady_stretch(clip.positions, np.zeros(len(observed), dtype=bool), RATE_HZ)
     with rejects("rate_too_low", frame_rate_hz=0.02):
-        walking.steady_stretch(clip.positions, np.ones(len(seen), dtype=bool), 0.02)
+        walking.steady_stretch(clip.positions, np.ones(len(observed), dtype=bool), 0.02)
 
 
 def test_a_circle_is_refused_when_turns_must_be_slow() -> None:

@@ -166,9 +166,9 @@ def _points(table: Rows, columns: Columns) -> tuple[tuple[str, ...], np.ndarray]
         people = [who[:80] for who in table.texts(columns.roles["person"])]
         if len(set(people)) > 1:
             named = [[f"{who}:{name}" for name in names] for who, names in zip(people, named, strict=True)]
-    place: dict[str, int] = {}
-    point = np.array([[place.setdefault(name, len(place)) for name in names] for names in named])
-    return tuple(place), point
+    index: dict[str, int] = {}
+    point = np.array([[index.setdefault(name, len(index)) for name in names] for names in named])
+    return tuple(index), point
 
 
 def write(

@@ -103,19 +103,19 @@ def coordinates(
     ways: list[list[tuple[str, str, str, int]]] = []
     for way in _WAYS:
         pattern = way.format("|".join((*axes, *others))) + rf"(?:[ _.](?P<unit>{LENGTHS}|px|pixels?))?"
-        found: list[tuple[str, str, str, int]] = []
+        columns: list[tuple[str, str, str, int]] = []
         for column, title in enumerate(titles):
             if match := re.fullmatch(pattern, _BRACKETED.sub(r"_\1", title), re.IGNORECASE):
                 point, axis, unit = match.group("point", "axis", "unit")
                 axis = axes[int(axis) - 1] if axis in ("1", "2", "3")[: len(axes)] else axis.lower()
-                found.append(((point or "").lstrip(" _.:-"), axis, unit_of(unit or ""), column))
-        held: dict[str, set[str]] = {}
-        for point, axis, *_ in found:
-            held.setdefault(point, set()).add(axis)
-        whole = {point for point, of in held.items() if of >= set(axes)}
-        ways.append(found)
+                columns.append(((point or "").lstrip(" _.:-"), axis, unit_of(unit or ""), column))
+        axes_of: dict[str, set[str]] = {}
+        for point, axis, *_ in columns:
+            axes_of.setdefault(point, set()).add(axis)
+        whole = {point for point, of in axes_of.items() if of >= set(axes)}
+        ways.append(columns)
         if whole:
-            return found if way == _WAYS[0] else [one for one in found if one[0] in whole]
+            return columns if way == _WAYS[0] else [one for one in columns if one[0] in whole]
     return ways[0]
 
 
@@ -142,7 +142,7 @@ def read_table(path: Path, titles: str = "") -> Rows:
     text, notes = read_text(path)
     begin, titled, delimiter = _begin((titles + text).split("\n"))
     above, text = (titles + text).split("\n")[:begin], "\n".join((titles + text).split("\n")[begin:])
-    stated = [found.groups() for line in above if (found := _SETTING.match(line[:200]))]
+    stated = [match.groups() for line in above if (match := _SETTING.match(line[:200]))]
     settings = {name.lower(): number(value.strip(',"').replace(",", ".")) for name, value in stated}
     begin -= bool(titles)
     if delimiter == " ":
@@ -208,13 +208,13 @@ def _without_raw(header: list[str], notes: list[str]) -> list[str]:
 
 def _numbered(rows: list[list[str]]) -> list[list[str]]:
     """Header and rows of a table of a name and three numbers in each row: a name that comes again begins a frame."""
-    found, seen, frame = [["frame", "joint", "x", "y", "z"]], set[str](), 0
+    table, joints, frame = [["frame", "joint", "x", "y", "z"]], set[str](), 0
     for row in rows:
-        if row[0] in seen:
-            frame, seen = frame + 1, set()
-        seen.add(row[0])
-        found.append([str(frame), *row])
-    return found
+        if row[0] in joints:
+            frame, joints = frame + 1, set()
+        joints.add(row[0])
+        table.append([str(frame), *row])
+    return table
 
 
 def _begin(lines: list[str]) -> tuple[int, int, str]:
@@ -281,7 +281,7 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
         If the header names no points or neither times nor frames, a point lacks an axis, or two columns hold
         the same thing.
     """
-    columns, place = Columns({}, {}, set()), f"{table.where}, line 1"
+    columns, location = Columns({}, {}, set()), f"{table.where}, line 1"
     twice, beginning = "two columns hold the same thing", ", ".join(table.header[:8])
     titled = enumerate(map(role_of, table.header))
     for column, (role, title) in sorted(titled, key=lambda one: bool(UNSURE.fullmatch(one[1][1]))):
@@ -290,26 +290,26 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
                 received = f"{table.header[columns.roles[role]]} and {table.header[column]}"
                 raise damaged(
                     twice,
-                    place,
+                    location,
                     received=received,
                     code="column_twice",
                     columns=[table.header[columns.roles[role]], table.header[column]],
                 )
             columns.roles[role] = column
     roles = set(columns.roles.values())
-    found = coordinates(["" if k in roles else title for k, title in enumerate(table.header)])
-    groups = {point for point, *_ in found}
+    titled_points = coordinates(["" if k in roles else title for k, title in enumerate(table.header)])
+    groups = {point for point, *_ in titled_points}
     each = [point for point in groups if len(groups) == 1 or _POSITION.fullmatch(f" {point}")]
     if (
         "point" in columns.roles and len(each) == 1 and "" not in groups
     ):  # pos_x, pos_y, pos_z of each, with rot_x or without
-        found = [("" if one[0] in each else one[0], *one[1:]) for one in found]
-    is_long = any(not point for point, *_ in found)
-    read = roles | {column for *_, column in found}
+        titled_points = [("" if one[0] in each else one[0], *one[1:]) for one in titled_points]
+    is_long = any(not point for point, *_ in titled_points)
+    read = roles | {column for *_, column in titled_points}
     unread = [title for k, title in enumerate(table.header) if title and k not in read]
     if not is_long and "point" in columns.roles:  # a name of the trial, say
         unread.append(table.header[columns.roles.pop("point")])
-    for point, axis, unit, column in found:
+    for point, axis, unit, column in titled_points:
         if bool(point) == is_long:
             unread.append(table.header[column])
             continue
@@ -317,7 +317,7 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
         if axis in axes:
             raise damaged(
                 twice,
-                place,
+                location,
                 received=f"{table.header[axes[axis]]} and {table.header[column]}",
                 code="column_twice",
                 columns=[table.header[axes[axis]], table.header[column]],
@@ -328,7 +328,7 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
         if set(axes) != set("xyz"):
             raise damaged(
                 f"the point {point!r} lacks an axis" if point else "an axis is missing",
-                place,
+                location,
                 "x, y and z; keypoints of a film go to `reconstruct`",
                 ", ".join(sorted(axes)),
                 code="missing_axis",
@@ -339,7 +339,7 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
     if not columns.axes or (is_long and "point" not in columns.roles):
         raise damaged(
             "the header names no points",
-            place,
+            location,
             "columns such as head_x, head_y, head_z; or joint, x, y, z; keypoints of a film go to `reconstruct`",
             beginning,
             code="no_points",
@@ -347,7 +347,7 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
     if not {"time", "frame"} & set(columns.roles) and (is_long or not rate_is_given):
         raise damaged(
             "there is no column of times or frame numbers",
-            place,
+            location,
             "time or frame" + ("" if is_long else ", or the option frame_rate_hz: a row is a frame then"),
             beginning,
             code="no_times",
@@ -387,10 +387,10 @@ def set_to_seconds(table: Rows, column: int) -> None:
     else:
         times = np.array(list(map(number, words)))
     first = times[0] if len(times) and 1e9 <= abs(times[0]) < np.inf else 0.0
-    seen = np.unique(times[np.isfinite(times)]) - first
+    unique = np.unique(times[np.isfinite(times)]) - first
     # More than numbers of a table may be.
-    large = scale == 1.0 and len(seen) > 1 and seen[-1] >= 1e9
-    if large and (unit := unit_of_times(np.median(np.diff(seen)))):
+    large = scale == 1.0 and len(unique) > 1 and unique[-1] >= 1e9
+    if large and (unit := unit_of_times(np.median(np.diff(unique)))):
         table.notes.append(Remark(f"The times are taken as {unit[0]}.", "times"))
         scale, digits = 1 / unit[1], 9
     if scale == 1.0 and not first:
