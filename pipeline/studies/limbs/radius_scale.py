@@ -6,14 +6,17 @@ In the paper the scale is that of the radius at the start: adjusted to the rays,
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from pipeline.core.articulated_trajectory import LimbChoice, TrajectoryBasis
 from pipeline.core.articulation import Adjustment, cast_rays, on_sphere
+from pipeline.core.articulation.hits import ROBUST_QUANTILE
 from pipeline.core.refinement import refine
 from pipeline.core.trajectory_basis import cosine_basis
+from pipeline.palette import Style
 from pipeline.studies.limbs import baselines
 from pipeline.studies.limbs.scores import certificate, distance, limb_errors, reconstructibility_of
 from pipeline.studies.limbs.swept_errors import SweptErrors, measured
@@ -26,6 +29,15 @@ REFINED = "refined"
 MOST_STEPS = 100
 """Of a refinement: before a camera that shakes most end after 50; before a still one many would go on for hundreds, in
 which the image hardly changes."""
+
+_ADJUSTED = partial(Style, line="dashed", banded=False)
+STYLES = {
+    REFINED: Style("refined with the trajectory", "black"),
+    "global": _ADJUSTED("one radius for all frames", "blue"),
+    "robust": _ADJUSTED(f"one for {100.0 * ROBUST_QUANTILE:g} % of the frames", "green"),
+    "per_frame": _ADJUSTED("longer where a ray misses", "orange"),
+}
+"""Looks of the ways of adjusting the radius, by name."""
 
 ANY_FACTOR = 100.0
 """How far the radius may go from where it starts: from each scale to the truth."""

@@ -343,6 +343,9 @@ Methods = Annotated[list[str], _require_registered]
 """Names of methods, each once."""
 
 
+VIEW: dict[str, Any] = {"x": "view_angle_deg", "ticks": 30}
+"""Abscissa of charts over the view angle."""
+
 STRIP_DEG = 10.0
 """Width of a strip of view angles; the bands of frontal, oblique and profile views end on it."""
 

@@ -21,7 +21,7 @@ from pipeline.storage import tables
 from pipeline.storage.typed import pack
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
-from pipeline.studies.limbs.figures.presentation import increasing
+from pipeline.studies.limbs.figures.limb_scatter import increasing
 from pipeline.studies.limbs.missing_data import MissingDataSweep, Pattern
 from pipeline.studies.limbs.model import Basis, TrajectoryBasisModel
 from pipeline.studies.limbs.radius_scale import REFINED, RadiusScaleSweep

@@ -1,8 +1,0 @@
-"""Axes that figures of walks share."""
-
-from __future__ import annotations
-
-from typing import Any
-
-VIEW: dict[str, Any] = {"x": "view_angle_deg", "ticks": 30}
-"""The abscissa of charts over the view angle."""
