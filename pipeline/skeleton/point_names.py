@@ -1,15 +1,9 @@
-"""The points of a recording by their names, however these are spelled."""
+"""Names of points, however they are spelled: prefix, side, language."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
-
-import numpy as np
-
-from pipeline.skeleton.recorded import MotionCapture
-from pipeline.skeleton.source_mapping import Lowering, Rule, SourceMapping
-from pipeline.validation import InvalidInput, listed
+from collections.abc import Sequence
 
 _SEPARATORS = re.compile(r"[\W_]+")
 _SIDE_FIRST = re.compile(
@@ -88,131 +82,6 @@ def bare_names(names: Sequence[str]) -> list[str]:
     begin = _usual_beginning(after)
     end = _usual_beginning([name[::-1] for name in after])[::-1]
     return [name.removeprefix(begin).removesuffix(end) for name in after]
-
-
-class SourcePoints:
-    """The points of a recording by their names, as rules of a mapping ask for them.
-
-    Parameters
-    ----------
-    motion : MotionCapture
-    synonyms : mapping of str to list of str
-        Other names that points go by.
-    """
-
-    def __init__(self, motion: MotionCapture, synonyms: Mapping[str, Iterable[str]]) -> None:
-        self._motion = motion
-        self._seen = np.asarray(motion.valid.any(axis=0))
-        self._synonyms = synonyms
-        names = motion.names
-        ways: tuple[Callable[[str], str], ...] = (str, str.lower, _without_prefix, plain_name)
-        self._ways = [(way, _places(map(way, names))) for way in ways]
-        bare = bare_names(names)
-        if any(short != name.rsplit(":", 1)[-1] for short, name in zip(bare, names, strict=True)):
-            self._ways.append((plain_name, _places(map(plain_name, bare))))
-        self._found: dict[str, int | None] = {}
-
-    def find(self, wanted: str) -> int | None:
-        """Return the index of a point by its name or a synonym; None if it is not there."""
-        if wanted not in self._found:
-            candidates = (self._by_name(name) for name in (wanted, *self._synonyms.get(wanted, ())))
-            self._found[wanted] = next((index for index in candidates if index is not None), None)
-        return self._found[wanted]
-
-    def index(self, wanted: str) -> int:
-        """Return the index of a point that is there."""
-        index = self.find(wanted)
-        assert index is not None
-        return index
-
-    def _by_name(self, wanted: str) -> int | None:
-        for normalise, places in self._ways:
-            found = places.get(normalise(wanted), [])
-            if len(found) > 1:  # a second one that was never seen is no second person
-                found = [i for i in found if self._seen[i]] or found[:1]
-            if len(found) > 1:
-                found = self._one_of(found, wanted)
-            if found:
-                return found[0]
-        return None
-
-    def _one_of(self, found: list[int], wanted: str) -> list[int]:
-        """One of several points of a name: they must be spelled alike, and equal wherever both were seen."""
-        positions = self._motion.positions_mm[:, found]
-        off = np.asarray(np.abs(positions - positions[:, :1]))
-        spellings = {self._motion.names[i] for i in found}
-        if len(spellings) > 1 or (off[np.isfinite(off)] > 1.0).any() or not np.isfinite(off[:, 1:]).any():
-            raise InvalidInput(
-                f"{len(found)} points are called {wanted!r}",
-                expected="one person to a file",
-                received=", ".join(self._motion.names[i] for i in found[:3]),
-                code="point_twice",
-                point=wanted,
-                count=len(found),
-            )
-        return [max(found, key=lambda i: int(self._motion.valid[:, i].sum()))]
-
-    def rule_of(self, joint: str, mapping: SourceMapping) -> tuple[Rule, Lowering | None] | None:
-        """Return the first rule of a joint whose points, lowering included, are in the file, those ever seen first."""
-        there = [
-            (rule, lowering)
-            for rule, lowering in mapping.rules(joint)
-            if all(self.find(point) is not None for point in _points_of(rule, lowering))
-        ]
-        seen = [pair for pair in there if self.sees(pair[0])]
-        return next(iter(seen or there), None)
-
-    def sees(self, rule: Rule) -> bool:
-        """Return whether all points of a rule are in the file and were ever seen."""
-        return all((index := self.find(point)) is not None and self._seen[index] for point in rule)
-
-    def lacking(self, joint: str, mapping: SourceMapping) -> InvalidInput:
-        """Return the refusal of a file from which a joint cannot be made."""
-        rules = mapping.rules(joint)
-        if not rules:
-            return InvalidInput(f"no rule for the joint {joint!r}", mapping.name, code="no_rule", joint=joint)
-        lacked = next(point for point in _points_of(*rules[-1]) if self.find(point) is None)
-        what = f"the joint {joint!r} needs the point {lacked!r}, which the file does not have"
-        received = f"points {listed(self._motion.names)}"
-        return InvalidInput(
-            what,
-            mapping.name,
-            "skeleton=auto, or a mapping of these points",
-            received,
-            code="missing_point",
-            joint=joint,
-            point=lacked,
-        )
-
-    def distance(self, joint: str, lowering: Lowering, mapping: SourceMapping) -> float:
-        """Return the mean distance, mm, of the two points by which a joint is lowered."""
-        pair = [self.index(point) for point in lowering.between]
-        ends = self._motion.positions_mm[:, pair]
-        apart = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=-1)
-        if not np.isfinite(apart).any():
-            raise InvalidInput(
-                f"the two points by which {joint!r} is lowered were never seen together",
-                mapping.name,
-                received=lowering.between,
-                code="never_together",
-                joint=joint,
-            )
-        return float(np.nanmean(apart))
-
-
-def _points_of(rule: Rule, lowering: Lowering | None) -> tuple[str, ...]:
-    return (*rule, *(lowering.between if lowering else ()))
-
-
-def _without_prefix(name: str) -> str:
-    return name.rsplit(":", 1)[-1].lower()
-
-
-def _places(names: Iterable[str]) -> dict[str, list[int]]:
-    places: dict[str, list[int]] = {}
-    for index, name in enumerate(names):
-        places.setdefault(name, []).append(index)
-    return places
 
 
 def _usual_beginning(names: list[str]) -> str:
