@@ -18,8 +18,7 @@ from pipeline.studies.figure_inputs import sd, tidy
 from pipeline.studies.limbs.baselines import STYLES as BASELINE_STYLES
 from pipeline.studies.limbs.figures.limb_on_sphere import Inputs, record_on_sphere
 from pipeline.studies.limbs.model import TrajectoryBasisModel
-from pipeline.studies.limbs.radius_scale import STYLES, RadiusScaleSweep
-from pipeline.studies.limbs.root_error import RootErrorSweep
+from pipeline.studies.limbs.one_limb import STYLES, RadiusScaleSweep, RootErrorSweep
 from pipeline.studies.limbs.scores import MIN_DRAWN
 from pipeline.studies.replicated import aggregate, interval_words
 from pipeline.studies.study import Figure, Recorder, Tables

@@ -10,7 +10,7 @@ from pipeline.studies.figure_inputs import FigureInputs
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.model import BasisFit
-from pipeline.studies.limbs.swept_errors import SweptErrors
+from pipeline.studies.limbs.one_limb import SweptErrors
 from pipeline.studies.study import Recorder
 
 Inputs = FigureInputs[LimbStretches, BasisFit, SweptErrors]
