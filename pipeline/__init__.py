@@ -66,7 +66,6 @@ and `studies`, whose parts stand by subject, no circle)::
       interventions          runs that test explanations of the ledger
       replicated             tables with people drawn again, or of several populations
       published              published numbers and the tables that quote them
-      presentation           names and heights of people in recordings
     stages/                ingest, dataset, model, sweep, figure; further populations, the one shown
     report/                the page over all figures, with players that compute in the browser; the only jinja2
     cli/                   composing options (the only Hydra), commands, progress, summary

@@ -17,8 +17,7 @@ from pipeline.core.fourier import FourierRepresentation
 from pipeline.core.linear_model import LinearModel
 from pipeline.core.reconstruction import from_known_views
 from pipeline.formats import read as read
-from pipeline.ingestion.corpus import joints_of
-from pipeline.ingestion.exchanged_labels import EXCHANGED
+from pipeline.ingestion.joints import EXCHANGED, joints_of
 from pipeline.shortened import shortened
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.body import accepted

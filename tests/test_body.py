@@ -13,7 +13,7 @@ import pytest
 
 from pipeline import formats, mappings
 from pipeline.core import walking
-from pipeline.ingestion.corpus import joints_of
+from pipeline.ingestion.joints import joints_of
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.body import accepted, check
 from pipeline.skeleton.complaint import Complaint

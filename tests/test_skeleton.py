@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from pipeline.skeleton import WALKER15
-from pipeline.skeleton.mapped_joints import LOWER_BODY, map_joints
+from pipeline.skeleton.mapped_joints import LOWER_BODY, MappedPoints, map_joints
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import Lowering, SourceMapping, UpAxis
-from pipeline.skeleton.source_points import SourcePoints
 from tests.rejects import rejects
 
 PAIR = ("pelvis", "left_knee")
@@ -100,7 +99,7 @@ def test_a_joint_whose_lowering_lacks_a_point_is_missing() -> None:
         otherwise={"left_knee": {"B": 1.0}},
         lowered={"left_knee": Lowering(by=0.5, between=["B", "C"])},
     )
-    assert SourcePoints(ONE_FRAME, {}).rule_of("left_knee", rules) is None
+    assert MappedPoints(ONE_FRAME, rules).rule_of("left_knee") is None
     with rejects("missing_point", joint="left_knee", point="C"):
         mapped(ONE_FRAME, rules, *PAIR)
 

@@ -31,7 +31,7 @@ from pipeline.cli.progress import line
 from pipeline.cli.status import CURRENT, JOBS, latest, states, status
 from pipeline.cli.summary import Failure, Made, Outcome
 from pipeline.cli.tasks import FIGURE, Task, plan
-from pipeline.storage.store import Plan, Store
+from pipeline.storage.store import Store
 from pipeline.validation import (
     Count,
     CountOrAll,
@@ -208,7 +208,7 @@ def make_on_cluster(jobs: Jobs, options: Launch, *, console: Console) -> list[st
 
 def _submit(tasks: Sequence[Task], folders: dict[str, Path], queue: _Queue, running: dict[str, _Job]) -> None:
     """Submit each task whose artefacts are not there, after those that it needs."""
-    nothing = Plan(Path(tasks[0].experiment.results), {})
+    nothing = Store(Path(tasks[0].experiment.results), dry_run=True)
     waiting = states() or {}
     for task in tasks:
         if task.through != FIGURE and not task.run(nothing):

@@ -15,13 +15,14 @@ from pipeline.cli.output import tell_section
 from pipeline.cli.walkers import options_of
 from pipeline.clips.walks import walk_in
 from pipeline.ingestion import nearest_joints, static_trial
-from pipeline.ingestion.corpus import joints_of
+from pipeline.ingestion.corpus import static_trials
 from pipeline.ingestion.data import BY_FOLDER, WHOSE, FolderData
+from pipeline.ingestion.joints import joints_of
 from pipeline.skeleton.body import check
 from pipeline.skeleton.mapped_joints import up_axis
+from pipeline.skeleton.point_names import plain_name
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping, UpAxis
-from pipeline.skeleton.source_points import plain_name
 from pipeline.storage.publishing import new_file
 from pipeline.validation import InvalidInput, bounded, listed
 
@@ -143,7 +144,7 @@ def _statics(files: Sequence[Path]) -> dict[Path, tuple[Path, ...]]:
     if len(files) == 1:
         near = files[0].parent.iterdir()
         files = sorted({*files, *(p for p in near if formats.is_recording(p) and p.is_file())})
-    return static_trial.candidates({path: _person(path.name) for path in files})
+    return static_trials({path: _person(path.name) for path in files})
 
 
 def _person(name: str, pattern: str = FolderData.person) -> str:

@@ -14,7 +14,7 @@ from rich.text import Text
 from pipeline.stages import chain
 from pipeline.stages.sources import figure_code
 from pipeline.storage.sealed_folders import FIGURE, canonical, complaints_about, read_manifest, visible
-from pipeline.storage.store import Plan
+from pipeline.storage.store import Store
 from pipeline.studies.experiment import Experiment
 
 CURRENT, STALE, MISSING = "current", "stale", "missing"
@@ -60,7 +60,8 @@ def status(experiment: Experiment, folder: Path) -> Status:
     before = {
         name: (stage["key"], stage.get("content", "")) for name, stage in manifest.get("stages", {}).items()
     }
-    artefacts = [kept.artefact for kept in chain.run(experiment, Plan(Path(experiment.results), before))]
+    store = Store(Path(experiment.results), dry_run=True, before=before)
+    artefacts = [kept.artefact for kept in chain.run(experiment, store)]
     changed = [a for a in artefacts if not a.content or a.content != before.get(a.stage, ("", ""))[1]]
     state, why = STALE, ""
     if complaints:

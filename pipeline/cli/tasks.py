@@ -17,7 +17,7 @@ from pipeline.clips.options import SyntheticPeople
 from pipeline.processes import map_processes
 from pipeline.stages import chain, ingest, populations
 from pipeline.storage.sealed_folders import compact, digest
-from pipeline.storage.store import Plan, Store
+from pipeline.storage.store import Store
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.study import NoSweep
 
@@ -54,7 +54,7 @@ class Task:
     cost_s: float
 
     def run(self, store: Store) -> bool:
-        """Run a task that is no figure's own; return whether something was, or with a `Plan` is to be, computed."""
+        """Run a task that is no figure's own; return whether something was, or in a dry run is to be, computed."""
         if self.through in chain.STAGES:
             made = chain.run(self.experiment, store, through=self.through)
             return any(kept.artefact.computed for kept in made)
@@ -116,7 +116,7 @@ def plan(experiments: Sequence[Experiment], *, task_s: float) -> list[Task]:
 
 def _keys(one: Experiment) -> dict[str, str]:
     """Return the stages of a figure, and of its further populations, with digests of what each is made of."""
-    asked = Plan(Path(one.results), {})
+    asked = Store(Path(one.results), dry_run=True)
     sweeps = not isinstance(one.sweep, NoSweep)
     chain.run(one, asked, through="sweep" if sweeps else "model")
     if populations.count(one):

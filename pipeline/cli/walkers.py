@@ -16,7 +16,7 @@ from pipeline.clips.options import Locomotion
 from pipeline.clips.walks import walk_in
 from pipeline.core import camera, fourier, linear_model, reconstruction
 from pipeline.formats.budget import read_one
-from pipeline.ingestion.corpus import joints_of
+from pipeline.ingestion.joints import joints_of
 from pipeline.reading import as_written, read_arrays, read_json
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.source_mapping import UpAxis

@@ -13,21 +13,19 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-import numpy as np
-
 from pipeline import fetch, formats, mappings
-from pipeline.core import walking
 from pipeline.formats import acclaim
 from pipeline.formats.points.csv import bids
-from pipeline.ingestion import static_trial
-from pipeline.ingestion.exchanged_labels import exchanged_back
-from pipeline.skeleton import WALKER15
-from pipeline.skeleton.complaint import Complaint, Remark
-from pipeline.skeleton.mapped_joints import map_joints, up_axis
-from pipeline.skeleton.recorded import MotionCapture
+from pipeline.skeleton.complaint import Remark
 from pipeline.skeleton.source_mapping import SourceMapping, UpAxis
-from pipeline.skeleton.source_points import SourcePoints
-from pipeline.validation import InvalidInput, listed
+from pipeline.validation import InvalidInput
+
+MOST_TRIED = 10
+"""Other recordings of a person that are tried where none is named a static trial."""
+
+_NAMED = re.compile(
+    r"static|standing|calib|(?<![a-z])(stand|stat|cal|neutral|[tna][-_ ]?pose)(?![a-z])", re.IGNORECASE
+)
 
 _NO_FAULT = Remark("")
 _UNPRINTABLE = Remark("the file's name contains unprintable characters: rename it", "unprintable_name")
@@ -83,85 +81,8 @@ class Clip:
             **asdict(self),
             "path": self.path.name if self.path else None,
             "mapping": mapping,
-            "statics": [_digest(path) for path in self.statics],
+            "statics": [digest(path) for path in self.statics],
         }
-
-
-def read_clip(clip: Clip) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
-    """Return the content of the file, its joints' positions (T, 15, 3), mm, and where they are valid (T, 15).
-
-    Joints above the legs that the file does not give are never valid.
-
-    Raises
-    ------
-    InvalidInput
-        If the file is missing, differs from the table, changed since it was found, cannot be read, or gives no legs.
-    """
-    if clip.path is None:
-        raise InvalidInput("not on this machine", expected="`make data` to fetch it", code="not_fetched")
-    if clip.mismatch:
-        raise InvalidInput(clip.mismatch, code=clip.mismatch.code)
-    if _digest(clip.path) != clip.sha256:
-        raise InvalidInput("the file changed during this run", clip.name, code="file_changed")
-    stated: dict[str, Any] = {"frame_rate_hz": clip.frame_rate_hz or None, "units": clip.units or None}
-    motion = formats.read(clip.path, **stated, up=clip.up)
-    known = [clip.mapping] if clip.mapping else list(mappings.shipped().values())
-    motion = static_trial.completed(motion, known, clip.statics, **stated) if clip.statics else motion
-    return joints_of(motion, clip.mapping, clip.subject)
-
-
-def joints_of(
-    motion: MotionCapture, mapping: SourceMapping | None, subject: str = ""
-) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
-    """Return a recording with notes on what was decided, its joints (T, 15, 3), mm, and where they are valid.
-
-    Parameters
-    ----------
-    motion : MotionCapture
-    mapping : SourceMapping or None
-        None: the one that ships and fits best.
-    subject : str
-        Who, in a file of several people.
-
-    Raises
-    ------
-    InvalidInput
-        If nothing was measured, none fits, the mapping does not give legs and pelvis, or nobody of several people is
-        chosen.
-    """
-    if not motion.valid.any():
-        raise InvalidInput("no sample of any point was measured", code="nothing_measured")
-    known = list(mappings.shipped().values()) if mapping is None else [mapping]
-    motion = mappings.of_one_person(motion, known, subject)
-    notes = list(motion.notes)
-    if mapping is None:
-        fit = mappings.suggest(motion, known)
-        if not fit.usable:
-            lacking = listed(fit.lacking)
-            raise InvalidInput(
-                "no mapping that ships gives legs and pelvis of this recording",
-                expected="`python -m pipeline inspect FILE write=my_lab.yaml`, then skeleton=my_lab.yaml",
-                received=f"nearest {fit.mapping.name}, without {lacking}",
-                code="no_mapping",
-                mapping=fit.mapping.name,
-            )
-        mapping = fit.mapping
-        notes.append(f"Recognised as {mapping.name}.")
-    source = SourcePoints(motion, mapping.points)
-    rules = [source.rule_of(joint, mapping) for joint in WALKER15.joints]
-    used = {source.index(point) for rule in rules if rule for point in rule[0]}
-    motion = exchanged_back(replace(motion, notes=tuple(notes)), used)
-    complaints = mappings.check(motion, mapping)
-    positions, valid = map_joints(motion, mapping)
-    if motion.up == UpAxis.auto and mapping.up not in (UpAxis.auto, up := up_axis(motion, mapping)):
-        sentence = (
-            f"{mapping.name} says that {mapping.up} points up, but the body stands along {up}, which is used"
-        )
-        complaints.append(Complaint("axis", sentence))
-    notes = [*motion.notes, *(complaint.sentence for complaint in complaints)]
-    factor, sentence = mappings.rescaled(motion, mapping, walking.leg_length(positions))
-    notes += [sentence] if sentence else []
-    return replace(motion, notes=tuple(notes), complaints=tuple(complaints)), positions * factor, valid
 
 
 @dataclass(frozen=True)
@@ -230,7 +151,7 @@ def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple
             source=row["source"],
             action=row["action"].partition(":")[2].strip() or row["action"],
             path=path,
-            sha256=_digest(path) if path else "",
+            sha256=digest(path) if path else "",
             mapping=listing.skeletons[row["skeleton"]],
             frame_rate_hz=float(row["frame_rate_hz"]),
             units="",
@@ -348,7 +269,7 @@ def folder_clips(
                 source=source,
                 action="",
                 path=file,
-                sha256=_digest(file),
+                sha256=digest(file),
                 mapping=skeleton,
                 frame_rate_hz=frame_rate_hz,
                 units=units,
@@ -357,8 +278,37 @@ def folder_clips(
                 mismatch=_UNPRINTABLE if plain != name else _NO_FAULT if found else _NOBODY,
             )
         )
-    statics = static_trial.candidates({clip.path: clip.person for clip in clips if clip.path})
+    statics = static_trials({clip.path: clip.person for clip in clips if clip.path})
     return [replace(clip, statics=statics[clip.path]) for clip in clips if clip.path]
+
+
+def static_trials(files: Mapping[Path, str]) -> dict[Path, tuple[Path, ...]]:
+    """Return for each recording those that may be its static trial.
+
+    Parameters
+    ----------
+    files : mapping of Path to str
+        Recordings, and whom each shows.
+
+    Returns
+    -------
+    dict
+        Files of the same person that are named so, and those of the same folder that name nobody (``static.c3d``);
+        without any, the first `MOST_TRIED` others of the person.
+    """
+    of_person: dict[str, list[Path]] = {}
+    of_folder: dict[Path, list[Path]] = {}
+    for path, who in files.items():
+        of_person.setdefault(who, []).append(path)
+        if _NAMED.match(who):
+            of_folder.setdefault(path.parent, []).append(path)
+    found = {}
+    for path, who in files.items():
+        others = [other for other in of_person[who] if other != path]
+        named = [other for other in others if _NAMED.search(other.stem)]
+        named += [other for other in of_folder.get(path.parent, []) if other not in (path, *named)]
+        found[path] = tuple(named or others[:MOST_TRIED])
+    return found
 
 
 def in_turn(clips: list[Clip], limit: int) -> list[Clip]:
@@ -377,7 +327,7 @@ def first_people(clips: list[Clip], limit: int) -> list[Clip]:
     return [clip for clip in clips if clip.person in chosen]
 
 
-def _digest(path: Path) -> str:
+def digest(path: Path) -> str:
     """Return the sha256 of a recording; of an AMC, of it and its skeleton."""
     digests = [_sha256_of(file) for file in _read_together(path)]
     return digests[0] if len(digests) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()

@@ -18,9 +18,10 @@ from pipeline.clips.missing_joints import LEG_MM, population
 from pipeline.core import fourier, walking
 from pipeline.ingestion.static_trial import technical_clusters
 from pipeline.skeleton import WALKER15
+from pipeline.skeleton.mapped_joints import MappedPoints
+from pipeline.skeleton.point_names import bare_names, plain_name
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import Lowering, Rule, SourceMapping, UpAxis
-from pipeline.skeleton.source_points import SourcePoints, bare_names, plain_name
 from pipeline.validation import InvalidInput, listed
 
 PHASES, FRAMES, ROUNDS, HEADINGS = 8, 24, 4, 12
@@ -140,11 +141,10 @@ def _regressed(motion: MotionCapture, hips: set[str]) -> tuple[dict[str, Rule], 
     rules: dict[str, Rule] = {}
     lowered: dict[str, Lowering] = {}
     for family, marks in REGRESSIONS.items():
-        shipped = mappings.shipped()[family]
-        points = SourcePoints(motion, shipped.points)
+        points = MappedPoints(motion, mappings.shipped()[family])
         names = {mark: motion.names[points.index(mark)] for mark in marks if points.find(mark) is not None}
         landmarks |= {*names.values()}
-        found = {joint: points.rule_of(joint, shipped) for joint in (*HIPS, "pelvis")}
+        found = {joint: points.rule_of(joint) for joint in (*HIPS, "pelvis")}
         for joint, pair in found.items():
             if not rules.keys() >= found.keys() and pair and pair[1] and points.sees(pair[0]):
                 rules[joint] = {names[mark]: weight for mark, weight in pair[0].items()}

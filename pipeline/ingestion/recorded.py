@@ -14,7 +14,8 @@ from pipeline.clips.kinds import Performances, VariedClips, Walks
 from pipeline.clips.options import Missing, Steady
 from pipeline.clips.usable import PreparedClip, RawClip, collect, refused, report_row
 from pipeline.core.likeness import Likeness, likeness
-from pipeline.ingestion.corpus import Clip, read_clip
+from pipeline.ingestion.corpus import Clip
+from pipeline.ingestion.joints import read_clip
 from pipeline.processes import map_processes
 from pipeline.validation import InvalidInput
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,10 +18,10 @@ from pipeline import formats, mappings
 from pipeline.core import walking
 from pipeline.core.rigid import fit_rigid_motion, rigid_clusters
 from pipeline.skeleton import WALKER15
-from pipeline.skeleton.mapped_joints import map_joints, up_axis, with_z_up
+from pipeline.skeleton.mapped_joints import MappedPoints, map_joints, up_axis, with_z_up
+from pipeline.skeleton.point_names import plain_name
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping
-from pipeline.skeleton.source_points import SourcePoints, plain_name
 from pipeline.validation import InvalidInput, listed, told_apart
 
 STILL = 0.02
@@ -33,46 +33,11 @@ SLACK = 0.012
 AT_JOINT = 0.12
 """Distance, to the length of the legs, from a joint of the standing trial up to which a marker marks it: 100 mm."""
 
-MOST_TRIED = 10
-"""Other recordings of a person that are tried where none is named a static trial."""
-
 _SIDES = {"l": "left", "r": "right"}
 _SEGMENTS = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
 """Segments by their upper and lower joints."""
 
-_NAMED = re.compile(
-    r"static|standing|calib|(?<![a-z])(stand|stat|cal|neutral|[tna][-_ ]?pose)(?![a-z])", re.IGNORECASE
-)
 _AT_A_JOINT = re.compile(r"kne|(?<!sh)ank|hip|hjc|troch|condy|asi|ias|elb|wri|sho|acr|foot|heel|calc|hand")
-
-
-def candidates(files: Mapping[Path, str]) -> dict[Path, tuple[Path, ...]]:
-    """Return for each recording those that may be its static trial.
-
-    Parameters
-    ----------
-    files : mapping of Path to str
-        Recordings, and whom each shows.
-
-    Returns
-    -------
-    dict
-        Files of the same person that are named so, and those of the same folder that name nobody (``static.c3d``);
-        without any, the first `MOST_TRIED` others of the person.
-    """
-    of_person: dict[str, list[Path]] = {}
-    of_folder: dict[Path, list[Path]] = {}
-    for path, who in files.items():
-        of_person.setdefault(who, []).append(path)
-        if _NAMED.match(who):
-            of_folder.setdefault(path.parent, []).append(path)
-    found = {}
-    for path, who in files.items():
-        others = [other for other in of_person[who] if other != path]
-        named = [other for other in others if _NAMED.search(other.stem)]
-        named += [other for other in of_folder.get(path.parent, []) if other not in (path, *named)]
-        found[path] = tuple(named or others[:MOST_TRIED])
-    return found
 
 
 def completed(
@@ -183,7 +148,7 @@ def carry(
     joints = dict(zip(WALKER15.joints, mapped[0], strict=True))
     leg = walking.leg_length(mapped)  # in the unit of both files, whatever it is
     factor, _ = mappings.rescaled(posture, fit.mapping, leg)
-    source = SourcePoints(posture, fit.mapping.points)
+    source = MappedPoints(posture, fit.mapping)
     seen = np.asarray(motion.valid.any(axis=0))
     there = {plain_name(point): k for k, point in enumerate(posture.names)}
     here = {plain_name(point): k for k, point in enumerate(motion.names) if seen[k]}
@@ -198,11 +163,10 @@ def carry(
         for group in rigid_clusters(motion.positions_mm[:, moving], SLACK * leg, place[static]):
             groups.setdefault(_beside(place[static[group]].mean(axis=0), ends), group)
         for n, (_, lower) in enumerate(_SEGMENTS):
-            rule = source.rule_of(joint := f"{_SIDES[side]}_{lower}", fit.mapping)
-            points = [source.index(point) for point in (rule[0] if rule else ())]
+            joint = f"{_SIDES[side]}_{lower}"
             points = [
                 k
-                for k in points
+                for k in source.weights(joint)
                 if plain_name(posture.names[k]) not in here
                 and np.linalg.norm(place[k] - joints[joint]) <= AT_JOINT * leg
             ]

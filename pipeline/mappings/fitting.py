@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.skeleton import WALKER15
-from pipeline.skeleton.mapped_joints import LOWER_BODY
+from pipeline.skeleton.mapped_joints import LOWER_BODY, MappedPoints
 from pipeline.skeleton.recorded import MILLIMETRES, MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping
-from pipeline.skeleton.source_points import SourcePoints
 from pipeline.validation import InvalidInput
 
 ADULT_LEG_MM = 850.0
@@ -54,7 +53,7 @@ class Fit:
 
 def fitted(motion: MotionCapture, mapping: SourceMapping) -> Fit:
     """Return how a mapping fits a recording."""
-    points = SourcePoints(motion, mapping.points)
+    points = MappedPoints(motion, mapping)
 
     def absent(names: Iterable[str]) -> list[str]:
         return [point for point in names if points.find(point) is None]
@@ -64,7 +63,7 @@ def fitted(motion: MotionCapture, mapping: SourceMapping) -> Fit:
     for joint in WALKER15.joints:
         rules = mapping.rules(joint)
         try:
-            rule = points.rule_of(joint, mapping)
+            rule = points.rule_of(joint)
         except InvalidInput:  # two points of one name
             rule = None
         if rule is None or not points.sees(rule[0]):

@@ -7,9 +7,10 @@ import re
 from pipeline.mappings.table import shipped
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.complaint import Complaint
+from pipeline.skeleton.mapped_joints import MappedPoints
+from pipeline.skeleton.point_names import bare_names, plain_name
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping
-from pipeline.skeleton.source_points import SourcePoints, bare_names, plain_name
 
 _Weights = dict[int, float]
 """Points of a joint by their number in the file."""
@@ -43,11 +44,8 @@ def check(motion: MotionCapture, mapping: SourceMapping) -> list[Complaint]:
         other = first.get({"l": "r", "r": "l"}.get(name[:1], "?") + name[1:])
         if other is not None:
             twins[k] = other
-    points = SourcePoints(motion, mapping.points)
-    rules: dict[str, _Weights] = {}
-    for joint in WALKER15.joints:
-        if rule := points.rule_of(joint, mapping):
-            rules[joint] = {points.index(point): weight for point, weight in rule[0].items()}
+    points = MappedPoints(motion, mapping)
+    rules = {joint: weights for joint in WALKER15.joints if (weights := points.weights(joint))}
 
     def shown(joint: str) -> str:
         text = " + ".join(f"{weight:g} {motion.names[k]}" for k, weight in rules[joint].items())
@@ -98,8 +96,7 @@ def _shared(left: _Weights, right: _Weights) -> list[int]:
 
 def _regressed(motion: MotionCapture) -> set[int]:
     """Return the two markers at the front of the pelvis if the file has all markers of the hip regression."""
-    family = shipped()["skin_landmarks"]
-    points = SourcePoints(motion, family.points)
+    points = MappedPoints(motion, shipped()["skin_landmarks"])
     front, back, sacrum = (
         [points.find(name) for name in names]
         for names in (("L.ASIS", "R.ASIS"), ("L.PSIS", "R.PSIS"), ("Sacrum",))

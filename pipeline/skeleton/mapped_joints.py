@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+
 import numpy as np
 
 from pipeline.skeleton.joints import WALKER15
+from pipeline.skeleton.point_names import bare_names, plain_name
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import Lowering, Rule, SourceMapping, UpAxis
-from pipeline.skeleton.source_points import SourcePoints
 from pipeline.skeleton.upright import axis_up
+from pipeline.validation import InvalidInput, listed
 
 _TO_Z_UP = {
     UpAxis.x: np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]]),
@@ -22,6 +25,140 @@ _TO_Z_UP = {
 
 LOWER_BODY = ("pelvis", "left_hip", "left_knee", "left_ankle", "right_hip", "right_knee", "right_ankle")
 """Joints without which there is no walk: they are never estimated."""
+
+
+class MappedPoints:
+    """The points of a recording as the rules of a mapping name them.
+
+    Parameters
+    ----------
+    motion : MotionCapture
+    mapping : SourceMapping
+    """
+
+    def __init__(self, motion: MotionCapture, mapping: SourceMapping) -> None:
+        self._motion, self._mapping = motion, mapping
+        self._seen = np.asarray(motion.valid.any(axis=0))
+        names = motion.names
+        ways: tuple[Callable[[str], str], ...] = (str, str.lower, _without_prefix, plain_name)
+        self._ways = [(way, _places(map(way, names))) for way in ways]
+        bare = bare_names(names)
+        if any(short != name.rsplit(":", 1)[-1] for short, name in zip(bare, names, strict=True)):
+            self._ways.append((plain_name, _places(map(plain_name, bare))))
+        self._found: dict[str, int | None] = {}
+
+    def find(self, wanted: str) -> int | None:
+        """Return the index of a point by its name or a synonym; None if it is not there."""
+        if wanted not in self._found:
+            candidates = (self._by_name(name) for name in (wanted, *self._mapping.points.get(wanted, ())))
+            self._found[wanted] = next((index for index in candidates if index is not None), None)
+        return self._found[wanted]
+
+    def index(self, wanted: str) -> int:
+        """Return the index of a point that is there."""
+        index = self.find(wanted)
+        assert index is not None
+        return index
+
+    def _by_name(self, wanted: str) -> int | None:
+        for normalise, places in self._ways:
+            found = places.get(normalise(wanted), [])
+            if len(found) > 1:  # a second one that was never seen is no second person
+                found = [i for i in found if self._seen[i]] or found[:1]
+            if len(found) > 1:
+                found = self._one_of(found, wanted)
+            if found:
+                return found[0]
+        return None
+
+    def _one_of(self, found: list[int], wanted: str) -> list[int]:
+        """One of several points of a name: they must be spelled alike, and equal wherever both were seen."""
+        positions = self._motion.positions_mm[:, found]
+        off = np.asarray(np.abs(positions - positions[:, :1]))
+        spellings = {self._motion.names[i] for i in found}
+        if len(spellings) > 1 or (off[np.isfinite(off)] > 1.0).any() or not np.isfinite(off[:, 1:]).any():
+            raise InvalidInput(
+                f"{len(found)} points are called {wanted!r}",
+                expected="one person to a file",
+                received=", ".join(self._motion.names[i] for i in found[:3]),
+                code="point_twice",
+                point=wanted,
+                count=len(found),
+            )
+        return [max(found, key=lambda i: int(self._motion.valid[:, i].sum()))]
+
+    def rule_of(self, joint: str) -> tuple[Rule, Lowering | None] | None:
+        """Return the first rule of a joint whose points, lowering included, are in the file, those ever seen first."""
+        there = [
+            (rule, lowering)
+            for rule, lowering in self._mapping.rules(joint)
+            if all(self.find(point) is not None for point in _points_of(rule, lowering))
+        ]
+        seen = [pair for pair in there if self.sees(pair[0])]
+        return next(iter(seen or there), None)
+
+    def weights(self, joint: str) -> dict[int, float]:
+        """Return the weight of each point, by its index, that makes a joint; none if the file does not give it."""
+        weights: dict[int, float] = {}
+        rule = self.rule_of(joint)
+        for point, weight in rule[0].items() if rule else ():
+            weights[self.index(point)] = weights.get(self.index(point), 0.0) + weight
+        return weights
+
+    def sees(self, rule: Rule) -> bool:
+        """Return whether all points of a rule are in the file and were ever seen."""
+        return all((index := self.find(point)) is not None and self._seen[index] for point in rule)
+
+    def lacking(self, joint: str) -> InvalidInput:
+        """Return the refusal of a file from which a joint cannot be made."""
+        mapping, rules = self._mapping, self._mapping.rules(joint)
+        if not rules:
+            return InvalidInput(f"no rule for the joint {joint!r}", mapping.name, code="no_rule", joint=joint)
+        lacked = next(point for point in _points_of(*rules[-1]) if self.find(point) is None)
+        what = f"the joint {joint!r} needs the point {lacked!r}, which the file does not have"
+        received = f"points {listed(self._motion.names)}"
+        return InvalidInput(
+            what,
+            mapping.name,
+            "skeleton=auto, or a mapping of these points",
+            received,
+            code="missing_point",
+            joint=joint,
+            point=lacked,
+        )
+
+    def distance(self, joint: str, lowering: Lowering) -> float:
+        """Return the mean distance, mm, of the two points by which a joint is lowered."""
+        pair = [self.index(point) for point in lowering.between]
+        ends = self._motion.positions_mm[:, pair]
+        apart = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=-1)
+        if not np.isfinite(apart).any():
+            raise InvalidInput(
+                f"the two points by which {joint!r} is lowered were never seen together",
+                self._mapping.name,
+                received=lowering.between,
+                code="never_together",
+                joint=joint,
+            )
+        return float(np.nanmean(apart))
+
+    def joints(self) -> np.ndarray:
+        """Return joints (T, 15, 3), mm, in the file's axes, none lowered; NaN where the file does not give one.
+
+        Raises
+        ------
+        InvalidInput
+            If it does not give one of the legs or the pelvis.
+        """
+        positions = np.full((len(self._motion.positions_mm), len(WALKER15.joints), 3), np.nan)
+        found = {joint: self.weights(joint) for joint in WALKER15.joints}
+        for j, (joint, weights) in enumerate(found.items()):
+            if weights:
+                source = self._motion.positions_mm[:, list(weights)]
+                positions[:, j] = np.einsum("tpk,p->tk", source, np.array(list(weights.values()), float))
+            elif joint in LOWER_BODY:
+                raise self.lacking(joint)
+        return positions
 
 
 def map_joints(motion: MotionCapture, mapping: SourceMapping) -> tuple[np.ndarray, np.ndarray]:
@@ -48,11 +185,13 @@ def map_joints(motion: MotionCapture, mapping: SourceMapping) -> tuple[np.ndarra
         If a joint of legs or pelvis has no rule or its rules name points that the file lacks, or a point stands
         twice in the file (two people).
     """
-    points, found, positions = _in_own_axes(motion, mapping)
+    points = MappedPoints(motion, mapping)
+    positions = points.joints()
     positions = with_z_up(positions, _up_of(positions, motion, mapping))
-    for j, (joint, rule) in enumerate(found.items()):
-        if rule is not None and rule[1] is not None:
-            positions[:, j, 2] -= rule[1].by * points.distance(joint, rule[1], mapping)
+    for j, joint in enumerate(WALKER15.joints):
+        rule = points.rule_of(joint)
+        if rule and rule[1]:
+            positions[:, j, 2] -= rule[1].by * points.distance(joint, rule[1])
     return positions, np.all(np.isfinite(positions), axis=-1)
 
 
@@ -69,27 +208,24 @@ def up_axis(motion: MotionCapture, mapping: SourceMapping) -> UpAxis:
     InvalidInput
         As `map_joints`.
     """
-    return _up_of(_in_own_axes(motion, mapping)[2], motion, mapping)
-
-
-def _in_own_axes(
-    motion: MotionCapture, mapping: SourceMapping
-) -> tuple[SourcePoints, dict[str, tuple[Rule, Lowering | None] | None], np.ndarray]:
-    """The points by name, the rule of each joint, and joints (T, 15, 3), mm, in the file's axes, none lowered."""
-    points = SourcePoints(motion, mapping.points)
-    found = {joint: points.rule_of(joint, mapping) for joint in WALKER15.joints}
-    for joint, rule in found.items():
-        if rule is None and joint in LOWER_BODY:
-            raise points.lacking(joint, mapping)
-    positions = np.full((len(motion.positions_mm), len(found), 3), np.nan)
-    for j, rule in enumerate(found.values()):
-        if rule is not None:
-            weights = np.array(list(rule[0].values()), float)
-            source = motion.positions_mm[:, [points.index(point) for point in rule[0]]]
-            positions[:, j] = np.einsum("tpk,p->tk", source, weights)
-    return points, found, positions
+    return _up_of(MappedPoints(motion, mapping).joints(), motion, mapping)
 
 
 def _up_of(positions: np.ndarray, motion: MotionCapture, mapping: SourceMapping) -> UpAxis:
     """The axis that the caller stated, or along which joints (T, 15, 3) stand; a mapping's own breaks ties."""
     return axis_up(positions, mapping.up)[0] if motion.up == UpAxis.auto else motion.up
+
+
+def _points_of(rule: Rule, lowering: Lowering | None) -> tuple[str, ...]:
+    return (*rule, *(lowering.between if lowering else ()))
+
+
+def _without_prefix(name: str) -> str:
+    return name.rsplit(":", 1)[-1].lower()
+
+
+def _places(names: Iterable[str]) -> dict[str, list[int]]:
+    places: dict[str, list[int]] = {}
+    for index, name in enumerate(names):
+        places.setdefault(name, []).append(index)
+    return places

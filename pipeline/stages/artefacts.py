@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar, cast
 
 from pipeline.storage.source_code import sources_digest
-from pipeline.storage.store import Artefact, Plan, Store
+from pipeline.storage.store import Artefact, Store
 from pipeline.storage.typed import pack, unpack
 
 Value = TypeVar("Value")
@@ -62,7 +62,7 @@ def stored(
         code=sources_digest(sources),
         fits=lambda found: unpack(result, found.arrays, found.notes),
     )
-    if isinstance(store, Plan):
-        return Stored(cast(Value, None), artefact)  # nothing is computed, and nobody looks
+    if store.dry_run:
+        return Stored(cast(Value, None), artefact)  # the value is not used
     # Also a value just computed is rebuilt from its arrays, so that it is the same as one that was found.
     return Stored(unpack(result, artefact.arrays, artefact.notes), artefact)

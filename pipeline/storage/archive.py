@@ -15,8 +15,8 @@ from typing import Any
 from pipeline.reading import read_file
 from pipeline.storage import provenance
 from pipeline.storage import sealed_folders as folders
+from pipeline.storage.crate import SBOM, bill_of_materials
 from pipeline.storage.publishing import Publication, publish
-from pipeline.storage.sbom import SBOM, bill_of_materials
 from pipeline.validation import InvalidInput, is_relative, require_name
 
 CHECKSUMS = "SHA256SUMS"

@@ -75,17 +75,32 @@ class Store:
         Created at the first write.  Temporary folders of killed runs are removed from its cache.
     waiting : callable
         Makes the context in which another process's artefact is waited for.
+    dry_run : bool
+        Compute and write nothing; `artefact` then returns the keys that artefacts would have, and why they differ.
+    before : mapping of str to (str, str)
+        Key and content of earlier artefacts by stage, with which a dry run compares.
+
+    Attributes
+    ----------
+    steps : list of dict
+        Stage, options, names of the inputs and code of each artefact of a dry run, in plain values.
     """
 
     def __init__(
-        self, results: Path, waiting: Callable[[], AbstractContextManager[None]] = nullcontext
+        self,
+        results: Path,
+        waiting: Callable[[], AbstractContextManager[None]] = nullcontext,
+        *,
+        dry_run: bool = False,
+        before: Mapping[str, tuple[str, str]] | None = None,
     ) -> None:
-        self.results = results
-        self._waiting = waiting
-        self.cache = self.results / "cache"
+        self.results, self.cache, self.dry_run = results, results / "cache", dry_run
+        self.steps: list[dict[str, Any]] = []
+        self._waiting, self._before = waiting, before or {}
         self._memory: dict[str, Artefact] = {}
-        remove_stale(self.cache)
-        remove_unheld(self.cache, f"{_LOCK}*")
+        if not dry_run:
+            remove_stale(self.cache)
+            remove_unheld(self.cache, f"{_LOCK}*")
 
     def forgetful(self) -> Store:
         """Return the same store with a memory of its own: what it finds there is let go with it."""
@@ -104,6 +119,8 @@ class Store:
         fits: Fits = lambda artefact: None,
     ) -> Artefact:
         """Return the artefact of a stage for these options and inputs; compute it if it is not in the cache.
+
+        A dry run returns it without arrays: `computed` if it is not in the cache, `why` it differs from before.
 
         Parameters
         ----------
@@ -127,6 +144,10 @@ class Store:
             cannot be written (``cannot write results: …``).
         """
         made_from, key = self._key(stage, options, inputs, code)
+        if self.dry_run:
+            reads = [item.stage if isinstance(item, Artefact) else item for item in inputs]
+            self.steps.append({"stage": stage, "options": made_from["options"], "reads": reads, "code": code})
+            return self._planned(made_from, key)
         name = f"{stage}-{key}"
         if known := self._memory.get(name):
             return dataclasses.replace(known, notes=copy.deepcopy(known.notes), computed=False, why="")
@@ -159,6 +180,27 @@ class Store:
             "libraries": versions(_KEYED_LIBRARIES),
         }
         return made_from, digest(compact(made_from))[:16]
+
+    def _planned(self, made_from: dict[str, Any], key: str) -> Artefact:
+        """Return an artefact without arrays.
+
+        Its content is that of the cache, or that of before if the key is the same; otherwise it is unknown, and so
+        are the keys of what is made from it.
+        """
+        stage, why, computed = made_from["stage"], "", False
+        before, content = self._before.get(stage, ("", ""))
+        if before != key:
+            try:
+                earlier = read_manifest(self.cache / f"{stage}-{before}")
+                why = "; ".join(differences(earlier, made_from)[:3])
+            except _UNREADABLE:
+                why = "changed; what it was made from is no longer in the cache"
+            content = ""
+        try:
+            content = content_digest(read_manifest(self.cache / f"{stage}-{key}"))
+        except _UNREADABLE:
+            computed = True
+        return Artefact(stage, key, content, {}, {}, computed, 0.0, why)
 
     @contextmanager
     def _alone(self, name: str) -> Iterator[None]:
@@ -248,55 +290,3 @@ class Store:
                         raise
                 else:
                     return
-
-
-class Plan(Store):
-    """A store that computes nothing: it returns the keys that artefacts would have, and why they differ.
-
-    Parameters
-    ----------
-    results : Path
-    before : mapping of str to (str, str)
-        Key and content of earlier artefacts by stage, to compare with.
-
-    Attributes
-    ----------
-    steps : list of dict
-        Stage, options, names of the inputs and code of each artefact that was asked for, in plain values.
-    """
-
-    def __init__(self, results: Path, before: Mapping[str, tuple[str, str]]) -> None:
-        self.cache, self.before = results / "cache", before
-        self.steps: list[dict[str, Any]] = []
-
-    def artefact(
-        self,
-        stage: str,
-        options: Any,
-        inputs: Sequence[Artefact | str],
-        compute: Compute,
-        *,
-        code: str,
-        fits: Fits = lambda artefact: None,
-    ) -> Artefact:
-        """Return an artefact without arrays: `computed` if it is not in the cache, `why` it differs from before.
-
-        Its content is that of the cache, or that of before if the key is the same; otherwise it is unknown, and so
-        are the keys of what is made from it.
-        """
-        made_from, key = self._key(stage, options, inputs, code)
-        reads = [item.stage if isinstance(item, Artefact) else item for item in inputs]
-        self.steps.append({"stage": stage, "options": made_from["options"], "reads": reads, "code": code})
-        (before, content), why = self.before.get(stage, ("", "")), ""
-        if before != key:
-            try:
-                earlier = read_manifest(self.cache / f"{stage}-{before}")
-                why = "; ".join(differences(earlier, made_from)[:3])
-            except _UNREADABLE:
-                why = "changed; what it was made from is no longer in the cache"
-            content = ""
-        try:
-            content, computed = content_digest(read_manifest(self.cache / f"{stage}-{key}")), False
-        except _UNREADABLE:
-            computed = True
-        return Artefact(stage, key, content, {}, {}, computed, 0.0, why)

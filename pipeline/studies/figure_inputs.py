@@ -18,6 +18,9 @@ DatasetT = TypeVar("DatasetT")
 ModelT = TypeVar("ModelT")
 SweepT = TypeVar("SweepT")
 
+ANKLE_HEIGHT_MM = 80.0
+"""Of the joint above the sole, about; only for showing people on the ground."""
+
 
 @dataclass(frozen=True)
 class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
@@ -139,3 +142,13 @@ def columns_of(table: pd.DataFrame) -> dict[str, np.ndarray]:
 def sd(values: Any) -> Any:
     """Return the standard deviation of an array (n,) or Series, divisor n - 1 (0 for a single value)."""
     return values.std(ddof=1) if len(values) > 1 else 0.0 * values.mean()
+
+
+def entity_name(name: str) -> str:
+    """Return the name of a clip as the path of a recording's entity can hold it."""
+    return re.sub(r"\W", "_", name)
+
+
+def lift(motion: np.ndarray) -> np.ndarray:
+    """Return what to add to a motion (T, 15, 3) so that its lower ankle stands on the ground, (3,) mm."""
+    return np.array([0.0, 0.0, ANKLE_HEIGHT_MM - motion[..., 2].min()])

@@ -20,6 +20,7 @@ annotation.  Options are validated by ``validate`` before anything runs.  Option
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from types import ModuleType
@@ -311,6 +312,30 @@ class Figure(Options, ABC):
                 start=grid.start,
                 step=grid.step,
             )
+
+
+def stacked(parts: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
+    """Return the rows of several parts as one table; a column of a part is an array, or one value for all its rows.
+
+    Examples
+    --------
+    >>> stacked([{"walker": "a", "view": [0, 90]}, {"walker": "b", "view": 45}])
+      walker  view
+    0      a     0
+    1      a    90
+    2      b    45
+    """
+    import pandas as pd
+
+    columns: dict[str, list[np.ndarray]] = defaultdict(list)
+    for part in parts:
+        # Texts as objects: a column of them then holds each once.
+        whole = np.broadcast_arrays(
+            *(np.atleast_1d(np.asarray(c, object) if isinstance(c, str) else c) for c in part.values())
+        )
+        for name, column in zip(part, whole, strict=True):
+            columns[name].append(column)
+    return pd.DataFrame({name: np.concatenate(column) for name, column in columns.items()})
 
 
 @dataclass(frozen=True)

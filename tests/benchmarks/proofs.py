@@ -19,7 +19,7 @@ from pipeline.core.trajectory_basis import TrajectoryBasis
 from pipeline.seeding import derive_generator
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
-from pipeline.studies.limbs.root_error import RootErrorSweep
+from pipeline.studies.limbs.one_limb import RootErrorSweep
 from pipeline.studies.limbs.scores import distance
 from pipeline.studies.limbs.trials import LimbTrial
 from tests.benchmarks.tables import Row

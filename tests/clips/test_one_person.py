@@ -15,8 +15,9 @@ from pipeline.clips.kinds import WALKS
 from pipeline.clips.options import Locomotion, Skeleton, Steady
 from pipeline.core.likeness import Likeness, likeness
 from pipeline.formats.points import trc
-from pipeline.ingestion.corpus import Listing, listed_clips, read_clip
+from pipeline.ingestion.corpus import Listing, listed_clips
 from pipeline.ingestion.data import FolderData
+from pipeline.ingestion.joints import read_clip
 from pipeline.skeleton import WALKER15
 from pipeline.stages.ingest import report_table
 from pipeline.studies.ledger import judge

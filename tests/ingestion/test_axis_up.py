@@ -14,7 +14,7 @@ from pipeline.cli.compose import compose
 from pipeline.cli.inspect import inspect
 from pipeline.clips.kinds import PERFORMANCES, WALKS
 from pipeline.formats.points import trc
-from pipeline.ingestion.corpus import joints_of
+from pipeline.ingestion.joints import joints_of
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.source_mapping import UpAxis
 from pipeline.synthetic.walkers import walking_population

@@ -18,8 +18,8 @@ from pipeline.ingestion.corpus import (
     folder_clips,
     in_turn,
     listed_clips,
-    read_clip,
 )
+from pipeline.ingestion.joints import read_clip
 from tests.own_files import OWN_JOINTS, write_table
 from tests.rejects import rejects
 

@@ -9,7 +9,7 @@ import pytest
 
 from pipeline import represent
 from pipeline.formats.points import trc
-from pipeline.ingestion.exchanged_labels import EXCHANGED, MOST, exchanged_back
+from pipeline.ingestion.joints import EXCHANGED, MOST, exchanged_back
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.complaint import remarks_of
 from pipeline.skeleton.recorded import MotionCapture

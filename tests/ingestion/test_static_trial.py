@@ -13,6 +13,7 @@ from pipeline.clips.kinds import WALKS
 from pipeline.clips.options import Skeleton
 from pipeline.formats.points import trc
 from pipeline.ingestion import nearest_joints, static_trial
+from pipeline.ingestion.corpus import static_trials
 from pipeline.ingestion.data import FolderData
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.mapped_joints import map_joints
@@ -130,9 +131,7 @@ def test_statics_are_told_by_name_by_folder_or_tried() -> None:
         Path("lab/ben_1.c3d"): "ben", Path("lab/ben_2.c3d"): "ben", Path("lab/local_1.c3d"): "local",
         Path("eve/walk.c3d"): "walk", Path("eve/static.c3d"): "static",
     }  # fmt: skip
-    found = {
-        path.name: [other.name for other in others] for path, others in static_trial.candidates(files).items()
-    }
+    found = {path.name: [other.name for other in others] for path, others in static_trials(files).items()}
     assert found["anna_walk1.c3d"] == found["anna_2.c3d"] == ["anna_Static01.c3d"]
     assert found["ben_1.c3d"] == ["ben_2.c3d"]
     assert found["local_1.c3d"] == []

@@ -10,7 +10,7 @@ import pytest
 
 from pipeline import formats
 from pipeline.formats.points import csv, trc
-from pipeline.ingestion.corpus import joints_of
+from pipeline.ingestion.joints import joints_of
 from pipeline.mappings import of_one_person, people, shipped
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.recorded import MotionCapture

@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 from pipeline.storage import archive
+from pipeline.storage.crate import bill_of_materials
 from pipeline.storage.publishing import publish
-from pipeline.storage.sbom import bill_of_materials
 from pipeline.storage.sealed_folders import complaints_about, digest, read_manifest
 from tests.processes import finished
 from tests.rejects import rejects

@@ -7,8 +7,8 @@ import json
 import re
 from pathlib import Path
 
+from pipeline.storage.crate import bill_of_materials
 from pipeline.storage.provenance import LOCK
-from pipeline.storage.sbom import bill_of_materials
 from tests.rejects import rejects
 
 ALLOWED = {

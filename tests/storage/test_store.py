@@ -118,6 +118,19 @@ def test_the_second_request_computes_nothing(tmp_path: Path) -> None:
     assert is_complete(tmp_path / "cache" / first.name)
 
 
+def test_a_dry_run_computes_and_writes_nothing(tmp_path: Path) -> None:
+    work = Work()
+    planned = Store(tmp_path, dry_run=True).artefact("model", {"n": 1}, [], work)
+    assert (planned.computed, planned.content, work.times, [*tmp_path.iterdir()]) == (True, "", 0, [])
+    made = Store(tmp_path).artefact("model", {"n": 1}, [], work)
+    dry = Store(tmp_path, dry_run=True, before={"model": (made.key, made.content)})
+    again, other = (dry.artefact("model", {"n": n}, [], work) for n in (1, 2))
+    assert (again.key, again.content, again.computed, again.why) == (made.key, made.content, False, "")
+    assert (other.computed, other.content, other.why) == (True, "", "options.n changed 1 -> 2")
+    assert [step["options"] for step in dry.steps] == [{"n": 1}, {"n": 2}]
+    assert work.times == 1
+
+
 def test_within_one_process_even_the_disk_is_not_asked(tmp_path: Path) -> None:
     store, work = Store(tmp_path), Work()
     first = store.artefact("dataset", {}, [], work)

@@ -21,7 +21,7 @@ from pipeline.cli.walkers import (
     target_file,
 )
 from pipeline.core import fourier, resampling, walking
-from pipeline.ingestion.corpus import joints_of
+from pipeline.ingestion.joints import joints_of
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.body import accepted
 from pipeline.skeleton.mapped_joints import map_joints, with_z_up

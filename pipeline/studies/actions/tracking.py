@@ -16,8 +16,7 @@ from pipeline.core.tracking import joint_error
 from pipeline.processes import map_processes
 from pipeline.studies.actions.held_out import LeaveOut, learn_without, left_out, performances_of
 from pipeline.studies.actions.model import ActionInputs
-from pipeline.studies.actions.tracking_conditions import Condition
-from pipeline.studies.actions.tracking_trial import METHODS, Tracked, Trial
+from pipeline.studies.actions.tracking_trial import METHODS, Condition, Tracked, Trial
 from pipeline.studies.occlusion import require_occlusion
 from pipeline.studies.study import Sweep, scaled
 from pipeline.validation import CountOrAll, Distinct, Finite, InvalidInput, NonNegative, bounded

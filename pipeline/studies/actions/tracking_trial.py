@@ -11,8 +11,22 @@ from pipeline.core import camera
 from pipeline.core.resampling import interpolate
 from pipeline.core.tracking import Likelihood, Track, best_phase, joint_error, track
 from pipeline.studies.actions.held_out import HeldOut, Performance
-from pipeline.studies.actions.tracking_conditions import Condition
 from pipeline.studies.occlusion import occlusion
+
+
+@dataclass(frozen=True, order=True)
+class Condition:
+    """What one track is made of, besides performance and method."""
+
+    particles: int
+    noise_mm: float
+    occluded: float
+
+    @property
+    def words(self) -> tuple[int, ...]:
+        """For a seed."""
+        return self.particles, round(1e3 * self.noise_mm), round(1e6 * self.occluded)
+
 
 FILTERS = ("prior", "no_prior", "no_prior_own_step")
 """Particle filters: with the prior; a random walk with the prior's diffusion; one with steps of the data's size."""

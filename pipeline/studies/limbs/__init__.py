@@ -9,9 +9,8 @@ from pipeline.studies.limbs.figures.motions import MotionsFigure
 from pipeline.studies.limbs.missing_data import MissingDataSweep
 from pipeline.studies.limbs.model import TrajectoryBasisModel
 from pipeline.studies.limbs.motions import MotionsSweep
-from pipeline.studies.limbs.radius_scale import RadiusScaleSweep
+from pipeline.studies.limbs.one_limb import RadiusScaleSweep, RootErrorSweep
 from pipeline.studies.limbs.reconstructibility import ReconstructibilitySweep
-from pipeline.studies.limbs.root_error import RootErrorSweep
 from pipeline.studies.study import Study
 
 STUDY = Study(

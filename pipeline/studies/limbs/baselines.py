@@ -13,8 +13,15 @@ import numpy as np
 from pipeline.core.articulation import ray_sphere
 from pipeline.core.limb_chain import WALKER14, forward
 from pipeline.core.pinhole import Pinhole
+from pipeline.palette import Style
 from pipeline.studies.limbs.scores import distance
 from pipeline.studies.limbs.trials import ROOT, LimbTrial
+
+STYLES = tuple(
+    Style(label, "baseline", line=line, interval=False)
+    for label, line in (("hangs straight down", "dotted"), ("mean pose", "dashed"))
+)
+"""Looks of the hanging skeleton and of the mean pose."""
 
 _UPWARDS = {"sternum": 1.0, "head": 1.0, "elbow": -1.0, "wrist": -1.0, "knee": -1.0, "ankle": -1.0}
 

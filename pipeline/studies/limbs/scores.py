@@ -12,6 +12,9 @@ from pipeline.studies.limbs.trials import ROOT, LimbTrial
 SUCCESS = 0.1
 """Of a limb's length: a mean error below it counts as success."""
 
+MIN_DRAWN = 1e-3
+"""Smallest error that is drawn on a logarithmic axis, over the limb's length; smaller ones are clamped."""
+
 
 def limb_errors(
     trial: LimbTrial, choice: LimbChoice, *, parent: np.ndarray | None = None

@@ -14,17 +14,15 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pipeline.core import errors, linear_model
+from pipeline.core import errors, linear_model, reconstruction
 from pipeline.processes import map_processes
 from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.model import Eigenwalkers
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
+from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled, stacked
 from pipeline.studies.walks import methods
-from pipeline.studies.walks.methods import AVERAGE_WALKER, MAP, PUBLISHED, Method, Methods
+from pipeline.studies.walks.methods import AVERAGE_WALKER, MAP, PUBLISHED, Fold, Method, Methods, Walk
 from pipeline.studies.walks.nested import nested_choice
-from pipeline.studies.walks.seen_walker import SeenWalker
-from pipeline.studies.walks.stacked import stacked
 from pipeline.validation import Distinct, Finite, Positive
 
 Inputs = SweepInputs[object, FourierSamples, Eigenwalkers]
@@ -133,6 +131,39 @@ class KnownViewErrors:
         return self.sigma2(walker).iloc[np.arange(len(nested)) * len(self.sigma2_mm2) + nested]
 
 
+class _SeenWalker:
+    """Errors of one walk of a data set seen from A known views, phase and frequency known from the 3D motion.
+
+    Joints that were not measured are neither observed nor compared: errors that contain them are NaN.
+
+    Parameters
+    ----------
+    data : FourierSamples
+    walk : Walk
+    view : (A,)
+        rad.
+    """
+
+    def __init__(self, data: FourierSamples, walk: Walk, view: np.ndarray) -> None:
+        self._walk, self._view, self._residual = walk, view, data.residual_covariance[walk.number]
+        along = errors.along_missing(self._residual, view)
+        self.residual_power = np.where(walk.measured, along, np.nan)
+
+    def missing_variance(
+        self, temporal: np.ndarray, average: np.ndarray, kind: str, of_motion: bool
+    ) -> np.ndarray:
+        """Variance (A,) of the missing dimension of measured joints: of the motion, or of its Fourier part."""
+        covariance, seen = temporal if of_motion else temporal - self._residual, self._walk.measured
+        return errors.missing_variance(covariance[seen], average[seen], self._view, kind=kind)
+
+    def error_path(self, fold: Fold, noise_variances: np.ndarray) -> np.ndarray:
+        """E_a of MAP for every view and sigma², residual left out; mean over the joints that were measured."""
+        measured = self._walk.measured
+        model = linear_model.of_measured(fold.model, measured)
+        path = reconstruction.NoisePath(model, self._view, noise_variances).error(self._walk.sample)
+        return path * (len(measured) / measured.sum())
+
+
 class KnownView(Sweep):
     """Reconstruction at a known view angle."""
 
@@ -218,7 +249,7 @@ class KnownView(Sweep):
         view_deg, sigma2 = grids
         fold, walk = methods.held_out(data, model, r, self.noise_variance_mm2)
         views = [np.radians(angles) for angles in (view_deg, self.demonstration_views_deg)]
-        everywhere, demonstration = (SeenWalker(data, walk, view) for view in views)
+        everywhere, demonstration = (_SeenWalker(data, walk, view) for view in views)
         power, shown_power = (s.residual_power * of_motion for s in (everywhere, demonstration))
         variance = everywhere.missing_variance(
             data.temporal_covariance[r], data.coefficients[r, 0], self.missing_variance.value, of_motion

@@ -14,6 +14,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from pipeline import plugins
+from pipeline.charts import Axis
 from pipeline.core import camera, linear_model, reconstruction
 from pipeline.core.linear_model import LinearModel, unflatten
 from pipeline.palette import CYCLE, NAMES, Style
@@ -342,6 +343,9 @@ def _require_registered(name: str, names: Sequence[str]) -> None:
 Methods = Annotated[list[str], _require_registered]
 """Names of methods, each once."""
 
+
+VIEW: dict[str, Any] = {"x": "view_angle_deg", "abscissa": Axis(ticks=30)}
+"""Abscissa of charts over the view angle."""
 
 STRIP_DEG = 10.0
 """Width of a strip of view angles; the bands of frontal, oblique and profile views end on it."""

@@ -17,7 +17,7 @@ from pipeline.core import linear_model, statistics, viewpoint
 from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.model import Eigenwalkers
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
+from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled, stacked
 from pipeline.studies.walks import methods
 from pipeline.studies.walks.methods import (
     AVERAGE_WALKER,
@@ -29,7 +29,6 @@ from pipeline.studies.walks.methods import (
     Walk,
     middles_of_strips,
 )
-from pipeline.studies.walks.stacked import stacked
 from pipeline.validation import InvalidInput, Positive
 
 Solver = StrEnum("Solver", {"global": "global", "published": "published"})

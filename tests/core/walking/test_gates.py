@@ -14,7 +14,7 @@ from pipeline.clips.options import Steady
 from pipeline.clips.usable import RawClip, report_row
 from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
 from pipeline.core.walking import require_walk
-from pipeline.ingestion.corpus import joints_of
+from pipeline.ingestion.joints import joints_of
 from pipeline.mappings import shipped
 from pipeline.skeleton import WALKER15
 from pipeline.synthetic import walkers

@@ -29,8 +29,7 @@ from pipeline.studies.actions.held_out import (
 )
 from pipeline.studies.actions.model import ActionSpaceModel
 from pipeline.studies.actions.tracking import HeldOutTracking, TrackingErrors
-from pipeline.studies.actions.tracking_conditions import Condition
-from pipeline.studies.actions.tracking_trial import FILTERS, METHODS, Trial
+from pipeline.studies.actions.tracking_trial import FILTERS, METHODS, Condition, Trial
 from pipeline.studies.occlusion import occlusion
 from pipeline.studies.study import SweepInputs
 from tests.recordings import reading

@@ -13,7 +13,7 @@ from pipeline.studies import evaluation
 from pipeline.studies.limbs import baselines
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
-from pipeline.studies.limbs.root_error import RootErrorSweep
+from pipeline.studies.limbs.one_limb import RootErrorSweep
 from pipeline.studies.limbs.trials import ROOT
 from pipeline.studies.registry import all_measures
 from pipeline.studies.replicated import Replicated, replicate

@@ -21,12 +21,11 @@ from pipeline.storage import tables
 from pipeline.storage.typed import pack
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
-from pipeline.studies.limbs.figures.presentation import increasing
+from pipeline.studies.limbs.figures.limb_scatter import increasing
 from pipeline.studies.limbs.missing_data import MissingDataSweep, Pattern
 from pipeline.studies.limbs.model import Basis, TrajectoryBasisModel
-from pipeline.studies.limbs.radius_scale import REFINED, RadiusScaleSweep
+from pipeline.studies.limbs.one_limb import REFINED, RadiusScaleSweep, RootErrorSweep
 from pipeline.studies.limbs.reconstructibility import LimbReconstructibilities, ReconstructibilitySweep
-from pipeline.studies.limbs.root_error import RootErrorSweep
 from pipeline.studies.limbs.scores import limb_errors, true_signs
 from pipeline.studies.limbs.trials import ROOT, wrong_trajectory
 from pipeline.studies.study import Sweep

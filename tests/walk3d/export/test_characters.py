@@ -10,7 +10,7 @@ import pytest
 from pipeline import mappings
 from pipeline.core import fourier
 from pipeline.formats import bvh
-from pipeline.ingestion.corpus import joints_of
+from pipeline.ingestion.joints import joints_of
 from pipeline.skeleton import WALKER15
 from pipeline.synthetic import walkers
 from tests.formats.bvh import independent

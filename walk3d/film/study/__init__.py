@@ -4,9 +4,8 @@ from pipeline.studies.study import Study
 from walk3d.film.study.changes import KeypointChanges
 from walk3d.film.study.changes_figure import KeypointChangesFigure
 from walk3d.film.study.dataset import FilmedWalkersDataset
-from walk3d.film.study.figure import KeypointHeadingsFigure
+from walk3d.film.study.figure import KeypointHeadingsFigure, KeypointLaboratoriesFigure
 from walk3d.film.study.headings import KeypointHeadings, KeypointLaboratories
-from walk3d.film.study.laboratories_figure import KeypointLaboratoriesFigure
 from walk3d.film.study.model import KeypointWalkersModel
 
 STUDY = Study(

@@ -30,8 +30,7 @@ from pipeline.studies.actions.figures.performances import performances_table, po
 from pipeline.studies.actions.model import Action, ActionSpaceModel
 from pipeline.studies.actions.timing import Timing, Timings
 from pipeline.studies.actions.without_mistiming import without_mistiming
-from pipeline.studies.figure_inputs import FigureInputs, tidy
-from pipeline.studies.presentation import entity_name
+from pipeline.studies.figure_inputs import FigureInputs, entity_name, tidy
 from pipeline.studies.replicated import interval_over_people, interval_words
 from pipeline.studies.study import Figure, Recorder, Tables
 from pipeline.validation import Count

@@ -13,8 +13,7 @@ from pipeline.core.action_model import variance_left
 from pipeline.palette import Style
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.model import ALIGNMENTS, Action, ActionSpaceModel
-from pipeline.studies.figure_inputs import FigureInputs
-from pipeline.studies.presentation import ANKLE_HEIGHT_MM
+from pipeline.studies.figure_inputs import ANKLE_HEIGHT_MM, FigureInputs
 
 STYLES = {
     "raw": Style("not synchronized", "grey"),

@@ -15,17 +15,11 @@ from pipeline.charts import Axis, Chart, Lines, Reference, Sheet
 from pipeline.core.articulation.hits import ROBUST_QUANTILE
 from pipeline.palette import Style, colour_name
 from pipeline.studies.figure_inputs import sd, tidy
+from pipeline.studies.limbs.baselines import STYLES as BASELINE_STYLES
 from pipeline.studies.limbs.figures.limb_on_sphere import Inputs, record_on_sphere
-from pipeline.studies.limbs.figures.presentation import (
-    ADJUST_COLOURS,
-    ADJUST_NAMES,
-    BASELINE_LABELS,
-    LEAST,
-    quartile_columns,
-)
 from pipeline.studies.limbs.model import TrajectoryBasisModel
-from pipeline.studies.limbs.radius_scale import RadiusScaleSweep
-from pipeline.studies.limbs.root_error import RootErrorSweep
+from pipeline.studies.limbs.one_limb import STYLES, RadiusScaleSweep, RootErrorSweep
+from pipeline.studies.limbs.scores import MIN_DRAWN
 from pipeline.studies.replicated import aggregate, interval_words
 from pipeline.studies.study import Figure, Recorder, Tables
 
@@ -69,7 +63,7 @@ class RootErrorFigure(Figure):
             above,
             ["camera", "root_error_ratio"],
             {
-                **quartile_columns("child_error", "child_error_ratio"),
+                **_quartile_columns("child_error", "child_error_ratio"),
                 "child_error_sd": ("child_error_ratio", sd),
                 "share_above_parent_error": ("above_parent", "mean"),
                 "limb_error_median": ("limb_error", "median"),
@@ -137,7 +131,7 @@ class RadiusScaleFigure(Figure):
             rows,
             ["camera", *swept],
             {
-                **quartile_columns("limb_error", "limb_error"),
+                **_quartile_columns("limb_error", "limb_error"),
                 "adjusted_share": ("adjusted_share", "mean"),
                 "error_up_to_mirror_median": ("error_up_to_mirror", "median"),
                 **medians,
@@ -151,16 +145,13 @@ class RadiusScaleFigure(Figure):
         """The error against the scale of the radius, a panel to a camera."""
         options = cast(RadiusScaleSweep, inputs.experiment.sweep)
         first = options.ways[0]
-        styles = {
-            str(way): Style(ADJUST_NAMES[way], ADJUST_COLOURS[way], line="solid" if way is first else "dashed",
-                            banded=way is first)
-            for way in options.ways
-        }  # fmt: skip
+        styles = {way: STYLES[way] for way in options.ways}
         charts = [
             Chart(
                 table="table_cameras", x="radius_scale", abscissa=Axis(label="assumed radius / true radius", log=True),
                 y="limb_error_median", band=("limb_error_low", "limb_error_high"), by="adjust", styles=styles,
-                where={"camera": str(camera)}, label=f"3D error / limb length, {camera.words}", log_y=True, least=LEAST,
+                where={"camera": str(camera)}, label=f"3D error / limb length, {camera.words}",
+                log_y=True, least=MIN_DRAWN,
                 name="limb_error", timeline="log10_scale_per_mille" if camera is options.cameras[0] else "",
                 references=PUBLISHED_RADIUS,
                 also=_baseline_lines(
@@ -187,6 +178,23 @@ class RadiusScaleFigure(Figure):
         record_on_sphere(inputs, begin, "log10_scale_per_mille", "radius_scale")
 
 
+def _quartile_columns(name: str, column: str) -> dict[str, Any]:
+    """Return how a table is aggregated: columns with median, lower and upper quartile of another.
+
+    Parameters
+    ----------
+    name : str
+        Of the columns, before ``_median``, ``_low`` and ``_high``.
+    column : str
+        What is aggregated.
+    """
+    quartiles = {"low": 0.25, "high": 0.75}
+    return {
+        f"{name}_median": (column, "median"),
+        **{f"{name}_{end}": (column, partial(pd.Series.quantile, q=q)) for end, q in quartiles.items()},
+    }
+
+
 def _tables(rows: pd.DataFrame, cameras: pd.DataFrame, swept: Sequence[str], errors: Sequence[str]) -> Tables:
     """Every trial before the first camera, errors before all; over trials before the first, and before all."""
     every, first = tidy(rows, by=["trial", *swept]), rows["camera"][0]
@@ -204,9 +212,9 @@ def _baseline_lines(names: Sequence[str] = BASELINES, **rows: Any) -> list[Lines
         Lines(
             **{"table": "table_points", **rows},
             y=f"{name}_median",
-            styles={name: Style(label, "baseline", line=line, interval=False)},
+            styles={name: style},
         )
-        for name, label, line in zip(names, BASELINE_LABELS, ("dotted", "dashed"), strict=True)
+        for name, style in zip(names, BASELINE_STYLES, strict=True)
     ]
 
 

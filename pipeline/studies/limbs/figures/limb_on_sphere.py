@@ -9,15 +9,43 @@ from pipeline.scenes import Columns, Notes, Rows, Space3D
 from pipeline.studies.figure_inputs import FigureInputs
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
-from pipeline.studies.limbs.figures.presentation import EYE_MM, OUTSIDE, RADIUS_MM, path_bones, sphere
 from pipeline.studies.limbs.model import BasisFit
-from pipeline.studies.limbs.swept_errors import SweptErrors
+from pipeline.studies.limbs.one_limb import SweptErrors
 from pipeline.studies.study import Recorder
 
 Inputs = FigureInputs[LimbStretches, BasisFit, SweptErrors]
 
 
+RADIUS_MM = 1000.0
+"""Of the sphere in a recording, whatever the length of the limb."""
+
+EYE_MM = (2100.0, 1500.0, 1000.0)
+"""From where the sphere is looked at."""
+
+OUTSIDE = 1.03
+"""Estimates are drawn a little outside of the sphere, or they would hide what they agree with."""
+
 TRUTH_COLOUR, ESTIMATE_COLOUR = "green", "orange"
+
+
+def sphere() -> tuple[np.ndarray, list[tuple[int, int]]]:
+    """Return the points (1, J, 3), mm, of a sphere of wire, and the pairs of them that are joined."""
+    meridians, parallels, steps = 8, 5, 48  # circles through the poles, around them, and points to a circle
+    turn = np.linspace(0.0, 2.0 * np.pi, steps, endpoint=False)
+    circles = []
+    for azimuth in np.linspace(0.0, np.pi, meridians, endpoint=False):
+        flat = np.sin(turn)
+        circles.append(np.column_stack([flat * np.cos(azimuth), flat * np.sin(azimuth), np.cos(turn)]))
+    for height in np.linspace(-1.0, 1.0, parallels + 2)[1:-1]:
+        wide = np.sqrt(1.0 - height**2)
+        circles.append(np.column_stack([wide * np.cos(turn), wide * np.sin(turn), np.full(steps, height)]))
+    joined = [(c * steps + i, c * steps + (i + 1) % steps) for c in range(len(circles)) for i in range(steps)]
+    return RADIUS_MM * np.concatenate(circles)[None], joined
+
+
+def path_bones(frames: int) -> list[tuple[int, int]]:
+    """Return the pairs of successive frames of a path."""
+    return [(f, f + 1) for f in range(frames - 1)]
 
 
 def record_on_sphere(

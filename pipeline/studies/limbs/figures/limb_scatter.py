@@ -17,21 +17,13 @@ from pipeline.scenes import Columns, Notes, Rows, Space3D
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
-from pipeline.studies.limbs.figures.presentation import (
-    EYE_MM,
-    LEAST,
-    OUTSIDE,
-    RADIUS_MM,
-    increasing,
-    path_bones,
-    sphere,
-)
+from pipeline.studies.limbs.figures.limb_on_sphere import EYE_MM, OUTSIDE, RADIUS_MM, path_bones, sphere
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.reconstructibility import (
     LimbReconstructibilities,
     ReconstructibilitySweep,
 )
-from pipeline.studies.limbs.scores import SUCCESS
+from pipeline.studies.limbs.scores import MIN_DRAWN, SUCCESS
 from pipeline.studies.replicated import interval_over_clusters, interval_words
 from pipeline.studies.study import Figure, Recorder, Tables
 
@@ -94,7 +86,7 @@ class LimbScatter(Figure):
         overall = correlation[correlation["camera"] == "all"].iloc[0]
         error: dict[str, Any] = {"label": "3D error / limb length"}
         trial = partial(
-            Chart, **error, y="limb_error", by="camera", log_y=True, least=LEAST,
+            Chart, **error, y="limb_error", by="camera", log_y=True, least=MIN_DRAWN,
             styles={str(c): Style(c.words, c.colour, line="points") for c in cameras},
         )  # fmt: skip
         running: dict[str, Any] = {"table": "table_running", "x": "reconstructibility"}
@@ -117,7 +109,7 @@ class LimbScatter(Figure):
             ),
             Chart(
                 **error, **running, y="limb_error_median", abscissa=Axis(label=eta, log=True), name="limb_error",
-                log_y=True, least=LEAST, styles=median,
+                log_y=True, least=MIN_DRAWN, styles=median,
                 also=quartiles, timeline="log10_eta_per_mille", picture=False, references=[PUBLISHED],
             ),
         ]  # fmt: skip
@@ -247,3 +239,10 @@ def _correlations(rows: pd.DataFrame) -> pd.DataFrame:
         }
         for camera, here in sorted([("all", rows), *rows.groupby("camera")], key=lambda pair: pair[0])
     )
+
+
+def increasing(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return whole numbers that increase, and the places of the values next to them, the first of equal ones."""
+    order = np.argsort(values, kind="stable")
+    whole, first = np.unique(np.rint(values[order]).astype(int), return_index=True)
+    return whole, order[first]

@@ -10,13 +10,12 @@ import numpy as np
 from pipeline.charts import Axis, Chart, Lines, Reference, Sheet
 from pipeline.palette import Style, name_on_dark
 from pipeline.scenes import Bars, Columns, Image2D, Notes, Plot, Rows, Space3D, Tabs
-from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
+from pipeline.studies.figure_inputs import FigureInputs, lift, sd, tidy
+from pipeline.studies.limbs.baselines import STYLES as BASELINE_STYLES
 from pipeline.studies.limbs.dataset import LimbStretches
-from pipeline.studies.limbs.figures.presentation import BASELINE_LABELS
 from pipeline.studies.limbs.missing_data import MissingDataErrors, MissingDataSweep, Pattern
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.trials import ROOT
-from pipeline.studies.presentation import lift
 from pipeline.studies.replicated import aggregate, interval_words
 from pipeline.studies.study import Figure, Recorder, Tables
 
@@ -96,11 +95,9 @@ class MissingDataFigure(Figure):
                 percent(
                     y=f"{name}_relative_error_mean",
                     where={"pattern": first},
-                    styles={name: Style(label, "baseline", line=line, interval=False)},
+                    styles={name: style},
                 )
-                for name, label, line in zip(
-                    ("hanging", "mean_pose"), BASELINE_LABELS, ("dotted", "dashed"), strict=True
-                )
+                for name, style in zip(("hanging", "mean_pose"), BASELINE_STYLES, strict=True)
             ),
         ]
         missing = partial(

@@ -9,19 +9,18 @@ import pandas as pd
 
 from pipeline.charts import Axis, Chart, Lines, Reference, Sheet
 from pipeline.core.limb_chain import WALKER14
+from pipeline.core.reconstructibility import confidence_of_mirror_margin
 from pipeline.palette import CONFIDENCES, Style, name_on_dark
 from pipeline.scenes import Columns, Image2D, MotionScene, Notes, Rows, Space3D
 from pipeline.skeleton import WALKER15
-from pipeline.studies.figure_inputs import FigureInputs, columns_of, tidy
+from pipeline.studies.figure_inputs import FigureInputs, columns_of, entity_name, tidy
 from pipeline.studies.limbs import baselines
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
-from pipeline.studies.limbs.figures.presentation import confidences
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.motions import MotionsSweep
 from pipeline.studies.limbs.reconstructed_motions import Motions, MotionsOfBoth
 from pipeline.studies.limbs.trials import ROOT
-from pipeline.studies.presentation import entity_name
 from pipeline.studies.study import Figure, Tables
 from pipeline.validation import Count
 
@@ -168,7 +167,7 @@ class MotionsFigure(Figure):
         """Log every clip shown from every camera: truth, reconstruction by confidence, image, whole trajectories."""
         sweep, options = self._of(inputs), _options(inputs)
         numbers, cameras = self.chosen(inputs), [str(camera) for camera in sweep.cameras]
-        confidence = confidences(sweep.mirror_margin)
+        confidence = np.vectorize(confidence_of_mirror_margin, otypes=[str])(sweep.mirror_margin)
         words = {n: entity_name(str(inputs.dataset.clip[sweep.stretch[n]])) for n in numbers}
         with begin(
             "\nOther clips can be switched on in the streams tree; they stand over the origin by their "

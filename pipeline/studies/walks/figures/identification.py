@@ -11,9 +11,9 @@ from pipeline.core import camera
 from pipeline.studies.eigenwalkers.model import Eigenwalkers
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.study import stacked
 from pipeline.studies.walks.known_view import KnownViewErrors
 from pipeline.studies.walks.methods import AVERAGE_WALKER
-from pipeline.studies.walks.stacked import stacked
 
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, KnownViewErrors]
 

@@ -15,8 +15,7 @@ from pipeline.scenes import Columns, Image2D, Notes, PostureRow, Space3D, Tabs
 from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.figure_inputs import FigureInputs, columns_of, tidy
-from pipeline.studies.presentation import entity_name, lift
+from pipeline.studies.figure_inputs import FigureInputs, columns_of, entity_name, lift, tidy
 from pipeline.studies.study import Figure, Picture, Recorder, Tables, Traits
 from pipeline.studies.walks import methods
 from pipeline.studies.walks.figures.identification import identification_table, missing_dimensions

@@ -12,8 +12,7 @@ from pipeline.scenes import Bars, Columns, Notes, Rows, Space3D
 from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.figure_inputs import FigureInputs, tidy
-from pipeline.studies.presentation import lift
+from pipeline.studies.figure_inputs import FigureInputs, lift, tidy
 from pipeline.studies.study import Figure, NoResult, Recorder, Tables, Traits
 
 EIGENWALKERS_SHOWN = 3

@@ -16,7 +16,7 @@ from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.replicated import aggregate
 from pipeline.studies.study import Figure, Tables, Traits
 from pipeline.studies.walks import methods
-from pipeline.studies.walks.figures.presentation import VIEW
+from pipeline.studies.walks.methods import VIEW
 from pipeline.studies.walks.unknown_view import UnknownView, ViewAngles
 
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, ViewAngles]

@@ -17,14 +17,12 @@ from pipeline.scenes import Columns, Image2D, Notes, Rows, Space3D
 from pipeline.seeding import derive_generator
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.figure_inputs import FigureInputs, tidy
-from pipeline.studies.presentation import lift
+from pipeline.studies.figure_inputs import FigureInputs, lift, tidy
 from pipeline.studies.replicated import SD, aggregate
 from pipeline.studies.study import Figure, Recorder, Tables, Traits
 from pipeline.studies.walks import methods
-from pipeline.studies.walks.figures.presentation import VIEW
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
-from pipeline.studies.walks.methods import AVERAGE_WALKER, PUBLISHED
+from pipeline.studies.walks.methods import AVERAGE_WALKER, PUBLISHED, VIEW
 from pipeline.studies.walks.recomputed import recomputed
 
 THIRTY_PERCENT = Reference(

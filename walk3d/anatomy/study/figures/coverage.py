@@ -11,11 +11,10 @@ from pipeline.charts import Axis, Chart, Reference, Sheet
 from pipeline.core import camera, fourier
 from pipeline.scenes import Columns, Image2D, Notes, Space3D
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.figure_inputs import FigureInputs, tidy
-from pipeline.studies.presentation import lift
+from pipeline.studies.figure_inputs import FigureInputs, lift, tidy
 from pipeline.studies.replicated import OVER_PEOPLE
 from pipeline.studies.study import Figure, Recorder, Tables
-from pipeline.studies.walks.figures.presentation import VIEW
+from pipeline.studies.walks.methods import VIEW
 from walk3d.anatomy.study.model import AnatomicalModel, AnatomicalWalkers
 from walk3d.anatomy.study.people_intervals import PeopleResampled
 from walk3d.anatomy.study.sweeps.coverage import METHODS, SAMPLE_VIEW_DEG, Bars, Coverage

@@ -12,12 +12,11 @@ from pipeline.palette import Style
 from pipeline.scenes import Columns, Notes, Plot, Rows, Space3D
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.figure_inputs import FigureInputs, tidy
-from pipeline.studies.presentation import lift
+from pipeline.studies.figure_inputs import FigureInputs, lift, tidy
 from pipeline.studies.replicated import OVER_PEOPLE, SD, aggregate
 from pipeline.studies.study import Figure, Recorder, Tables, Traits
 from pipeline.studies.walks import methods
-from pipeline.studies.walks.figures.presentation import VIEW
+from pipeline.studies.walks.methods import VIEW
 from walk3d.anatomy.joint_angles import JOINT_ANGLES, SIDES
 from walk3d.anatomy.study.joint_angles import JointAngleErrors, JointAngles
 

@@ -13,7 +13,7 @@ from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.replicated import OVER_PEOPLE
 from pipeline.studies.study import Figure, Tables, Traits
-from pipeline.studies.walks.figures.presentation import VIEW
+from pipeline.studies.walks.methods import VIEW
 from walk3d.anatomy.study.model import AnatomicalModel, AnatomicalWalkers
 from walk3d.anatomy.study.people_intervals import PeopleResampled
 from walk3d.anatomy.study.sweeps.ladder import METHODS, STYLES, of_part

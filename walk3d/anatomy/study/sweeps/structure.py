@@ -16,8 +16,7 @@ import pandas as pd
 from pipeline.core import errors
 from pipeline.core.choice import first_lowest
 from pipeline.processes import map_processes
-from pipeline.studies.study import Sweep, scaled
-from pipeline.studies.walks.stacked import stacked
+from pipeline.studies.study import Sweep, scaled, stacked
 from pipeline.validation import require_range
 from walk3d.anatomy import prior as anatomical
 from walk3d.anatomy.study.model import AnatomicalInputs

@@ -1,24 +1,119 @@
-"""Error of one limb against the scale of the radius that is assumed: park2011 figure 3c.
+"""Error of one limb while one cause of error is swept: park2011 section 5.1, figures 3b and 3c.
 
-In the paper the scale is that of the radius at the start: adjusted to the rays, it is refined with the trajectory
-[park2011 5].  What the programme alone makes of it stands beside, for each way of adjusting it.
+`RootErrorSweep` sweeps the error of the parent's trajectory, `RadiusScaleSweep` the scale of the radius that is
+assumed.  In the paper that scale is the one at the start: adjusted to the rays, the radius is refined with the
+trajectory [park2011 5].  The result of the programme alone is tabulated too, for each way of adjusting the radius.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from pipeline.core.articulated_trajectory import LimbChoice, TrajectoryBasis
 from pipeline.core.articulation import Adjustment, cast_rays, on_sphere
+from pipeline.core.articulation.hits import ROBUST_QUANTILE
 from pipeline.core.refinement import RefinementOptions, refine
 from pipeline.core.trajectory_basis import cosine_basis
+from pipeline.palette import Style
+from pipeline.processes import map_processes
+from pipeline.seeding import derive_generator
 from pipeline.studies.limbs import baselines
 from pipeline.studies.limbs.scores import certificate, distance, limb_errors, reconstructibility_of
-from pipeline.studies.limbs.swept_errors import SweptErrors, measured
-from pipeline.studies.limbs.trials import LimbInputs, LimbSweep, LimbTrial
+from pipeline.studies.limbs.trials import LimbInputs, LimbSweep, LimbTrial, wrong_trajectory
 from pipeline.validation import Distinct, Increasing, NonNegative, Positive
+
+
+@dataclass(frozen=True)
+class SweptErrors:
+    """Errors of every trial before every camera at every point of a sweep, and one trial to look at.
+
+    Attributes
+    ----------
+    rows : DataFrame
+        `LimbTrial.keys`, the point, and what was found there.
+    shown : int
+        The first camera's trial whose errors are, over all points, nearest to the medians.
+    paths : (V, 2, F, 3)
+        Of that trial at every value: the child as it is and as estimated, less its true parent, over the limb's length.
+    """
+
+    rows: pd.DataFrame
+    shown: int
+    paths: np.ndarray
+
+
+def measured(
+    sweep: LimbSweep,
+    inputs: LimbInputs,
+    errors_of: Callable[[LimbTrial], list[dict[str, Any]]],
+    *,
+    every: int = 1,
+) -> SweptErrors:
+    """Return the errors of every trial.
+
+    Parameters
+    ----------
+    sweep : LimbSweep
+    inputs : LimbInputs
+    errors_of : callable
+        What was found at every point for one trial, `paths` (2, F, 3) among it.
+    every : int
+        Points to a value: at the first of them the paths are kept.
+    """
+    tried = sweep.every_trial(inputs)
+    found = map_processes(errors_of, tried, inputs.workers)
+    paths = [[row.pop("paths") for row in of_trial] for of_trial in found]
+    rows = [trial.keys | row for trial, of_trial in zip(tried, found, strict=True) for row in of_trial]
+    first = [[row["limb_error"] for row in of_trial] for of_trial in found[: sweep.trials]]
+    errors = np.log(np.maximum(first, 1e-3))
+    shown = int(np.argmin(np.abs(errors - np.median(errors, axis=0)).sum(axis=1)))
+    return SweptErrors(pd.DataFrame(rows), shown, np.stack(paths[shown])[::every])
+
+
+class RootErrorSweep(LimbSweep):
+    """Error against error of the parent trajectory, in radii."""
+
+    ratios: Increasing[NonNegative] = [  # root mean square error of the root, relative to the length of the limb
+        0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5,
+    ]  # fmt: skip
+    smooth: bool = True  # the error is in the trajectory basis; else it is white
+    noise_px: NonNegative = 0.0  # of the image
+    adjust: Adjustment = Adjustment.per_frame
+
+    def measure(self, inputs: LimbInputs) -> SweptErrors:
+        """Return the errors of every trial for every error of its parent, whose course is the same at all sizes."""
+        basis = inputs.model_options.limb_basis()
+
+        def errors_of(trial: LimbTrial) -> list[dict[str, Any]]:
+            return [self._errors(trial, basis, ratio, inputs.seed) for ratio in self.ratios]
+
+        return measured(self, inputs, errors_of)
+
+    def _errors(self, trial: LimbTrial, basis: TrajectoryBasis, ratio: float, seed: int) -> dict[str, Any]:
+        generator = derive_generator(seed, f"sweep:root_error:{trial.number}")
+        components = basis.components if self.smooth else None
+        wrong = wrong_trajectory(generator, len(trial.parent), ratio * trial.length, components=components)
+        parent = trial.parent + wrong
+        choice = self.choose(trial, basis, adjust=self.adjust, noise_px=self.noise_px, parent=parent)
+        return {
+            "root_error_ratio": ratio,
+            **limb_errors(trial, choice, parent=parent),
+            "child_error_ratio": distance(parent + choice.relative, trial.child) / trial.length,
+            "parent_error_ratio": distance(parent, trial.parent) / trial.length,
+            "reconstructibility": reconstructibility_of(
+                choice, trial.child - parent
+            ).ratio,  # about the wrong parent
+            **certificate(choice),
+            **baselines.limb_errors(trial, moved=wrong),
+            "paths": np.stack([trial.relative, parent + choice.relative - trial.parent]) / trial.length,
+        }
+
 
 REFINED = "refined"
 """Adjusted in all frames, then refined with the trajectory: as in the paper; certificates are those of the start."""
@@ -26,6 +121,15 @@ REFINED = "refined"
 MOST_STEPS = 100
 """Of a refinement: before a camera that shakes most end after 50; before a still one many would go on for hundreds, in
 which the image hardly changes."""
+
+_ADJUSTED = partial(Style, line="dashed", banded=False)
+STYLES = {
+    REFINED: Style("refined with the trajectory", "black"),
+    "global": _ADJUSTED("one radius for all frames", "blue"),
+    "robust": _ADJUSTED(f"one for {100.0 * ROBUST_QUANTILE:g} % of the frames", "green"),
+    "per_frame": _ADJUSTED("longer where a ray misses", "orange"),
+}
+"""Looks of the ways of adjusting the radius, by name."""
 
 ANY_FACTOR = 100.0
 """How far the radius may go from where it starts: from each scale to the truth."""
