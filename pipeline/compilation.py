@@ -16,6 +16,7 @@ from threading import RLock
 from typing import Any
 
 from pipeline.locks import exclusive
+from pipeline.resources import optional_packages
 
 _HELD: set[Path] = set()
 """Folders in which this process compiles: a loop is compiled while the one that calls it is."""
@@ -69,7 +70,8 @@ def compiled_with_free_sums(loop: Callable) -> CompiledLoop:
 
 
 def _compiled(loop: Callable, **options: Any) -> Any:
-    from numba import njit  # takes a fifth of a command's start
+    with optional_packages():
+        from numba import njit  # takes a fifth of a command's start
 
     try:
         dispatcher = njit(cache=True, nogil=True, **options)(loop)

@@ -97,7 +97,8 @@ def test_a_walk_is_reconstructed_and_what_is_not_written_is_said(base: Path, wal
         ("recording.rrd", "rerun-sdk"),
         ("walk.html", "jinja2"),
     ):
-        assert f"No {file}: it needs {package}, which is not installed." in said.stdout
+        words = f"No {file}: it needs {package} (extra `papers`), which is not installed: make install."
+        assert words in said.stdout
     said = run(base, walks, "-m", "pipeline", "export", "out", "to=cycles.trc")
     assert (said.returncode, said.stderr) == (0, "")
     assert (walks / "cycles.trc").is_file()
@@ -132,4 +133,48 @@ def test_what_needs_more_says_which_package(
 ) -> None:
     said = run(base, walks, "-m", "pipeline", *arguments)
     assert said.returncode == 1
-    assert said.stderr == f"this needs {package}, which is not installed: pip install {package}\n"
+    assert said.stderr == f"this needs {package} (extra `papers`), which is not installed: make install\n"
+    assert said.stdout in ("", "setting up figures\n", "setting up zhang2007_fig2\n")
+
+
+def test_a_film_says_which_package_reads_it(base: Path, walks: Path) -> None:
+    (walks / "film.mp4").write_bytes(b"no film, which is not read either")
+    said = run(base, walks, "-m", "pipeline", "reconstruct", "film.mp4")
+    assert said.returncode == 1
+    (line,) = said.stderr.splitlines()
+    assert "opencv-python-headless (extra `video`), which is not installed: make video" in line
+
+
+def test_the_help_and_the_equations_are_printed(base: Path, walks: Path) -> None:
+    for arguments in (["--help"], ["--version"], ["figures", "--help"], ["equations", "zhang2007"]):
+        said = run(base, walks, "-m", "pipeline", *arguments)
+        assert (said.returncode, said.stderr) == (0, ""), arguments
+        assert said.stdout
+
+
+LIBRARY = """
+import numpy as np
+from pipeline import read, to_dataframe, to_xarray
+from pipeline.core.binary_quadratic import minimise
+from pipeline.core.trajectory_basis import cosine_basis
+motion = read("my_walks/p0.c3d")
+for call in (
+    lambda: to_dataframe(motion),
+    lambda: to_xarray(motion),
+    lambda: minimise(cosine_basis(6, 2), np.zeros((6, 3)), np.ones((6, 3))),
+):
+    try:
+        call()
+    except ModuleNotFoundError as error:
+        print(error)
+"""
+
+
+def test_functions_that_need_more_say_which_package(base: Path, walks: Path) -> None:
+    said = run(base, walks, "-c", LIBRARY)
+    assert said.stderr == ""
+    assert said.stdout.splitlines() == [
+        "this needs pandas (extra `papers`), which is not installed: make install",
+        "this needs xarray (extra `xarray`), which is not installed: pip install '.[xarray]'",
+        "this needs numba (extra `papers`), which is not installed: make install",
+    ]
