@@ -206,5 +206,6 @@ def test_functions_that_need_more_say_which_package(base: Environment, walks: Pa
     assert said.stdout.splitlines() == [
         f"this needs {base.hint('pandas', 'papers', 'make install')}",
         f"this needs {base.hint('xarray', 'xarray', IN_CLONE)}",
-        f"this needs {base.hint('numba', 'papers', 'make install')}",
+        "this needs numba (extra `papers`), which is not installed:"
+        " pip install 'gait-pipeline[papers]', in a clone make install",
     ]
