@@ -7,11 +7,13 @@ PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11; do \
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
 VENV   := .venv
 RUN    := $(VENV)/bin/python -m pipeline
+LIGHT_READY := $(VENV)/.ready-light
 READY  := $(VENV)/.ready
 DEV    := $(VENV)/.ready-dev
 CLUSTER := $(VENV)/.ready-cluster
 VIDEO  := $(VENV)/.ready-video
-PIP    := $(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes
+# Only what the lock files name: packages that are built use the setuptools of requirements-light.lock.
+PIP    := $(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes --no-build-isolation
 # Small figures that call every compiled loop: `make install` has them compiled in the background, and kept.
 LOOPS  := park2011_fig3c,park2011_fig4,mozerov2006_fig4,mozerov2006_tracking
 FIGURES := $(notdir $(basename $(wildcard conf/experiment/*.yaml walk3d/conf/experiment/*.yaml)))
@@ -25,7 +27,7 @@ export MKL_NUM_THREADS ?= 1
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: video help install sweeps smoke data run reconstruct model inspect view status report tutorial equations claims sensitivity readme docs article check format test test-cluster cluster planted bench golden digits golden-kernels archive verify clean pointlight $(FIGURES)
+.PHONY: light video help install sweeps smoke data run reconstruct model inspect view status report tutorial equations claims sensitivity readme docs article check format test test-cluster cluster planted bench golden digits golden-kernels archive verify clean pointlight $(FIGURES)
 
 ##@ Begin
 help: ## this list
@@ -34,17 +36,23 @@ help: ## this list
 	@echo "                $(FIGURES)" | fold -s -w 90 | sed '2,$$s/^/                /'
 	@echo "  everything else: make run ARGS=--help"
 
-install: $(READY) ## .venv from requirements.lock: what a run needs; tests and checks add requirements-dev.lock
-$(READY): requirements.lock
-	@test -n "$(PYTHON)" || { echo "no Python of version 3.11 or newer was found; name one: make $(MAKECMDGOALS) PYTHON=/path/to/python3" >&2; exit 1; }
-	@echo "setting up $(VENV) from requirements.lock (once; the rerun viewer is large)"
-	@test -x $(VENV)/bin/python || $(PYTHON) -m venv $(VENV)
+install: $(READY) ## .venv from requirements.lock: what the figures need; tests and checks add requirements-dev.lock
+$(READY): requirements.lock $(LIGHT_READY)
+	@echo "adding what the figures need from requirements.lock (once; the rerun viewer is large)"
 	@$(PIP) -r requirements.lock
 	@touch $(READY)
 	@nohup $(RUN) figures experiment=$(LOOPS) scale=smoke figure.picture=false figure.recording=false workers=1 \
 		results=$(VENV)/loops > $(VENV)/loops.log 2>&1 < /dev/null &
 
-# Both lists, so that every requirement of a tool has its version and hash.
+light: $(LIGHT_READY) ## .venv from requirements-light.lock alone: what films, keypoints, inspect and pointlight need
+$(LIGHT_READY): requirements-light.lock
+	@test -n "$(PYTHON)" || { echo "no Python of version 3.11 or newer was found; name one: make $(MAKECMDGOALS) PYTHON=/path/to/python3" >&2; exit 1; }
+	@echo "setting up $(VENV) from requirements-light.lock (once)"
+	@test -x $(VENV)/bin/python || $(PYTHON) -m venv $(VENV)
+	@$(PIP) -r requirements-light.lock
+	@touch $(LIGHT_READY)
+
+# All lists, so that every requirement of a tool has its version and hash.
 $(DEV): requirements-dev.lock $(CLUSTER)
 	@echo "adding the tools of tests, checks and benchmarks from requirements-dev.lock (once)"
 	@$(PIP) -r requirements.lock -r requirements-cluster.lock -r requirements-dev.lock
@@ -57,9 +65,9 @@ $(CLUSTER): requirements-cluster.lock $(READY)
 	@touch $(CLUSTER)
 
 video: $(VIDEO) ## adds what INPUT=walk.mp4 needs: OpenCV, LiteRT
-$(VIDEO): requirements-video.lock $(READY)
+$(VIDEO): requirements-video.lock $(LIGHT_READY)
 	@echo "adding OpenCV and LiteRT from requirements-video.lock (once)"
-	@$(PIP) -r requirements.lock -r requirements-video.lock
+	@$(PIP) -r requirements-light.lock -r requirements-video.lock
 	@touch $(VIDEO)
 
 ##@ Figures of the papers
@@ -79,13 +87,13 @@ run: $(READY) $(if $(findstring hydra/launcher,$(ARGS)),$(CLUSTER)) ## one run w
 	@$(RUN) $(ARGS)
 
 ##@ Your own recordings
-inspect: $(READY) ## what is in your recordings: make inspect INPUT=folder|file
+inspect: $(LIGHT_READY) ## what is in your recordings: make inspect INPUT=folder|file
 	@$(RUN) inspect "$(INPUT)" $(ARGS)
 
-pointlight: $(READY) ## a walk as moving dots: make pointlight INPUT=walk.c3d|FOLDER|synthetic ARGS="inverted=true to=walker.svg"
+pointlight: $(LIGHT_READY) ## a walk as moving dots: make pointlight INPUT=walk.c3d|FOLDER|synthetic ARGS="inverted=true to=walker.svg"
 	@$(RUN) pointlight "$(or $(INPUT),synthetic)" $(ARGS)
 
-reconstruct: $(READY) $(if $(filter %.mp4 %.mov %.m4v %.avi %.mkv %.webm,$(INPUT)),$(VIDEO)) ## a 3D walk from a video or 2D keypoints: make reconstruct INPUT=walk.mp4; INPUT=walk.json ARGS="input.frame_rate_hz=30 output.path=out"
+reconstruct: $(LIGHT_READY) $(if $(filter %.mp4 %.mov %.m4v %.avi %.mkv %.webm,$(INPUT)),$(VIDEO)) ## a 3D walk from a video or 2D keypoints: make reconstruct INPUT=walk.mp4; INPUT=walk.json ARGS="input.frame_rate_hz=30 output.path=out"
 	@$(RUN) reconstruct input.path="$(INPUT)" $(ARGS)
 
 model: $(READY) ## train the model that reconstructs walks, from DATA=many (default here) or your own

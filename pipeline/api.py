@@ -18,6 +18,7 @@ from pipeline.core.linear_model import LinearModel
 from pipeline.core.reconstruction import from_known_views
 from pipeline.formats import read as read
 from pipeline.ingestion.joints import EXCHANGED, joints_of
+from pipeline.resources import optional_packages
 from pipeline.shortened import shortened
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.body import accepted
@@ -229,7 +230,8 @@ def to_dataframe(
     individual : str
         Who it is.
     """
-    import pandas as pd
+    with optional_packages():
+        import pandas as pd
 
     times, names, positions = _points(motion, skeleton)
     columns = {
@@ -251,7 +253,8 @@ def to_xarray(motion: MotionCapture, skeleton: str = "", *, individual: str = "i
     motion, skeleton, individual
         As for `to_dataframe`.
     """
-    import xarray as xr
+    with optional_packages():
+        import xarray as xr
 
     times, names, positions = _points(motion, skeleton)
     position = np.swapaxes(positions, 1, 2)[..., None]

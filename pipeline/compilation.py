@@ -17,6 +17,8 @@ from typing import Any
 
 from pipeline.locks import exclusive
 
+_NUMBA = "numba (extra `papers`), which is not installed: pip install 'gait-pipeline[papers]', in a clone make install"
+
 _HELD: set[Path] = set()
 """Folders in which this process compiles: a loop is compiled while the one that calls it is."""
 
@@ -69,7 +71,10 @@ def compiled_with_free_sums(loop: Callable) -> CompiledLoop:
 
 
 def _compiled(loop: Callable, **options: Any) -> Any:
-    from numba import njit  # takes a fifth of a command's start
+    try:
+        from numba import njit  # takes a fifth of a command's start
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(f"this needs {_NUMBA}", name=error.name) from None
 
     try:
         dispatcher = njit(cache=True, nogil=True, **options)(loop)

@@ -1,11 +1,15 @@
-"""Files that travel with the package: options, papers and mappings (``conf``), the table of recordings (``data``).
+"""Files that travel with the package, and the packages that only some commands need.
 
-In a clone they are folders next to the package; in an installed package they are folders inside it.
+Options, papers and mappings (``conf``) and the table of recordings (``data``) are folders next to the package in a
+clone, and folders inside an installed package.
 """
 
 from __future__ import annotations
 
+import re
 import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -42,3 +46,65 @@ def version() -> str:
     """Return the version of the package, installed or in a clone."""
     own = project()
     return str(own["version"]) if own else metadata.version(NAME)
+
+
+_DISTRIBUTIONS = {
+    "cv2": "opencv-python-headless", "ai_edge_litert": "ai-edge-litert", "PIL": "pillow", "hydra": "hydra-core",
+    "rerun": "rerun-sdk", "yaml": "pyyaml",
+}  # fmt: skip
+"""Name of the package for pip, where it is not that of the module."""
+
+_TARGETS = {"papers": "make install", "video": "make video", "cluster": "make cluster"}
+"""Command that installs an extra into ``.venv`` of a clone."""
+
+
+def missing_package(error: ModuleNotFoundError) -> str:
+    """Return the name, for pip, of the package that was not found; empty if it is a module of this project.
+
+    Examples
+    --------
+    >>> missing_package(ModuleNotFoundError(name="PIL.Image"))
+    'pillow'
+    """
+    first = (error.name or "").partition(".")[0]
+    return "" if first == "pipeline" else _DISTRIBUTIONS.get(first, first)
+
+
+@cache
+def _extras() -> dict[str, str]:
+    """Return the extra that brings each optional package."""
+    if own := project():
+        optional = [(text, name) for name, texts in own["optional-dependencies"].items() for text in texts]
+    else:
+        texts = metadata.requires(NAME) or []
+        optional = [
+            (text, found[1]) for text in texts if (found := re.search(r"extra == ['\"]([\w-]+)", text))
+        ]
+    return {re.split(r"[^\w.-]", text, maxsplit=1)[0].lower(): name for text, name in optional}
+
+
+def install_hint(package: str) -> str:
+    """Return the name of a missing package with its extra and the command that installs it.
+
+    Examples
+    --------
+    >>> install_hint("a_package_of_yours")
+    'a_package_of_yours, which is not installed: pip install a_package_of_yours'
+    """
+    extra = _extras().get(package)
+    if extra is None:
+        return f"{package}, which is not installed: pip install {package}"
+    own = _TARGETS.get(extra, f"pip install '.[{extra}]'")
+    command = own if project() else f"pip install '{NAME}[{extra}]'"
+    return f"{package} (extra `{extra}`), which is not installed: {command}"
+
+
+@contextmanager
+def optional_packages() -> Iterator[None]:
+    """Name the extra and the command in the error of an import that does not find its package."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        if not (package := missing_package(error)):
+            raise
+        raise ModuleNotFoundError(f"this needs {install_hint(package)}", name=error.name) from None

@@ -527,21 +527,3 @@ def require_finite(name: str, array: Any) -> np.ndarray:
         received = f"{array[at]} at index {where}"
         raise InvalidInput("must be finite", name, received=received, code="not_finite", index=at)
     return array
-
-
-_DISTRIBUTIONS = {
-    "cv2": "opencv-python-headless", "ai_edge_litert": "ai-edge-litert", "PIL": "pillow", "hydra": "hydra-core",
-    "rerun": "rerun-sdk", "yaml": "pyyaml",
-}  # fmt: skip
-
-
-def missing_package(error: ModuleNotFoundError) -> str:
-    """Return the name, for pip, of the package that was not found; empty if it is a module of this project.
-
-    Examples
-    --------
-    >>> missing_package(ModuleNotFoundError(name="PIL.Image"))
-    'pillow'
-    """
-    first = (error.name or "").partition(".")[0]
-    return "" if first == "pipeline" else _DISTRIBUTIONS.get(first, first)

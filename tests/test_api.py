@@ -27,6 +27,7 @@ from pipeline.skeleton.recorded import MotionCapture
 from pipeline.synthetic import walkers
 from tests.pages import blocks
 from tests.rejects import rejects
+from tests.wheels import build
 from walk3d import calibrate, from_view
 from walk3d.export.c3d import write as write_c3d
 
@@ -205,33 +206,7 @@ def test_numpy_is_not_loaded_before_somebody_asks() -> None:
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)
 
 
-def build(source: Path, to: Path, umask: int) -> Path:
-    """Build a wheel of what is tracked, copied and built under a umask."""
-    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    before = os.umask(umask)
-    try:
-        for name in listed.splitlines():
-            (source / name).parent.mkdir(parents=True, exist_ok=True)
-            (source / name).write_bytes((ROOT / name).read_bytes())
-        pip = [
-            sys.executable,
-            "-m",
-            "pip",
-            "wheel",
-            "--quiet",
-            "--no-deps",
-            "--wheel-dir",
-            str(to),
-            str(source),
-        ]
-        subprocess.run(pip, check=True, env=os.environ | {"SOURCE_DATE_EPOCH": "1700000000"})
-    finally:
-        os.umask(before)
-    (wheel,) = to.glob("*.whl")
-    return wheel
-
-
-@pytest.mark.skipif(not os.environ.get("BUILD_PACKAGE"), reason="needs BUILD_PACKAGE: pip fetches setuptools")
+@pytest.mark.skipif(not os.environ.get("BUILD_PACKAGE"), reason="needs BUILD_PACKAGE: builds two wheels")
 def test_the_wheel_works_in_an_empty_folder_and_has_the_same_bytes_twice(tmp_path: Path) -> None:
     wheel = build(tmp_path / "source", tmp_path / "one", 0o022)
     again = build(tmp_path / "copied elsewhere", tmp_path / "two", 0o077)

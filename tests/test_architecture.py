@@ -9,6 +9,7 @@ import ast
 import fnmatch
 import functools
 import inspect
+import itertools
 import re
 import subprocess
 import sys
@@ -608,11 +609,16 @@ def _requirement(text: str) -> str:
 
 def test_every_package_from_outside_is_a_dependency() -> None:
     declared = {_requirement(text) for text in PROJECT["project"]["dependencies"]}
+    assert declared == {"numpy", "scipy", "pyyaml", "threadpoolctl"}
     used = {DISTRIBUTIONS.get(name, name) for module in SOURCES for name in imports_of(module)[1]}
     optional = PROJECT["project"]["optional-dependencies"]
-    extras = {_requirement(text) for name in ("xarray", "cluster", "video") for text in optional[name]}
-    assert used <= declared | extras, f"not declared: {sorted(used - declared - extras)}"
-    assert declared <= used, f"declared and not used: {sorted(declared - used)}"
+    papers, others = (
+        {_requirement(text) for name in names for text in optional[name]}
+        for names in (["papers"], ["xarray", "cluster", "video"])
+    )
+    listed = declared | papers | others
+    assert used <= listed, f"not declared: {sorted(used - listed)}"
+    assert declared | papers <= used, f"declared and not used: {sorted((declared | papers) - used)}"
 
 
 def test_every_folder_of_the_package_is_installed() -> None:
@@ -625,25 +631,36 @@ def test_every_folder_of_the_package_is_installed() -> None:
     assert without - {"pipeline.__init__"} == set(), "a folder without __init__.py is not installed"
 
 
-def _locked(name: str) -> set[str]:
-    """Packages of a lock file, every line of which is one, a hash or a comment."""
+def _locked(name: str) -> dict[str, str]:
+    """Packages of a lock file, each with its version and hashes: every line is one, a hash or a comment."""
     text = (ROOT / name).read_text(encoding="utf-8")
     assert "://" not in text
     for line in text.splitlines():
         assert re.match(r"[A-Za-z0-9_.-]+==|    --hash=sha256:[0-9a-f]{64}|    #|#|$", line), line
-    return {match[1].lower() for match in re.finditer(r"^([A-Za-z0-9_.-]+)==\S+", text, re.MULTILINE)}
+    entries = re.finditer(r"^([A-Za-z0-9_.-]+)==\S+.*\n(?:    .*\n)*", text, re.MULTILINE)
+    return {match[1].lower(): match[0] for match in entries}
 
 
 def test_every_dependency_is_locked_to_one_version() -> None:
-    run, tools, cluster, video = (
-        _locked(f"requirements{end}.lock") for end in ("", "-dev", "-cluster", "-video")
+    light, run, tools, cluster, video = (
+        _locked(f"requirements{end}.lock") for end in ("-light", "", "-dev", "-cluster", "-video")
     )
-    wanted = {_requirement(text) for text in PROJECT["project"]["dependencies"]}
-    extras = {_requirement(t) for part in PROJECT["project"]["optional-dependencies"].values() for t in part}
-    assert wanted <= run, f"not locked: {sorted(wanted - run)}"
-    assert extras <= tools | cluster | video, f"not locked: {sorted(extras - tools - cluster - video)}"
-    twice = run & tools | run & cluster | tools & cluster | run & video
-    assert not twice, f"in two: {sorted(twice)}"
+    optional = {
+        name: {_requirement(text) for text in texts} - {"gait-pipeline"}
+        for name, texts in PROJECT["project"]["optional-dependencies"].items()
+    }
+    # What the wheel brings, and what builds it and the packages that have no wheel.
+    assert set(light) == {_requirement(text) for text in PROJECT["project"]["dependencies"]} | {"setuptools"}
+    assert optional["papers"] <= set(run)
+    assert optional["video"] <= set(video)
+    assert optional["cluster"] <= set(cluster)
+    locked = set(run) | set(tools) | set(video) | set(cluster)
+    assert set().union(*optional.values()) <= locked
+    assert light.items() <= run.items(), "the light environment is a part of the whole"
+    for one, other in itertools.combinations((run, tools, cluster, video), 2):
+        twice = set(one) & set(other)
+        assert all(one[name] == other[name] for name in twice), f"two versions: {sorted(twice)}"
+    assert set(run) & set(tools) == set(run) & set(cluster) == set(tools) & set(cluster) == set()
 
 
 def _tracked() -> list[Path]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from tests.pages import blocks
 from tests.processes import ROOT, WAIT_S
 from tests.walk3d.film.reconstruct.walks import ERROR, alphapose, in_layout
 from tests.walk3d.film.walk.walkers import clip
+from tests.wheels import build, install
 from walk3d.export.c3d import write as write_c3d
 
 BASE = ("numpy", "scipy", "pyyaml", "threadpoolctl")
@@ -24,10 +26,33 @@ BASE = ("numpy", "scipy", "pyyaml", "threadpoolctl")
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs links to folders")
 
 
-@pytest.fixture(scope="session")
-def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder of packages with these four alone."""
-    folder = tmp_path_factory.mktemp("base")
+@dataclass(frozen=True)
+class Environment:
+    """An interpreter that sees the four packages and this project, and what it says of how to install more."""
+
+    command: tuple[str, ...]
+    variables: dict[str, str]
+    wheel: bool
+
+    def run(self, cwd: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+        """What ``python ARGUMENTS`` printed."""
+        return subprocess.run(
+            [*self.command, *arguments],
+            cwd=cwd,
+            env={**os.environ, **self.variables},
+            capture_output=True,
+            text=True,
+            timeout=WAIT_S,
+        )
+
+    def hint(self, package: str, extra: str, target: str) -> str:
+        """Return the end of the sentence on a package that is missing."""
+        command = f"pip install 'gait-pipeline[{extra}]'" if self.wheel else target
+        return f"{package} (extra `{extra}`), which is not installed: {command}"
+
+
+def linked(folder: Path) -> Path:
+    """Fill a folder with links to the four packages alone."""
     for name in BASE:
         installed = metadata.distribution(name)
         for first in {file.parts[0] for file in installed.files or []} - {"..", "__pycache__"}:
@@ -35,21 +60,26 @@ def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def run(base: Path, cwd: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """What ``python ARGUMENTS`` said with the four packages and this project."""
-    return subprocess.run(
-        [sys.executable, "-S", *arguments],
-        cwd=cwd,
-        env={**os.environ, "PYTHONPATH": f"{base}{os.pathsep}{ROOT}"},
-        capture_output=True,
-        text=True,
-        timeout=WAIT_S,
-    )
+NEEDS_BUILD = pytest.mark.skipif(
+    not os.environ.get("BUILD_PACKAGE"),
+    reason="needs BUILD_PACKAGE: pip installs the light lock and the wheel",
+)
+
+
+@pytest.fixture(scope="module", params=["clone", pytest.param("wheel", marks=NEEDS_BUILD)])
+def base(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Environment:
+    """The four packages with the project as it is, or with its wheel in an environment of its own."""
+    folder = tmp_path_factory.mktemp("base")
+    if request.param == "clone":
+        path = f"{linked(folder)}{os.pathsep}{ROOT}"
+        return Environment((sys.executable, "-S"), {"PYTHONPATH": path}, wheel=False)
+    wheel = build(folder / "source", folder, 0o022)
+    return Environment((str(install(wheel, folder / "environment")),), {"PYTHONPATH": ""}, wheel=True)
 
 
 @pytest.fixture(scope="module")
-def walks(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with ``my_walks``, recordings of four people, and ``film.json``, keypoints of one."""
+def walks(base: Environment, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with ``my_walks``, recordings of four people, and ``film.json``, keypoints; one for each environment."""
     folder = tmp_path_factory.mktemp("walks")
     made = walkers.walking_population(
         np.random.default_rng(8), male=2, female=2, duration_s=3.0, frame_rate_hz=40.0
@@ -61,7 +91,7 @@ def walks(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_only_the_four_packages_are_there(base: Path) -> None:
+def test_only_the_four_packages_are_there(base: Environment, walks: Path) -> None:
     absent = (
         "hydra",
         "rich",
@@ -74,15 +104,15 @@ def test_only_the_four_packages_are_there(base: Path) -> None:
         "omegaconf",
         "pyarrow",
     )
-    said = run(
-        base, ROOT, "-c", f"import importlib.util as u; print([n for n in {absent} if u.find_spec(n)])"
+    said = base.run(
+        walks, "-c", f"import importlib.util as u; print([n for n in {absent} if u.find_spec(n)])"
     )
     assert said.stdout.strip() == "[]", said.stderr
 
 
-def test_a_walk_is_reconstructed_and_what_is_not_written_is_said(base: Path, walks: Path) -> None:
-    said = run(
-        base, walks, "-m", "pipeline", "reconstruct", "film.json", "input.frame_rate_hz=30", "input.width=1920",
+def test_a_walk_is_reconstructed_and_what_is_not_written_is_said(base: Environment, walks: Path) -> None:
+    said = base.run(
+        walks, "-m", "pipeline", "reconstruct", "film.json", "input.frame_rate_hz=30", "input.width=1920",
         "input.height=1080", "output.path=out",
     )  # fmt: skip
     assert (said.returncode, said.stderr) == (0, "")
@@ -97,25 +127,25 @@ def test_a_walk_is_reconstructed_and_what_is_not_written_is_said(base: Path, wal
         ("recording.rrd", "rerun-sdk"),
         ("walk.html", "jinja2"),
     ):
-        assert f"No {file}: it needs {package}, which is not installed." in said.stdout
-    said = run(base, walks, "-m", "pipeline", "export", "out", "to=cycles.trc")
+        assert f"No {file}: it needs {base.hint(package, 'papers', 'make install')}." in said.stdout
+    said = base.run(walks, "-m", "pipeline", "export", "out", "to=cycles.trc")
     assert (said.returncode, said.stderr) == (0, "")
     assert (walks / "cycles.trc").is_file()
 
 
-def test_recordings_are_inspected_and_exported(base: Path, walks: Path) -> None:
-    said = run(base, walks, "-m", "pipeline", "inspect", "my_walks")
+def test_recordings_are_inspected_and_exported(base: Environment, walks: Path) -> None:
+    said = base.run(walks, "-m", "pipeline", "inspect", "my_walks")
     assert (said.returncode, said.stderr) == (0, "")
     assert "4 of 4 files hold walks" in said.stdout
-    said = run(base, walks, "-m", "pipeline", "export", "my_walks/p0.c3d", "skeleton=auto", "to=p0.csv")
+    said = base.run(walks, "-m", "pipeline", "export", "my_walks/p0.c3d", "skeleton=auto", "to=p0.csv")
     assert (said.returncode, said.stderr) == (0, "")
-    said = run(base, walks, "-m", "pipeline", "pointlight", "my_walks/p0.c3d", "to=p0.svg")
+    said = base.run(walks, "-m", "pipeline", "pointlight", "my_walks/p0.c3d", "to=p0.svg")
     assert (said.returncode, said.stderr) == (0, "")
 
 
-def test_the_first_example_in_python_runs(base: Path, walks: Path) -> None:
+def test_the_first_example_in_python_runs(base: Environment, walks: Path) -> None:
     (code,) = (block for block in blocks("README.md", "py") if "from gait_pipeline import" in block)
-    said = run(base, walks, "-c", code + "\nprint(coefficients.shape)")
+    said = base.run(walks, "-c", code + "\nprint(coefficients.shape)")
     assert (said.stdout.strip(), said.stderr) == ("(5, 15, 3)", "")
 
 
@@ -128,8 +158,54 @@ def test_the_first_example_in_python_runs(base: Path, walks: Path) -> None:
     ],
 )
 def test_what_needs_more_says_which_package(
-    base: Path, walks: Path, arguments: list[str], package: str
+    base: Environment, walks: Path, arguments: list[str], package: str
 ) -> None:
-    said = run(base, walks, "-m", "pipeline", *arguments)
+    said = base.run(walks, "-m", "pipeline", *arguments)
     assert said.returncode == 1
-    assert said.stderr == f"this needs {package}, which is not installed: pip install {package}\n"
+    assert said.stderr == f"this needs {base.hint(package, 'papers', 'make install')}\n"
+    assert said.stdout in ("", "setting up figures\n", "setting up zhang2007_fig2\n")
+
+
+def test_a_film_says_which_package_reads_it(base: Environment, walks: Path) -> None:
+    (walks / "film.mp4").write_bytes(b"no film, which is not read either")
+    said = base.run(walks, "-m", "pipeline", "reconstruct", "film.mp4")
+    assert said.returncode == 1
+    (line,) = said.stderr.splitlines()
+    assert base.hint("opencv-python-headless", "video", "make video") in line
+
+
+def test_the_help_and_the_equations_are_printed(base: Environment, walks: Path) -> None:
+    for arguments in (["--help"], ["--version"], ["figures", "--help"], ["equations", "zhang2007"]):
+        said = base.run(walks, "-m", "pipeline", *arguments)
+        assert (said.returncode, said.stderr) == (0, ""), arguments
+        assert said.stdout
+
+
+IN_CLONE = "pip install '.[xarray]'"
+LIBRARY = """
+import numpy as np
+from pipeline import read, to_dataframe, to_xarray
+from pipeline.core.binary_quadratic import minimise
+from pipeline.core.trajectory_basis import cosine_basis
+motion = read("my_walks/p0.c3d")
+for call in (
+    lambda: to_dataframe(motion),
+    lambda: to_xarray(motion),
+    lambda: minimise(cosine_basis(6, 2), np.zeros((6, 3)), np.ones((6, 3))),
+):
+    try:
+        call()
+    except ModuleNotFoundError as error:
+        print(error)
+"""
+
+
+def test_functions_that_need_more_say_which_package(base: Environment, walks: Path) -> None:
+    said = base.run(walks, "-c", LIBRARY)
+    assert said.stderr == ""
+    assert said.stdout.splitlines() == [
+        f"this needs {base.hint('pandas', 'papers', 'make install')}",
+        f"this needs {base.hint('xarray', 'xarray', IN_CLONE)}",
+        "this needs numba (extra `papers`), which is not installed:"
+        " pip install 'gait-pipeline[papers]', in a clone make install",
+    ]

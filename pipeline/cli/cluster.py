@@ -31,6 +31,7 @@ from pipeline.cli.progress import line
 from pipeline.cli.status import CURRENT, JOBS, latest, states, status
 from pipeline.cli.summary import Failure, Made, Outcome
 from pipeline.cli.tasks import FIGURE, Task, plan
+from pipeline.resources import install_hint
 from pipeline.storage.store import Store
 from pipeline.validation import (
     Count,
@@ -127,9 +128,8 @@ class _Queue:
         try:
             import submitit
         except ModuleNotFoundError as error:
-            raise InvalidInput(
-                "submitit is not installed", "launch", "make cluster", code="not_installed"
-            ) from error
+            words = f"this needs {install_hint('submitit')}"
+            raise InvalidInput(words, "launch", code="missing_package", package="submitit") from error
         if shutil.which("sbatch") is None:
             raise InvalidInput(
                 "there is no sbatch here", "launch", "a login node of a Slurm cluster", code="no_sbatch"

@@ -193,7 +193,7 @@ def in_words(error: Exception) -> Exception:
             group, _, name = error.missing_cfg_file.rpartition("/")
         options = " or ".join(o for o in error.options or () if not o.startswith("base_"))
         if group == "hydra/launcher":
-            options += "; joblib needs the extra `joblib`, submitit_* the extra `cluster`"
+            options += "; joblib and submitit_* need the extra `cluster`"
         return InvalidInput("there is no such option", group, options, name, code="unknown_option")
     if isinstance(error, OverrideParseException):
         return InvalidInput(

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 
-from pipeline.validation import InvalidInput, missing_package
+from pipeline.resources import install_hint, missing_package
+from pipeline.validation import InvalidInput
 
 
 def sentence(error: Exception) -> str:
@@ -13,7 +14,7 @@ def sentence(error: Exception) -> str:
         return str(error)
     if isinstance(error, ModuleNotFoundError):
         package = missing_package(error)
-        return f"this needs {package}, which is not installed: pip install {package}" if package else ""
+        return f"this needs {install_hint(package)}" if package else ""
     if isinstance(error, MemoryError):
         return f"there is too little memory for this: {error}"
     if type(error).__module__.partition(".")[0] in ("hydra", "omegaconf"):

@@ -54,6 +54,14 @@ def test_the_first_line_comes_before_any_library(arguments: list[str], line: str
     assert len(done.stderr.splitlines()) == 1
 
 
+def test_training_prints_a_line_before_it_loads_hydra() -> None:
+    done = finished([sys.executable, "-c", FIRST_LINE, "model", "data=nowhere"])
+    before, _, after = done.stdout.partition("imports hydra\n")
+    assert (before.splitlines()[-1], done.returncode) == ("setting up the model", 1)
+    assert after
+    assert len(done.stderr.splitlines()) == 1
+
+
 def test_what_hydra_prints_of_the_options_is_all_that_is_printed() -> None:
     done = finished([sys.executable, "-m", "pipeline", "experiment=zhang2007_fig2", "--cfg", "job"])
     assert done.stdout.startswith("name: zhang2007_fig2\n")

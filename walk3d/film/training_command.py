@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from pipeline.cli.compose import compose
 from pipeline.cli.options import filled
 from pipeline.cli.output import tell
 from pipeline.clips.kinds import WALKS, Walks
@@ -32,6 +31,9 @@ def train_model(arguments: Sequence[str]) -> int:
     folder = Path(next((item[7:] for item in own if item.startswith("output=")), str(model_file.SHIPPED)))
     require_replaceable(folder, having=model_file.ENTRY)  # before the work, not after it
     training = filled(_Named, [item for item in own if item.startswith("training.")]).training
+    print("setting up the model", flush=True)
+    from pipeline.cli.compose import compose  # loads Hydra, which takes a while
+
     if not any(item.startswith("data=") for item in rest):
         rest = ["data=many", *rest]
     experiment = compose(["experiment=zhang2007_fig2", "dataset.walks=all", *rest])

@@ -8,10 +8,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from pipeline.resources import install_hint, missing_package
 from pipeline.storage import tables
 from pipeline.storage.publishing import publish
 from pipeline.storage.sealed_folders import require_replaceable
-from pipeline.validation import InvalidInput, Options, missing_package, require_name
+from pipeline.validation import InvalidInput, Options, require_name
 from walk3d.export.bvh import Names
 from walk3d.film.reconstruct import cycle, motion, video, words
 from walk3d.film.reconstruct.clip import Input, Walk, reconstruct_clip
@@ -141,4 +142,4 @@ def _fill(folder: Path, walk: Walk, summary: dict[str, Any], options: Reconstruc
         except ModuleNotFoundError as error:
             if not (package := missing_package(error)):
                 raise
-            summary["notes"].append(f"No {name}: it needs {package}, which is not installed.")
+            summary["notes"].append(f"No {name}: it needs {install_hint(package)}.")

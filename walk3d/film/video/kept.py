@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.reading import read_json
-from pipeline.validation import InvalidInput, missing_package
+from pipeline.resources import install_hint, missing_package
+from pipeline.validation import InvalidInput
 
 TABLE, ABOUT = "keypoints.csv", "keypoints.json"
 
@@ -63,8 +64,7 @@ def keypoints_table(
         if not (package := missing_package(error)):
             raise
         raise InvalidInput(
-            f"a video needs {package}, which is not installed", "input.path",
-            'pip install "gait-pipeline[video]", or keypoints of another detector', video.name,
+            f"a video needs {install_hint(package)}", "input.path", received=video.name,
             code="missing_package", package=package
         ) from error  # fmt: skip
     filmed = keypoints_of(video, pose, lambda done: progress(done, every))
