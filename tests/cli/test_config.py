@@ -84,7 +84,6 @@ def test_every_preset_composes_at_every_scale_every_purpose_with_all_data(
     assert type(config) is Experiment
     assert (config.name, config.scale.name, config.data.name) == (figure, scale, data)
     assert config.paper in papers.all_papers()
-    assert config.paper in papers.all_papers()
     assert config.title
     assert config.expect.endswith(".")
     _check_types(config)
@@ -103,7 +102,7 @@ def test_the_first_comment_of_a_preset_names_paper_and_figure(figure: str) -> No
     path = plugins.conf_files("experiment")[figure]
     lines = path.read_text(encoding="utf-8").splitlines()
     assert lines[0] == "# @package _global_"
-    paper = papers.all_papers()[compose([f"experiment={figure}"]).paper]
+    paper = papers.all_papers()[papers.read_mapping(path)["paper"]]
     number = re.search(r"_fig(\d+\w?)$", figure)
     assert str(paper.year) in lines[1]
     assert (f"figure {number[1]}:" if number else "ours:") in lines[1]
