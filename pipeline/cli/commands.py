@@ -12,7 +12,8 @@ from pathlib import Path
 from rich.text import Text
 
 from pipeline.cli.compose import compose, compose_figures, lacking
-from pipeline.cli.presets import apart, listed, presets, split_named
+from pipeline.cli.earlier_names import require_preset
+from pipeline.cli.presets import apart, listed, split_named
 from pipeline.cli.status import CURRENT, status
 from pipeline.cli.summary import claim_rows, claims_table, counts_by_kind, open_console
 from pipeline.storage import archive, provenance, tables
@@ -105,9 +106,8 @@ def claims(arguments: Sequence[str]) -> int:
 
     ``claims FIGURE``, or ``experiment=a,b``, prints those on some figures, and writes none.
     """
-    known = presets()
     named, common = split_named([a if "=" in a else f"experiment={a}" for a in arguments])
-    one, figures = figures_for(common, [require_choice("experiment", name, known) for name in named])
+    one, figures = figures_for(common, [*map(require_preset, named)])
     folder, out = one.published_in, open_console()
     if not folder.is_dir():
         from pipeline.report.entries import options_of
@@ -165,7 +165,7 @@ def view(arguments: Sequence[str]) -> int:
         )
     path, first = Path(arguments[0]), ""
     if path.suffix != ".rrd":
-        name = require_choice("the figure", arguments[0], presets())
+        name = require_preset(arguments[0])
         one, _ = figures_for(arguments[1:], [name])
         path = one.published_in / name / "recording.rrd"
         first = f"`make {name} DATA={one.data.name} SCALE={one.scale.name}` first"

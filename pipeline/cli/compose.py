@@ -12,6 +12,7 @@ from typing import Any, get_args, get_type_hints
 
 from pipeline import mappings, plugins
 from pipeline.cli.composition import composed
+from pipeline.cli.earlier_names import TEXT, earlier_names
 from pipeline.cli.presets import presets
 from pipeline.ingestion.data import DATA_SETS, FolderData
 from pipeline.papers import all_papers
@@ -72,25 +73,29 @@ def order(experiment: Experiment) -> list[Any]:
 
 
 def _whole(value: Any, hint: Any = Experiment) -> Any:
-    """Return the options whose canonical form this is."""
+    """Return the options whose canonical form this is, with names of this or an earlier version."""
     if isinstance(value, list):
         return [_whole(item, hint) for item in value]
     if not isinstance(value, dict):
         return value
     if TYPE not in value:
         return {name: _whole(item, hint) for name, item in value.items()}
-    if str in (hint, *get_args(hint)):  # an enumeration of an earlier version
+    earlier = earlier_names()
+    if (of := earlier.todays_class(value[TYPE])) == TEXT:
         return value["name"]
-    named = (kind for kind in _classes() if kind.__name__ == value[TYPE])
+    named = (kind for kind in _classes() if kind.__name__ == of)
     kind = next(kind for kind in named if issubclass(kind, _named(hint)))
     if issubclass(kind, Enum):
-        return kind[value["name"]]
+        return kind[earlier.todays_choice(kind, value["name"])]
     hints = _classes()[kind]
-    return kind(**{name: _whole(item, hints[name]) for name, item in value.items() if name != TYPE})
+    options = earlier.todays_options(kind, {name: item for name, item in value.items() if name != TYPE})
+    return kind(**{name: _whole(item, hints[name]) for name, item in options.items()})
 
 
 def with_options(experiment: Experiment, kept: Mapping[str, Any]) -> Experiment:
-    """Return an experiment with the options that a published figure's manifest keeps, folders as they are here.
+    """Return an experiment with the options that a published figure's manifest keeps, by today's names.
+
+    Folders are as they are here, name and paper those of the preset.
 
     Raises
     ------
@@ -99,12 +104,15 @@ def with_options(experiment: Experiment, kept: Mapping[str, Any]) -> Experiment:
     """
     try:
         found = _whole({**canonical(experiment), **kept})
+    except InvalidInput:
+        raise
     except (KeyError, StopIteration, TypeError, AttributeError, ValueError) as error:
         what = "options are not those of this version"
         raise InvalidInput(what, experiment.name, received=error, code="other_version") from error
     for name in FOLDERS & vars(found.data).keys():
         setattr(found.data, name, getattr(experiment.data, name))
-    return replace(found, results=experiment.results, workers=experiment.workers)
+    here = {name: getattr(experiment, name) for name in ("name", "paper", "results", "workers")}
+    return replace(found, **here)
 
 
 def _named(hint: Any) -> tuple[type[Any], ...]:

@@ -32,6 +32,7 @@ from omegaconf.errors import (
 )
 
 from pipeline import plugins
+from pipeline.cli.earlier_names import earlier_names
 from pipeline.cli.overrides import quoted
 from pipeline.cli.presets import presets, split_named
 from pipeline.ingestion.data import DATA_SETS
@@ -179,16 +180,24 @@ def _refuse_additions(options: Any, path: str) -> None:
     known = [field.name for field in fields(options)]
     for name, value in vars(options).items():
         if name not in known:
-            raise InvalidInput(
-                "there is no such option", path + name, "one of " + ", ".join(known), code="unknown_option"
-            )
+            raise _unknown_option(type(options), path + name)
         _refuse_additions(value, f"{path}{name}.")
+
+
+def _unknown_option(kind: type[Any], key: str) -> InvalidInput:
+    """Return the error for a full key that names no option of a class."""
+    names = [field.name for field in fields(kind)]
+    known = "one of " + ", ".join(names) if names else "none: there are no options here"
+    unknown = InvalidInput("there is no such option", key, known, code="unknown_option")
+    return earlier_names().option_rejection(kind, key) or unknown
 
 
 def in_words(error: Exception) -> Exception:
     """Return an error of Hydra or OmegaConf as an InvalidInput with the full key."""
     if isinstance(error, MissingConfigException) and error.missing_cfg_file:
         group, _, name = error.missing_cfg_file.partition("/")
+        if rejection := earlier_names().rejection(group, name):
+            return rejection
         if group == "hydra":  # whose groups are folders of folders
             group, _, name = error.missing_cfg_file.rpartition("/")
         options = " or ".join(o for o in error.options or () if not o.startswith("base_"))
@@ -213,9 +222,7 @@ def in_words(error: Exception) -> Exception:
             return InvalidInput(inner.what, cause.full_key, inner.expected, inner.received, code=inner.code)
     if isinstance(cause, OmegaConfBaseException) and cause.full_key:
         if isinstance(cause, ConfigAttributeError | ConfigKeyError) and is_dataclass(cause.object_type):
-            names = [field.name for field in fields(cause.object_type)]
-            known = "one of " + ", ".join(names) if names else "none: there are no options here"
-            return InvalidInput("there is no such option", cause.full_key, known, code="unknown_option")
+            return _unknown_option(cause.object_type, cause.full_key)
         return InvalidInput(str(cause).splitlines()[0], cause.full_key, code="invalid_value")
     lines = str(error).splitlines()
     first = " ".join(lines[: 2 if lines[0].endswith(":") else 1])

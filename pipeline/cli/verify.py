@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipeline.cli.compose import compose, with_options
+from pipeline.cli.earlier_names import earlier_names
 from pipeline.cli.figures import make_figures
 from pipeline.cli.presets import apart
 from pipeline.cli.summary import open_console
@@ -19,8 +20,9 @@ def verify(arguments: Sequence[str]) -> int:
     """Re-hash archives and print every file that changed, is missing or was added.
 
     ``rerun=1`` also computes their figures again, with ``only=FIGURE`` one of them, and compares tables and verdicts to
-    the digits that the archive promises in digits.csv.  No code of an archive is run: a figure that used a user's file
-    needs ``plugins=FILE``.
+    the digits that the archive promises in digits.csv.  Options and columns of earlier versions are read by today's
+    names, and figures that are no longer computed are named.  No code of an archive is run: a figure that used a user's
+    file needs ``plugins=FILE``.
     """
     own, named = apart(arguments, ("rerun", "only", "plugins"))
     if not named:
@@ -57,27 +59,31 @@ def computed_again(folder: Path, only: str = "") -> list[str]:
         raise InvalidInput(
             "no figure to compute again", folder, received=only or "none in it", code="no_figure"
         )
-    out, failures = open_console(), []
+    out, failures, earlier = open_console(), [], earlier_names()
+    todays = {place: earlier.todays_preset(manifest["figure"]) for place, manifest in kept.items()}
+    for place in [place for place, change in todays.items() if not change.now]:
+        out.print(f"{place.name}: no longer computed: {todays.pop(place).gone}", soft_wrap=True)
     here = provenance.provenance()["commit"]
-    if others := {m["provenance"].get("commit", "unknown") for m in kept.values()} - {here}:
+    if others := {kept[place]["provenance"].get("commit", "unknown") for place in todays} - {here}:
         out.print(
             f"made by {', '.join(sorted(other[:12] for other in others))}, computed again by {here[:12]}",
             soft_wrap=True,
         )
     with tempfile.TemporaryDirectory(prefix="verify-") as results:
         jobs = []
-        for place, manifest in kept.items():
-            preset = [f"experiment={manifest['figure']}", f"data={manifest['data']}", f"results={results}"]
+        for place, figure in todays.items():
+            manifest = kept[place]
+            preset = [f"experiment={figure.now}", f"data={manifest['data']}", f"results={results}"]
             files = provenance.require_plugins(manifest.get("plugins", []), place)
             made = with_options(compose(preset), {**manifest["configuration"], "plugins": files})
             made.figure.picture = made.figure.recording = False
-            jobs.append((made, Path(results) / manifest["data"] / manifest["scale"] / place.name))
-        failures += make_figures(jobs, console=out)
-        for place, (_, made_in) in zip(kept, jobs, strict=True):
+            jobs.append((made, Path(results) / manifest["data"] / manifest["scale"] / made.name))
+        failures += make_figures(jobs, console=out) if jobs else []
+        for place, (_, made_in) in zip(todays, jobs, strict=True):
             if not (made_in / MANIFEST).is_file():
                 failures.append(f"{place.name}: not made again")
                 continue
-            compared = agreement.compare_again(place, made_in)
+            compared = agreement.compare_again(place, made_in, earlier.alike)
             worst = max(compared, key=lambda one: one.difference / one.tolerance)
             wrong = [
                 f"{place.name}/{one.table}: {sentence}" for one in compared for sentence in one.complaints

@@ -6,7 +6,7 @@ Text, and the order of rows and columns, have to be the same.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +14,7 @@ import numpy as np
 
 from pipeline.reading import as_written
 from pipeline.storage import tables
+from pipeline.storage.tables import Table
 from pipeline.validation import InvalidInput, is_relative, require_range
 
 DIGITS = "digits.csv"
@@ -39,6 +40,10 @@ Measured at full scale between two BLAS kernels: at most 1.7e-7 (zhang2007_fig3,
 
 NOT_ZERO = 1e-6
 """Numbers that are closer than this agree, whatever their ratio: tables hold millimetres, degrees and fractions."""
+
+
+Alike = Callable[[str, str, Table, Table], tuple[Table, Table]]
+"""Given names of figure and table, and its columns as kept and as made: the columns to compare, by today's names."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +90,7 @@ def write_rule(folder: Path, figures: Iterable[str]) -> None:
     tables.write(folder / DIGITS, tables.of_rows(names, rows))
 
 
-def compare_again(kept: Path, made: Path) -> list[Agreement]:
+def compare_again(kept: Path, made: Path, alike: Alike | None = None) -> list[Agreement]:
     """Compare the tables and verdicts of a figure, computed again, with those that an archive keeps.
 
     Parameters
@@ -95,6 +100,8 @@ def compare_again(kept: Path, made: Path) -> list[Agreement]:
         version, or that of the ``digits.csv`` beside it where it allows less.
     made : Path
         Folder of the figure as published.
+    alike : callable, optional
+        Columns of an earlier version's table to compare; by default all.
 
     Raises
     ------
@@ -107,7 +114,7 @@ def compare_again(kept: Path, made: Path) -> list[Agreement]:
             allowed[name] = min(most, allowed.get(name, most))
         if not allowed:
             raise InvalidInput("no table to compare", kept, code="no_table")
-        found = [_compared(kept, made, name, most) for name, most in allowed.items()]
+        found = [_compared(kept, made, name, most, alike) for name, most in allowed.items()]
         if (kept / CLAIMS).is_file() or (made / CLAIMS).is_file():
             found.append(_verdicts(kept, made, max(allowed.values())))
         return found
@@ -133,8 +140,11 @@ def _stated(kept: Path) -> dict[str, float]:
     return stated
 
 
-def _compared(kept: Path, made: Path, name: str, most: float) -> Agreement:
-    before, now = _there(kept, name), _there(made, name)
+def _compared(kept: Path, made: Path, name: str, most: float, alike: Alike | None) -> Agreement:
+    before: Table = tables.read(_there(kept, name))
+    now: Table = tables.read(_there(made, name))
+    if alike:
+        before, now = alike(made.name, name, before, now)
     differences = tables.relative_differences(before, now, absolute=NOT_ZERO)
     largest = max(differences.values(), default=0.0)
     complaints = tables.compare(before, now, relative=most, absolute=NOT_ZERO) if largest > most else ()

@@ -171,7 +171,13 @@ def read_rows(path: Path) -> list[dict[str, str]]:
     return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
-def compare(path_a: Path, path_b: Path, *, relative: float = 1e-6, absolute: float = 1e-9) -> list[str]:
+Table = Mapping[str, np.ndarray]
+"""Columns by name, each (N,)."""
+
+
+def compare(
+    one: Path | Table, other: Path | Table, *, relative: float = 1e-6, absolute: float = 1e-9
+) -> list[str]:
     """Return the first cells in which two tables differ, one sentence each; an empty list if they agree.
 
     Numbers agree within ``absolute + relative * max(|a|, |b|)``, and NaN agrees with NaN; text and order of
@@ -182,7 +188,7 @@ def compare(path_a: Path, path_b: Path, *, relative: float = 1e-6, absolute: flo
     InvalidInput
         As `read`.
     """
-    a, b = read(path_a), read(path_b)
+    a, b = (read(table) if isinstance(table, Path) else table for table in (one, other))
     if complaint := _unlike(a, b):
         return [complaint]
     differences = [
@@ -197,7 +203,9 @@ def compare(path_a: Path, path_b: Path, *, relative: float = 1e-6, absolute: flo
     return shown
 
 
-def relative_differences(path_a: Path, path_b: Path, *, absolute: float = 1e-9) -> dict[str, float]:
+def relative_differences(
+    one: Path | Table, other: Path | Table, *, absolute: float = 1e-9
+) -> dict[str, float]:
     """Return for each column the least ``relative`` at which `compare` finds no difference; infinite if none does.
 
     Raises
@@ -205,13 +213,13 @@ def relative_differences(path_a: Path, path_b: Path, *, absolute: float = 1e-9) 
     InvalidInput
         As `read`.
     """
-    a, b = read(path_a), read(path_b)
+    a, b = (read(table) if isinstance(table, Path) else table for table in (one, other))
     if _unlike(a, b):
         return dict.fromkeys(a, np.inf)
     return {name: float(needed(a[name], b[name], absolute).max(initial=0.0)) for name in a}
 
 
-def _unlike(a: Mapping[str, np.ndarray], b: Mapping[str, np.ndarray]) -> str:
+def _unlike(a: Table, b: Table) -> str:
     """Return why the cells of two tables cannot be compared; empty if they can."""
     if list(a) != list(b):
         return f"columns differ: {', '.join(a)} is not {', '.join(b)}"

@@ -1,0 +1,207 @@
+"""Names of earlier versions: what their presets, options and columns are called now, or why they went.
+
+Each folder of options may have a table ``earlier_names.yaml``; the tables of plug-ins join that of ``conf``.  An
+archive of an earlier version is read by these tables, and an old name that a user types is rejected with the new one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from functools import cache
+from typing import Any
+
+from pipeline import plugins
+from pipeline.cli.presets import presets
+from pipeline.papers import read_mapping
+from pipeline.storage.tables import Table
+from pipeline.validation import InvalidInput, require_choice
+
+TABLE = "earlier_names.yaml"
+"""Name of the table in a folder of options."""
+
+TEXT = "str"
+"""New name of a class of choices that are plain text now."""
+
+
+@dataclass(frozen=True)
+class Change:
+    """Change of one name.
+
+    Attributes
+    ----------
+    now : str
+        Today's name; empty if there is none.
+    moved : str
+        Full key of the option that replaces it and that archives have as well, such as ``sweep.partners``.
+    gone, added, text : str
+        Reason why an option or column went; why archives lack a column; why a column of sentences is not compared.
+    was : list
+        Values of an option that went with which this version computes the same; all of them if empty.
+    """
+
+    now: str = ""
+    moved: str = ""
+    gone: str = ""
+    added: str = ""
+    text: str = ""
+    was: list[Any] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class EarlierNames:
+    """Changes of names, by the old name.
+
+    Attributes
+    ----------
+    files : dict
+        Presets and chosen files of options: ``experiment/zhang2007_fig5``, ``sweep/known_view``.
+    classes : dict
+        Classes of options.
+    options : dict
+        Options and members of choices, with the class that has them today: ``Scale.trials``, ``Heading.steps``.
+    columns : dict
+        Columns of published tables: ``zhang2007_fig5/table.csv/method``; of every figure: ``table.csv/method``.
+    """
+
+    files: dict[str, Change] = field(default_factory=dict)
+    classes: dict[str, Change] = field(default_factory=dict)
+    options: dict[str, Change] = field(default_factory=dict)
+    columns: dict[str, Change] = field(default_factory=dict)
+
+    def option(self, kind: type[Any], name: str) -> Change | None:
+        """Return the change of an option of a class, or of the class that it inherits from."""
+        changes = (self.options.get(f"{one.__name__}.{name}") for one in kind.__mro__)
+        return next((change for change in changes if change), None)
+
+    def rejection(self, group: str, name: str) -> InvalidInput | None:
+        """Return the error for a file of options that has another name now or went, None for any other."""
+        return _rejection(self.files.get(f"{group}/{name}"), group, name)
+
+    def option_rejection(self, kind: type[Any], key: str) -> InvalidInput | None:
+        """Return the error for the full key of an option that has another name now or went, None for any other."""
+        above, dot, name = key.rpartition(".")
+        return _rejection(self.option(kind, name), key, name, above + dot)
+
+    def todays_preset(self, name: str) -> Change:
+        """Return today's name of a figure, or why it went."""
+        change = self.files.get(f"experiment/{name}", Change(now=name))
+        return replace(change, now=change.now.rpartition("/")[2])
+
+    def todays_class(self, name: str) -> str:
+        """Return today's name of a class of options."""
+        return change.now if (change := self.classes.get(name)) else name
+
+    def todays_choice(self, kind: type[Any], name: str) -> str:
+        """Return today's name of a member of an enumeration."""
+        return change.now if (change := self.option(kind, name)) else name
+
+    def todays_options(self, kind: type[Any], values: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the values of a class's options by today's names, without those that went.
+
+        Raises
+        ------
+        InvalidInput
+            If an option went with a value that this version does not compute.
+        """
+        found = {}
+        for name, value in values.items():
+            change = self.option(kind, name) or Change(now=name)
+            if change.now:
+                found[change.now] = value
+            elif change.moved:
+                continue
+            elif change.was and value not in change.was:
+                expected = " or ".join(map(str, change.was))
+                raise InvalidInput(
+                    f"the option no longer exists: {change.gone}",
+                    f"{kind.__name__}.{name}",
+                    expected,
+                    value,
+                    code="gone",
+                )
+        return found
+
+    def alike(self, figure: str, table: str, kept: Table, made: Table) -> tuple[Table, Table]:
+        """Return the columns of an archived table by today's names, and those of today's table to compare them with.
+
+        Left out are columns that went, that the archive lacks because they were added since, and columns of sentences.
+        """
+        changes = {
+            key.rpartition("/")[2]: change
+            for key, change in self.columns.items()
+            if key.rpartition("/")[0] in (table, f"{figure}/{table}")
+        }
+        dropped = {name for name, change in changes.items() if change.text}
+        before = dropped | {name for name, change in changes.items() if change.gone}
+        now = dropped | {name for name, change in changes.items() if change.added and name not in kept}
+        today = {name: change.now for name, change in changes.items() if change.now}
+        return (
+            {today.get(name, name): values for name, values in kept.items() if name not in before},
+            {name: values for name, values in made.items() if name not in now},
+        )
+
+
+def earlier_names() -> EarlierNames:
+    """Return the changes of all loaded tables.
+
+    Raises
+    ------
+    InvalidInput
+        If a table cannot be understood.
+    """
+    return _earlier_names(plugins.edition())
+
+
+@cache
+def _earlier_names(_: object) -> EarlierNames:
+    found = EarlierNames()
+    for path in (folder / TABLE for folder in plugins.conf_folders()):
+        for section, entries in read_mapping(path).items() if path.is_file() else ():
+            require_choice(f"{path}: section", section, [one.name for one in fields(EarlierNames)])
+            if not isinstance(entries, dict):
+                raise InvalidInput("is not a mapping", f"{path}: {section}", code="not_a_mapping")
+            getattr(found, section).update(
+                {str(name): _change(entry, f"{path}: {name}") for name, entry in entries.items()}
+            )
+    return found
+
+
+def _change(entry: Any, where: str) -> Change:
+    """Return the change that an entry of a table states."""
+    stated = {"now": entry} if isinstance(entry, str) else entry
+    kinds = {one.name for one in fields(Change)} - {"was"}
+    valid = (
+        isinstance(stated, dict)
+        and len(kinds & stated.keys()) == 1
+        and not stated.keys() - kinds - ({"was"} if "gone" in stated else set())
+        and all(isinstance(stated[name], str) and stated[name] for name in kinds & stated.keys())
+        and isinstance(stated.get("was", []), list)
+    )
+    if not valid:
+        expected = "a new name, {moved: full key}, {gone: reason}, {added: reason} or {text: reason}"
+        raise InvalidInput("is no change of a name", where, expected, repr(entry), code="not_understood")
+    return Change(**stated)
+
+
+def _rejection(change: Change | None, where: str, name: str, above: str = "") -> InvalidInput | None:
+    """Return the error for an old name that was typed."""
+    if change is None:
+        return None
+    if new := change.moved or (change.now and above + change.now.rpartition("/")[2]):
+        return InvalidInput("this name was changed", where, new, name, code="renamed", now=new)
+    return InvalidInput(f"no longer exists: {change.gone}", where, received=name, code="gone")
+
+
+def require_preset(name: str) -> str:
+    """Return the name of a figure that has a preset.
+
+    Raises
+    ------
+    InvalidInput
+        If there is none: with today's name, or why the figure went, where it is an old one.
+    """
+    known = presets()
+    if name not in known and (error := earlier_names().rejection("experiment", name)):
+        raise error
+    return require_choice("experiment", name, known)
