@@ -14,13 +14,12 @@ from pipeline import formats, mappings
 from pipeline.cli.output import tell_section
 from pipeline.cli.walkers import options_of
 from pipeline.clips.walks import walk_in
-from pipeline.ingestion import nearest_joints, static_trial
+from pipeline.ingestion import joints, nearest_joints
 from pipeline.ingestion.corpus import static_trials
 from pipeline.ingestion.data import BY_FOLDER, WHOSE, FolderData
 from pipeline.ingestion.joints import joints_of
 from pipeline.skeleton.body import check
-from pipeline.skeleton.mapped_joints import up_axis
-from pipeline.skeleton.point_names import plain_name
+from pipeline.skeleton.mapped_joints import plain_name, up_axis
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping, UpAxis
 from pipeline.storage.publishing import new_file
@@ -116,10 +115,10 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
             motion = _one_person(motion, known, options.subject, found)
             noted = len(motion.notes)
             if static := options.static:
-                posture = static_trial.read(Path(static), **stated)
-                motion = static_trial.carry(motion, posture, Path(static).name, known)
+                posture = joints.standing(Path(static), **stated)
+                motion = joints.carry(motion, posture, Path(static).name, known)
             else:
-                motion = static_trial.completed(motion, known, statics[path], **stated)
+                motion = joints.completed(motion, known, statics[path], **stated)
             found.lines += motion.notes[noted:]
             fit = mappings.suggest(motion, known)
         except InvalidInput as refusal:
@@ -164,7 +163,7 @@ def _of_no_mapping(motion: MotionCapture, fit: mappings.Fit, path: Path) -> list
     if fit.points:
         lacking = listed(fit.lacking)
         lines[0] += f"; the nearest is {fit.mapping.name}, for which are missing: {lacking}"
-    clusters = static_trial.technical_clusters(motion)
+    clusters = joints.technical_clusters(motion)
     if len({plain_name(motion.names[group[0]])[0] for group in clusters}) == 2:  # of both sides
         names = "; ".join(", ".join(motion.names[k] for k in group) for group in clusters[:4])
         lines += [
@@ -266,7 +265,7 @@ def _of_walk(motion: MotionCapture, fit: mappings.Fit, path: Path, options: Insp
     run = _run(path, options, found.mapping)
     if walk.positions is None:
         reason, code, values = _found(walk.row["reason"]), walk.row["code"], walk.row["values"]
-        if walk.row["leg_length_mm"] and static_trial.moves(positions) <= static_trial.STILL:
+        if walk.row["leg_length_mm"] and joints.moves(positions) <= joints.MAX_MOTION:
             reason, code = "nobody moves; it may be the static trial of other recordings", "nobody_moves"
             values = {}
         found.lines += [

@@ -311,22 +311,6 @@ def static_trials(files: Mapping[Path, str]) -> dict[Path, tuple[Path, ...]]:
     return found
 
 
-def in_turn(clips: list[Clip], limit: int) -> list[Clip]:
-    """Return at most `limit` clips, one from each person in turn, in the order given; all if the limit is 0."""
-    if limit <= 0 or limit >= len(clips):
-        return clips
-    people = [clip.person for clip in clips]
-    by_turn = sorted(range(len(clips)), key=lambda k: people[:k].count(people[k]))
-    return [clips[k] for k in sorted(by_turn[:limit])]
-
-
-def first_people(clips: list[Clip], limit: int) -> list[Clip]:
-    """Return the clips of the first `limit` people; all if the limit is 0."""
-    people = list(dict.fromkeys(clip.person for clip in clips))
-    chosen = people[: limit if limit > 0 else None]
-    return [clip for clip in clips if clip.person in chosen]
-
-
 def digest(path: Path) -> str:
     """Return the sha256 of a recording; of an AMC, of it and its skeleton."""
     digests = [_sha256_of(file) for file in _read_together(path)]

@@ -19,7 +19,7 @@ from pipeline.clips import performances, varied, walks
 from pipeline.clips.kinds import WALKS, Clips, Corpus, Request
 from pipeline.clips.options import Data, Missing, Skeleton, Steady, SyntheticPeople
 from pipeline.ingestion import recorded
-from pipeline.ingestion.corpus import Clip, Listing, first_people, folder_clips, in_turn, listed_clips
+from pipeline.ingestion.corpus import Clip, Listing, folder_clips, listed_clips
 from pipeline.resources import DATA
 from pipeline.skeleton.source_mapping import UpAxis
 from pipeline.validation import CountOrAll, InvalidInput, NonNegative, Options
@@ -220,6 +220,22 @@ class FolderData(Recordings):
                     clips=[first, clip.name],
                 )
         return self.request_for(corpus, self.choose(corpus, clips), workers, skeleton.missing)
+
+
+def in_turn(clips: list[Clip], limit: int) -> list[Clip]:
+    """Return at most `limit` clips, one from each person in turn, in the order given; all if the limit is 0."""
+    if limit <= 0 or limit >= len(clips):
+        return clips
+    people = [clip.person for clip in clips]
+    by_turn = sorted(range(len(clips)), key=lambda k: people[:k].count(people[k]))
+    return [clips[k] for k in sorted(by_turn[:limit])]
+
+
+def first_people(clips: list[Clip], limit: int) -> list[Clip]:
+    """Return the clips of the first `limit` people; all if the limit is 0."""
+    people = list(dict.fromkeys(clip.person for clip in clips))
+    chosen = people[: limit if limit > 0 else None]
+    return [clip for clip in clips if clip.person in chosen]
 
 
 DATA_SETS = {"synthetic": SyntheticData, "recorded": RecordedData, "folder": FolderData}

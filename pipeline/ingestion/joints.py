@@ -1,39 +1,62 @@
-"""From a file to joints: the file is read, a person and a mapping are chosen, labels repaired, joints made and checked.
+"""From a file to joints: read, complete by a static trial, choose person and mapping, repair labels, map, check.
 
-Markers that the file lacks come from a static trial first, see `static_trial`.
+A static trial is a recording of somebody who stands still with markers on knees and ankles.  Laboratories that track
+segments by technical clusters record one.  Each of these markers is rigid with the segment above its joint, and so
+with the cluster beside that segment, which carries it along in a walk.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import functools
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from pipeline import formats, mappings
 from pipeline.core import walking
-from pipeline.ingestion import static_trial
+from pipeline.core.rigid import fit_rigid_motion, rigid_clusters
 from pipeline.ingestion.corpus import Clip, digest
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.complaint import Complaint, Remark
-from pipeline.skeleton.mapped_joints import MappedPoints, map_joints, up_axis
-from pipeline.skeleton.point_names import plain_name
+from pipeline.skeleton.mapped_joints import MappedPoints, map_joints, plain_name, up_axis, with_z_up
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping, UpAxis
-from pipeline.validation import InvalidInput, listed
+from pipeline.validation import InvalidInput, listed, told_apart
 
-JUMP = 1.5
-"""Ratio of the way of two points from frame to frame to that with labels exchanged from which they were exchanged."""
-LEAST = 0.05
-"""That way at least, over the root mean square distance of points from their middle: some 25 mm of a body."""
-LONGEST_GAP_S = 0.25
-"""Gaps over which a way is followed."""
-MOST = 0.25
-"""Share of the frames in which labels are exchanged back; of more it is not known which are the right ones."""
+MAX_MOTION = 0.02
+"""Largest motion (root mean square) of three quarters of the points of a standing person, over the body's size."""
+
+SLACK = 0.012
+"""Largest root mean square change of distances within a segment, over the length of the legs: 10 mm."""
+
+AT_JOINT = 0.12
+"""Largest distance of a marker from the joint that it marks, over the length of the legs: 100 mm."""
+
+_SIDES = {"l": "left", "r": "right"}
+_SEGMENTS = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
+"""Segments by their upper and lower joints."""
+
+_AT_A_JOINT = re.compile(r"kne|(?<!sh)ank|hip|hjc|troch|condy|asi|ias|elb|wri|sho|acr|foot|heel|calc|hand")
+"""Names of points at joints, which belong to no technical cluster."""
 
 EXCHANGED = "labels_exchanged"
 """Code of a remark on labels that change places."""
+
+EXCHANGE_RATIO = 1.5
+"""Ratio of the paths of two points as labelled and with labels exchanged, above which the labels are exchanged."""
+
+MIN_JUMP = 0.05
+"""Shortest such path, over the root mean square distance of the points from their middle: 25 mm of a body."""
+
+MAX_GAP_S = 0.25
+"""Longest gap across which a path is followed."""
+
+MAX_EXCHANGED = 0.25
+"""Largest share of frames that are exchanged back; beyond it the right labels are unknown."""
 
 
 def read_clip(clip: Clip) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
@@ -55,8 +78,176 @@ def read_clip(clip: Clip) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
     stated: dict[str, Any] = {"frame_rate_hz": clip.frame_rate_hz or None, "units": clip.units or None}
     motion = formats.read(clip.path, **stated, up=clip.up)
     known = [clip.mapping] if clip.mapping else list(mappings.shipped().values())
-    motion = static_trial.completed(motion, known, clip.statics, **stated) if clip.statics else motion
+    motion = completed(motion, known, clip.statics, **stated) if clip.statics else motion
     return joints_of(motion, clip.mapping, clip.subject)
+
+
+def completed(
+    motion: MotionCapture,
+    known: Sequence[SourceMapping],
+    files: Sequence[Path],
+    *,
+    units: str | None = None,
+    frame_rate_hz: float | None = None,
+) -> MotionCapture:
+    """Return a recording with what the first fitting static trial adds; as it is, if it needs none or none fits."""
+    if mappings.suggest(motion, known).usable:
+        return motion
+    for path in files:
+        try:
+            added = carry(motion, standing(path, units=units, frame_rate_hz=frame_rate_hz), path.name, known)
+        except InvalidInput:  # another trial, which has a line of its own in every report
+            continue
+        if mappings.suggest(added, known).usable:
+            return added
+    return motion
+
+
+def standing(path: Path, *, units: str | None = None, frame_rate_hz: float | None = None) -> MotionCapture:
+    """Return the posture of a static trial, one frame of the points that were seen.
+
+    Raises
+    ------
+    InvalidInput
+        If the file cannot be read or somebody moves in it.
+    """
+    try:
+        stamp = path.stat().st_mtime_ns
+    except OSError as error:
+        raise InvalidInput(
+            "cannot be read", path.name, received=error.strerror or "", code="unreadable"
+        ) from None
+    posture, share = _posture(path, stamp, units, frame_rate_hz)
+    if share > MAX_MOTION:
+        raise InvalidInput(
+            "nobody stands still in the static trial",
+            path.name,
+            f"points within {MAX_MOTION:.0%} of the body's size",
+            f"{told_apart(100 * share, 100 * MAX_MOTION, 0)} %",
+            code="not_still",
+        )
+    return posture
+
+
+@functools.cache
+def _posture(
+    path: Path, stamp: int, units: str | None, frame_rate_hz: float | None
+) -> tuple[MotionCapture, float]:
+    """The median place of each point that was seen, and how far the median point moves about it, rms, mm."""
+    motion = formats.read(path, units=units, frame_rate_hz=frame_rate_hz)
+    seen = np.flatnonzero(motion.valid.any(axis=0))
+    place = np.nanmedian(motion.positions_mm[:, seen], axis=0)
+    names = tuple(motion.names[k] for k in seen)
+    posture = replace(motion, names=names, positions_mm=place[None], valid=np.ones((1, len(seen)), bool))
+    return posture, moves(motion.positions_mm)
+
+
+def moves(positions: np.ndarray) -> float:
+    """Return how far three quarters of points (T, P, 3) move at most, rms about their places, to the body's size."""
+    positions = positions[:, np.isfinite(positions).all(axis=-1).any(axis=0)]
+    if not positions.size:
+        return np.inf
+    off = ((positions - np.nanmedian(positions, axis=0)) ** 2).sum(axis=-1)
+    return float(np.quantile(np.sqrt(np.nanmean(off, axis=0)), 0.75)) / max(
+        _size(positions), np.finfo(float).tiny
+    )
+
+
+def _size(positions: np.ndarray) -> float:
+    """Extent of a body along its longest axis, in the frame of (T, P, 3) that shows most of its points."""
+    fullest = positions[np.isfinite(positions).all(axis=-1).sum(axis=1).argmax()]
+    return float(np.ptp(fullest[np.isfinite(fullest).all(axis=-1)], axis=0).max())
+
+
+def carry(
+    motion: MotionCapture, posture: MotionCapture, name: str, known: Sequence[SourceMapping]
+) -> MotionCapture:
+    """Return a recording with the markers of a static trial that it lacks, carried along by clusters of points.
+
+    Parameters
+    ----------
+    motion : MotionCapture
+    posture : MotionCapture
+        Of the static trial, one frame, in whatever axes.
+    name : str
+        Of the static trial, for the note on what was carried by what, with the residual of each cluster.
+    known : sequence of SourceMapping
+        Mappings of which one gives legs and pelvis of the static trial.
+
+    Raises
+    ------
+    InvalidInput
+        If none does, or no cluster carries anything.
+    """
+    fit = mappings.suggest(posture, known)
+    if not fit.usable:
+        lacking = listed(fit.lacking)
+        raise InvalidInput(
+            "the static trial gives no legs and pelvis", name, received=f"no {lacking}", code="no_legs"
+        )
+    place = with_z_up(posture.positions_mm[0], up_axis(posture, fit.mapping))
+    mapped, _ = map_joints(posture, fit.mapping)
+    joints = dict(zip(WALKER15.joints, mapped[0], strict=True))
+    leg = walking.leg_length(mapped)  # in the unit of both files, whatever it is
+    factor, _ = mappings.rescaled(posture, fit.mapping, leg)
+    source = MappedPoints(posture, fit.mapping)
+    seen = np.asarray(motion.valid.any(axis=0))
+    there = {plain_name(point): k for k, point in enumerate(posture.names)}
+    here = {plain_name(point): k for k, point in enumerate(motion.names) if seen[k]}
+    names, positions, sentences = [], [], []
+    for side, other in ("lr", "rl"):
+        shared = [
+            point for point in there if point[0] == side and other + point[1:] in there and point in here
+        ]
+        static, moving = np.array([[there[point], here[point]] for point in shared], int).reshape(-1, 2).T
+        ends = np.array([[joints[f"{_SIDES[side]}_{end}"] for end in pair] for pair in _SEGMENTS])
+        groups: dict[int, list[int]] = {}
+        for group in rigid_clusters(motion.positions_mm[:, moving], SLACK * leg, place[static]):
+            groups.setdefault(_beside(place[static[group]].mean(axis=0), ends), group)
+        for n, (_, lower) in enumerate(_SEGMENTS):
+            joint = f"{_SIDES[side]}_{lower}"
+            points = [
+                k
+                for k in source.weights(joint)
+                if plain_name(posture.names[k]) not in here
+                and np.linalg.norm(place[k] - joints[joint]) <= AT_JOINT * leg
+            ]
+            if not points or n not in groups:
+                continue
+            group = groups[n]
+            found = fit_rigid_motion(place[static[group]], motion.positions_mm[:, moving[group]])
+            residual = found.residual_mm[np.isfinite(found.residual_mm)]
+            if len(residual):
+                positions.append(found.carry(place[points]))
+                names += [posture.names[k] for k in points]
+                by = ", ".join(motion.names[k] for k in moving[group])
+                rms = factor * np.sqrt(np.mean(residual**2))
+                sentences.append(f"{', '.join(names[-len(points) :])} by {by} (residual {rms:.1f} mm)")
+    if not names:
+        raise InvalidInput(
+            "no cluster of the walk carries a marker of the static trial",
+            name,
+            "three points of a thigh or shank that are in both trials",
+            code="no_cluster",
+        )
+    kept = [k for k, point in enumerate(motion.names) if seen[k] or point not in names]
+    together = np.concatenate([motion.positions_mm[:, kept], *positions], axis=1)
+    return replace(
+        motion,
+        names=(*(motion.names[k] for k in kept), *names),
+        positions_mm=together,
+        valid=np.isfinite(together).all(axis=-1),
+        notes=(*motion.notes, f"Carried along from the static trial {name}: {'; '.join(sentences)}."),
+    )
+
+
+def _beside(point: np.ndarray, ends: np.ndarray) -> int:
+    """Return the number of the segment (S, 2, 3) that a point lies beside, between its ends; -1 if it does of none."""
+    along = ends[:, 1] - ends[:, 0]
+    share = ((point - ends[:, 0]) * along).sum(axis=-1) / (along**2).sum(axis=-1)
+    away = np.linalg.norm(point - ends[:, 0] - share[:, None] * along, axis=-1)
+    away = np.where((share > 0) & (share < 1), away, np.inf)  # NaN lies between no ends
+    return int(away.argmin()) if np.isfinite(away).any() else -1
 
 
 def joints_of(
@@ -137,14 +328,14 @@ def exchanged_back(motion: MotionCapture, points: Iterable[int]) -> MotionCaptur
         steps = np.diff(positions[seen][:, pair], axis=0)
         across = positions[seen][1:, pair] - positions[seen][:-1, pair[::-1]]
         kept, exchanged = (np.linalg.norm(way, axis=-1).sum(axis=-1) for way in (steps, across))
-        near = np.diff(seen) <= LONGEST_GAP_S * motion.frame_rate_hz
-        changes = near & (kept > JUMP * exchanged) & (kept > LEAST * size)
+        near = np.diff(seen) <= MAX_GAP_S * motion.frame_rate_hz
+        changes = near & (kept > EXCHANGE_RATIO * exchanged) & (kept > MIN_JUMP * size)
         if not changes.any():
             continue
         other = np.concatenate([[False], np.cumsum(changes) % 2 == 1])
         frames = seen[other if other.mean() <= 0.5 else ~other]
         remark = f"{motion.names[pair[0]]} and {motion.names[pair[1]]} change places: "
-        if len(frames) > MOST * len(seen):
+        if len(frames) > MAX_EXCHANGED * len(seen):
             remark += f"from frame {seen[1:][changes][0]} on their labels differ from those before."
             notes.append(Remark(remark, EXCHANGED))
             continue
@@ -152,3 +343,23 @@ def exchanged_back(motion: MotionCapture, points: Iterable[int]) -> MotionCaptur
         remark += f"{len(frames)} frames from {frames[0]} to {frames[-1]} were exchanged back."
         notes.append(Remark(remark, EXCHANGED))
     return replace(motion, positions_mm=positions, notes=tuple(notes))
+
+
+def technical_clusters(motion: MotionCapture) -> list[list[int]]:
+    """Return groups of points that are stuck on a segment between joints: rigid, of one side, numbered or by place.
+
+    Such are R.Thigh.Upper, R.Thigh.Front, R.Thigh.Rear, or LSK1, LSK2, LSK3; none marks a joint.
+    """
+    alike: dict[str, list[int]] = {}
+    plain = [plain_name(name) for name in motion.names]
+    for k in np.flatnonzero(motion.valid.any(axis=0)):
+        if plain[k][:1] in ("l", "r") and not _AT_A_JOINT.search(plain[k]):
+            alike.setdefault(plain[k][:3], []).append(int(k))
+    slack = SLACK / 2 * _size(motion.positions_mm) if alike else 0.0  # a body is two legs high
+    groups = [
+        [points[n] for n in group]
+        for points in alike.values()
+        for group in rigid_clusters(motion.positions_mm[:, points], slack)
+    ]
+    # Where one name begins all the others, it may be a joint: LeftLeg, LeftLegTwist1, …
+    return [g for g in groups if not any(all(plain[j].startswith(plain[k]) for j in g) for k in g)]

@@ -16,10 +16,9 @@ import numpy as np
 from pipeline import mappings
 from pipeline.clips.missing_joints import LEG_MM, population
 from pipeline.core import fourier, walking
-from pipeline.ingestion.static_trial import technical_clusters
+from pipeline.ingestion.joints import technical_clusters
 from pipeline.skeleton import WALKER15
-from pipeline.skeleton.mapped_joints import MappedPoints
-from pipeline.skeleton.point_names import bare_names, plain_name
+from pipeline.skeleton.mapped_joints import MappedPoints, bare_names, plain_name
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import Lowering, Rule, SourceMapping, UpAxis
 from pipeline.validation import InvalidInput, listed

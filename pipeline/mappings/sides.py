@@ -7,8 +7,7 @@ import re
 from pipeline.mappings.table import shipped
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.complaint import Complaint
-from pipeline.skeleton.mapped_joints import MappedPoints
-from pipeline.skeleton.point_names import bare_names, plain_name
+from pipeline.skeleton.mapped_joints import MappedPoints, bare_names, plain_name
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping
 

@@ -14,11 +14,10 @@ from hypothesis import strategies as st
 from pipeline.ingestion.corpus import (
     Clip,
     Listing,
-    first_people,
     folder_clips,
-    in_turn,
     listed_clips,
 )
+from pipeline.ingestion.data import first_people, in_turn
 from pipeline.ingestion.joints import read_clip
 from tests.own_files import OWN_JOINTS, write_table
 from tests.rejects import rejects

@@ -9,7 +9,7 @@ import pytest
 
 from pipeline import represent
 from pipeline.formats.points import trc
-from pipeline.ingestion.joints import EXCHANGED, MOST, exchanged_back
+from pipeline.ingestion.joints import EXCHANGED, MAX_EXCHANGED, exchanged_back
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.complaint import remarks_of
 from pipeline.skeleton.recorded import MotionCapture
@@ -49,7 +49,7 @@ def test_labels_are_exchanged_back(joint: str, first: int, count: int) -> None:
 def test_points_that_were_never_looked_at_and_halves_of_a_walk_stay() -> None:
     made = recorded(exchanged(walk(), "ankle", 100, 10))
     assert exchanged_back(made, range(9)).notes == ()
-    half = exchanged(walk(), "ankle", 100, round(MOST * 240) + 2)
+    half = exchanged(walk(), "ankle", 100, round(MAX_EXCHANGED * 240) + 2)
     found = exchanged_back(recorded(half), EVERY)
     np.testing.assert_array_equal(found.positions_mm, half)
     assert "from frame 100 on their labels differ" in remarks_of(EXCHANGED, found.notes)[0]

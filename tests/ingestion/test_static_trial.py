@@ -12,7 +12,7 @@ from pipeline.cli.inspect import inspect
 from pipeline.clips.kinds import WALKS
 from pipeline.clips.options import Skeleton
 from pipeline.formats.points import trc
-from pipeline.ingestion import nearest_joints, static_trial
+from pipeline.ingestion import joints, nearest_joints
 from pipeline.ingestion.corpus import static_trials
 from pipeline.ingestion.data import FolderData
 from pipeline.skeleton import WALKER15
@@ -37,7 +37,7 @@ def save(path: Path, points: dict[str, np.ndarray]) -> Path:
     return path
 
 
-def joints(motion: MotionCapture) -> np.ndarray:
+def mapped(motion: MotionCapture) -> np.ndarray:
     return map_joints(motion, mappings.shipped()["gait2392"])[0]
 
 
@@ -51,8 +51,8 @@ def test_knees_and_ankles_are_where_the_missing_markers_would_have_shown_them(
     motion = recorded(without(walk, ANATOMICAL))
     assert not mappings.suggest(motion, KNOWN).usable
     posture = recorded({name: np.median(place, axis=0)[None] for name, place in static.items()})
-    carried = static_trial.carry(motion, posture, "static.trc", KNOWN)
-    off = np.linalg.norm(joints(carried) - joints(recorded(truth)), axis=-1)[:, LEGS]
+    carried = joints.carry(motion, posture, "static.trc", KNOWN)
+    off = np.linalg.norm(mapped(carried) - mapped(recorded(truth)), axis=-1)[:, LEGS]
     assert np.sqrt(np.mean(off**2)) <= within_mm
     (note,) = carried.notes
     assert "R.Knee.Lat, R.Knee.Med by R.Thigh.Upper, R.Thigh.Front, R.Thigh.Rear" in note
@@ -69,12 +69,12 @@ def test_a_marker_that_is_lost_part_of_the_time_takes_no_part_then() -> None:
         for side, name in fourth.items():
             upper, knee = points[f"{side}.Thigh.Upper"], points[f"{side}.Knee.Lat"]
             points[name] = 0.5 * (upper + points[f"{side}.Thigh.Rear"]) + 0.3 * (knee - upper)
-    truth = joints(recorded(walk))
+    truth = mapped(recorded(walk))
     walk["R.Thigh.Upper"][10:20] = np.nan
     walk["L.Shank.Front"][30:40] = np.nan
     posture = recorded({name: place[:1] for name, place in static.items()})
-    carried = static_trial.carry(recorded(without(walk, ANATOMICAL)), posture, "static.trc", KNOWN)
-    off = np.linalg.norm(joints(carried) - truth, axis=-1)[:, LEGS]
+    carried = joints.carry(recorded(without(walk, ANATOMICAL)), posture, "static.trc", KNOWN)
+    off = np.linalg.norm(mapped(carried) - truth, axis=-1)[:, LEGS]
     lost = np.isnan(off)
     assert np.flatnonzero(lost.any(axis=1)).tolist() == list(range(30, 40))
     assert np.nanmax(off) < 1e-6
@@ -86,7 +86,7 @@ def test_a_marker_that_was_stuck_elsewhere_leaves_the_cluster() -> None:
         {name: place[:1] + (40.0 if name == "R.Thigh.Front" else 0.0) for name, place in static.items()}
     )
     with_three = without(walk, ANATOMICAL)
-    carried = static_trial.carry(recorded(with_three), posture, "static.trc", KNOWN)
+    carried = joints.carry(recorded(with_three), posture, "static.trc", KNOWN)
     assert not {"R.Knee.Lat", "R.Knee.Med"} & set(carried.names)
     assert {"R.Ankle.Lat", "L.Knee.Lat"} <= set(carried.names)
 
@@ -96,7 +96,7 @@ def test_nothing_is_carried_by_what_is_no_part_of_its_segment() -> None:
     walk, static = trials()
     gone = ["R.Elbow", "L.Elbow", "R.Wrist.Lat", "Sternum", "R.Toe.Tip", "L.Toe.Tip", "R.ASIS"]
     posture = recorded({name: place[:1] for name, place in static.items()})
-    carried = static_trial.carry(recorded(without(walk, [*ANATOMICAL, *gone])), posture, "static.trc", KNOWN)
+    carried = joints.carry(recorded(without(walk, [*ANATOMICAL, *gone])), posture, "static.trc", KNOWN)
     assert not set(gone) & set(carried.names)
     # Three markers of a side of the pelvis are rigid, too, and beside no segment of the leg.
     for points in (walk, static):
@@ -106,7 +106,7 @@ def test_nothing_is_carried_by_what_is_no_part_of_its_segment() -> None:
             points |= {f"{side}.Crest": 0.5 * (points[f"{side}.PSIS"] + points[f"{side}.ASIS"]) + across}
     gone = [*ANATOMICAL, *(name for name in walk if "Thigh" in name)]
     posture = recorded({name: place[:1] for name, place in static.items()})
-    carried = static_trial.carry(recorded(without(walk, gone)), posture, "static.trc", KNOWN)
+    carried = joints.carry(recorded(without(walk, gone)), posture, "static.trc", KNOWN)
     assert not [name for name in carried.names if "Knee" in name or "Thigh" in name]
 
 
@@ -114,15 +114,15 @@ def test_a_static_trial_that_is_none_is_refused(tmp_path: Path) -> None:
     walk, static = trials()
     clustered = without(walk, ANATOMICAL)
     with rejects("not_still"):
-        static_trial.read(save(tmp_path / "static.trc", walk))
+        joints.standing(save(tmp_path / "static.trc", walk))
     posture = recorded({name: place[:1] for name, place in static.items()})
     with rejects("no_legs"):
-        static_trial.carry(recorded(clustered), recorded(without(clustered, [])), "static.trc", KNOWN)
+        joints.carry(recorded(clustered), recorded(without(clustered, [])), "static.trc", KNOWN)
     unclustered = {
         name: place for name, place in clustered.items() if "Thigh" not in name and "Shank" not in name
     }
     with rejects("no_cluster"):
-        static_trial.carry(recorded(unclustered), posture, "static.trc", KNOWN)
+        joints.carry(recorded(unclustered), posture, "static.trc", KNOWN)
 
 
 def test_statics_are_told_by_name_by_folder_or_tried() -> None:
@@ -203,9 +203,9 @@ def test_points_of_a_cluster_are_known_by_moving_together(names: tuple[str, ...]
     of = [f"{names[0][0]}.Thigh.{end}" for end in ("Upper", "Front", "Rear")]
     points = dict(zip(names, (walk[name] for name in of), strict=True))
     motion = recorded({"V.Sacral": walk["V.Sacral"], **points})
-    assert static_trial.technical_clusters(motion) == [[1, 2, 3]]
+    assert joints.technical_clusters(motion) == [[1, 2, 3]]
     loose = recorded({**points, names[0]: walk["R.Heel"]})
-    assert static_trial.technical_clusters(loose) == []
+    assert joints.technical_clusters(loose) == []
 
 
 @pytest.mark.parametrize(
@@ -214,7 +214,7 @@ def test_points_of_a_cluster_are_known_by_moving_together(names: tuple[str, ...]
 def test_points_at_a_joint_are_no_technical_cluster(names: tuple[str, ...]) -> None:
     walk, _ = trials()
     ends = (walk[f"R.Thigh.{end}"] for end in ("Upper", "Front", "Rear"))
-    assert static_trial.technical_clusters(recorded(dict(zip(names, ends, strict=True)))) == []
+    assert joints.technical_clusters(recorded(dict(zip(names, ends, strict=True)))) == []
 
 
 def test_nobody_is_proposed_worse_than_before_where_there_is_no_cluster() -> None:

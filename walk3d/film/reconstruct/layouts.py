@@ -16,7 +16,7 @@ import numpy as np
 from pipeline import plugins
 from pipeline.papers.entries import read_mapping
 from pipeline.skeleton import WALKER15
-from pipeline.skeleton.point_names import in_english
+from pipeline.skeleton.mapped_joints import in_english
 from pipeline.validation import InvalidInput, require_choice
 from walk3d.film.keypoints import Detections
 from walk3d.film.walk import Detector
