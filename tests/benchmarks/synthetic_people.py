@@ -6,7 +6,9 @@ over people, followed by the standard deviation between them (``_sd``).
 
 sway, bob      amplitude of the pelvis sideways, once a cycle, and upwards, twice a cycle, mm
 profile, frontal   variance over time of the dimension that this view does not see, mean over joints, mm²
-head, sternum, pelvis   head ahead of the hips; sternum above the shoulders; pelvis above the hips, mm
+head, sternum_ahead   head and sternum ahead of the hips, mm
+sternum, pelvis   sternum above the shoulders; pelvis above the hips, mm
+hips, trunk, neck   hips above the ankles; sternum above the hips; head above the sternum, mm
 distance       of the average walker from the synthetic average (synthetic: mean of each person's), mm: root mean
                square over the cycle about the middle of the hips, mean over joints
 nearer         synthetic people who are nearer to the synthetic average
@@ -90,7 +92,11 @@ def _row(name: str, definition: tuple[str, str], walks: np.ndarray, synthetic: n
         "frontal_mm2": variance[:, Y],
         "head_mm": mean[:, HEAD, Y],
         "sternum_mm": mean[:, STERNUM, Z] - mean[:, SHOULDERS, Z].mean(axis=1),
+        "sternum_ahead_mm": mean[:, STERNUM, Y],
         "pelvis_mm": mean[:, PELVIS, Z],
+        "hips_mm": -mean[:, ANKLES, Z].mean(axis=1),
+        "trunk_mm": mean[:, STERNUM, Z],
+        "neck_mm": mean[:, HEAD, Z] - mean[:, STERNUM, Z],
     }
     for quantity, values in quantities.items():
         row[quantity] = float(values.mean())
