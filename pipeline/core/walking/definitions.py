@@ -1,9 +1,9 @@
 """Definitions of a walker's height, origin, pelvis and sternum: choices that the papers leave open.
 
 Hips and knees are joint centres.  Pelvis and sternum differ between laboratories.  The average walker that the
-laboratory of zhang2007 published has the pelvis 106 mm above the hips and the sternum 36 mm below the shoulders, for a
-height of 1500 mm.  Every mapping that ships has the pelvis midway between the hips.  The sternum is midway between
-jugular notch and C7, the notch alone or the base of the neck, as the markers allow.
+laboratory of zhang2007 published has the pelvis some 106 mm above the hips and the sternum some 36 mm below the
+shoulders, for a height of 1500 mm.  Every mapping that ships has the pelvis midway between the hips.  The sternum is
+midway between jugular notch and C7, the notch alone or the base of the neck, as the markers allow.
 
 Positions are (T, 15, 3) in WALKER15 order, mm, z up.
 """
