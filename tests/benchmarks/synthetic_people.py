@@ -60,8 +60,8 @@ def run(data: str = "synthetic,optical,cmu,many", folder: str = "") -> list[Row]
 
 def _defined(overrides: list[str], clips: Walks, pelvis: str, sternum: str) -> np.ndarray:
     """Return the Fourier representations (R, 5, 15, 3), mm, of people by these definitions."""
-    given = [*overrides, f"dataset.pelvis={pelvis}", f"dataset.sternum={sternum}"]
-    dataset = compose(["experiment=zhang2007_fig5", *given]).dataset
+    switched = [*overrides, f"dataset.pelvis={pelvis}", f"dataset.sternum={sternum}"]
+    dataset = compose(["experiment=zhang2007_fig5", *switched]).dataset
     return np.asarray(dataset.build(clips, workers=1).coefficients)
 
 
@@ -103,5 +103,5 @@ def _row(name: str, definition: tuple[str, str], walks: np.ndarray, synthetic: n
         row[f"{quantity}_sd"] = float(values.std(ddof=1)) if len(values) > 1 else 0.0
     average = synthetic.mean(axis=0)
     each = distance_mm(synthetic, average)
-    own = float(each.mean() if walks is synthetic else distance_mm(walks.mean(axis=0), average))
-    return row | {"distance_mm": own, "nearer": int((each < own).sum())}
+    distance = float(each.mean() if walks is synthetic else distance_mm(walks.mean(axis=0), average))
+    return row | {"distance_mm": distance, "nearer": int((each < distance).sum())}
