@@ -19,6 +19,7 @@ known_people    films of people of another laboratory, a few of whom are known, 
 film_with_truth   a film to 3D, against optical joint centres, no times; needs KEYPOINTS_RECORDINGS
 keypoint_offsets   MediaPipe's joints against optical centres on one film, mm, no times; needs KEYPOINTS_RECORDINGS
 held_out_joints   joints of recorded people hidden and estimated: mm, no times; needs the recordings
+synthetic_people   next to recorded people: sway, bob, variance, offsets; no times; needs the recordings
 whole           zhang2004 and zhang2007 at full scale: seconds of each stage, and memory
 
 Each is printed and written to results/bench/NAME.csv, with versions, machine and commit in NAME.json; `figures` and
@@ -64,6 +65,7 @@ BENCHMARKS = (
     "known_people",
     "keypoint_offsets",
     "film_with_truth",
+    "synthetic_people",
     "whole",
 )
 RESULTS = Path(__file__).resolve().parents[2] / "results" / "bench"

@@ -135,6 +135,27 @@ def test_the_origin_on_the_floor_moves_heights_alone(store: Store) -> None:
     assert (ankles > 0).all()
 
 
+def test_another_pelvis_and_sternum_are_those_of_training_and_test(store: Store) -> None:
+    walks, measured, _, _ = stages(store, "dataset.origin=floor")
+    switched = ("dataset.pelvis=above", "dataset.sternum=below_shoulders")
+    _, redefined, learnt, _ = stages(store, "dataset.origin=floor", *switched)
+    assert_folds_leave_out(learnt, redefined.person)
+    np.testing.assert_array_equal(learnt.samples, linear_model.flatten(redefined.coefficients))
+    joints = [WALKER15.index(joint) for joint in ("sternum", "pelvis")]
+    others = [j for j in range(15) if j not in joints]
+    np.testing.assert_allclose(
+        (redefined.coefficients - measured.coefficients)[:, 1:, others], 0.0, atol=1e-9
+    )
+    heights = redefined.coefficients[:, 0, :, 2]
+    left, right = (
+        heights[:, [WALKER15.index(f"{side}_{j}") for j in ("shoulder", "hip")]] for side in ("left", "right")
+    )
+    from_middle = heights[:, joints] - (left + right) / 2.0
+    stature = walks.stature_mm[redefined.walk]
+    expected = np.outer(stature, [-36.0 / 1500.0, 106.0 / 1500.0])
+    np.testing.assert_allclose(from_middle, expected, atol=1e-6)
+
+
 def test_measured_against_the_fourier_series_the_error_lacks_the_residual(store: Store) -> None:
     _, samples, _, motion = stages(store)
     _, _, _, series = stages(store, "sweep.truth=fourier")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from functools import partial
 
 import numpy as np
@@ -11,7 +11,8 @@ import pytest
 from pipeline.clips import walks
 from pipeline.clips.options import Steady
 from pipeline.ingestion.data import SyntheticData
-from pipeline.studies.eigenwalkers.samples import FourierDataset, FourierSamples, Size
+from pipeline.skeleton import WALKER15
+from pipeline.studies.eigenwalkers.samples import FourierDataset, FourierSamples, Pelvis, Size, Sternum
 
 PEOPLE = SyntheticData(name="synthetic", population=9, duration_s=5.0)
 
@@ -28,6 +29,7 @@ def assert_same(one: FourierSamples, other: FourierSamples) -> None:
         FourierDataset(frequency=True),
         FourierDataset(size=Size.stature),
         FourierDataset(harmonics=3),
+        FourierDataset(pelvis=Pelvis.above, sternum=Sternum.below_shoulders),
     ],
 )
 @pytest.mark.parametrize("ratio", [1.6, 1.03])
@@ -55,3 +57,19 @@ def test_people_of_normalised_size_are_as_large_as_their_walks_would_be() -> Non
         grown = scale[:, None, None, None] ** 2 * getattr(own, name)
         np.testing.assert_allclose(getattr(same, name), grown, rtol=1e-12)
     np.testing.assert_array_equal(same.residual_fraction, own.residual_fraction)
+
+
+@pytest.mark.parametrize("everywhere", [False, True])
+def test_a_sternum_below_the_shoulders_is_as_unknown_as_these(everywhere: bool) -> None:
+    kept = walks.synthetic_walks(replace(PEOPLE, population=3, duration_s=3.0), 5, 1)
+    missing = np.zeros((3, 15), bool)
+    sternum, shoulder = WALKER15.index("sternum"), WALKER15.index("left_shoulder")
+    missing[0, sternum] = missing[1, shoulder] = True
+    lacking = {"dropped": missing.any(axis=0)} if everywhere else {"estimated": missing}
+    clips = replace(kept, **lacking)
+    measured, below = (FourierDataset(sternum=sternum).build(clips, workers=1) for sternum in Sternum)
+    expected = missing | (everywhere & missing.any(axis=0))
+    np.testing.assert_array_equal(measured.unmeasured, expected)
+    expected[:, sternum] = expected[:, shoulder]
+    np.testing.assert_array_equal(below.unmeasured, expected)
+    assert (below.coefficients[:, :, sternum] == 0.0).all() == everywhere

@@ -20,7 +20,7 @@ from numpy.polynomial import polynomial
 
 from pipeline.core.choice import first_lowest
 from pipeline.core.fourier import SEARCH_HZ, design, single_frequency_power
-from pipeline.skeleton import ANKLES, LEFT_LEG, PELVIS, RIGHT_LEG
+from pipeline.skeleton import LEFT_LEG, PELVIS, RIGHT_LEG
 from pipeline.validation import InvalidInput, require_choice, told_apart
 
 STANDING_MM = 60.0
@@ -296,12 +296,3 @@ def turn_about_vertical(positions: np.ndarray, angle_rad: float | np.ndarray) ->
     c, s = np.cos(angle_rad), np.sin(angle_rad)
     x, y = positions[..., 0], positions[..., 1]
     return np.stack([c * x - s * y, s * x + c * y, positions[..., 2]], axis=-1)
-
-
-def set_origin(positions: np.ndarray, *, origin: str) -> np.ndarray:
-    """Positions about the mean pelvis (``pelvis_mean``), or horizontally so and above the floor (``floor``)."""
-    require_choice("origin", origin, ("pelvis_mean", "floor"))
-    centre = positions[:, PELVIS].mean(axis=0)
-    if origin == "floor":
-        centre[2] = np.percentile(positions[:, ANKLES, 2], 2)
-    return positions - centre

@@ -1,4 +1,4 @@
-"""Stature of a walker, and short gaps of a clip that are bridged before steady walking is searched for."""
+"""Short gaps of a clip that are bridged before steady walking is searched for."""
 
 from __future__ import annotations
 
@@ -6,16 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-
-from pipeline.skeleton import ANKLES, WALKER15
-
-_HEAD = WALKER15.index("head")
-
-
-def stature(positions: np.ndarray) -> float:
-    """Height of the centre of the head above the lowest ankle, mm: a stand-in for stature; (T, 15, 3) in."""
-    ankles = positions[:, ANKLES, 2]
-    return np.nanmean(positions[:, _HEAD, 2]) - np.nanpercentile(ankles, 2)
 
 
 @dataclass(frozen=True)

@@ -11,13 +11,12 @@ import numpy as np
 
 from pipeline.clips.kinds import WALKS, Keep, Walks
 from pipeline.core import fourier
-from pipeline.core.walking.steady import set_origin
+from pipeline.core.walking.definitions import SHOULDERS, STERNUM, redefine, set_origin
 from pipeline.processes import map_processes
 from pipeline.skeleton import WALKER15
 from pipeline.studies.study import Dataset
 from pipeline.validation import Count
 
-_PELVIS = WALKER15.index("pelvis")
 
 
 class Origin(StrEnum):
@@ -32,6 +31,26 @@ class Size(StrEnum):
 
     absolute = "absolute"
     stature = "stature"
+
+
+class Pelvis(StrEnum):
+    """Where the pelvis is."""
+
+    measured = "measured"
+    """The point of the mapping."""
+    hips = "hips"
+    """Midway between the hips."""
+    above = "above"
+    """As far above the midpoint of the hips as that of the average walker published by the laboratory of zhang2007."""
+
+
+class Sternum(StrEnum):
+    """Where the sternum is."""
+
+    measured = "measured"
+    """The point of the mapping."""
+    below_shoulders = "below_shoulders"
+    """As far below the midpoint of the shoulders as that of the same average walker."""
 
 
 class Selection(StrEnum):
@@ -109,6 +128,8 @@ class FourierDataset(Dataset):
     frequency: bool = False  # zhang2004: the frequency is the 226th number
     origin: Origin = Origin.pelvis_mean
     size: Size = Size.absolute
+    pelvis: Pelvis = Pelvis.measured
+    sternum: Sternum = Sternum.measured
     walks: Selection = Selection.best
 
     def shared(self) -> FourierDataset:
@@ -127,7 +148,7 @@ class FourierDataset(Dataset):
 
         def one(walk: int) -> _Series:
             rate, frequency = clips.frame_rate_hz[walk], clips.frequency_hz[walk]
-            return self._represented(clips.motion(walk), rate, frequency, clips.dropped)
+            return self._represented(clips.motion(walk), rate, frequency, self._unknown(clips.dropped))
 
         return self._samples(clips, one, workers)
 
@@ -139,11 +160,20 @@ class FourierDataset(Dataset):
         dropped: np.ndarray | slice = slice(0),
     ) -> _Series:
         """Return a walk's Fourier representation, of its own size."""
-        centred = set_origin(motion, origin=self.origin.value)
+        walk = redefine(motion, pelvis=self.pelvis.value, sternum=self.sternum.value)
+        centred = set_origin(walk, origin=self.origin.value)
         # A joint that is the same constant for everyone takes part in nothing: as if it were not there.
         centred[:, dropped] = 0.0
         given = frequency_hz if self.harmonics == 2 else None
         return fourier.represent(centred, frame_rate_hz, harmonics=self.harmonics, frequency_hz=given)
+
+    def _unknown(self, unknown: np.ndarray) -> np.ndarray:
+        """Return the joints (…, 15) that are not measured: a sternum below the shoulders is as unknown as these are."""
+        if self.sternum is Sternum.measured:
+            return unknown
+        redefined = unknown.copy()
+        redefined[..., STERNUM] = unknown[..., SHOULDERS].any(axis=-1)
+        return redefined
 
     def _samples(self, clips: Walks, one: Callable[[int], _Series], workers: int = 1) -> FourierSamples:
         """Return the samples of the chosen walks, from the representation of each."""
@@ -174,7 +204,7 @@ class FourierDataset(Dataset):
             person=clips.person[chosen],
             clip=clips.clip[chosen],
             source=clips.source[chosen],
-            unmeasured=clips.estimated[chosen] | clips.dropped,
+            unmeasured=self._unknown(clips.estimated[chosen] | clips.dropped),
             frequency=self.frequency,
             words=f"{people} walkers" if alone else f"{len(chosen)} walks of {people} walkers",
         )
