@@ -21,6 +21,7 @@ from pipeline.formats import acclaim
 from pipeline.formats.points.csv import bids
 from pipeline.ingestion import static_trial
 from pipeline.ingestion.exchanged_labels import exchanged_back
+from pipeline.resources import DATA
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.complaint import Complaint, Remark
 from pipeline.skeleton.mapped_joints import map_joints, up_axis
@@ -189,6 +190,17 @@ class Listing:
     same_person: Sequence[Sequence[str]] = ()
 
 
+def listing_table(named: str) -> Path:
+    """Return the table of recordings: the one named, or where there is none, the one of the package."""
+    table = Path(named)
+    return table if table.is_file() or table.parent != Path("data") else DATA / table.name
+
+
+def mirror_folders(mirror: str) -> list[Path]:
+    """Return the folders of the mirror, which are separated as in PATH."""
+    return [Path(folder) for folder in mirror.split(os.pathsep) if folder]
+
+
 def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple[list[Clip], list[Clip]]:
     """Return the clips of the table that are on this machine, in order, and those that are not, as listed.
 
@@ -255,7 +267,7 @@ def _mismatch(path: Path, name: str, digests: Mapping[str, str]) -> Remark:
     top = path.parents[len(PurePosixPath(name).parts) - 1]
     for file in _read_together(path):
         listed_as = Path(os.path.relpath(file, top)).as_posix()
-        expected, received = digests.get(listed_as, ""), _sha256_of(file)
+        expected, received = digests.get(listed_as, ""), file_digest(file)
         if received != expected:
             sentence = str(
                 InvalidInput(
@@ -379,7 +391,7 @@ def first_people(clips: list[Clip], limit: int) -> list[Clip]:
 
 def _digest(path: Path) -> str:
     """Return the sha256 of a recording; of an AMC, of it and its skeleton."""
-    digests = [_sha256_of(file) for file in _read_together(path)]
+    digests = [file_digest(file) for file in _read_together(path)]
     return digests[0] if len(digests) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()
 
 
@@ -392,7 +404,7 @@ def _read_together(path: Path) -> list[Path]:
     return files
 
 
-def _sha256_of(path: Path) -> str:
+def file_digest(path: Path) -> str:
     """Return the sha256 of a file, cached by its size and time of change."""
     try:
         stat = path.stat()

@@ -17,7 +17,14 @@ import numpy as np
 
 from pipeline.formats import arrays
 from pipeline.formats.contract import LARGEST, damaged, read_bytes
-from pipeline.formats.fourier_walks.series import BLOCKS, RATE_HZ, FourierWalk, from_blocks, motion_of
+from pipeline.formats.fourier_walks.series import (
+    BLOCKS,
+    RATE_HZ,
+    FourierWalk,
+    from_blocks,
+    from_world,
+    motion_of,
+)
 from pipeline.formats.mat import load_matrices
 from pipeline.formats.text import read_numbers
 from pipeline.reading import read_json
@@ -146,8 +153,8 @@ def mean_walkers(path: Path) -> dict[str, FourierWalk]:
     walks = {}
     for name, matrix in load_matrices(read_bytes(path), path.name).items():
         if matrix.shape == (_ROWS, BLOCKS):
-            right, forwards, up = matrix.astype(float).T.reshape(BLOCKS, 3, -1)[:, :, order].swapaxes(0, 1)
-            coefficients = np.stack([forwards, -right, up], axis=-1)
+            by_axis = matrix.astype(float).T.reshape(BLOCKS, 3, -1)[:, :, order]
+            coefficients = from_world(by_axis.swapaxes(1, 2))
             if not (np.abs(coefficients) <= LARGEST).all():
                 raise damaged("a coefficient is not a usable number", path.name, code="not_number")
             walks[name] = FourierWalk(coefficients, _ASSUMED_PERIOD)

@@ -71,6 +71,18 @@ class FourierWalk:
         return np.einsum("tb,bpx->tpx", waves, self.coefficients)
 
 
+def in_world(vectors: np.ndarray) -> np.ndarray:
+    """Return vectors (…, 3) of the files' axes in those of the world: the walk along +y, +x to the walker's right."""
+    forwards, left, up = np.moveaxis(vectors, -1, 0)
+    return np.stack([-left, forwards, up], axis=-1)
+
+
+def from_world(vectors: np.ndarray) -> np.ndarray:
+    """Return vectors (…, 3) of the world in the files' axes."""
+    right, forwards, up = np.moveaxis(vectors, -1, 0)
+    return np.stack([forwards, -right, up], axis=-1)
+
+
 def from_blocks(blocks: np.ndarray, where: str) -> FourierWalk:
     """Return the walk of five blocks (5, 3 P + 1): all x, all y, all z, and one number more.
 
