@@ -152,7 +152,8 @@ def _in_view(target: Path, walk: Walk, options: Display) -> str:
     else:
         from walk3d.pointlight.picture import draw_gif
 
-        draw_gif(target, *pointlight.pixels(lights, height), dot_px=dot, hundredths=hundredths)
+        places, size = pointlight.pixels(lights, height)
+        draw_gif(target, places, size, dot_px=dot, hundredths=hundredths, comment=words)
     return words
 
 

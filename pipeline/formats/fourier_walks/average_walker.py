@@ -44,7 +44,9 @@ SOURCE = (
     "BMWalker.js 0.6.1, CC BY-NC-SA 4.0, copyright 2022 Tetsunori Nakayama and Nikolaus Troje:"
     " attribution, no commercial use, share alike"
 )
-"""Source and terms of BMWalker.js, by whose header it is recognised."""
+"""Source and terms of BMWalker.js, which is recognised by its second author."""
+
+_AUTHOR = "Nikolaus Troje"
 
 MAX_WORDS = 400
 """Characters of a stated source that are kept."""
@@ -199,7 +201,7 @@ def _of_javascript(data: bytes, where: str) -> tuple[dict[str, np.ndarray], str]
         words = [word.strip() for word in match[1].rstrip().removesuffix(",").split(",")]
         place = f"{where}, line {line}"
         found[name] = _blocks(read_numbers(words, lambda _, place=place: place), name, where)  # type: ignore[misc]
-    return found, SOURCE if "Nikolaus Troje" in text else ""
+    return found, SOURCE if _AUTHOR in text else ""
 
 
 def _of_json(data: bytes, where: str) -> tuple[dict[str, np.ndarray], str]:
@@ -216,7 +218,7 @@ def _of_json(data: bytes, where: str) -> tuple[dict[str, np.ndarray], str]:
         found[name] = _blocks(np.array(values, float), name, where)
     stated = [content[key] for key in ("source", "terms") if isinstance(content.get(key), str)]
     words = " ".join("; ".join(stated).split())
-    return found, "".join(filter(str.isprintable, words))[:MAX_WORDS]
+    return found, SOURCE if _AUTHOR in words else "".join(filter(str.isprintable, words))[:MAX_WORDS]
 
 
 def _no_walker(where: str, name: str, advice: str = "") -> Exception:
