@@ -15,6 +15,8 @@ from pipeline.formats.fourier_walks import AXES
 from walk3d.pointlight import synthetic_walker
 
 FIXTURES = Path(__file__).resolve().parent / "fixtures"
+WALKER = FIXTURES / "mm_made_up.mm"
+"""Walker of the figure zhang2007_author in tests, which name it as AVERAGE_WALKER."""
 PERIOD, SPEED = 118.5, 11.0
 """Frames of 120 Hz, and mm a frame."""
 

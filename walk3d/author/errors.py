@@ -1,8 +1,8 @@
 """Errors of one further walker, who belongs to no data set, by what is learnt on all people of one.
 
 Intervals are over the people who are learnt from.  A bootstrap of them would learn from two thirds as many different
-people, with fewer eigenwalkers than people.  Each person's influence is therefore found by leaving the person out, and
-draws of people are linear in these influences (the infinitesimal jackknife).
+people, with fewer eigenwalkers.  Each person's influence on the logarithm of the error is therefore found by leaving
+the person out, and draws of people are linear in these influences (the infinitesimal jackknife).
 """
 
 from __future__ import annotations
@@ -56,8 +56,8 @@ class OutsideErrors:
         Fourier representation of the walker, mm.
     posture_missing : (M, V, B, 15)
         Missing dimension as reconstructed from the posture views, mm.
-    best_noise_mm2 : float
-        sigma² of ``map_best``.
+    printed_noise_mm2, best_noise_mm2 : float
+        sigma² of ``map_70`` and ``map_best``.
     source : str
         Source of the walker and its terms; its file's name if it states none.
     """
@@ -68,6 +68,7 @@ class OutsideErrors:
     variances: pd.DataFrame
     posture_truth: np.ndarray
     posture_missing: np.ndarray
+    printed_noise_mm2: float
     best_noise_mm2: float
     source: str
 
@@ -112,6 +113,7 @@ class AverageWalkerErrors(Sweep):
             variances=_variances(inputs.dataset, inputs.model.tested, walker, grid),
             posture_truth=walker.coefficients[0],
             posture_missing=missing,
+            printed_noise_mm2=self.noise_variance_mm2,
             best_noise_mm2=best,
             source=source,
         )
@@ -201,11 +203,11 @@ def _rows(error: np.ndarray, view_deg: np.ndarray) -> pd.DataFrame:
 
 
 def _draws(error: np.ndarray, left_out: np.ndarray, generator: np.random.Generator) -> pd.DataFrame:
-    """Errors (M, A) by people drawn again, linear in the influence of each, from those without each (P, M, A)."""
-    count = len(left_out)
-    influence = (count - 1) * (left_out.mean(axis=0) - left_out)
+    """Errors (M, A) by people drawn again, from those without each (P, M, A)."""
+    count, logarithm = len(left_out), np.log(left_out)
+    influence = (count - 1) * (logarithm.mean(axis=0) - logarithm)
     times = bootstrap.resampling_weights(count, generator, resamples=DRAWS)
-    drawn = error + np.einsum("bp,pma->bma", times / count, influence)
+    drawn = error * np.exp(np.einsum("bp,pma->bma", times / count, influence))
     views = np.array(ERROR_VIEWS_DEG)
     tables = [_rows(one, views).assign(draw=number) for number, one in enumerate(drawn)]
     return pd.concat(tables, ignore_index=True)

@@ -20,7 +20,13 @@ from pipeline.studies.study import Figure, Picture, Tables
 from pipeline.studies.walks.figures.presentation import VIEW
 from pipeline.validation import Count
 from walk3d.anatomy.study.model import AnatomicalModel, AnatomicalWalkers
-from walk3d.author.errors import METHODS, POSTURE_VIEWS_DEG, AverageWalkerErrors, OutsideErrors
+from walk3d.author.errors import (
+    METHODS,
+    NOISE_VARIANCES_MM2,
+    POSTURE_VIEWS_DEG,
+    AverageWalkerErrors,
+    OutsideErrors,
+)
 
 Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, OutsideErrors]
 
@@ -52,33 +58,18 @@ class AverageWalkerFigure(Figure):
         and of the people, by view.
         """
         sweep = inputs.sweep
-        drawn = sweep.draws.groupby(METHOD_VIEW)["rms_error_mm"]
-        ends = {key: bootstrap.percentile_interval(values.to_numpy()) for key, values in drawn}
-        low, high = np.array(
-            [ends[key] for key in sweep.rows[METHOD_VIEW].itertuples(index=False, name=None)]
-        ).T
-        of_people = sweep.variances[sweep.variances["who"] != "walker"]
-        rows = []
-        for view, of in of_people.groupby("view_angle_deg"):
-            values = of["missing_variance_mm2"].to_numpy()
-            low_mean, high_mean = interval_over_people(of["who"].to_numpy(), values)
-            rows.append(("people", view, values.mean(), float(low_mean), float(high_mean)))
-        walker = sweep.variances[sweep.variances["who"] == "walker"]
-        rows += [
-            ("walker", *row, np.nan, np.nan) for row in walker.iloc[:, 1:].itertuples(index=False, name=None)
-        ]
-        names = [
-            "who",
-            "view_angle_deg",
-            "missing_variance_mm2",
-            "missing_variance_mm2_low",
-            "missing_variance_mm2_high",
-        ]
+        drawn = {
+            key: bootstrap.percentile_interval(values.to_numpy())
+            for key, values in sweep.draws.groupby(METHOD_VIEW)["rms_error_mm"]
+        }
+        ends = np.array([drawn[key] for key in sweep.rows[METHOD_VIEW].itertuples(index=False, name=None)])
         return {
-            "table": tidy(sweep.rows.assign(rms_error_mm_low=low, rms_error_mm_high=high), by=METHOD_VIEW),
+            "table": tidy(
+                sweep.rows.assign(rms_error_mm_low=ends[:, 0], rms_error_mm_high=ends[:, 1]), by=METHOD_VIEW
+            ),
             "table_draws": tidy(sweep.draws, by=[DRAW, *METHOD_VIEW]),
             "table_curve": tidy(sweep.curve, by=METHOD_VIEW),
-            "table_variance": tidy(pd.DataFrame(rows, columns=names), by=names[:2]),
+            "table_variance": tidy(_variance_rows(sweep.variances), by=["who", "view_angle_deg"]),
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
@@ -108,12 +99,14 @@ class AverageWalkerFigure(Figure):
         printed, average = table["map_70"], table["average_walker"]
         farther = [f"{view:g}°" for view in views if printed[view] > average[view]]
         verdict = f"farther off than it at {', '.join(farther)}" if farther else "nearer than it at each"
-        sigma = f"{inputs.experiment.sweep.noise_variance_mm2:g}"
+        best = inputs.sweep.best_noise_mm2
+        largest = ", the largest tried" if best == max(NOISE_VARIANCES_MM2) else ""
+        sigma = f"{inputs.sweep.printed_noise_mm2:g}"
         return (
             f"The walker: {inputs.sweep.source}. Error in depth, RMS in mm at {', '.join(f'{v:g}' for v in views)}°:"
             f" average walker, which does not look at the image, {at('average_walker')}; MAP with σ² = {sigma} mm²"
             f" {at('map_70')}, {verdict}; MAP with the σ² that is best for this walker"
-            f" ({inputs.sweep.best_noise_mm2:g} mm²) {at('map_best')}; least squares {at('least_squares')};"
+            f" ({best:g} mm²{largest}) {at('map_best')}; least squares {at('least_squares')};"
             f" anatomical, for anybody, {at('anybody')}. Intervals are over the people who are learnt from."
         )
 
@@ -134,3 +127,21 @@ class AverageWalkerFigure(Figure):
                 rows.append(PostureRow(label=f"{view:g}°", original=pair[0], reconstructed=pair[1]))
             groups.append((f"({ascii_lowercase[number - 1]}) {STYLES[method].label}", rows))
         picture.postures(groups, WALKER15.bones)
+
+
+def _variance_rows(variances: pd.DataFrame) -> pd.DataFrame:
+    """Mean over the people with its interval, and the walker, at each view."""
+    value = "missing_variance_mm2"
+    rows = []
+    for (alone, view), of in variances.groupby([variances["who"] == "walker", "view_angle_deg"]):
+        low, high = interval_over_people(of["who"].to_numpy(), of[value].to_numpy())
+        rows.append(
+            {
+                "who": "walker" if alone else "people",
+                "view_angle_deg": view,
+                value: of[value].mean(),
+                f"{value}_low": float(low),
+                f"{value}_high": float(high),
+            }
+        )
+    return pd.DataFrame(rows)
