@@ -11,7 +11,7 @@ from pipeline.core import fourier
 from pipeline.formats import fourier_walks
 from pipeline.formats.fourier_walks import FourierWalk
 from pipeline.ingestion.author import AVERAGE, find_here
-from pipeline.skeleton import WALKER15
+from pipeline.skeleton import ANKLES, WALKER15
 from pipeline.validation import InvalidInput
 
 
@@ -29,6 +29,9 @@ def author_walk(**values: float) -> Walk:
     walk = average.at(**values)
     ours = fourier_walks.in_world(walk.coefficients)
     ours[0] -= ours[0, WALKER15.index("pelvis")]
+    left, right = ANKLES
+    _, sine, cosine, *_ = (ours[:, left] - ours[:, right])[:, 1]
+    ours = fourier.shift(ours, np.arctan2(cosine, sine))
     moved = ", ".join(f"{axis} {value:+g}" for axis, value in values.items() if value)
     name = "average walker" + (f", {moved}" if moved else "") + f" ({average.source})" * bool(average.source)
     return Walk(name, ours, walk.stride_hz, np.zeros(len(WALKER15.joints), bool), walk.speed_mm_s)
