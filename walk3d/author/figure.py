@@ -58,16 +58,18 @@ class AverageWalkerFigure(Figure):
         and of the people, by view.
         """
         sweep = inputs.sweep
-        drawn = {
+        rows, draws = sweep.rows.assign(draw=0), sweep.draws
+        both = [_with_percent(table) for table in (rows, draws)]
+        ends = {
             key: bootstrap.percentile_interval(values.to_numpy())
-            for key, values in sweep.draws.groupby(METHOD_VIEW)["rms_error_mm"]
+            for key, values in draws.groupby(METHOD_VIEW)["rms_error_mm"]
         }
-        ends = np.array([drawn[key] for key in sweep.rows[METHOD_VIEW].itertuples(index=False, name=None)])
+        keys = rows[METHOD_VIEW].itertuples(index=False, name=None)
+        low, high = np.array([ends[key] for key in keys]).T
+        table = both[0].drop(columns=DRAW).assign(rms_error_mm_low=low, rms_error_mm_high=high)
         return {
-            "table": tidy(
-                sweep.rows.assign(rms_error_mm_low=ends[:, 0], rms_error_mm_high=ends[:, 1]), by=METHOD_VIEW
-            ),
-            "table_draws": tidy(sweep.draws, by=[DRAW, *METHOD_VIEW]),
+            "table": tidy(table, by=METHOD_VIEW),
+            "table_draws": tidy(both[1], by=[DRAW, *METHOD_VIEW]),
             "table_curve": tidy(sweep.curve, by=METHOD_VIEW),
             "table_variance": tidy(_variance_rows(sweep.variances), by=["who", "view_angle_deg"]),
         }
@@ -127,6 +129,13 @@ class AverageWalkerFigure(Figure):
                 rows.append(PostureRow(label=f"{view:g}°", original=pair[0], reconstructed=pair[1]))
             groups.append((f"({ascii_lowercase[number - 1]}) {STYLES[method].label}", rows))
         picture.postures(groups, WALKER15.bones)
+
+
+def _with_percent(rows: pd.DataFrame) -> pd.DataFrame:
+    """Add the error in per cent of the average walker's, of the same draw and view."""
+    average = rows[rows["method"] == "average_walker"].set_index([DRAW, "view_angle_deg"])["rms_error_mm"]
+    key = pd.MultiIndex.from_frame(rows[[DRAW, "view_angle_deg"]])
+    return rows.assign(percent_of_average_walker=100.0 * rows["rms_error_mm"] / average.loc[key].to_numpy())
 
 
 def _variance_rows(variances: pd.DataFrame) -> pd.DataFrame:
