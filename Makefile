@@ -90,7 +90,7 @@ run: $(READY) $(if $(findstring hydra/launcher,$(ARGS)),$(CLUSTER)) ## one run w
 inspect: $(LIGHT_READY) ## what is in your recordings: make inspect INPUT=folder|file
 	@$(RUN) inspect "$(INPUT)" $(ARGS)
 
-pointlight: $(LIGHT_READY) ## a walk as moving dots: make pointlight INPUT=walk.c3d|FOLDER|synthetic ARGS="inverted=true to=walker.svg"
+pointlight: $(LIGHT_READY) ## a walk as moving dots: make pointlight INPUT=walk.c3d|FOLDER|synthetic|author ARGS="inverted=true to=walker.svg"
 	@$(RUN) pointlight "$(or $(INPUT),synthetic)" $(ARGS)
 
 reconstruct: $(LIGHT_READY) $(if $(filter %.mp4 %.mov %.m4v %.avi %.mkv %.webm,$(INPUT)),$(VIDEO)) ## a 3D walk from a video or 2D keypoints: make reconstruct INPUT=walk.mp4; INPUT=walk.json ARGS="input.frame_rate_hz=30 output.path=out"
@@ -155,7 +155,7 @@ bench: $(DEV) ## run times relative to peers and naive loops
 	@$(VENV)/bin/python -m tests.benchmarks $(ARGS)
 
 golden: $(DEV) ## renew tests/golden from a smoke run, FIGURE=… for one (numbers that move need a line under "Scientific changes")
-	@rm -rf results/golden && $(RUN) figures $(if $(FIGURE),experiment=$(FIGURE)) data=synthetic scale=smoke results=results/golden
+	@rm -rf results/golden && AVERAGE_WALKER=tests/fixtures/mm_made_up.mm $(RUN) figures $(if $(FIGURE),experiment=$(FIGURE)) data=synthetic scale=smoke results=results/golden
 	@$(VENV)/bin/python -m tests.contents results/golden/synthetic/smoke $(or $(FIGURE),$(FIGURES)); rm -rf results/golden
 
 digits: $(DEV) ## renew tests/golden/digits.csv: smoke tables under other kernels and SIMD levels; ARGS=FIGURE for some

@@ -123,8 +123,8 @@ def as_written(where: object) -> Iterator[None]:
         ) from error
 
 
-def read_json(path: Path, kind: Any = Any) -> Any:
-    """Return the content of a JSON file that fits a type, as `fits` does.
+def read_json(path: Path, kind: Any = Any, content: bytes | None = None) -> Any:
+    """Return the content of a JSON file that fits a type, as `fits` does; `content` holds its bytes if they were read.
 
     Raises
     ------
@@ -132,7 +132,7 @@ def read_json(path: Path, kind: Any = Any) -> Any:
         As `read_file`; and if it is not JSON, nested too deep, has too many values, or one of another type.
     """
     try:
-        text = read_file(path, at_most=MAX_JSON_BYTES).decode("utf-8")
+        text = (read_file(path, at_most=MAX_JSON_BYTES) if content is None else content).decode("utf-8")
         outside = np.frombuffer(_STRING.sub("", text).encode(), np.uint8)
         brackets = outside[np.isin(outside, list(b"[{]}"))]
         opens = np.isin(brackets, list(b"[{"))

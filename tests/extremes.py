@@ -24,6 +24,7 @@ from pipeline.cli.compose import compose
 from pipeline.cli.presets import presets
 from pipeline.processes import usable_cores
 from pipeline.validation import require_range, required
+from tests.made_up_walker import WALKER
 
 ROOT = Path(__file__).resolve().parent.parent
 GROUPS = ("data", "dataset", "model", "sweep", "figure")
@@ -114,6 +115,7 @@ def runs(figures: list[str]) -> list[list[str]]:
 
 def main(figures: list[str]) -> int:
     """Run all and tell of those that end otherwise than they should."""
+    os.environ.setdefault("AVERAGE_WALKER", str(WALKER))
     faults = sentences = 0
     wanted = runs(figures or presets())
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(usable_cores()) as pool:

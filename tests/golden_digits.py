@@ -27,6 +27,7 @@ from numpy._core import _multiarray_umath as simd
 from pipeline.cli.presets import presets
 from pipeline.storage import tables
 from pipeline.storage.agreement import DIRECT, TIMING
+from tests.made_up_walker import WALKER
 from tests.processes import finished
 
 GOLDEN = Path(__file__).resolve().parent / "golden"
@@ -160,6 +161,7 @@ def main(arguments: Sequence[str]) -> int:
         os.environ.pop(variable, None)
     for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ[variable] = "1"
+    os.environ.setdefault("AVERAGE_WALKER", str(WALKER))
     everything = presets()
     if strange := [figure for figure in given.figures if figure not in everything]:
         parser.error(f"there is no figure {strange[0]}: expected one of {', '.join(everything)}")

@@ -105,11 +105,12 @@ LAYERS = {
     "__main__": "cli",
     "walk3d.plugin": "plugins",
     "walk3d.anatomy": f"{_GROUND} core clips studies",
+    "walk3d.author": f"{_GROUND} core clips formats mappings ingestion studies walk3d.anatomy",
     "walk3d.export": f"{_GROUND} core formats mappings ingestion storage cli",
     "walk3d.pointlight": f"{_GROUND} core synthetic storage pictures cli",
     "walk3d.film": f"{_GROUND} core synthetic clips formats report storage papers pictures recordings studies cli"
     " walk3d.anatomy walk3d.export",
-    "walk3d.studies": "walk3d.anatomy walk3d.film",
+    "walk3d.studies": "walk3d.anatomy walk3d.author walk3d.film",
     "walk3d.api": f"{_GROUND} core api walk3d.anatomy walk3d.film",
 }
 """Modules and packages from the ground up, and what each may import; those of one row do not know each other."""
@@ -117,7 +118,7 @@ LAYERS = {
 MAY_IMPORT = {name: set(allowed.split()) for names, allowed in LAYERS.items() for name in names.split()}
 
 FROM_OUTSIDE = {
-    "pandas": {"api", "studies", "stages", "cli", "walk3d.anatomy", "walk3d.film"},
+    "pandas": {"api", "studies", "stages", "cli", "walk3d.anatomy", "walk3d.author", "walk3d.film"},
     "xarray": {"api"},
     "matplotlib": {"pictures"},
     "PIL": {"pictures", "walk3d.pointlight"},

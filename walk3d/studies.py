@@ -1,6 +1,7 @@
 """The studies of this package."""
 
+from walk3d import author
 from walk3d.anatomy import study as anatomy
 from walk3d.film import study as film
 
-STUDIES = (anatomy.STUDY, film.STUDY)
+STUDIES = (anatomy.STUDY, author.STUDY, film.STUDY)

@@ -214,9 +214,14 @@ def keep(arguments: Sequence[str]) -> int:
         write_claims(
             folder / "claims.csv", judge_folder(folder, one.data.name, figures, measures=all_measures())
         )
+    light = own.get("light") not in (None, "", "0")
     chosen = [only] if only else figures
+    if light:
+        chosen = [
+            one.name for one in compose_figures(chosen, arguments) if one.figure.traits.in_light_archives
+        ]
     current = _current(chosen, folder, arguments, commit=facts["commit"])
-    if own.get("light") not in (None, "", "0"):
+    if light:
         from pipeline.report.light import keep_light
 
         target = root / "light" / one.data.name

@@ -47,12 +47,12 @@ def built_figures() -> list[str]:
     return [name for name in dict.fromkeys([*every, *existing]) if name in existing]
 
 
-_NOT_APPLICABLE = ("no_clips_of_this_kind", "truth_not_known")
-"""Codes of data sets that do not have what an experiment needs."""
+_NOT_APPLICABLE = ("no_clips_of_this_kind", "truth_not_known", "not_fetched")
+"""Codes of data sets that do not have what an experiment needs, and of a further file that is not here."""
 
 
 def lacking(experiment: Experiment) -> str:
-    """Return why the data set has no clips for this experiment; empty if it has."""
+    """Return why the data set has no clips for this experiment, or a file of it is not here; empty otherwise."""
     try:
         experiment.validate()
     except InvalidInput as error:

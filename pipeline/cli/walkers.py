@@ -82,10 +82,10 @@ def kind_of(source: str, arguments: Sequence[str], of: Mapping[str, str]) -> str
     source : str
     arguments : sequence of str
     of : mapping of str to str
-        Which kinds of source have an option: figure, film (a folder of `reconstruct`), recording, synthetic.
+        Which kinds of source have an option: figure, film (a folder of `reconstruct`), recording, synthetic, author.
     """
     path, kind = Path(source), source
-    if path.exists() or source != "synthetic":
+    if path.exists() or source not in ("synthetic", "author"):
         kind = "film" if (path / SUMMARY).is_file() else "figure" if path.is_dir() else "recording"
     for name in (item.partition("=")[0] for item in arguments):
         if kind not in of.get(name, kind):

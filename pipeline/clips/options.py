@@ -109,6 +109,8 @@ class Data(Options, ABC):
 
     knows_true_course: ClassVar[bool] = False
     """Whether the true phase of the performances is known."""
+    credit: ClassVar[str] = ""
+    """Source and terms, which captions state where the data require it."""
 
     name: str  # of the data set and of its folder of results
     walkers: CountOrAll = 0  # at most so many people; 0: all

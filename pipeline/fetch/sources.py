@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pipeline.fetch.transfer import FetchReport, Progress, Transfer
+from pipeline.fetch.transfer import FetchReport, Progress, Transfer, mirrored
 from pipeline.reading import read_file
 from pipeline.validation import InvalidInput, is_relative
 
@@ -83,7 +83,8 @@ def fetch(
 def resolve(row: Mapping[str, str], *, raw: Path, mirror: Sequence[Path] = ()) -> Path | None:
     """Return the path of a recording in `raw`, else in the mirror, else None.
 
-    A file whose size differs from the table is ignored.
+    A file whose size differs from the table is ignored.  A folder of the mirror may be that of one source, as
+    ``shelf/cmu`` for files that are listed as ``cmu/…``.
 
     Raises
     ------
@@ -91,8 +92,7 @@ def resolve(row: Mapping[str, str], *, raw: Path, mirror: Sequence[Path] = ()) -
         If the row's path leaves the folder.
     """
     _check_path(row["path"], "the table of sources")
-    for folder in (raw, *mirror):
-        path = folder / row["path"]
+    for path in (raw / row["path"], *(mirrored(folder, row["path"]) for folder in mirror)):
         if path.is_file() and path.stat().st_size == int(row["bytes"]):
             return path
     return None

@@ -73,6 +73,20 @@ class FetchReport:
         return "\n".join([counts, *lines])
 
 
+def mirrored(folder: Path, path: str) -> Path:
+    """Return where a mirror has a file: below the folder, which may be that of the source itself.
+
+    Examples
+    --------
+    >>> mirrored(Path("shelf"), "cmu/16/16_15.amc").as_posix()
+    'shelf/cmu/16/16_15.amc'
+    >>> mirrored(Path("shelf/cmu"), "cmu/16/16_15.amc").as_posix()
+    'shelf/cmu/16/16_15.amc'
+    """
+    own = folder.name == Path(path).parts[0] and not (folder / path).exists()
+    return (folder.parent if own else folder) / path
+
+
 class Transfer:
     """One pass over the rows; remembers which hosts do not answer."""
 
@@ -142,7 +156,7 @@ class Transfer:
         """Return the content of a file in a mirror or at an address."""
         if isinstance(place, Path):
             try:
-                return read_file(place / row["path"])
+                return read_file(mirrored(place, row["path"]))
             except InvalidInput as error:
                 raise _Failed(_NOT_THERE if error.code == "no_file" else error.what) from error
         try:

@@ -15,7 +15,7 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
-from pipeline.formats import acclaim, arrays, bvh, c3d, mvnx
+from pipeline.formats import acclaim, arrays, bvh, c3d, fourier_walks, mvnx
 from pipeline.formats.budget import read_one
 from pipeline.formats.contract import Reader, damaged
 from pipeline.formats.points import csv, trc
@@ -35,7 +35,10 @@ READERS: dict[str, Reader] = {
     ".emt": csv.read,
     ".mvnx": mvnx.read,
     ".npz": arrays.read,
-    ".mat": arrays.read,
+    ".mat": fourier_walks.read_mat,
+    ".mm": fourier_walks.read_mm,
+    ".js": fourier_walks.read,
+    ".json": fourier_walks.read,
 }
 """Reader of each suffix, lower case."""
 
@@ -62,7 +65,7 @@ ADVICE = {
     ".xlsx": "save the sheet as CSV",
     ".xls": "save the sheet as CSV",
     ".ods": "save the sheet as CSV",
-    ".json": "keypoints of a video go to `reconstruct`; save points in 3D as CSV: frame, time, joint, x, y, z",
+    ".json": fourier_walks.OTHER_JSON,
     ".mp4": "a video goes through a detector of keypoints first, then to `reconstruct`",
     ".avi": "a video goes through a detector of keypoints first, then to `reconstruct`",
     ".mov": "a video goes through a detector of keypoints first, then to `reconstruct`",
@@ -79,12 +82,22 @@ ADVICE = {
 
 _BESIDE = re.compile(r"(.*_)?(channels|events|participants|samples|scans|sessions)\.tsv")
 """Tables of BIDS beside recordings."""
+_SCRIPT_BYTES = 100_000
+"""Beginning of a script or JSON file that is searched for an average walker; BMWalker.js has 42 kB."""
+_WALKER = re.compile(rb"\bmeanwalker\[0\]|\"mean_walker\"")
+"""Array of an average walker."""
 _NUMBERS = re.compile(rb"^.*?([;,\t ]+-?\d[\d.e+-]*){3}", re.MULTILINE | re.IGNORECASE)
 
 
 def is_recording(path: Path) -> bool:
-    """Whether a file has a reader by its suffix; of a text of any kind, whether it begins with lines of numbers."""
+    """Whether a file has a reader by its suffix; of a text of any kind, whether it begins with lines of numbers.
+
+    Scripts and JSON files are recordings if they contain an average walker.
+    """
     suffix = path.suffix.lower()
+    if suffix in (".js", ".json") and path.is_file():
+        with path.open("rb") as file:
+            return bool(_WALKER.search(file.read(_SCRIPT_BYTES)))
     if suffix != ".txt" or not path.is_file():
         return suffix in READERS and not _BESIDE.fullmatch(path.name)
     with path.open("rb") as file:

@@ -62,6 +62,45 @@ def load_mat(data: bytes, where: str, *_: object) -> tuple[dict[str, np.ndarray]
     return arrays, list(arrays)
 
 
+def load_matrices(data: bytes, where: str) -> dict[str, np.ndarray]:
+    """Return the matrices of numbers in a file by name; other variables are left out.
+
+    Raises
+    ------
+    InvalidInput
+        If the file is of another version or damaged.
+    """
+    found: dict[str, np.ndarray] = {}
+    rest = memoryview(data)[128:]
+    try:
+        while rest:
+            kind, size = np.frombuffer(rest[:8], "I").tolist()
+            content, rest = rest[8 : 8 + size], rest[8 + size :]  # compressed elements are not padded
+            if kind == 15:
+                require_memory(24 * size, where)
+                element = memoryview(zlib.decompressobj().decompress(content, 24 * size))
+                kind, content = int(np.frombuffer(element[:4], "I")[0]), element[8:]
+            parts = _values(content) if kind == 14 else []
+            of_numbers = len(parts) == 4 and isinstance(parts[3], np.ndarray) and 6 <= parts[0][0] & 255 <= 15
+            if of_numbers and parts[3].size == np.prod(parts[1]):  # one that unpacks to very much is cut
+                found[_name(parts)] = np.asarray(parts[3]).reshape(parts[1][::-1]).T
+    except (LookupError, TypeError, ValueError, zlib.error) as error:
+        raise damaged(
+            "the file is not a MAT file of MATLAB 5 to 7",
+            where,
+            "one saved with '-v7' in MATLAB",
+            f"{data[:19]!r}",
+            code="wrong_format",
+            begins=bytes(data[:19]),
+        ) from error
+    return found
+
+
+def _name(matrix: Any) -> str:
+    """Name of a variable."""
+    return str(matrix[2].tobytes().decode("ascii"))
+
+
 def _text(matrix: Any) -> str:
     """Text of a matrix, whose elements are flags, shape, name, and content."""
     return str(matrix[3].tobytes().decode(f"utf-{8 * matrix[3].itemsize}"))

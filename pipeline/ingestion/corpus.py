@@ -16,6 +16,7 @@ from typing import Any
 from pipeline import fetch, formats, mappings
 from pipeline.formats import acclaim
 from pipeline.formats.points.csv import bids
+from pipeline.resources import DATA
 from pipeline.skeleton.complaint import Remark
 from pipeline.skeleton.source_mapping import SourceMapping, UpAxis
 from pipeline.validation import InvalidInput
@@ -110,6 +111,17 @@ class Listing:
     same_person: Sequence[Sequence[str]] = ()
 
 
+def listing_table(named: str) -> Path:
+    """Return the table of recordings: the one named, or where there is none, the one of the package."""
+    table = Path(named)
+    return table if table.is_file() or table.parent != Path("data") else DATA / table.name
+
+
+def mirror_folders(mirror: str) -> list[Path]:
+    """Return the folders of the mirror, which are separated as in PATH."""
+    return [Path(folder) for folder in mirror.split(os.pathsep) if folder]
+
+
 def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple[list[Clip], list[Clip]]:
     """Return the clips of the table that are on this machine, in order, and those that are not, as listed.
 
@@ -176,7 +188,7 @@ def _mismatch(path: Path, name: str, digests: Mapping[str, str]) -> Remark:
     top = path.parents[len(PurePosixPath(name).parts) - 1]
     for file in _read_together(path):
         listed_as = Path(os.path.relpath(file, top)).as_posix()
-        expected, received = digests.get(listed_as, ""), _sha256_of(file)
+        expected, received = digests.get(listed_as, ""), file_digest(file)
         if received != expected:
             sentence = str(
                 InvalidInput(
@@ -313,7 +325,7 @@ def static_trials(files: Mapping[Path, str]) -> dict[Path, tuple[Path, ...]]:
 
 def digest(path: Path) -> str:
     """Return the sha256 of a recording; of an AMC, of it and its skeleton."""
-    digests = [_sha256_of(file) for file in _read_together(path)]
+    digests = [file_digest(file) for file in _read_together(path)]
     return digests[0] if len(digests) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()
 
 
@@ -326,7 +338,7 @@ def _read_together(path: Path) -> list[Path]:
     return files
 
 
-def _sha256_of(path: Path) -> str:
+def file_digest(path: Path) -> str:
     """Return the sha256 of a file, cached by its size and time of change."""
     try:
         stat = path.stat()

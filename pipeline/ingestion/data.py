@@ -5,7 +5,6 @@ A data set names a corpus for each kind of clips; `Data.request` turns its optio
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from enum import StrEnum
@@ -19,8 +18,15 @@ from pipeline.clips import performances, varied, walks
 from pipeline.clips.kinds import WALKS, Clips, Corpus, Request
 from pipeline.clips.options import Data, Missing, Skeleton, Steady, SyntheticPeople
 from pipeline.ingestion import recorded
-from pipeline.ingestion.corpus import Clip, Listing, folder_clips, listed_clips
-from pipeline.resources import DATA
+from pipeline.ingestion.author import AuthorData
+from pipeline.ingestion.corpus import (
+    Clip,
+    Listing,
+    folder_clips,
+    listed_clips,
+    listing_table,
+    mirror_folders,
+)
 from pipeline.skeleton.source_mapping import UpAxis
 from pipeline.validation import CountOrAll, InvalidInput, NonNegative, Options
 
@@ -134,14 +140,13 @@ class RecordedData(Recordings):
 
     @property
     def listing(self) -> Path:
-        """Return the table of recordings: the one named, or where there is none, the one of the package."""
-        named = Path(self.table)
-        return named if named.is_file() or named.parent != Path("data") else DATA / named.name
+        """Return the table of recordings."""
+        return listing_table(self.table)
 
     @property
     def mirrors(self) -> list[Path]:
         """Return the folders of the mirror."""
-        return [Path(folder) for folder in self.mirror.split(os.pathsep) if folder]
+        return mirror_folders(self.mirror)
 
     def require(self, corpus: Corpus) -> None:
         """Raise InvalidInput if no source is named for this kind of clips."""
@@ -238,5 +243,10 @@ def first_people(clips: list[Clip], limit: int) -> list[Clip]:
     return [clip for clip in clips if clip.person in chosen]
 
 
-DATA_SETS = {"synthetic": SyntheticData, "recorded": RecordedData, "folder": FolderData}
+DATA_SETS = {
+    "synthetic": SyntheticData,
+    "recorded": RecordedData,
+    "folder": FolderData,
+    "author": AuthorData,
+}
 """What the data sets of ``conf/data`` extend."""

@@ -53,8 +53,9 @@ def draw_postures(
     step, drop = max(1.8 * reach, 0.45 * (high - low)), 1.12 * (high - low)
     end = max(0.5 * step, 1.02 * reach)
     names = 0.12 + 0.065 * max(len(row.label) for row in every)  # inches that the labels take on the left
+    wide = min(_GROUP_WIDTH, look.MOST_WIDTH / len(groups) - 0.1)
     inches = min(
-        (_GROUP_WIDTH - names) / ((count - 1) * step + 2 * end), _TALLEST_ROW / drop
+        (wide - names) / ((count - 1) * step + 2 * end), _TALLEST_ROW / drop
     )  # per millimetre, one scale for all
     deepest, margin = max(len(rows) for _, rows in groups), names / inches
     with look.applied_style():

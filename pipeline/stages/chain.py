@@ -10,6 +10,7 @@ from typing import Any
 from pipeline.processes import return_memory
 from pipeline.stages import ingest
 from pipeline.stages.artefacts import Stored, stored
+from pipeline.storage.sealed_folders import file_digest
 from pipeline.storage.store import Store
 from pipeline.storage.typed import result_type
 from pipeline.studies.experiment import Experiment
@@ -53,8 +54,16 @@ def _after(before: Sequence[Stored[Any]], stage: str, experiment: Experiment, st
         modules += options.modules()
         if options.draws_random_numbers:
             made_from = {"sweep": options, "seed": experiment.seed}
+        files = options.further_files(experiment.data)
+        if files:
+            made_from = {
+                "sweep": made_from,
+                "files": {name: file_digest(path) for name, path in files.items()},
+            }
         clips, dataset, model = (kept.value for kept in before)
-        given = SweepInputs(clips, dataset, model, experiment.model, experiment.workers, experiment.seed)
+        given = SweepInputs(
+            clips, dataset, model, experiment.model, experiment.workers, experiment.seed, files
+        )
         method, compute = options.measure, partial(options.measure, given)
     else:
         method = options.build if stage == "dataset" else options.learn

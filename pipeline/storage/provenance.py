@@ -130,9 +130,14 @@ FOLDERS = {"mirror", "raw", "path"}
 
 
 def without_paths(configuration: dict[str, Any]) -> dict[str, Any]:
-    """Return the configuration with folders of this machine reduced to their last name."""
+    """Return the configuration with folders and files of this machine reduced to their last name."""
     data = dict(configuration["data"])
     for option in FOLDERS & {name for name, value in data.items() if value}:
         data[option] = Path(data[option]).name
+    sweep = {
+        name: Path(value).name if isinstance(value, str) and os.sep in value else value
+        for name, value in configuration.get("sweep", {}).items()
+    }
     files = [Path(file).name for file in configuration.get("plugins", [])]
-    return {**configuration, "data": data, "results": Path(configuration["results"]).name, "plugins": files}
+    results = Path(configuration["results"]).name
+    return {**configuration, "data": data, "sweep": sweep, "results": results, "plugins": files}

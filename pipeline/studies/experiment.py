@@ -60,7 +60,8 @@ class Experiment(Options):
         ------
         InvalidInput
             If an option is out of range, options do not belong together, or the data set has no clips for this
-            experiment (then `code` is ``"no_clips_of_this_kind"`` or ``"truth_not_known"``).
+            experiment (then `code` is ``"no_clips_of_this_kind"`` or ``"truth_not_known"``), or a further file of the
+            sweep is not on this machine (``"not_fetched"``).
         """
         require_range("workers", self.workers, at_least=1)
         require_range("cost_s", self.cost_s, above=0)
@@ -83,5 +84,6 @@ class Experiment(Options):
         self.dataset.validate()
         self.model.validate()
         self.sweep.validate()
+        self.sweep.further_files(self.data)
         self.figure.validate(self)
         self.figure.check_sequence(self.sweep)

@@ -74,7 +74,9 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
     @property
     def caption(self) -> str:
         """What the figure's caption begins with."""
-        return f"{self.experiment.title}. Data: {self.summary}."
+        return " ".join(
+            filter(None, (f"{self.experiment.title}. Data: {self.summary}.", self.experiment.data.credit))
+        )
 
     def about(self, expect: str) -> str:
         """Return the recording's description, Markdown, with what the reader should see."""
@@ -89,6 +91,7 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
                 "| | |",
                 "|---|---|",
                 f"| data | {self.summary} |",
+                *([f"| source and terms | {credit} |"] if (credit := self.experiment.data.credit) else []),
                 f"| scale | {self.experiment.scale.name} |",
                 f"| seed | {self.experiment.seed} |",
                 "",

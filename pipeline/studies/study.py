@@ -23,6 +23,7 @@ from abc import ABC, abstractmethod
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, Protocol, TypeAlias, TypeVar
 
@@ -30,6 +31,7 @@ import numpy as np
 
 from pipeline.charts import Sheet
 from pipeline.clips.kinds import Corpus, Keep
+from pipeline.clips.options import Data
 from pipeline.scenes import Columns, Notes, Rows
 from pipeline.seeding import derive_generator
 from pipeline.validation import Finite, InvalidInput, Options, Positive, require_bounds, require_range
@@ -155,6 +157,8 @@ class SweepInputs(Generic[ClipsT, DatasetT, ModelT]):
     workers : int
         Threads.
     seed : int
+    files : mapping of str to Path
+        Further files, as `Sweep.further_files` names them.
     """
 
     clips: ClipsT
@@ -163,6 +167,7 @@ class SweepInputs(Generic[ClipsT, DatasetT, ModelT]):
     model_options: Any
     workers: int
     seed: int
+    files: Mapping[str, Path] = field(default_factory=dict)
 
     def generator(self, purpose: str = "sweep") -> np.random.Generator:
         """Return the random generator of this sweep, or of a named part of it."""
@@ -187,6 +192,16 @@ class Sweep(Options, ABC):
     def modules(self) -> list[str]:
         """Return further modules that compute the result: those of methods that options name."""
         return []
+
+    def further_files(self, data: Data) -> dict[str, Path]:
+        """Return further files that `measure` reads, by name; their content is part of the key.
+
+        Raises
+        ------
+        InvalidInput
+            If one is not on this machine, with ``"not_fetched"`` as its `code`: figures of all are made without this.
+        """
+        return {}
 
     def with_methods(self, names: Sequence[str]) -> Sweep:
         """Return the sweep with further methods, those of them that it can compare."""
@@ -243,6 +258,8 @@ class Traits:
         Name of the sweep's grid on the recording's timeline, which has whole numbers; empty if there is none.
     timeline : str
         Timeline of a recording that has only charts.
+    in_light_archives : bool
+        False for a figure that shows a motion whose terms do not allow copies.
     """
 
     over_people: tuple[str, ...] = ()
@@ -251,6 +268,7 @@ class Traits:
     rows_of: Mapping[str, str] = field(default_factory=dict)
     sequence: str = ""
     timeline: str = ""
+    in_light_archives: bool = True
 
 
 class Figure(Options, ABC):

@@ -481,7 +481,7 @@ def test_the_projects_own_table_is_sound() -> None:
     rows = read_sources(sources)
     assert [row["path"] for row in rows] == sorted(row["path"] for row in rows)
     assert {row["source"] for row in rows} == {
-        *("cmu", "biomechzoo", "hdm05", "kinectgait"),
+        *("author", "cmu", "biomechzoo", "hdm05", "kinectgait"),
         *("qualisys", "c3drot", "llui"),
     }
     assert rows[0].keys() >= {
@@ -497,7 +497,8 @@ def test_the_projects_own_table_is_sound() -> None:
         assert row["terms"], row["path"]
         for address in filter(None, (row["address"], row["origin"])):
             assert address.startswith(("http://", "https://")), row["path"]
-    assert [row["path"] for row in rows if not row["address"]] == ["kinectgait/person-data.csv"]
+    without = ["author/bmwalker.json", "kinectgait/person-data.csv"]
+    assert [row["path"] for row in rows if not row["address"]] == without
 
 
 @pytest.mark.skipif(not os.environ.get("MOCAP_MIRROR"), reason="needs the recordings: set MOCAP_MIRROR")
@@ -521,6 +522,17 @@ def test_several_mirrors_are_tried_in_turn(case: Case) -> None:
     empty.mkdir()
     assert resolve(row, raw=case.raw, mirror=[empty, other]) == other / "zoo" / "a"
     assert case.fetch(no_network, mirror=[empty, other]).fetched == ["zoo/a"]
+
+
+def test_a_mirror_may_be_the_folder_of_one_source(case: Case) -> None:
+    case.add("zoo/b/a", CONTENT)
+    (case.folder / "shelf" / "zoo" / "b").mkdir(parents=True)
+    (case.folder / "shelf" / "zoo" / "b" / "a").write_bytes(CONTENT)
+    (row,) = read_sources(case.table())
+    own = case.folder / "shelf" / "zoo"
+    assert resolve(row, raw=case.raw, mirror=[own]) == own / "b" / "a"
+    assert resolve(row, raw=case.raw, mirror=[own / "b"]) is None
+    assert case.fetch(no_network, mirror=[own]).fetched == ["zoo/b/a"]
 
 
 def test_requests_wait_only_so_long(case: Case) -> None:

@@ -1,4 +1,4 @@
-"""Point-light walkers of a recording, a figure, a reconstruction from keypoints or the average synthetic walker."""
+"""Point-light walkers of a recording, a figure, a reconstruction from keypoints, or an average walker."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Annotated
 
 import numpy as np
 
+from pipeline.cli.author import author_walk, write_mm
 from pipeline.cli.output import tell
 from pipeline.cli.walkers import (
     FigureWalkers,
@@ -45,6 +46,9 @@ class WalkOptions:
 
     harmonics: Annotated[int, bounded(at_least=1, at_most=10)] = 2
     gender: float | None = None
+    weight: float = 0.0
+    nervous: float = 0.0
+    happy: float = 0.0
     walker: str = ""
     method: str = ""
     from_view_deg: float | None = None
@@ -106,6 +110,7 @@ _OF = dict.fromkeys(("walker", "method", "from_view_deg"), "figure") | {
     "subject": "recording",
     "up": "recording",
     "harmonics": "recording or film",
+    **dict.fromkeys(("weight", "nervous", "happy"), "author"),
 }
 """Options that only some kinds of source have."""
 _WITH = {
@@ -116,11 +121,9 @@ _WITH = {
 }
 """Options that change nothing without another."""
 
-USAGE = (
-    "pointlight RECORDING|FOLDER|synthetic [view_angle_deg=90] [inverted=true] [noise_dots=60] to=walker.svg"
-)
+USAGE = "pointlight RECORDING|FOLDER|synthetic|author [view_angle_deg=90] [inverted=true] [noise_dots=60] to=walker.svg"
 
-SUFFIXES = (".svg", ".csv", ".gif", ".ptd")
+SUFFIXES = (".svg", ".csv", ".gif", ".ptd", ".mm")
 _DISTURBED = (
     "inverted", "mirrored", "scrambled", "phase_scrambled", "lifetime_frames", "noise_dots",
 )  # fmt: skip
@@ -145,14 +148,14 @@ def make(arguments: Sequence[str]) -> tuple[Path, str]:
         raise InvalidInput(
             "no library for videos is among what this package needs",
             "to",
-            "a .gif, which `ffmpeg -i walker.gif walker.mp4` turns into one; or .svg, .csv, .ptd",
+            "a .gif, which `ffmpeg -i walker.gif walker.mp4` turns into one; or .svg, .csv, .ptd, .mm",
             options.to,
             code="no_films",
         )
     target = target_file(options.to, SUFFIXES, USAGE, source, replace=options.replace)
     walk = _walk(kind, Path(source), options)
     with new_file(target, replace=options.replace, sources=[source]) as path:
-        words = (_in_space if path.suffix.lower() == ".ptd" else _in_view)(path, walk, options)
+        words = (_in_space if path.suffix.lower() in (".ptd", ".mm") else _in_view)(path, walk, options)
     return target, words
 
 
@@ -172,7 +175,8 @@ def _in_view(target: Path, walk: Walk, options: Display) -> str:
     else:
         from walk3d.pointlight.picture import draw_gif
 
-        draw_gif(target, *pointlight.pixels(lights, height), dot_px=dot, hundredths=hundredths)
+        places, size = pointlight.pixels(lights, height)
+        draw_gif(target, places, size, dot_px=dot, hundredths=hundredths, comment=words)
     return words
 
 
@@ -214,7 +218,7 @@ def display(walk: Walk, options: Display) -> PointLights:
 
 
 def _walk(kind: str, path: Path, options: WalkOptions) -> Walk:
-    """The walker that is named: synthetic, of a figure, of keypoints, or of a recording."""
+    """Return the named walker: synthetic, the author's, of a figure, of keypoints, or of a recording."""
     harmonics = options.harmonics
     if kind == "synthetic":
         gender = options.gender or 0.0
@@ -222,11 +226,14 @@ def _walk(kind: str, path: Path, options: WalkOptions) -> Walk:
         named = "average synthetic walker"
         named += f", {gender:+g} on the axis from women (-1) to men (+1)" if gender else ""
         return Walk(named, coefficients, stride_hz, np.zeros(15, bool))
+    if kind == "author":
+        axes = {name: getattr(options, name) or 0.0 for name in ("gender", "weight", "nervous", "happy")}
+        return author_walk(**axes)
     if options.gender is not None:
         raise InvalidInput(
-            "recordings do not say who is a man: only the synthetic population has this axis",
+            "recordings do not say who is a man: only the synthetic and the author's walker have this axis",
             "gender",
-            "`pointlight synthetic gender=…`",
+            "`pointlight synthetic gender=…` or `pointlight author gender=…`",
             code="no_gender",
         )
     if kind == "film":
@@ -256,12 +263,24 @@ def _speed(walk: Walk, options: ViewOptions) -> float:
 
 
 def _in_space(target: Path, walk: Walk, options: Display) -> str:
-    """Write the joints in three dimensions, as the Body Movement Library has them; return a sentence on them."""
+    """Write the joints in three dimensions, as the Body Movement Library or the BioMotion Lab has them.
+
+    Return a sentence on them.
+    """
+    suffix = target.suffix.lower()
     for name in _DISTURBED:
         if getattr(options, name):
+            format_name = suffix.lstrip(".").upper()
             raise InvalidInput(
-                "is of a view, and PTD holds three dimensions", name, "to=walker.csv", code="view_alone"
+                f"is of a view, and {format_name} holds three dimensions",
+                name,
+                "to=walker.csv",
+                code="view_alone",
             )
+    if suffix == ".mm":
+        speed = _speed(walk, replace(options, translating=True))
+        write_mm(target, walk, speed)
+        return f"{walk.name}: Fourier series, mm, x forwards, z up, {speed / 1000:.2f} m/s"
     count = max(round(options.cycles / walk.stride_hz * pointlight.files.PTD_RATE_HZ), 2)
     times = np.arange(count) / pointlight.files.PTD_RATE_HZ
     positions = fourier.synthesise(walk.coefficients, walk.stride_hz, times)
@@ -289,10 +308,12 @@ def _words(walk: Walk, lights: PointLights, options: Display) -> str:
 
 
 def point_lights(arguments: Sequence[str]) -> int:
-    """Write a point-light walker: pointlight RECORDING|FOLDER|synthetic [OPTION=VALUE ...] [to=walker.svg].
+    """Write a point-light walker: pointlight RECORDING|FOLDER|synthetic|author [OPTION=VALUE ...] [to=walker.svg].
 
-    RECORDING is any file that can be read, FOLDER that of a figure (zhang2007_fig5, …) or of `reconstruct`.
-    to=FILE.svg moves in a browser, .csv has a row for each frame and dot, .gif, .ptd (Body Movement Library, 3D).
+    RECORDING is any file that can be read, FOLDER that of a figure (zhang2007_fig5, …) or of `reconstruct`, author the
+    average walker of the second author's laboratory (`make data ARGS=author`).
+    to=FILE.svg moves in a browser, .csv has a row for each frame and dot, .gif, .ptd (Body Movement Library, 3D), .mm
+    (Fourier series of the BioMotion Lab, 3D).
 
     view_angle_deg=0        0 frontal, -90 the left profile, 90 the right one
     cycles=1 frame_rate_hz=60 harmonics=2 seed=1 height_px=400 dot_px=4 joints=all|measured
@@ -302,7 +323,9 @@ def point_lights(arguments: Sequence[str]) -> int:
     noise_dots=60 noise=scrambled_walker|uniform field=1.5
     translating=true [speed_mm_s=1300]  over the ground in place of a treadmill
     walker=… [method=map from_view_deg=30]  of a figure: as recorded, or as reconstructed from a view
-    gender=3                            of `synthetic`: -1 the average woman, 1 the average man
+    gender=3                            of `synthetic`: -1 the average woman, 1 the average man; of `author` from -6
+                                        (women) to 6 (men), in the units of its own axis
+    weight=3 nervous=-2 happy=6         of `author`: from -6 to 6
     skeleton=… units=m subject=… up=y   of a recording; subject= of one with several people
     replace=true                        a file that exists
     """

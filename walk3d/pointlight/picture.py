@@ -14,7 +14,13 @@ _FINER = 4
 
 
 def draw_gif(
-    path: Path, places: np.ndarray, size: tuple[int, int], *, dot_px: float, hundredths: int
+    path: Path,
+    places: np.ndarray,
+    size: tuple[int, int],
+    *,
+    dot_px: float,
+    hundredths: int,
+    comment: str = "",
 ) -> None:
     """Write white dots on black as a GIF that repeats itself for ever.
 
@@ -29,6 +35,8 @@ def draw_gif(
         Radius.
     hundredths : int
         Hundredths of a second that a frame lasts; players show no fewer than two.
+    comment : str
+        What is shown, and its source, in the file.
     """
     require_count("hundredths of a second", hundredths, at_least=2)
     frames = []
@@ -49,4 +57,5 @@ def draw_gif(
         loop=0,
         disposal=1,
         optimize=False,
+        comment=comment.encode()[:255],
     )

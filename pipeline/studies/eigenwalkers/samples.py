@@ -13,10 +13,8 @@ from pipeline.clips.kinds import WALKS, Keep, Walks
 from pipeline.core import fourier
 from pipeline.core.walking.definitions import SHOULDERS, STERNUM, redefine, set_origin
 from pipeline.processes import map_processes
-from pipeline.skeleton import WALKER15
 from pipeline.studies.study import Dataset
 from pipeline.validation import Count
-
 
 
 class Origin(StrEnum):

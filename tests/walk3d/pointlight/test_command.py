@@ -17,10 +17,12 @@ from PIL import Image
 from pipeline import formats
 from pipeline.cli.main import make_all
 from pipeline.cli.walkers import FigureWalkers
+from pipeline.formats import fourier_walks
 from pipeline.formats.points import trc
 from pipeline.skeleton import WALKER15
 from pipeline.storage.tables import read
 from pipeline.synthetic import walkers
+from tests import made_up_walker
 from tests.rejects import rejects
 from walk3d import pointlight
 from walk3d.export.command import export
@@ -222,3 +224,86 @@ def test_a_browser_shows_the_svg(tmp_path: Path) -> None:
     off = np.hypot(columns[:, None] + 0.5 - places[frame, :, 0], rows[:, None] + 0.5 - places[frame, :, 1])
     assert off.min(axis=1).max() < 5.0  # nothing is white but dots of radius 4
     assert off.min(axis=0).max() < 1.0  # and every dot is
+
+
+# --- the second author's average walker -------------------------------------------------------------------
+
+
+@pytest.fixture
+def author(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A mirror with a made-up average walker, and a table that lists it."""
+    text = "// Copyright … and Nikolaus Troje\n" + made_up_walker.javascript()
+    shelf, here = tmp_path / "shelf" / "author", tmp_path / "here"
+    shelf.mkdir(parents=True)
+    here.mkdir()
+    (shelf / "bmwalker.js").write_text(text, "utf-8")
+    content = text.encode()
+    digest = hashlib.sha256(content).hexdigest()
+    table = tmp_path / "sources.csv"
+    row = f"author/bmwalker.js,author,{len(content)},{digest},,"
+    table.write_text(f"path,source,bytes,sha256,address,origin\n{row}\n", "utf-8")
+    monkeypatch.setattr("pipeline.ingestion.author.listing_table", lambda _: table)
+    monkeypatch.setenv("MOCAP_MIRROR", str(shelf.parent))
+    monkeypatch.chdir(here)
+    return here
+
+
+def test_the_authors_walker_along_its_axes(author: Path) -> None:
+    shown = {}
+    for weight in (0, 3):
+        options = [f"weight={weight}", "view_angle_deg=90", "to=a.csv", "replace=true"]
+        target, words = make(["author", *options])
+        assert fourier_walks.SOURCE in words
+        assert ("weight +3" in words) == (weight == 3)
+        table = np.genfromtxt(target, delimiter=",", names=True, dtype=None, encoding="utf-8")
+        shown[weight] = table[table["dot"] == "head"]["y_mm"].mean()
+    mean, axes = made_up_walker.walker()
+    head, pelvis = (30 + WALKER15.index(joint) for joint in ("head", "pelvis"))
+    for weight, height in shown.items():
+        blocks = mean[0] + weight * axes["weight"][0]
+        assert height == pytest.approx(blocks[head] - blocks[pelvis], abs=0.01)
+
+
+def test_its_gender_is_an_axis_of_its_own_and_recordings_have_none(author: Path, recording: Path) -> None:
+    ours, _ = make(["synthetic", "gender=1", "to=a.csv"])
+    theirs, words = make(["author", "gender=1", "to=b.csv"])
+    assert "gender +1" in words
+    assert ours.read_text() != theirs.read_text()
+    with rejects("no_effect", "weight"):
+        make(["synthetic", "weight=1", "to=c.csv"])
+    with rejects("no_gender", "gender"):
+        make([str(recording), "gender=1", "to=c.csv"])
+    with rejects("out_of_range", "happy", value=7.0):
+        make(["author", "happy=7", "to=c.csv"])
+
+
+def test_pictures_of_it_name_source_and_terms(author: Path) -> None:
+    target, _ = make(["author", "to=a.svg"])
+    assert "CC BY-NC-SA 4.0" in target.read_text("utf-8")
+    target, _ = make(["author", "to=a.gif", "height_px=60"])
+    with Image.open(target) as picture:
+        assert b"CC BY-NC-SA 4.0" in picture.info["comment"]
+
+
+def test_an_mm_file_is_written_and_read_again(author: Path) -> None:
+    target, words = make(["author", "to=a.mm"])
+    mean, _ = made_up_walker.walker()
+    rows = np.loadtxt(target)
+    assert f"{mean[2, -1] * 0.12:.2f} m/s" in words
+    np.testing.assert_allclose(rows[-1, :3], mean[:3, -1], atol=1e-3)
+    # Mean, cosine 1, sine 1, cosine 2, sine 2, all x, all y, all z: as in the file, but about the mean pelvis.
+    given = mean[[0, 2, 1, 4, 3], :45].T
+    np.testing.assert_allclose(rows[:45, 1:], given[:, 1:], atol=1e-3)
+    pelvis = WALKER15.index("pelvis") + np.array([0, 15, 30])
+    np.testing.assert_allclose(rows[:45, 0], given[:, 0] - np.repeat(given[pelvis, 0], 15), atol=1e-3)
+    again, _ = make([str(target), "to=b.csv", "cycles=2"])
+    first, _ = make(["author", "to=c.csv", "cycles=2"])
+    names = ("frame", "dot")
+    tables = [
+        np.genfromtxt(p, delimiter=",", names=True, dtype=None, encoding="utf-8") for p in (again, first)
+    ]
+    assert all((tables[0][name] == tables[1][name]).all() for name in names)
+    with rejects("two_harmonics", "harmonics"):
+        make([str(target), "harmonics=3", "to=d.mm"])
+    with rejects("view_alone", "inverted"):
+        make(["author", "inverted=true", "to=d.mm"])

@@ -1,0 +1,244 @@
+"""Average walkers that laboratories have published, as Fourier series: numbers in a JavaScript, JSON or MAT file.
+
+The average walker of the second author of zhang2007 and its axes (gender, weight, nervous, happy) are arrays of 230
+numbers in the source text of BMWalker.js: five blocks of 46, see `series.from_blocks`.  The text is searched for these
+arrays; nothing of it is run.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pipeline.formats import arrays
+from pipeline.formats.contract import LARGEST, damaged, read_bytes
+from pipeline.formats.fourier_walks.series import (
+    BLOCKS,
+    RATE_HZ,
+    FourierWalk,
+    from_blocks,
+    from_world,
+    motion_of,
+)
+from pipeline.formats.mat import load_matrices
+from pipeline.formats.text import read_numbers
+from pipeline.reading import read_json
+from pipeline.skeleton import WALKER15
+from pipeline.skeleton.recorded import MotionCapture
+from pipeline.validation import require_choice, require_range
+
+AXES = {
+    "gender": "bodyStructureaxis",
+    "weight": "weightaxis",
+    "nervous": "nervousaxis",
+    "happy": "happyaxis",
+}
+"""Axes, and the names of their arrays in BMWalker.js."""
+
+SOURCE = (
+    "BMWalker.js 0.6.1, CC BY-NC-SA 4.0, copyright 2022 Tetsunori Nakayama and Nikolaus Troje:"
+    " attribution, no commercial use, share alike"
+)
+"""Source and terms of BMWalker.js, which is recognised by its second author."""
+
+_AUTHOR = "Nikolaus Troje"
+
+MAX_WORDS = 400
+"""Characters of a stated source that are kept."""
+
+OTHER_JSON = "keypoints of a video go to `reconstruct`; save points in 3D as CSV: frame, time, joint, x, y, z"
+
+MAX_VALUE = 6.0
+"""Largest value on an axis, as BMWalker.js bounds it."""
+
+_MAT_JOINTS = (
+    "head", "right_wrist", "right_elbow", "right_shoulder", "sternum", "left_shoulder", "left_elbow", "left_wrist",
+    "right_ankle", "right_knee", "right_hip", "pelvis", "left_hip", "left_knee", "left_ankle",
+)  # fmt: skip
+"""Order of the joints in the MAT file, which draws head and trunk, arms and legs as three lines."""
+
+_ROWS = 3 * len(WALKER15.joints)
+_COUNT = BLOCKS * (_ROWS + 1)
+_ASSUMED_PERIOD = RATE_HZ
+"""Period, frames, of walkers whose file states none: one stride a second."""
+
+
+@dataclass(frozen=True)
+class AverageWalker:
+    """An average walker and the axes along which walkers differ from it.
+
+    Attributes
+    ----------
+    mean : (5, 46)
+        Blocks p0, p1, q1, p2, q2 of 15 x, 15 y, 15 z, mm, and one number more: period, size, speed.
+    axes : mapping of str to (5, 46)
+        What one unit of a value adds.
+    source : str
+        Source and terms, which go with everything that shows the walker; empty if the file does not state them.
+    """
+
+    mean: np.ndarray
+    axes: Mapping[str, np.ndarray]
+    source: str = ""
+
+    def at(self, **values: float) -> FourierWalk:
+        """Return the walker at some values on its axes, each from -6 to 6.
+
+        Raises
+        ------
+        InvalidInput
+            If there is no such axis, or a value is out of range.
+        """
+        blocks = self.mean
+        for name, value in values.items():
+            require_choice("axis", name, list(self.axes))
+            require_range(name, value, at_least=-MAX_VALUE, at_most=MAX_VALUE)
+            blocks = blocks + value * self.axes[name]
+        return from_blocks(blocks, "the average walker")
+
+
+def average_walker(path: Path) -> AverageWalker:
+    """Return the average walker in a file: the source text of BMWalker.js, or JSON with the same arrays.
+
+    The JSON has ``mean_walker`` and ``axes``, with `AXES` as names, arrays of 230 numbers.
+
+    Raises
+    ------
+    InvalidInput
+        If an array is missing, or has not 230 numbers.
+    """
+    data, name = read_bytes(path), path.name
+    found, source = (_of_json if path.suffix.lower() == ".json" else _of_javascript)(data, name)
+    mean = found.pop("mean")
+    from_blocks(mean, name)
+    return AverageWalker(mean, found, source)
+
+
+def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
+    """Read the average walker in BMWalker.js, or in JSON with its arrays, as some strides.
+
+    Parameters
+    ----------
+    path : Path
+    frame_rate_hz, units
+        Not used: periods are in frames of 120 Hz, coordinates in millimetres.
+
+    Raises
+    ------
+    InvalidInput
+        If the file does not contain the arrays.
+    """
+    walker = average_walker(path)
+    axes = ", ".join(walker.axes)
+    notes = [f"Average walker with axes: {axes}."]
+    notes += [f"Source: {walker.source}."] if walker.source else []
+    return motion_of({"": walker.at()}, notes, path.name)
+
+
+def mean_walkers(path: Path) -> dict[str, FourierWalk]:
+    """Return the walkers in a MAT file by the names of their matrices (45, 5): other matrices are ignored.
+
+    Columns are mean, sine 1, cosine 1, sine 2, cosine 2; rows all x (to the right), all y (forwards), all z (up), of
+    fifteen joints from wrist to wrist and from ankle to ankle.  They have no period: one stride a second is assumed.
+
+    Raises
+    ------
+    InvalidInput
+        If the file cannot be read, or holds no walker.
+    """
+    order = [_MAT_JOINTS.index(joint) for joint in WALKER15.joints]
+    walks = {}
+    for name, matrix in load_matrices(read_bytes(path), path.name).items():
+        if matrix.shape == (_ROWS, BLOCKS):
+            by_axis = matrix.astype(float).T.reshape(BLOCKS, 3, -1)[:, :, order]
+            coefficients = from_world(by_axis.swapaxes(1, 2))
+            if not (np.abs(coefficients) <= LARGEST).all():
+                raise damaged("a coefficient is not a usable number", path.name, code="not_number")
+            walks[name] = FourierWalk(coefficients, _ASSUMED_PERIOD)
+    if not walks:
+        expected = f"matrices ({_ROWS}, {BLOCKS})"
+        raise damaged("the file holds no walkers", path.name, expected, code="no_walkers")
+    return walks
+
+
+def read_mat(path: Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
+    """Read a MAT file: walkers as Fourier series, each a person, or else a trial of Qualisys Track Manager.
+
+    Parameters
+    ----------
+    path : Path
+    frame_rate_hz, units
+        As for `arrays.read`; walkers are in millimetres.
+
+    Raises
+    ------
+    InvalidInput
+        If the file holds neither.
+    """
+    shapes = {matrix.shape for matrix in load_matrices(read_bytes(path), path.name).values()}
+    if (_ROWS, BLOCKS) not in shapes:
+        return arrays.read(path, frame_rate_hz=frame_rate_hz, units=units)
+    walks = mean_walkers(path)
+    note = "Fourier series; the file states no stride frequency: one stride a second is assumed."
+    return motion_of(walks, [note], path.name)
+
+
+def _of_javascript(data: bytes, where: str) -> tuple[dict[str, np.ndarray], str]:
+    """Arrays of the average walker and its axes in the text of BMWalker.js, and their source."""
+    text = data.decode("utf-8", "replace")
+    named = {"mean": r"meanwalker\[0\]", **{axis: rf"{name}(?:\[0\])?" for axis, name in AXES.items()}}
+    found = {}
+    for name, pattern in named.items():
+        match = re.search(rf"\bthis\.{pattern}\s*=\s*new Array\(([^()]*)\)", text)
+        if not match:
+            raise _no_walker(where, name)
+        line = text.count("\n", 0, match.start()) + 1
+        words = [word.strip() for word in match[1].rstrip().removesuffix(",").split(",")]
+        place = f"{where}, line {line}"
+        found[name] = _blocks(read_numbers(words, lambda _, place=place: place), name, where)  # type: ignore[misc]
+    return found, SOURCE if _AUTHOR in text else ""
+
+
+def _of_json(data: bytes, where: str) -> tuple[dict[str, np.ndarray], str]:
+    """Arrays of the average walker and its axes in JSON, and their source: its ``source`` and ``terms``."""
+    content: Any = read_json(Path(where), content=data)
+    axes = content.get("axes") if isinstance(content, dict) else None
+    if not isinstance(axes, dict) or "mean_walker" not in content:
+        raise _no_walker(where, "mean", OTHER_JSON)
+    found = {}
+    for name, values in {"mean": content["mean_walker"], **{axis: axes.get(axis) for axis in AXES}}.items():
+        numbers = isinstance(values, list) and all(type(value) in (int, float) for value in values)
+        if not numbers:
+            raise _no_walker(where, name)
+        found[name] = _blocks(np.array(values, float), name, where)
+    stated = [content[key] for key in ("source", "terms") if isinstance(content.get(key), str)]
+    words = " ".join("; ".join(stated).split())
+    return found, SOURCE if _AUTHOR in words else "".join(filter(str.isprintable, words))[:MAX_WORDS]
+
+
+def _no_walker(where: str, name: str, advice: str = "") -> Exception:
+    return damaged(
+        "the file does not contain an average walker" + (f": {advice}" if advice else ""),
+        where,
+        f"an array {'of the mean' if name == 'mean' else f'of the axis {name}'}, {_COUNT} numbers",
+        code="no_walkers",
+    )
+
+
+def _blocks(numbers: np.ndarray, name: str, where: str) -> np.ndarray:
+    """Blocks (5, 46) of an array."""
+    if numbers.size != _COUNT or not np.isfinite(numbers).all():
+        raise damaged(
+            f"the array of {name} cannot be used",
+            where,
+            f"{_COUNT} numbers",
+            numbers.size,
+            code="wrong_count",
+            count=numbers.size,
+        )
+    return numbers.reshape(BLOCKS, -1)
