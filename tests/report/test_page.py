@@ -408,7 +408,9 @@ def test_a_plug_in_brings_scripts_and_the_columns_that_they_read(
     loaded = (*plugins.loaded(), plugins.Loaded("mine", plugins.Plugin(page=added), "mine"))
     monkeypatch.setattr(plugins, "loaded", lambda: loaded)
     text, _ = page_of(results)
-    assert text.index("const Players") < text.index("const Mine = 2007;") < text.index("Players.start(tables)")
+    assert (
+        text.index("const Players") < text.index("const Mine = 2007;") < text.index("Players.start(tables)")
+    )
     assert 'id="tables-mozerov2006_fig1">{"table.csv":"sample\\n0\\n1\\n"}' in text
     assert "Mine" not in plain
     assert "tables-mozerov2006_fig1" not in plain
