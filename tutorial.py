@@ -13,17 +13,16 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-
-from pipeline.charts import Chart, Sheet
-from pipeline.core import camera, errors, fourier, linear_model, reconstruction
-from pipeline.palette import Style
-from pipeline.pictures.charts import draw_charts
-from pipeline.pictures.postures import draw_postures
-from pipeline.pictures.style import Canvas
-from pipeline.scenes import PostureRow
-from pipeline.skeleton import WALKER15
-from pipeline.storage.publishing import publish
-from pipeline.synthetic import walkers
+from gait_pipeline.charts import Chart, Sheet
+from gait_pipeline.core import camera, errors, fourier, linear_model, reconstruction
+from gait_pipeline.palette import Style
+from gait_pipeline.pictures.charts import draw_charts
+from gait_pipeline.pictures.postures import draw_postures
+from gait_pipeline.pictures.style import Canvas
+from gait_pipeline.scenes import PostureRow
+from gait_pipeline.skeleton import WALKER15
+from gait_pipeline.storage.publishing import publish
+from gait_pipeline.synthetic import walkers
 
 FOLDER = Path(os.environ.get("TUTORIAL_FOLDER", "results/tutorial"))
 DRAWS = int(os.environ.get("TUTORIAL_DRAWS", "20"))

@@ -467,7 +467,8 @@ LIBRARY = {
         "to_dataframe",
         "to_xarray",
     ],
-    "walk3d": ["reconstruct", "calibrate", "from_view"],
+    "walk3d": ["reconstruct", "from_view", "calibrate", "walkers", "write"],
+    "walk3d.api": ["Reconstruction"],
     "pipeline.core.fourier": ["FourierRepresentation", "represent", "synthesise"],
     "pipeline.core.linear_model": ["LinearModel", "fit", "leave_one_out"],
     "pipeline.core.reconstruction": ["least_squares", "maximum_a_posteriori", "from_known_views"],
@@ -495,7 +496,8 @@ def library() -> str:
     parts = []
     for module, names in LIBRARY.items():
         loaded = __import__(module, fromlist=["_"])
-        parts.append(f"## {module}\n\n{_first_sentence(loaded)}\n")
+        shown = re.sub(r"^pipeline\b", "gait_pipeline", module)  # as programs import it
+        parts.append(f"## {shown}\n\n{_first_sentence(loaded)}\n")
         for name in names:
             thing = getattr(loaded, name)
             target = thing
@@ -505,7 +507,7 @@ def library() -> str:
             )
             signature = re.sub(r"<\w+: ('\w+')>", r"\1", signature)
             signature = re.sub(r"(: |-> )'(.*?)'", r"\1\2", signature)
-            parts.append(f"### {module}.{name}\n\n```text\n{name}{signature}\n```\n")
+            parts.append(f"### {shown}.{name}\n\n```text\n{name}{signature}\n```\n")
             parts.append(_as_markdown(inspect.cleandoc(target.__doc__ or "")))
     return "\n".join(parts)
 
@@ -638,6 +640,56 @@ def drawing() -> str:
     )
 
 
+@cache
+def _sources() -> dict[str, Path]:
+    """Return the files of both packages by the names of their modules."""
+    return {
+        ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path
+        for folder in (PACKAGE, OURS)
+        for path in folder.rglob("*.py")
+    }
+
+
+@cache
+def _imported(module: str) -> frozenset[str]:
+    """Return the modules that a module imports when it runs, wherever it does so; not those for types alone."""
+
+    class WhenRun(ast.NodeTransformer):
+        def visit_If(self, node: ast.If) -> Any:
+            self.generic_visit(node)
+            return node.orelse if "TYPE_CHECKING" in ast.unparse(node.test) else node
+
+    found = set()
+    for node in ast.walk(WhenRun().visit(ast.parse(_sources()[module].read_text(encoding="utf-8")))):
+        names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+        if isinstance(node, ast.ImportFrom):
+            names = [f"{node.module}.{alias.name}" for alias in node.names]
+        for name in names:
+            while name and name not in _sources():
+                name = name.rpartition(".")[0]
+            found.add(name)
+    return frozenset(found - {""})
+
+
+def reached(module: str) -> set[str]:
+    """Return a module and all that its imports name, directly or through others."""
+    found: set[str] = set()
+    waiting = {module}
+    while waiting:
+        found |= waiting
+        waiting = {other for one in waiting for other in _imported(one)} - found
+    return found
+
+
+def closures() -> str:
+    """Return a table of the figures: module, and number of files of both packages that it reaches."""
+    rows = []
+    for name, experiment in _experiments().items():
+        module = type(experiment.figure).__module__
+        rows.append((name, f"`{module}`", str(len(reached(module)))))
+    return _table(["figure", "module", "files"], rows)
+
+
 def packages() -> str:
     """Return a table of the packages with the first sentence of each, from the base upwards."""
     rows = []
@@ -715,6 +767,6 @@ def two_points() -> str:
 
 MADE = {
     "options": options, "columns": columns, "library": library, "drawing": drawing, "packages": packages,
-    "joints": joints, "two_points": two_points,
+    "joints": joints, "two_points": two_points, "closures": closures,
 }  # fmt: skip
 """Made parts by the name in the page."""

@@ -91,7 +91,7 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
-    "InvalidInput", "fit", "from_view", "joints", "read", "represent", "to_dataframe", "to_xarray",
+    "InvalidInput", "__version__", "fit", "from_view", "joints", "read", "represent", "to_dataframe", "to_xarray",
 ]  # fmt: skip
 
 

@@ -12,10 +12,10 @@ import numpy as np
 
 from pipeline import mappings
 from pipeline.clips.walks import walk_in
-from pipeline.core import camera, fourier, linear_model, walking
+from pipeline.core import fourier, linear_model, walking
 from pipeline.core.fourier import FourierRepresentation
 from pipeline.core.linear_model import LinearModel
-from pipeline.core.reconstruction import from_known_views
+from pipeline.core.reconstruction.completed import complete_walk
 from pipeline.formats import read as read
 from pipeline.ingestion.joints import EXCHANGED, joints_of
 from pipeline.resources import optional_packages
@@ -204,15 +204,7 @@ def from_view(
     angle = np.radians(require_range("view_angle_deg", view_angle_deg))
     if isinstance(model, WalkersModel):
         require_other(model, walk)
-    found = from_known_views(
-        linear_model.of_measured(model, seen),
-        linear_model.without_joints(sample, seen),
-        np.array([angle]),
-        noise_variance=noise_variance_mm2,
-    )
-    expected = linear_model.unflatten(model.mean + found.coefficients[0] @ model.components)
-    completed = camera.combine(camera.project(walk.coefficients, angle), found.missing[0], angle)
-    return np.where(seen[:, None], completed, expected)
+    return complete_walk(model, sample, angle, seen, noise_variance=noise_variance_mm2)
 
 
 def to_dataframe(

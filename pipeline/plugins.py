@@ -32,6 +32,23 @@ LARGEST_FILE = 1_000_000
 
 
 @dataclass(frozen=True, kw_only=True)
+class Page:
+    """Additions to the page over all figures.
+
+    Attributes
+    ----------
+    scripts : sequence of Path
+        JavaScript files, run in this order before the page begins.  They add methods to ``Gait.METHODS``, comparisons
+        to ``Agreement.checks``, and what begins with the walkers to ``Players.additions``.
+    columns : mapping
+        Columns of tables that the scripts read: by figure, by file name of the table.
+    """
+
+    scripts: Sequence[Path] = ()
+    columns: Mapping[str, Mapping[str, Sequence[str]]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Plugin:
     """Additions to the package.
 
@@ -49,6 +66,8 @@ class Plugin:
         Commands of the command line, each with the place of its function.
     conf : Path, optional
         Folder of presets, data sets, mappings and layouts, as ``conf`` has them.
+    page : Page, optional
+        Players and comparisons on the page over all figures.
     """
 
     methods: Sequence[Any] | str = ()
@@ -56,6 +75,7 @@ class Plugin:
     claims: Sequence[Any] | str = ()
     commands: Mapping[str, str] = field(default_factory=dict)
     conf: Path | None = None
+    page: Page | None = None
 
 
 @dataclass(frozen=True)
@@ -294,6 +314,11 @@ def contributions(kind: str) -> list[tuple[Loaded, Any]]:
             raise _invalid(f"{kind} must be a list", each.name, received=received, code="wrong_type")
         values += [(each, value) for value in added]
     return values
+
+
+def pages() -> list[Page]:
+    """Return what the loaded plug-ins add to the page over all figures."""
+    return [each.plugin.page for each in loaded() if each.plugin.page]
 
 
 def modules_of_files(paths: Iterable[str]) -> list[str]:

@@ -18,6 +18,7 @@ import pytest
 
 import gait_pipeline
 import pipeline
+import walk3d
 from pipeline import fit, joints, read, represent, to_dataframe, to_xarray
 from pipeline.core import camera, errors, fourier
 from pipeline.core.linear_model import LinearModel
@@ -46,7 +47,8 @@ def test_from_files_to_a_reconstruction(tmp_path: Path) -> None:
     assert valid.all()
     walks = [represent(path) for path in files]
     model = fit(walks[1:])
-    found = from_view(model, walks[0], 30.0)
+    found = from_view(model, walks[0], 30.0).coefficients
+    np.testing.assert_array_equal(found, pipeline.from_view(model, walks[0], 30.0))
     off = np.sqrt(errors.absolute_error(np.moveaxis(found - walks[0].coefficients, -1, 0)).sum(axis=0).mean())
     average = model.mean.reshape(5, 15, 3)
     without = np.sqrt(
@@ -68,10 +70,10 @@ def test_hidden_joints_are_reconstructed_and_cost_little_elsewhere() -> None:
     )
     walks = [fourier.represent(walk, 40.0) for walk in made.positions_mm]
     model = fit(walks[1:])
-    seen = from_view(model, walks[0], 30.0)
-    assert np.array_equal(seen, from_view(model, walks[0], 30.0, hidden=[]))
+    seen = from_view(model, walks[0], 30.0).coefficients
+    assert np.array_equal(seen, from_view(model, walks[0], 30.0, hidden=[]).coefficients)
     wrists = [WALKER15.index(joint) for joint in ("left_wrist", "right_wrist")]
-    completed = from_view(model, walks[0], 30.0, hidden=["left_wrist", "right_wrist"])
+    completed = from_view(model, walks[0], 30.0, hidden=["left_wrist", "right_wrist"]).coefficients
     off = np.linalg.norm(completed - walks[0].coefficients, axis=-1)
     average = np.linalg.norm(model.mean.reshape(5, 15, 3) - walks[0].coefficients, axis=-1)
     assert off[:, wrists].max() > 0
@@ -123,6 +125,14 @@ def test_results_are_shown_in_a_line(motion: MotionCapture) -> None:
     assert "coefficients: (5, 15, 3), frequency_hz=" in repr(series)
 
 
+def test_the_public_names() -> None:
+    names = "InvalidInput __version__ fit from_view joints read represent to_dataframe to_xarray"
+    assert sorted(pipeline.__all__) == names.split()
+    assert walk3d.__all__ == ["calibrate", "from_view", "pointlight", "reconstruct", "walkers", "write"]
+    for package in (pipeline, gait_pipeline, walk3d):
+        assert all(getattr(package, name) is not None for name in package.__all__)
+
+
 def test_the_version_is_that_of_the_project() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert pipeline.__version__ == project["version"]
@@ -144,7 +154,7 @@ def test_what_is_no_recording_no_view_or_no_other_walk_is_refused(tmp_path: Path
     for walk in walks[1:]:
         with rejects("same_walk", "model"):
             from_view(model, walk, 30.0)
-    assert from_view(model, walks[0], 30.0).shape == (5, 15, 3)
+    assert from_view(model, walks[0], 30.0).coefficients.shape == (5, 15, 3)
     for few in ([], walks[:1]):
         with rejects("too_few_people"):
             fit(few)
@@ -231,13 +241,13 @@ def test_a_walker_of_an_unknown_laboratory_is_nearer_than_as_if_it_were_known() 
     for own in series[:2]:
         larger = replace(own, coefficients=1.15 * own.coefficients)
         for laboratory in off:
-            again = from_view(model, larger, 20.0, laboratory=laboratory)
+            again = from_view(model, larger, 20.0, laboratory=laboratory).coefficients
             np.testing.assert_allclose(
                 camera.project(again, np.radians(20.0)), camera.project(larger.coefficients, np.radians(20.0))
             )
             off[laboratory] += float(((again - larger.coefficients) ** 2).sum())
     assert off["unknown"] < 0.8 * off["known"]
-    hidden = from_view(model, series[0], 20.0, hidden=["left_knee"], laboratory="unknown")
+    hidden = from_view(model, series[0], 20.0, hidden=["left_knee"], laboratory="unknown").coefficients
     seen = series[0].coefficients
     assert not np.allclose(hidden[:, 10], seen[:, 10])  # from the prior, not from the image
     assert np.sqrt(((hidden - seen)[0, 10] ** 2).sum()) < 150.0
@@ -269,18 +279,22 @@ def test_two_known_people_of_a_laboratory_bring_its_others_nearer() -> None:
     calibrated = calibrate(model, theirs[4:])
     off = [
         sum(
-            float(((from_view(m, own, 90.0, laboratory="unknown") - own.coefficients) ** 2).sum())
+            float(
+                ((from_view(m, own, 90.0, laboratory="unknown").coefficients - own.coefficients) ** 2).sum()
+            )
             for own in theirs[:4]
         )
         for m in (model, calibrated)
     ]
     assert off[1] < 0.85 * off[0]
     assert np.array_equal(
-        from_view(calibrated, theirs[0], 20.0), from_view(calibrated, theirs[0], 20.0, laboratory="unknown")
+        from_view(calibrated, theirs[0], 20.0).coefficients,
+        from_view(calibrated, theirs[0], 20.0, laboratory="unknown").coefficients,
     )
     # Two walks of one person are one person.
     one = calibrate(model, [theirs[4], theirs[4], theirs[5]], people=["a", "a", "b"])
-    np.testing.assert_allclose(from_view(one, theirs[0], 20.0), from_view(calibrated, theirs[0], 20.0))
+    again, before = (from_view(m, theirs[0], 20.0).coefficients for m in (one, calibrated))
+    np.testing.assert_allclose(again, before)
     with rejects("same_walk", "model"):
         from_view(calibrated, theirs[4], 20.0)
     with rejects("same_walk", "model"):

@@ -78,7 +78,7 @@ def _in_sdist(path: str, rules: list[list[str]]) -> bool:
     """Whether a tracked file goes into the source distribution: modules and what setuptools always adds, else rules."""
     first = path.split("/")[0]
     always = re.fullmatch(r"pipeline/.*\.py|pyproject\.toml|setup\.py|README\.md|LICENSE|MANIFEST\.in", path)
-    data = re.fullmatch(r"pipeline/(py\.typed|reconstruct/walkers/[^/]+|report/page/[^/]+)", path)
+    data = re.fullmatch(r"pipeline/(py\.typed|report/page/[^/]+)", path)
     for command, *patterns in rules:
         if command == "graft" and first in patterns:
             return True

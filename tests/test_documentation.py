@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 import sys
 from dataclasses import dataclass, fields
 from functools import partial
@@ -94,7 +95,7 @@ def test_the_library_is_described_from_its_docstrings() -> None:
         "from_view(model: LinearModel, walk: FourierRepresentation, view_angle_deg: float, *, hidden:" in made
     )
     assert "- `hidden : sequence of str`" in made
-    assert "noise_variance_mm2: float = 70.0, laboratory: str = 'known') -> ndarray" in made
+    assert "noise_variance_mm2: float = 70.0, laboratory: str = 'known') -> Reconstruction" in made
     assert "adjust: Adjustment = 'per_frame'" in made
     assert (
         "px, in the order of the chain's joints" in made.partition("articulated_trajectory.reconstruct\n")[2]
@@ -109,6 +110,30 @@ def test_the_drawing_has_every_package_and_no_arrow_upwards() -> None:
         assert all(height[other] < height[name] for other in others - generated.GROUND if name in height)
     made = generated.drawing()
     assert all(f">{name}</text>" in made for name in height)
+
+
+def test_documentation_imports_the_name_that_no_folder_of_a_user_hides() -> None:
+    pages = [*(ROOT / "docs").glob("*.md"), ROOT / "README.md", ROOT / "tutorial.py"]
+    assert len(pages) > 20
+    texts = {path.name: path.read_text("utf-8") for path in pages} | {"api.md, made": generated.library()}
+    wrong = [
+        (name, line)
+        for name, text in texts.items()
+        for line in text.splitlines()
+        if re.search(r"(^|[\s\"`])(from|import) pipeline\b", line)
+    ]
+    assert wrong == []
+
+
+def test_the_table_of_closures_has_each_figure_and_counts_as_the_bound_does() -> None:
+    from tests.test_architecture import FIGURES
+    from tests.test_architecture import reached as bounded
+
+    made = generated.closures()
+    assert all(f"| `{name}` | " in made for name in presets())
+    for module in [*FIGURES, "walk3d.film.command"]:
+        dotted = module if module.startswith("walk3d") else f"pipeline.{module}"
+        assert len(generated.reached(dotted)) == len(bounded(module)), module
 
 
 def test_every_page_is_in_the_menu() -> None:

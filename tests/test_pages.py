@@ -98,7 +98,7 @@ def test_the_examples_on_files_run(tmp_path: Path, monkeypatch: pytest.MonkeyPat
         for code in blocks(page, "py"):
             exec(compile(code, page, "exec"), names)
         assert names, page
-    assert np.shape(names["coefficients"]) == (5, 15, 3)
+    assert names["walker"].coefficients.shape == (5, 15, 3)  # type: ignore[attr-defined]
     assert np.abs(names["found"].positions - body.positions_mm[:, leg]).max() < 10  # type: ignore[attr-defined]
     assert np.shape(names["warp"]) == (5, 100)
     assert np.mean(names["inside"]) > 0.2  # type: ignore[arg-type]

@@ -204,6 +204,17 @@ def test_a_figure_of_a_paper_has_the_same_bytes_without_plug_ins(
     assert next(both) == next(both)
 
 
+@pytest.mark.parametrize(
+    "preset", sorted((ROOT / "conf" / "experiment").glob("*.yaml")), ids=lambda p: p.stem
+)
+def test_a_preset_of_the_papers_needs_no_plug_in(preset: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plugins, "_installed", lambda: ((), {}))
+    assert preset.stem in presets()
+    experiment = compose([f"experiment={preset.stem}"])
+    experiment.validate()
+    assert experiment.name == preset.stem
+
+
 def test_an_unknown_method_is_an_error_that_lists_the_known_ones() -> None:
     experiment = compose(["experiment=zhang2007_fig5", "sweep.methods=[map,ridgee]"])
     with rejects("unknown_choice", "sweep.methods", value="ridgee") as rejection:

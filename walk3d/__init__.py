@@ -4,6 +4,7 @@ anatomy/      the anatomical prior, with error bars; its studies and claims
 film/         keypoints or a film of one camera to a walk in 3D; detectors' formats; its studies and claims
 pointlight/   walks as moving dots, for experiments
 export/       motion as C3D, TRC, BVH, CSV and NPZ
+page/         scripts of the page over all figures, and the page of one walk
 api           the library
 plugin        what the package adds to `pipeline`
 """
@@ -14,15 +15,18 @@ TYPE_CHECKING = False  # typing takes a while to load
 if TYPE_CHECKING:
     from typing import Any
 
-    from walk3d.api import calibrate, from_view, reconstruct
+    from walk3d import pointlight
+    from walk3d.api import calibrate, from_view, reconstruct, walkers, write
 
-__all__ = ["calibrate", "from_view", "reconstruct"]
+__all__ = ["calibrate", "from_view", "pointlight", "reconstruct", "walkers", "write"]
 
 
 def __getattr__(name: str) -> Any:
-    """Return a function of `walk3d.api`, loaded when it is needed."""
+    """Return a function of `walk3d.api` or the package `pointlight`, loaded when it is needed."""
     import importlib
 
+    if name == "pointlight":
+        return importlib.import_module("walk3d.pointlight")
     if name in __all__:
         return getattr(importlib.import_module("walk3d.api"), name)
     raise AttributeError(f"module 'walk3d' has no attribute {name!r}")

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pipeline.plugins import Plugin
+from pipeline.plugins import Page, Plugin
+
+_FOLDER = Path(__file__).parent
 
 PLUGIN = Plugin(
-    conf=Path(__file__).parent / "conf",
+    conf=_FOLDER / "conf",
     methods="walk3d.anatomy.method:METHODS",
     studies="walk3d.studies:STUDIES",
     commands={
@@ -16,4 +18,8 @@ PLUGIN = Plugin(
         "export": "walk3d.export.command:export_motion",
         "pointlight": "walk3d.pointlight.command:point_lights",
     },
+    page=Page(
+        scripts=[_FOLDER / "page" / name for name in ("anatomy.js", "joint_angles.js", "yours.js")],
+        columns={"zhang2007_joint_angles": {"table.csv": ("method", "angle", "view_angle_deg", "rmse_deg")}},
+    ),
 )

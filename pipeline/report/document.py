@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from pipeline import papers
+from pipeline import papers, plugins
 from pipeline.reading import as_written
 from pipeline.report import entries, ledger_picture, players, templates, verdicts
 from pipeline.report.published import Published, read_published
@@ -33,16 +33,14 @@ LEAST_WIDTH = 700
 
 _SCRIPTS = (
     "walker.js",
-    "anatomy.js",
     "charts.js",
     "ledger.js",
     "experiment.js",
-    "yours.js",
     "players.js",
     "agreement.js",
-    "theme.js",
-    "page.js",
 )
+_LAST_SCRIPTS = ("theme.js", "page.js")
+"""Run behind those of plug-ins: the second begins the page."""
 
 
 def write_page(
@@ -103,7 +101,8 @@ def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str
         "number": entries.number,
     }
     style = templates.style()
-    script = templates.scripts(_SCRIPTS)
+    added = [path for page in plugins.pages() for path in page.scripts]
+    script = templates.scripts([*_SCRIPTS, *added, *_LAST_SCRIPTS])
     if motion:
         with as_written(results.folder / "zhang2007_fig5"):
             walkers, no_walkers = players.walkers(results.figures.get("zhang2007_fig5"))

@@ -183,7 +183,7 @@ def within(value: Any, low: Any, high: Any) -> str:
 def played_tables(figure: PublishedFigure) -> dict[str, str]:
     """Return the columns of tables that the players compare with, by file name; numbers have six digits."""
     found = {}
-    for name, wanted in players.COLUMNS.get(figure.name, {}).items():
+    for name, wanted in players.columns_of(figure.name).items():
         table = figure.table(Path(name).stem) or {}
         kept = [column for column in table if column in wanted]
         texts = [

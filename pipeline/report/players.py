@@ -1,8 +1,8 @@
 """What the players of the page compute from: walkers, and clips with their cameras, in few bytes.
 
 `walkers` are the Fourier representations of all walkers in single precision, a tenth of the bytes of all folds.  The
-browser learns each fold from them, as `core.linear_model` and `core.anatomical` do, and reconstructs as
-`core.reconstruction` and `core.anatomical`: nothing that it shows was computed beforehand.  `clips` are clips of
+browser learns each fold from them, as `core.linear_model` does, and reconstructs as `core.reconstruction` does (methods
+of plug-ins as their scripts do): nothing that it shows was computed beforehand.  `clips` are clips of
 park2011's figure 4 in 16 bits: images, cameras and what was reconstructed from them, of which the browser intersects
 rays and spheres.
 """
@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from pipeline import plugins
 from pipeline.core.limb_chain import WALKER14
 from pipeline.core.reconstructibility import confidence_of_mirror_margin
 from pipeline.palette import CONFIDENCES
@@ -54,9 +55,17 @@ COLUMNS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
             *(f"reconstructed_{axis}_mm" for axis in "xyz"),
         )
     },
-    "zhang2007_joint_angles": {"table.csv": ("method", "angle", "view_angle_deg", "rmse_deg")},
 }
 """Columns of tables that the browser compares its own numbers with, by figure."""
+
+
+def columns_of(figure: str) -> dict[str, set[str]]:
+    """Return the columns of a figure's tables that scripts read, those of plug-ins too, by file name of the table."""
+    found: dict[str, set[str]] = {}
+    for columns in (COLUMNS, *(page.columns for page in plugins.pages())):
+        for name, wanted in columns.get(figure, {}).items():
+            found.setdefault(name, set()).update(wanted)
+    return found
 
 
 def quantised(values: np.ndarray) -> dict[str, str]:

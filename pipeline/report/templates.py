@@ -29,10 +29,10 @@ _LIGHTER = {
 """The palette for thin lines on a dark ground."""
 
 
-def environment() -> jinja2.Environment:
-    """Return the environment of the templates: everything is escaped, an unknown name is an error."""
+def environment(*folders: Path) -> jinja2.Environment:
+    """Return the environment of the templates here and in further folders; an unknown name is an error."""
     return jinja2.Environment(
-        loader=jinja2.FileSystemLoader(_FOLDER),
+        loader=jinja2.FileSystemLoader([_FOLDER, *folders]),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
@@ -40,18 +40,18 @@ def environment() -> jinja2.Environment:
     )
 
 
-def style(*further: str) -> str:
-    """Return the style sheet, with the palette for light and dark grounds, and further ones by file name."""
+def style(*further: Path) -> str:
+    """Return the style sheet, with the palette for light and dark grounds, and further ones from other folders."""
     colours = {
         name: {"light": colour, "dark": _LIGHTER.get(name, COLOURS[ON_DARK.get(name, name)])}
         for name, colour in COLOURS.items()
     }
     template = environment().from_string((_FOLDER / "style.css").read_text("utf-8"))
-    return "\n".join([template.render(colours=colours), *(scripts([name]) for name in further)])
+    return "\n".join([template.render(colours=colours), *(path.read_text("utf-8") for path in further)])
 
 
-def scripts(names: Sequence[str]) -> str:
-    """Return some of the scripts as one."""
+def scripts(names: Sequence[str | Path]) -> str:
+    """Return scripts as one: those here by file name, others by path."""
     return "\n".join((_FOLDER / name).read_text("utf-8") for name in names)
 
 

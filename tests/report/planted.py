@@ -1,7 +1,8 @@
-"""Small published folders, as the figure stage leaves them, without making a figure."""
+"""Small published folders, as the figure stage leaves them, without making a figure; pages in a browser."""
 
 from __future__ import annotations
 
+import subprocess
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ import numpy as np
 from PIL import Image
 
 from pipeline.charts import Axis, Chart, to_json
+from pipeline.core.camera_paths import around
 from pipeline.palette import Style
 from pipeline.storage import tables
 from pipeline.storage.sealed_folders import write_manifest
@@ -111,3 +113,30 @@ def plant(
         },
     )
     return folder
+
+
+def limb_clips() -> dict[str, np.ndarray]:
+    """Two clips of twenty frames before one camera, reconstructed without error."""
+    generator = np.random.default_rng(1)
+    truth = 300.0 * generator.standard_normal((2, 20, 15, 3)) + np.array([0.0, 0.0, 1000.0])
+    camera = around(20, target=np.array([0.0, 0.0, 1000.0]), sweep_rad=1.0)
+    images = np.stack([camera.project(clip) for clip in truth])
+    return {
+        "cameras": np.array(["moving"]),
+        "stretch": np.array([0, 1]),
+        "clip_name": np.array(["walking_001", "bending_001"]),
+        "truth": truth,
+        "positions": truth[:, None],
+        "images": images[:, None],
+        "camera_matrix": np.broadcast_to(camera.matrix, (2, 1, 20, 3, 4)),
+        "mirror_margin": np.full((2, 1, 14), 3.0),
+    }
+
+
+def shown(browser: str, address: str, profile: Path) -> str:
+    """The page as text after two minutes of the browser's own time."""
+    command = [
+        browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={profile}", "--dump-dom",
+        "--virtual-time-budget=120000", address,
+    ]  # fmt: skip
+    return subprocess.run(command, capture_output=True, text=True, check=True, timeout=600).stdout

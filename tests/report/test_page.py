@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pipeline import papers
+from pipeline import papers, plugins
 from pipeline.charts import Axis, Chart, Lines, Reference, Sheet, from_json, lines_of, to_json
 from pipeline.palette import Style
 from pipeline.pictures.embedding import packed_vector, reduced
@@ -395,3 +395,32 @@ def test_figures_of_our_own_claims_stand_under_them_and_none_stands_twice(tmp_pa
         for key in ("zhang2007", "anatomy")
     }
     assert of == {"zhang2007": ["zhang2007_occlusion"], "anatomy": ["zhang2007_structure"]}
+
+
+def test_a_plug_in_brings_scripts_and_the_columns_that_they_read(
+    results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Scripts run behind the players and before the page begins; without plug-ins the page has none of them."""
+    plain = page_of(results)[0]
+    script = tmp_path / "mine.js"
+    script.write_text("const Mine = 2007;\n", encoding="utf-8")
+    added = plugins.Page(scripts=[script], columns={"mozerov2006_fig1": {"table.csv": ("sample",)}})
+    loaded = (*plugins.loaded(), plugins.Loaded("mine", plugins.Plugin(page=added), "mine"))
+    monkeypatch.setattr(plugins, "loaded", lambda: loaded)
+    text, _ = page_of(results)
+    assert (
+        text.index("const Players") < text.index("const Mine = 2007;") < text.index("Players.start(tables)")
+    )
+    assert 'id="tables-mozerov2006_fig1">{"table.csv":"sample\\n0\\n1\\n"}' in text
+    assert "Mine" not in plain
+    assert "tables-mozerov2006_fig1" not in plain
+
+
+def test_the_page_of_the_papers_names_no_method_of_ours(
+    results: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(plugins, "loaded", lambda: ())
+    text, page = page_of(results)
+    assert "anatomical" not in text.lower()
+    assert "own-walk" not in text
+    assert "zhang2007_joint_angles" not in page.values("id")

@@ -26,11 +26,9 @@ from pipeline.skeleton import WALKER15
 from pipeline.skeleton.body import accepted
 from pipeline.skeleton.mapped_joints import map_joints, with_z_up
 from pipeline.skeleton.source_mapping import UpAxis
-from pipeline.storage.artefacts import packed
 from pipeline.storage.publishing import new_file
 from pipeline.validation import require_range
-from walk3d.export import motion as motions
-from walk3d.export.motion import Motion
+from walk3d.export.motion import WRITTEN, Motion, write
 
 
 class Layout(StrEnum):
@@ -88,8 +86,7 @@ def export(arguments: Sequence[str]) -> Path:
     """
     named, options = options_of(arguments, Export, usage=USAGE)
     kind = kind_of(named, arguments, _OF)
-    suffixes = (".c3d", ".trc", ".bvh", ".csv", ".npz")
-    target = target_file(options.to, suffixes, USAGE, named, replace=options.replace)
+    target = target_file(options.to, WRITTEN, USAGE, named, replace=options.replace)
     source = Path(named)
     if kind == "film":
         motion = synthesised([("", keypoint_walk(source))], options)
@@ -180,19 +177,6 @@ def synthesised(walks: Sequence[tuple[str, Walk]], options: Export) -> Motion:
         ]
     positions = [fourier.synthesise(walk.coefficients, walk.stride_hz, times) for _, walk in walks]
     return Motion(tuple(names), np.concatenate(positions, axis=1), rate, tuple(parents))
-
-
-def write(target: Path, motion: Motion, *, wide: bool = False) -> None:
-    """Write points in the format of the suffix: as `walk3d.export.motion` has it, or arrays of numpy."""
-    if target.suffix.lower() != ".npz":
-        motions.write(target, motion, wide=wide)
-        return
-    arrays = {
-        "names": np.array(motion.names),
-        "positions_mm": motion.positions,
-        "frame_rate_hz": np.array(motion.frame_rate_hz),
-    }
-    target.write_bytes(packed(arrays))
 
 
 def export_motion(arguments: Sequence[str]) -> int:

@@ -8,12 +8,13 @@ import numpy as np
 
 from pipeline.formats.points import csv, trc
 from pipeline.shortened import shortened
+from pipeline.storage.artefacts import packed
 from pipeline.validation import require_choice
 from walk3d.export.bvh import Names, character
 from walk3d.export.bvh import write as write_bvh
 from walk3d.export.c3d import write as write_c3d
 
-WRITTEN = (".c3d", ".trc", ".bvh", ".csv")
+WRITTEN = (".c3d", ".trc", ".bvh", ".csv", ".npz")
 """Suffixes of the formats that `write` knows."""
 
 _Y_UP_FORWARD_X = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])
@@ -76,5 +77,8 @@ def write(target: Path, motion: Motion, *, wide: bool = False) -> None:
         else:
             made = character(turned, motion.character)
             write_bvh(target, made.names, made.positions, rate, made.parents, made.rest)
-    else:
+    elif suffix == ".csv":
         csv.write(target, names, positions, rate, wide=wide)
+    else:
+        arrays = {"names": np.array(names), "positions_mm": positions, "frame_rate_hz": np.array(rate)}
+        target.write_bytes(packed(arrays))

@@ -1,17 +1,20 @@
 "use strict";
-// The first screen: guess the depth of a hand, then let least squares, the prior and the bones do it, then turn the camera.
+// The first screen: guess the depth of a hand, then let one method after the other do it, then turn the camera.
 const Experiment = (() => {
   const id = name => document.getElementById(name), rad = degrees => degrees * Math.PI / 180;
   const HAND = 7, INSTANT = 0.2, SLICE_MS = 8;
-  const STEPS = [
+  // Steps, each with the words on the button that leads to it; methods of plug-ins come after the paper's.
+  const added = () => Object.entries(Gait.METHODS).filter(([, method]) => method.step);
+  const stepsOf = () => [
     { words: "Fifteen dots walk away from one camera. It sees them flat: their depth is lost. Where is the right hand, nearer than the body or farther? Drag it in the view from the side.", method: null },
-    { words: "", method: null },
-    { words: "Least squares: of all sums of eigenwalkers, the directions in which people differ, take the one that fits the flat picture best.", method: "least_squares" },
-    { words: "The prior: the same, but what few people do has to be paid for. Noise is no longer mistaken for a strange gait.", method: "map" },
-    { words: "Bones keep their length, left and right alike. This part is ours, not the paper's.", method: "anatomical" },
-    { words: "Turn the camera: everything is solved again. Seen from the side almost nothing is lost; straight ahead or away, most.", method: "anatomical" },
+    { button: "Show where it is", words: "", method: null },
+    { button: "Least squares", words: "Least squares: of all sums of eigenwalkers, the directions in which people differ, take the one that fits the flat picture best.", method: "least_squares" },
+    { button: "Add the prior", words: "The prior: the same, but what few people do has to be paid for. Noise is no longer mistaken for a strange gait.", method: "map" },
+    ...added().map(([method, { step: { button, words } }]) => ({ button, words, method })),
+    { button: "Turn the camera", words: "Turn the camera: everything is solved again. Seen from the side almost nothing is lost; straight ahead or away, most.", method: added().at(-1)?.[0] ?? "map" },
   ];
-  const NAMES = { baseline: "average walker", least_squares: "least squares", map: "+ prior", anatomical: "+ bones" };
+  const namesOf = () => ({ baseline: "average walker", least_squares: "least squares", map: "+ prior",
+    ...Object.fromEntries(added().map(([key, { step }]) => [key, step.name])) });
 
   // Medians over all walkers of the error in depth, by method, view and number of eigenwalkers: in slices of a frame, and
   // what was found is kept.  A new request ends the one before.
@@ -65,6 +68,7 @@ const Experiment = (() => {
 
   function start(people) {
     if (!id("experiment")) return;
+    const STEPS = stepsOf(), NAMES = namesOf();
     const { Stage, drag, ink, loop, still, heading } = Players;
     const flat = new Stage(id("flat"), 2150, [0, -60]), aside = new Stage(id("aside"), 2150, [0, -60]);
     flat.wide = aside.wide = 1300;
@@ -81,8 +85,7 @@ const Experiment = (() => {
       bars.set(key, { row, bar, out });
     }
     function medians() {
-      const upTo = { baseline: 2, least_squares: 2, map: 3, anatomical: 4 };
-      for (const [key, { row }] of bars) row.hidden = state.step < upTo[key];
+      for (const [key, { row }] of bars) row.hidden = state.step < Math.max(2, STEPS.findIndex(step => step.method === key));
       run([...bars].filter(([, { row }]) => !row.hidden).map(([key]) => [key, +view.value, people.components]), (found, done, [key]) => {
         const { bar, out } = bars.get(key);
         bar.style.width = `${Math.min(100, found * 2)}%`;
@@ -114,7 +117,7 @@ const Experiment = (() => {
         ? `It is ${say(truthDepth())} than the middle of the body; your guess is ${Math.abs(off).toFixed(0)} mm off. The picture alone does not say. Knowing how other people walk does: ${people.count - 1} of them are what the next steps learn from.`
         : STEPS[state.step].words;
       id("guess-row").hidden = state.step > 0; id("view-row").hidden = !last;
-      id("step-next").textContent = state.step === 0 ? "Show where it is" : last ? "Again" : ["", "Least squares", "Add the prior", "Add the bones", "Turn the camera"][state.step];
+      id("step-next").textContent = last ? "Again" : STEPS[state.step + 1].button;
       id("step-back").disabled = state.step === 0;
       id("aside-words").textContent = state.step === 0 ? "the same from the side: the camera is on the left, depth runs to the right" : "from the side; dashed: how he walked" + (state.step > 1 ? "; in colour: reconstructed from the dots" : "");
       solve();

@@ -114,6 +114,7 @@ const Players = (() => {
       label.querySelector(".swatch").style.setProperty("--ink", `var(--c-${Charts.roles(method.role)})`);
       label.append(method.label);
       label.querySelector("input").defaultChecked = key === "map";
+      if (method.note) id("notes").append(`${method.note} `);
     });
     const [low, high] = people.sigma2_range_mm2;
     sigma.max = 100; sigma.value = 100 * Math.log(people.sigma2_mm2 / low) / Math.log(high / low);
@@ -172,9 +173,7 @@ const Players = (() => {
         for (const v of [e.rms.toFixed(1), Gait.angleError(fold.walker, whole).toFixed(1), e.relative.toFixed(2)]) row.insertCell().textContent = v;
       }
       state.cloud = (chosen.cloud?.(fold, angle) ?? []).map(missing => Gait.combine(fold.walker, missing, angle));
-      const bars = chosen.bars?.(fold, angle);
-      id("bars").textContent = bars ? `Its own 95 % bars reach ±${bars.half.toFixed(0)} mm on average and hold ${(100 * bars.covered).toFixed(0)} % of this walker's depths `
-        + `from here, as computed (zhang2007_coverage calibrates them on other people). The cloud: ${state.cloud.length} draws from the posterior.` : "";
+      id("bars").textContent = chosen.words?.(fold, angle) ?? "";
       own.colour = Charts.roles(chosen.role);
       if (!chart) {
         chart = new Charts.Chart(id("player-curve"), { series: [...published, own],
@@ -184,8 +183,8 @@ const Players = (() => {
       curve();
       id("player-curve").querySelector("svg").setAttribute("aria-label", `error of ${people.names[r]} against view angle`);
     }
-    // This walker's error from every view, every tenth first; a view of the anatomical method takes milliseconds, so
-    // that its curve grows from one frame to the next.
+    // This walker's error from every view, every tenth first; a view of some methods takes milliseconds, so
+    // that their curves grow from one frame to the next.
     let filling = 0;
     function curve() {
       const { r, n, noise, fold, method } = state, found = new Map(), run = ++filling;
@@ -372,14 +371,16 @@ const Players = (() => {
     entry.clock = 0.5;
   }
 
+  // What plug-ins begin with the walkers.
+  const additions = [];
   // Returns the walkers and their player, null where there are none.
   function start(tables) {
     const packed = data("walkers"), clipped = data("clips"), people = packed && Gait.people(packed);
     const five = tables("zhang2007_fig5", "table.csv");
-    if (people && five) { Experiment.start(people); Yours.start(people); }
+    if (people && five) { Experiment.start(people); additions.forEach(begin => begin(people)); }
     // Each player begins in a task of its own, after the first screen is drawn.
     const first = () => Gait.fold(people, people.shown);
-    const made = {}, begin = { fold: () => people && five && first(), prior: () => people && five && Gait.METHODS.anatomical.missing(first(), 0), player: () => people && five && reconstruction(people, five), eigen: () => people && five && eigenwalkers(people), limb: () => clipped && limbs(clipped), sentence: () => people && five && Experiment.sentence(people) };
+    const made = {}, begin = { fold: () => people && five && first(), learnt: () => people && five && Object.values(Gait.METHODS).forEach(method => method.missing?.(first(), 0)), player: () => people && five && reconstruction(people, five), eigen: () => people && five && eigenwalkers(people), limb: () => clipped && limbs(clipped), sentence: () => people && five && Experiment.sentence(people) };
     const get = name => { if (!(name in made)) { made[name] = null; made[name] = begin[name](); } return made[name]; };
     const left = Object.keys(begin);
     const next = () => { const name = left.shift(); if (name) { get(name); setTimeout(next, 50); } };
@@ -387,5 +388,5 @@ const Players = (() => {
     requestAnimationFrame(now => { last = now; tick(now); });
     return people && five && { people, get player() { return get("player"); } };
   }
-  return { start, Stage, drag, orbit, play, loop, heading, ink, still, bones: BONES };
+  return { start, additions, Stage, drag, orbit, play, loop, heading, ink, still, bones: BONES };
 })();

@@ -231,7 +231,9 @@ const Gait = (() => {
     return z.map((v, i) => v * scale[i]);
   }
 
-  // Ways of reconstructing: coefficients of the eigenwalkers, or the missing dimension itself (as in anatomy.js).
+  // Ways of reconstructing: coefficients of the eigenwalkers by `estimate`, or the missing dimension itself by `missing`.
+  // A plug-in adds its own: with a `step` (name, button, words) of the first screen, a `note` under the player's table,
+  // `words` on one view, and a `cloud` of draws.
   const METHODS = {
     map: { label: "MAP (with the prior)", role: "map", prior: true, estimate: coefficients },
     least_squares: { label: "least squares", role: "least_squares", prior: false,

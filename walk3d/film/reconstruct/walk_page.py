@@ -16,7 +16,9 @@ from pipeline.validation import InvalidInput
 MOST_BYTES = 1_000_000
 MOST_FRAMES = 600
 """More frames are thinned out, which the eye does not see."""
-_SCRIPTS = ("walker.js", "players.js", "theme.js", "walk.js")
+_FOLDER = Path(__file__).resolve().parents[2] / "page"
+"""Template, style and script of this page."""
+_SCRIPTS = ("walker.js", "players.js", "theme.js", _FOLDER / "walk.js")
 
 
 @dataclass(frozen=True)
@@ -128,8 +130,8 @@ def write_walk_page(path: Path, page: WalkPage) -> None:
     InvalidInput
         If it would be larger than `MOST_BYTES`.
     """
-    style, script = templates.style("walk.css"), templates.scripts(_SCRIPTS)
-    text = templates.environment().get_template("walk.html.j2").render(
+    style, script = templates.style(_FOLDER / "walk.css"), templates.scripts(_SCRIPTS)
+    text = templates.environment(_FOLDER).get_template("walk.html.j2").render(
         page=page,
         **templates.in_every_page(style, script),
         packed=templates.packed_json(_packed(page)),

@@ -3,6 +3,8 @@
 const Yours = (() => {
   const JOINTS = JSON.parse(document.getElementById("joints").textContent), BLOCKS = 5;
   const STRIDE_HZ = [0.4, 1.6], STEPS = 241, TRAVELLED_MM = 500, LEAST_FRAMES = 20, LEAST_S = 1.5;
+  const CONTROL = `<label for="own-walk">Your walk<input id="own-walk" type="file" accept=".csv,text/csv"><span></span></label>
+    <p class="meta"><output id="own-walk-said">Choose or drop walk.csv or joints.csv of reconstruct, or a CSV of yours with time_s, joint, x_mm, y_mm, z_mm. It stays on your machine.</output></p>`;
 
   // Frames (45 numbers each) and their times, in seconds; what is wrong with a file is an error in words.
   function read(text) {
@@ -96,8 +98,10 @@ const Yours = (() => {
     return r;
   }
   function start(people) {
-    const input = document.getElementById("own-walk"), out = document.getElementById("own-walk-said"), panel = document.getElementById("player");
-    if (!input) return;
+    const panel = document.getElementById("player");
+    if (!panel) return;
+    document.getElementById("count").closest("label").insertAdjacentHTML("afterend", CONTROL);
+    const input = document.getElementById("own-walk"), out = document.getElementById("own-walk-said");
     async function take(file) {
       if (!file) return;
       try {
@@ -112,5 +116,6 @@ const Yours = (() => {
     panel.addEventListener("dragover", event => event.preventDefault());
     panel.addEventListener("drop", event => { event.preventDefault(); take(event.dataTransfer.files[0]); });
   }
+  Players.additions.push(start);
   return { start, read, represent };
 })();

@@ -1,5 +1,5 @@
 "use strict";
-// The anatomical reconstruction of pipeline/core/anatomical, for one walker at a time: the missing dimension given the
+// The anatomical reconstruction of walk3d/anatomy/prior, for one walker at a time: the missing dimension given the
 // flat view by a prior of mirrored, shrunken walks, then bones that keep their length, left and right alike.
 //
 // Coefficients are in the order (joint, axis, block), axes across, up and away; U of them are unknown.
@@ -319,6 +319,22 @@ const Anatomy = (() => {
     return found.cloud;
   }
 
-  Gait.METHODS.anatomical = { label: "anatomical (ours)", role: "green", prior: false, missing, bars, cloud };
+  function words(f, angle) {
+    const { half, covered } = bars(f, angle);
+    return `Its own 95 % bars reach ±${half.toFixed(0)} mm on average and hold ${(100 * covered).toFixed(0)} % of this walker's depths `
+      + `from here, as computed (zhang2007_coverage calibrates them on other people). The cloud: ${CLOUD} draws from the posterior.`;
+  }
+
+  Gait.METHODS.anatomical = {
+    label: "anatomical (ours)", role: "green", prior: false, missing, cloud, words,
+    step: { name: "+ bones", button: "Add the bones", words: "Bones keep their length, left and right alike. This part is ours, not the paper's." },
+    note: "Anatomical is ours: mirror images, bones of constant length, left and right alike; here with two harmonics and settings that are the same for all, "
+      + "as sweep.methods=[least_squares,map,anatomical] gives it. zhang2007_structure has it with four harmonics.",
+  };
+  // The bars of one walker from one view, against which tests compare.
+  Agreement.checks.push(async (people, tables, note) => {
+    note(bars(Gait.fold(people, Math.floor(people.count / 2)), Math.PI / 6));
+    return "";
+  });
   return { learn, missing, bars, cloud };
 })();
