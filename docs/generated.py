@@ -56,6 +56,7 @@ def option_classes() -> Iterator[tuple[str, str, type[Any], list[str]]]:
             "synthetic": "synthetic",
             "recorded": "optical, many, cmu, hdm05, hdm05_squat",
             "folder": "folder",
+            "author": "author",
         }
         yield f"Data set: {where[name]}", "data.", kind, [f"data={where[name]}"]
     for group in GROUPS:

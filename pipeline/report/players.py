@@ -9,7 +9,6 @@ rays and spheres.
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Mapping
 from typing import Any
 
@@ -20,9 +19,7 @@ from pipeline.core.limb_chain import WALKER14
 from pipeline.core.reconstructibility import confidence_of_mirror_margin
 from pipeline.palette import CONFIDENCES
 from pipeline.report.published import PublishedFigure
-
-_LARGEST = 32767
-"""Of a signed integer of 16 bits."""
+from pipeline.report.templates import encoded, quantised
 
 WALKER_ARRAYS = (
     "samples",
@@ -66,28 +63,6 @@ def columns_of(figure: str) -> dict[str, set[str]]:
         for name, wanted in columns.get(figure, {}).items():
             found.setdefault(name, set()).update(wanted)
     return found
-
-
-def quantised(values: np.ndarray) -> dict[str, str]:
-    """Return values (N, …) as base64 texts: integers of 16 bits, and offset and scale of each place of the last axes.
-
-    A value is ``offset + scale * integer``; each place has its own range.
-    """
-    low, high = values.min(axis=0), values.max(axis=0)
-    offset = ((low + high) / 2.0).astype(np.float32)
-    reach = np.maximum(high - offset, offset - low)
-    scale = np.where(reach > 0.0, reach / _LARGEST, 1.0).astype(np.float32)
-    integers = np.rint((values - offset) / scale).clip(-_LARGEST, _LARGEST)
-    return {
-        "offset": encoded(offset, "<f4"),
-        "scale": encoded(scale, "<f4"),
-        "integers": encoded(integers, "<i2"),
-    }
-
-
-def encoded(values: np.ndarray, dtype: str) -> str:
-    """Return the bytes of an array as base64."""
-    return base64.b64encode(np.ascontiguousarray(values, dtype).tobytes()).decode()
 
 
 def walkers(figure: PublishedFigure | None) -> tuple[dict[str, Any], str]:

@@ -1,4 +1,4 @@
-"""Templates, style and scripts that the pages share."""
+"""Templates, style, scripts and packed values that the pages share."""
 
 from __future__ import annotations
 
@@ -7,13 +7,18 @@ import hashlib
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import jinja2
+import numpy as np
 
 from pipeline.palette import COLOURS, ON_DARK, ROLES
 from pipeline.skeleton import WALKER15
 
+if TYPE_CHECKING:
+    import jinja2
+
+_LARGEST = 32767
+"""Of a signed integer of 16 bits."""
 _FOLDER = Path(__file__).resolve().parent / "page"
 
 _LIGHTER = {
@@ -29,10 +34,12 @@ _LIGHTER = {
 """The palette for thin lines on a dark ground."""
 
 
-def environment(*folders: Path) -> jinja2.Environment:
-    """Return the environment of the templates here and in further folders; an unknown name is an error."""
+def environment() -> jinja2.Environment:
+    """Return the environment of the templates; an unknown name is an error."""
+    import jinja2  # the page of a walk is written without it
+
     return jinja2.Environment(
-        loader=jinja2.FileSystemLoader([_FOLDER, *folders]),
+        loader=jinja2.FileSystemLoader(_FOLDER),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
@@ -42,12 +49,14 @@ def environment(*folders: Path) -> jinja2.Environment:
 
 def style(*further: Path) -> str:
     """Return the style sheet, with the palette for light and dark grounds, and further ones from other folders."""
-    colours = {
-        name: {"light": colour, "dark": _LIGHTER.get(name, COLOURS[ON_DARK.get(name, name)])}
-        for name, colour in COLOURS.items()
-    }
-    template = environment().from_string((_FOLDER / "style.css").read_text("utf-8"))
-    return "\n".join([template.render(colours=colours), *(path.read_text("utf-8") for path in further)])
+    light = "".join(f"--c-{name}: {colour}; " for name, colour in COLOURS.items())
+    dark = "".join(
+        f"--c-{name}: {_LIGHTER.get(name, COLOURS[ON_DARK.get(name, name)])}; " for name in COLOURS
+    )
+    sheet, night = (_FOLDER / "style.css").read_text("utf-8"), (_FOLDER / "dark.css").read_text("utf-8")
+    night = night.replace("/* palette */", dark).strip()
+    texts = [sheet.replace("/* palette */", light).replace("/* dark */", night)]
+    return "\n".join([*texts, *(path.read_text("utf-8") for path in further)])
 
 
 def scripts(names: Sequence[str | Path]) -> str:
@@ -89,3 +98,25 @@ def packed_json(value: Any) -> str:
     """
     text = json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+
+
+def quantised(values: np.ndarray) -> dict[str, str]:
+    """Return values (N, …) as base64 texts: integers of 16 bits, and offset and scale of each place of the last axes.
+
+    A value is ``offset + scale * integer``; each place has its own range.
+    """
+    low, high = values.min(axis=0), values.max(axis=0)
+    offset = ((low + high) / 2.0).astype(np.float32)
+    reach = np.maximum(high - offset, offset - low)
+    scale = np.where(reach > 0.0, reach / _LARGEST, 1.0).astype(np.float32)
+    integers = np.rint((values - offset) / scale).clip(-_LARGEST, _LARGEST)
+    return {
+        "offset": encoded(offset, "<f4"),
+        "scale": encoded(scale, "<f4"),
+        "integers": encoded(integers, "<i2"),
+    }
+
+
+def encoded(values: np.ndarray, dtype: str) -> str:
+    """Return the bytes of an array as base64."""
+    return base64.b64encode(np.ascontiguousarray(values, dtype).tobytes()).decode()

@@ -16,7 +16,7 @@ from pipeline.core import errors, linear_model
 from pipeline.core.articulation import ray_sphere
 from pipeline.core.limb_chain import WALKER14
 from pipeline.core.reconstruction import from_known_views
-from pipeline.report import players
+from pipeline.report import players, templates
 from pipeline.report.document import write_page
 from pipeline.report.published import read_published
 from pipeline.storage.store import Store
@@ -82,7 +82,7 @@ def test_the_packed_walkers_give_figure_5_again(folder: Path) -> None:
 
 def test_quantised_values_are_within_half_a_step() -> None:
     values = np.random.default_rng(2).uniform(-900.0, 900.0, (50, 7))
-    packed = players.quantised(values)
+    packed = templates.quantised(values)
     offset, scale = (decoded(packed[name], "<f4").astype(float) for name in ("offset", "scale"))
     again = offset + scale * decoded(packed["integers"], "<i2").reshape(values.shape)
     assert np.abs(again - values).max() <= 900.0 / 32767 * 0.51

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from html import escape
 from pathlib import Path
+from string import Template
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
 
 from pipeline.report import templates
-from pipeline.report.players import encoded, quantised
+from pipeline.report.templates import encoded, quantised
 from pipeline.validation import InvalidInput
 
 MOST_BYTES = 1_000_000
@@ -131,11 +134,22 @@ def write_walk_page(path: Path, page: WalkPage) -> None:
         If it would be larger than `MOST_BYTES`.
     """
     style, script = templates.style(_FOLDER / "walk.css"), templates.scripts(_SCRIPTS)
-    text = templates.environment(_FOLDER).get_template("walk.html.j2").render(
-        page=page,
-        **templates.in_every_page(style, script),
+    shared = templates.in_every_page(style, script)
+    own_words = {
+        name: escape(getattr(page, name)) for name in ("title", "lead", "source", "view_words", "terms")
+    }
+    text = Template((_FOLDER / "walk.html").read_text("utf-8")).substitute(
+        {name: shared[name] for name in ("style", "script", "roles", "bones")},
+        **own_words,
+        policy=escape(shared["policy"]),
+        pictures=_pictures(page.pictures),
+        alternatives="; dashed: also possible" if page.heading.alternatives_deg else "",
+        rows="".join(_row(name, numbers) for name, numbers in page.cycle.numbers.items()),
+        differences=_differences(page.cycle.numbers),
+        facts="".join(_fact(title, sentences) for title, sentences in page.facts),
+        files=", ".join(f'<a href="{quote(name)}">{escape(name)}</a>' for name in page.files),
         packed=templates.packed_json(_packed(page)),
-    )  # fmt: skip
+    )
     content = text.encode()
     if len(content) > MOST_BYTES:
         raise InvalidInput(
@@ -143,6 +157,49 @@ def write_walk_page(path: Path, page: WalkPage) -> None:
             len(content), code="file_too_large"
         )  # fmt: skip
     path.write_bytes(content)
+
+
+def _pictures(pictures: Sequence[tuple[int, str]]) -> str:
+    """Return the frames of the film with the skeleton over them; empty without a film."""
+    if not pictures:
+        return ""
+    alt = "The reconstructed walk over frame {} of the film"
+    images = "".join(f'<img src="{address}" alt="{alt.format(number)}">' for number, address in pictures)
+    numbers = ", ".join(str(number) for number, _ in pictures)
+    words = f"frames {numbers} of the film: keypoints (dots) and the reconstruction (lines)"
+    return f'<figure class="film">{images}<figcaption>{words}</figcaption></figure>\n'
+
+
+def _cell(number: Mapping[str, Any]) -> str:
+    return f"{number['value']:g} ± {number['half_width_95']:g}".replace("-", "−")
+
+
+def _row(name: str, numbers: Mapping[str, Any]) -> str:
+    """Return the row of one number of the gait cycle: left, right and their difference, or both sides together."""
+    heading = escape(f"{name.replace('_', ' ')}, {numbers['unit']}")
+    if "left" in numbers:
+        larger = ' class="larger"' if numbers["difference"]["larger_than_its_bar"] else ""
+        cells = f"<td>{_cell(numbers['left'])}</td><td>{_cell(numbers['right'])}</td>"
+        cells += f"<td{larger}>{_cell(numbers['difference'])}</td>"
+    else:
+        cells = f'<td colspan="2" class="both">{_cell(numbers["both"])}</td><td></td>'
+    low, high = numbers["walkers_95"]
+    walkers = f"{low:g} to {high:g}".replace("-", "−")
+    return f'<tr><th scope="row">{heading}</th>{cells}<td>{walkers}</td></tr>'
+
+
+def _differences(numbers: Mapping[str, Mapping[str, Any]]) -> str:
+    if any(each["difference"]["larger_than_its_bar"] for each in numbers.values() if "difference" in each):
+        return "▲: a difference larger than its bar."
+    return "No difference of left and right is larger than its bar."
+
+
+def _fact(title: str, sentences: Sequence[str]) -> str:
+    """Return a term and its sentences, several as a list."""
+    if len(sentences) == 1:
+        return f"<dt>{escape(title)}</dt><dd>{escape(sentences[0])}</dd>"
+    items = "".join(f"<li>{escape(sentence)}</li>" for sentence in sentences)
+    return f"<dt>{escape(title)}</dt><dd><ul>{items}</ul></dd>"
 
 
 def _packed(page: WalkPage) -> dict[str, Any]:
