@@ -217,7 +217,10 @@ def keep(arguments: Sequence[str]) -> int:
     light = own.get("light") not in (None, "", "0")
     chosen = [only] if only else figures
     if light:
-        chosen = [one.name for one in compose_figures(chosen, arguments) if one.figure.given_on]
+        chosen = [e.name for e in compose_figures(chosen, arguments) if e.figure.given_on and e.data.given_on]
+        if not chosen:
+            what = "light archives are given on, which the terms of what is shown do not allow"
+            raise InvalidInput(what, only or one.data.name, "an archive without light=1", code="not_given_on")
     current = _current(chosen, folder, arguments, commit=facts["commit"])
     if light:
         from pipeline.report.light import keep_light
