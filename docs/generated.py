@@ -356,6 +356,7 @@ COLUMNS = {
     "absolute_error_se_mm2": "its standard error over walkers",
     "absolute_error_mm2_sides_at_random": "the same with sides exchanged for half of the people",
     "rms_error_mm": "mean over walkers of the root of their absolute error",
+    "percent_of_average_walker": "error, in per cent of that of the average walker at this view",
     "relative_error": "absolute error over each walker's missing variance [zhang2007 4.3]; "
     "of limbs, ‖X − X̂‖ / ‖X‖ in the world's coordinates",
     "relative_error_sd": "its standard deviation over walkers",

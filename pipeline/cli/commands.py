@@ -218,8 +218,13 @@ def keep(arguments: Sequence[str]) -> int:
     chosen = [only] if only else figures
     if light:
         chosen = [
-            one.name for one in compose_figures(chosen, arguments) if one.figure.traits.in_light_archives
+            one.name
+            for one in compose_figures(chosen, arguments)
+            if one.figure.traits.in_light_archives and one.data.in_light_archives
         ]
+        if not chosen:
+            what = "the terms of these recordings do not allow copies, so they go into no light archive"
+            raise InvalidInput(what, only or one.data.name, "an archive without light=1", code="no_copies")
     current = _current(chosen, folder, arguments, commit=facts["commit"])
     if light:
         from pipeline.report.light import keep_light

@@ -111,6 +111,8 @@ class Data(Options, ABC):
     """Whether the true phase of the performances is known."""
     credit: ClassVar[str] = ""
     """Source and terms, which captions state where the data require it."""
+    in_light_archives: ClassVar[bool] = True
+    """Whether light archives hold figures of the data: not if its terms do not allow it."""
 
     name: str  # of the data set and of its folder of results
     walkers: CountOrAll = 0  # at most so many people; 0: all

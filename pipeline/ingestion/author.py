@@ -100,6 +100,7 @@ def find_here(among: Sequence[str], data: object) -> ListedFile:
 class AuthorData(Data):
     """Averages of many people that the second author's laboratory has published."""
 
+    in_light_archives: ClassVar[bool] = False
     credit: ClassVar[str] = (
         f"Sources: {fourier_walks.SOURCE}; walkers.mat of Jiangtang/Matrix-Computations, no terms stated."
     )

@@ -14,6 +14,7 @@ import pytest
 from scipy.io import savemat
 
 from pipeline import fetch, formats
+from pipeline.cli.commands import keep
 from pipeline.clips.kinds import PERFORMANCES, VARIED, WALKS
 from pipeline.clips.options import Skeleton
 from pipeline.core import walking
@@ -178,3 +179,23 @@ def test_the_authors_files_are_those_that_are_listed() -> None:
         listed = AVERAGE[1] if name.endswith("json") else MEANS[0]
         assert find((listed,), mirror=str(path.parent)).path.samefile(path)
         assert formats.read(path).valid.all()
+
+
+def test_light_archives_have_no_figure_of_the_authors_walkers(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept: list[list[str]] = []
+
+    def keep_light(folder: Path, target: Path, figures: list[str], **_: Any) -> dict[str, int]:
+        kept.append(list(figures))
+        return {}
+
+    monkeypatch.setattr("pipeline.report.light.keep_light", keep_light)
+    assert keep(["data=synthetic", "light=1", f"results={tmp_path}"]) == 0
+    assert "zhang2007_structure" in kept[0]
+    assert "zhang2007_author" not in kept[0]
+    with rejects("no_copies", "author"):
+        keep(["data=author", "light=1", f"results={tmp_path}"])
+    with rejects("no_copies", "zhang2007_author"):
+        keep(["data=synthetic", "light=1", "only=zhang2007_author", f"results={tmp_path}"])
+    assert len(kept) == 1

@@ -882,6 +882,12 @@ def worked_walks() -> dict[str, dict[str, np.ndarray]]:
             absolute_error_mm2=[1000.0, 1200.0, 800.0, 600.0, 400.0, 400.0, 410.0, 414.0],
             covered_95=[0.7, 0.6, 0.94, 0.95, 0.9, 0.9, 0.98, 0.97],
         ),
+        "zhang2007_author": columns(
+            method=["anybody"] * 4 + ["average_walker"] * 4,
+            view_angle_deg=[0.0, 30.0, 60.0, 90.0] * 2,
+            rms_error_mm=[18.0, 12.0, 15.0, 40.0, 30.0, 30.0, 20.0, 20.0],
+            percent_of_average_walker=[60.0, 40.0, 75.0, 200.0, 100.0, 100.0, 100.0, 100.0],
+        ),
         "keypoints_laboratories": columns(method=["keypoint_walk"]),
         "keypoints_laboratories/table_people": columns(
             person=["a", "b"] * 2,
@@ -1307,6 +1313,8 @@ WORKED = {
     "zhang2007_sources_adults": 20,  # 1000 and 800 mm²
     "zhang2007_sources_price": 3,  # 400 and 412 mm²
     "zhang2007_sources_bars": 94.5,
+    "zhang2007_author_error": 18,
+    "zhang2007_author_below_average": 75,
     "keypoints_laboratories_error": 35,
     "keypoints_laboratories_knee": 7,
     "keypoints_laboratories_coverage": 92,
