@@ -150,6 +150,7 @@ def _words(row: Mapping[str, Any]) -> dict[str, Any]:
     given = {name: row[name] for name in names if row.get(name)}
     return {
         "name": row["claim"],
+        "short": row.get("short") or row["claim"],
         "kind": row.get("kind") or "",
         "published": row.get("published"),
         **given,

@@ -397,7 +397,7 @@ def test_a_tested_explanation_quotes_a_run_that_was_made_with_its_switch(
 
 
 def test_every_run_of_the_table_of_interventions_is_quoted() -> None:
-    quoted = {(e.run.data, e.run.group, e.run.switch) for c in CLAIMS for e in c.why.values() if e.run}
+    quoted = {(e.run.data, e.run.group, e.run.switch) for c in CLAIMS for _, e in c.explanations if e.run}
     kept = papers.read_runs(ROOT / "conf" / "paper" / papers.INTERVENTIONS)
     assert set(kept) == quoted
 
@@ -436,6 +436,7 @@ equations:
   - {number: "1", words: an equation in words, printed: papers.load, used: papers.load, test: test_papers.py}
 claims:
   little2000_claim:
+    short: little claim
     section: "1"
     quote: about 10 mm
     published: 10
@@ -1296,7 +1297,6 @@ WORKED = {
     "zhang2004_identified_from_another_view": 50,
     "zhang2004_four_limbs_asymmetric": 20,
     "zhang2004_legs_half_a_period_apart": 0.49,
-    "zhang2004_variance_covered_in_profile": -0.25,
     "zhang2007_occluded_markers_recovered": 35,  # 90 and 58.5 mm
     "zhang2007_structure_below_map": 28,  # 500 and 360 mm²
     "zhang2007_structure_all_chosen_below_map": 25,  # 500 and 375 mm²
@@ -1411,7 +1411,7 @@ def little_claim(**changes: object) -> Claim:
         "figure": "zhang2007_fig5",
         "measure": Measure("mean", {"table": "zhang2007_fig5", "column": "x_mm"}),
         "baseline": SIMPLER,
-        "text": ClaimText(section="4", quote="about 10 mm", how="mean of x_mm"),
+        "text": ClaimText(short="little", section="4", quote="about 10 mm", how="mean of x_mm"),
         "bounds": Bounds(agrees=Interval(9, 11), close=Interval(low=0, low_open=True), reason="an example"),
         "why": {"optical": shown("these walkers are small: {value:.1f} mm")},
     }
