@@ -29,9 +29,15 @@ MOST_TOLD = 4
 
 
 def paper_entry(
-    paper: papers.Paper, results: Published, entries: Mapping[str, dict[str, Any]]
+    paper: papers.Paper,
+    results: Published,
+    entries: Mapping[str, dict[str, Any]],
+    others: Mapping[str, Sequence[Mapping[str, Any]]] | None = None,
 ) -> dict[str, Any]:
-    """Return what the page shows of a paper: sentences with our numbers, a picture, verdicts, and its figures."""
+    """Return what the page shows of a paper: sentences with our numbers, a picture, verdicts, and its figures.
+
+    `others` are the claims of other data sets, whose counts stand before these.
+    """
     made_for = {name: figure.manifest.get("paper", paper.key) for name, figure in results.figures.items()}
     # Claims on a figure of another paper stand here, the figure stands there.
     wanted = [n for n in (*paper.figures, *paper.beyond) if made_for.get(n, paper.key) == paper.key]
@@ -55,6 +61,13 @@ def paper_entry(
         "judged": counts.judged,
         "agree": counts.number(Agreement.AGREES),
         "differ": counts.number(Agreement.DIFFERS),
+        "others": [
+            (data, tally.number(Agreement.AGREES), tally.judged)
+            for data, rows in (others or {}).items()
+            if (
+                tally := papers.count((r for r in rows if r["paper"] == paper.key), counted_kinds(paper))
+            ).judged
+        ],
         "figures": [entries[name] for name in wanted if name in entries],
         "missing": [(name, results.missing[name]) for name in wanted if name in results.missing],
     }
