@@ -6,7 +6,7 @@ import functools
 import re
 import string
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -496,6 +496,16 @@ def test_a_file_is_read_as_it_stands(tmp_path: Path) -> None:
             {"value": "rumour"},
         ),
         ("    quote: about 10 mm", "", "missing_key", "little2000_claim", {"key": "quote"}),
+        ("    short: little claim\n", "", "missing_key", "little2000_claim", {"key": "short"}),
+        ("short: little claim", f"short: {'a' * 41}", "wrong_length", "little2000_claim, short", {}),
+        ("short: little claim", "short: ''", "wrong_length", "little2000_claim, short", {}),
+        (
+            "quantities:\n",
+            '  little2000_other: {like: little2000_claim, quote: "10 mm"}\nquantities:\n',
+            "duplicate_name",
+            "little2000_claim",
+            {},
+        ),
         ("    how: mean of x_mm", "    hwo: mean", "missing_key", "little2000_claim", {"key": "how"}),
         (", reason: an example", "", "missing_key", "little2000_claim, bounds", {"key": "reason"}),
         ("{within: 1}", "{at_least: 11}", "published_outside_bounds", "little2000_claim, bounds", {}),
@@ -609,6 +619,52 @@ def test_what_a_file_says_wrongly_is_refused_by_name(
     with rejects(code, where, **values) as rejection:
         loaded(tmp_path, LITTLE.replace(old, new, 1))
     assert "little2000" in str(rejection.value)
+
+
+def test_records_of_claims_are_small_and_short_names_tell_them_apart() -> None:
+    assert all(len(fields(record)) <= 15 for record in (Claim, ClaimText, Bounds, Scope))
+    names = [(claim.paper, claim.text.short) for claim in CLAIMS]
+    assert len(set(names)) == len(names)
+    assert max(len(short) for _, short in names) <= 40
+    assert all("“" not in short and not short.startswith("the ") for _, short in names)
+
+
+def test_values_under_other_assumptions_stand_in_the_reason(tmp_path: Path) -> None:
+    (tmp_path / papers.INTERVENTIONS).write_text(RUNS, encoding="utf-8")
+    old = "    class: error\n"
+    new = (
+        "    sensitivity: {synthetic: [{tested: 'with few people {with:.1f} mm', run: {data: synthetic, group: walks,"
+        f" switch: few people}}}}]}}\n{old}"
+    )
+    (claim,) = loaded(tmp_path, LITTLE.replace(old, new, 1)).claims
+    for value, agreement in ((10.0, "agrees"), (20.0, "close"), (-20.0, "differs")):
+        verdict = papers.judge(claim, found(value), "synthetic", lambda name: 3.0)
+        assert verdict.agreement == agreement
+        assert "with few people 12.5 [12.0, 13.0] mm" in verdict.why
+        assert "few people" not in papers.judge(claim, found(value), "optical", lambda name: 3.0).why
+
+
+def test_statistics_of_generated_people_decide_nothing() -> None:
+    """Recorded people decide them: no class but these is assumed as a whole."""
+    assumed = {c.baseline.measures for c in CLAIMS if c.baseline and c.baseline.assumed}
+    assert assumed == {"statistic_of_people", "symmetry"}
+    for name in (
+        "zhang2007_fundamental_share",
+        "zhang2007_optimal_variance",
+        "mozerov2006_variance_captured",
+    ):
+        claim = papers.claim(name)
+        edge = estimate(float(claim.published or 0.0), 0.01)
+        evidence = Evidence(value=edge, people=100)
+        assert papers.judge(claim, evidence, "synthetic").agreement == "untestable"
+        assert papers.judge(claim, evidence, "optical").agreement != "untestable"
+
+
+def test_no_claim_is_taken_off_the_data_where_it_was_seen_to_fail() -> None:
+    for claim in CLAIMS:
+        assert not (claim.scope.only and "seen" in claim.bounds.written), claim.name
+    assert not papers.claim("zhang2007_sources_price").scope.only
+    assert not papers.claim("zhang2007_sources_bars").scope.only
 
 
 RUNS = """\
