@@ -160,7 +160,7 @@ def test_the_documentation_is_built_without_a_warning_and_needs_no_network(tmp_p
 
 
 def test_the_first_page_says_what_its_curve_shows() -> None:
-    figure = ROOT / "results" / "archive" / "light" / "synthetic" / "zhang2007_fig5"
+    figure = ROOT / "results" / "archive" / "light" / "optical" / "zhang2007_fig5"
     errors = pd.read_csv(figure / "table.csv.gz").groupby("method")["rms_error_mm"]
     least, most = errors.min().round().astype(int), errors.max().round().astype(int)
     assert (

@@ -23,14 +23,40 @@ def read_published(lines: Iterable[str]) -> tuple[dict[tuple[str, str], float], 
     return {(row["data"], row["name"]): float(row["value"]) for row in rows}, " and ".join(sorted(commits))
 
 
+PAPERS = {
+    "zhang2004": "Zhang 2004",
+    "zhang2007": "Zhang 2007",
+    "mozerov2006": "Mozerov 2006",
+    "park2011": "Park 2011",
+}
+PEOPLE = {"optical": "recorded", "synthetic": "synthetic"}
+
+
+def verdict_rows() -> str:
+    """Return the rows of the table of verdicts, with placeholders: a row to each paper and data set."""
+    rows = []
+    for key, paper in PAPERS.items():
+        for data, people in PEOPLE.items():
+
+            def number(name: str, kinds: str = "results and sentences", of: str = f"{data}:{key}") -> str:
+                return f"{{{{{of}, {kinds}, {name}:.0f}}}}"
+
+            agrees = f"{number('agrees')} of {number('judged')} ({number('agrees, beyond the baseline yes')})"
+            others = [number(name) for name in ("close", "undecided", "differs", "untestable")]
+            cells = [paper, people, agrees, number("agrees", "results"), *others]
+            rows.append("    " + ", ".join(f"[{cell}]" for cell in cells) + ",")
+    return "\n".join(rows)
+
+
 def filled(text: str, numbers: Numbers, commit: str) -> str:
-    """Return the text with its placeholders filled in.
+    """Return the text with its placeholders filled in, the rows of the table of verdicts among them.
 
     Raises
     ------
     ValueError
         If a number is not published.
     """
+    text = text.replace("{{verdicts}}", verdict_rows())
     if missing := sorted({found[:2] for found in PLACEHOLDER.findall(text)} - set(numbers)):
         told = ", ".join(f"{name!r} of {data}" for data, name in missing)
         raise ValueError(f"results/published.csv lacks {told}: `make readme ARGS=data=…` after a full sweep")
@@ -38,7 +64,8 @@ def filled(text: str, numbers: Numbers, commit: str) -> str:
     def number(match: re.Match[str]) -> str:
         return format(numbers[match[1], match[2]], match[3]).replace("-", "−")
 
-    return PLACEHOLDER.sub(number, text).replace("{{commit}}", commit)
+    text = PLACEHOLDER.sub(number, text).replace("{{commit}}", commit)
+    return text.replace("[0 of 0 (0)]", "[none can be judged]")
 
 
 def build(to: Path) -> None:

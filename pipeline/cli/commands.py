@@ -15,7 +15,7 @@ from pipeline.cli.compose import compose, compose_figures, lacking
 from pipeline.cli.earlier_names import require_preset
 from pipeline.cli.presets import apart, listed, split_named
 from pipeline.cli.status import CURRENT, status
-from pipeline.cli.summary import claim_rows, claims_table, counts_by_kind, open_console
+from pipeline.cli.summary import claim_rows, claims_table, counts, open_console
 from pipeline.storage import archive, provenance, tables
 from pipeline.storage.sealed_folders import FIGURE, MANIFEST, read_manifest, visible
 from pipeline.studies.experiment import Experiment
@@ -122,17 +122,18 @@ def claims(arguments: Sequence[str]) -> int:
     out.print(claims_table(rows, out.width))
     for row in rows:
         if row["why"]:
-            out.print(Text(f"{row['claim']}: {row['agreement']}: {row['why']}"), soft_wrap=True)
+            heading = f"{row['paper']}, {row['claim']} ({row['name']}): {row['quote']}"
+            out.print(Text(f"{heading}: {row['agreement']}: {row['why']}"), soft_wrap=True)
     out.print(f"{one.data.name}, {one.scale.name}")
-    out.print("\n".join(counts_by_kind(rows)))
+    out.print("\n".join(counts(verdicts)), soft_wrap=True)
     return 0
 
 
 def readme(arguments: Sequence[str]) -> int:
-    """Write the tables of results in docs/ from results/published.csv.
+    """Write the tables of results in docs/ and README.md from results/published.csv.
 
     ``data=...`` first renews the rows of a data set from its published figures; ``data=synthetic`` the README's
-    pictures, too.
+    pictures, too, for which the figures of ``data=optical`` are needed.
     """
     from pipeline.papers import read_mapping
     from pipeline.studies import published
@@ -140,19 +141,29 @@ def readme(arguments: Sequence[str]) -> int:
     layout = read_mapping(provenance.PROJECT / "conf" / "readme.yaml")
     path = provenance.PROJECT / "results" / "published.csv"
     if arguments:
-        from pipeline.report.first_screen import draw_first_screen
+        from pipeline.report.first_screen import RECORDED, draw_first_screen
         from pipeline.report.published import read_published
 
         one, figures = figures_for(arguments)
         folder = one.published_in
         published.renew(path, published.measured(folder, figures, layout, all_measures()))
         if one.data.name == "synthetic":
-            draw_first_screen(
-                read_published(folder, figures), provenance.PROJECT / "results" / "archive" / "light"
+            other, theirs = figures_for(
+                [a for a in arguments if not a.startswith("data=")] + [f"data={RECORDED}"]
             )
-    made = {"figures": listed(), **published.rendered({"headline": layout["headline"]}, tables.read(path))}
-    for name, document in (("figures", "figures.md"), ("headline", "results.md")):
-        page = provenance.PROJECT / "docs" / document
+            draw_first_screen(
+                read_published(folder, figures),
+                read_published(other.published_in, theirs),
+                provenance.PROJECT / "results" / "archive" / "light",
+            )
+    quoted = {name: layout[name] for name in ("headline", "counts")}
+    made = {"figures": listed(), **published.rendered(quoted, tables.read(path))}
+    for name, document in (
+        ("figures", "docs/figures.md"),
+        ("headline", "docs/results.md"),
+        ("counts", "README.md"),
+    ):
+        page = provenance.PROJECT / document
         page.write_text(published.insert(page.read_text("utf-8"), {name: made[name]}), encoding="utf-8")
     return 0
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import os
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -121,7 +120,7 @@ def summarise(
     if verdicts:
         rows = claim_rows(verdicts)
         console.print(claims_table(rows))
-        console.print("\n".join(counts_by_kind(rows)))
+        console.print("\n".join(counts(verdicts)), soft_wrap=True)
     for remark in dict.fromkeys(r for outcome in outcomes for r in outcome.remarks):
         console.print(Text(remark, style="yellow"), soft_wrap=True)
 
@@ -149,22 +148,25 @@ Row = dict[str, str]
 
 def claim_rows(verdicts: Sequence[Verdict]) -> list[Row]:
     """Return what is shown of verdicts, in text, kind by kind; ``why`` where a claim does not agree."""
-    from pipeline.papers import Kind
+    from pipeline.papers import Kind, all_papers
 
     rows, kinds = [], list(Kind)
-    for v in sorted(verdicts, key=lambda v: kinds.index(v.claim.kind)):
+    keys = [*all_papers()]
+    for v in sorted(verdicts, key=lambda v: (kinds.index(v.claim.kind), keys.index(v.claim.paper))):
         found, agreement = v.evidence, str(v.agreement)
         rows.append(
             {
                 "agreement": agreement,
                 "beyond baseline": str(v.beyond) if v.beyond in _BEYOND else "",
-                "claim": v.claim.name,
+                "paper": v.claim.paper,
+                "claim": v.claim.text.short,
+                "name": v.claim.name,
+                "quote": v.claim.text.quote if v.claim.kind is Kind.TARGET else f"“{v.claim.text.quote}”",
                 "published": "" if v.claim.published is None else f"{v.claim.published:g}",
                 "ours": str(found.value) if found else "",
                 "unit": v.claim.unit,
                 "baseline": str(found.baseline) if found and found.baseline else "",
                 "kind": str(v.claim.kind),
-                "same_as": v.claim.same_as,
                 "why": v.why if found and agreement not in ("agrees", "met") else "",
             }
         )
@@ -178,7 +180,7 @@ def claims_table(rows: Sequence[Row], width: int = 160) -> Table:
     """
     table = Table(title="Claims", title_justify="left", box=None, pad_edge=False)
     verdicts = ("agreement", "beyond baseline")
-    others = ["claim", "published", "ours", "unit", *(["baseline"] if width >= WIDE else [])]
+    others = ["paper", "claim", "published", "ours", "unit", *(["baseline"] if width >= WIDE else [])]
     for heading in (*verdicts, *others):
         right = heading in ("published", "ours", "baseline")
         table.add_column(heading, justify="right" if right else "left", overflow="fold")
@@ -191,19 +193,26 @@ def claims_table(rows: Sequence[Row], width: int = 160) -> Table:
     return table
 
 
-def counts_by_kind(rows: Sequence[Row]) -> list[str]:
-    """Return a line to each kind of claims: how many have each agreement, and of those how many are beyond what.
+def counts(verdicts: Sequence[Verdict]) -> list[str]:
+    """Return a line for each kind of claims with its counts, then one for each paper, and one for what is ours."""
+    from pipeline.papers import JUDGED, OF_PAPERS, Agreement, Beyond, Kind, all_papers, count, count_by_kind
 
-    A number that is printed twice counts once.
-    """
-    lines = []
-    for kind, of_kind in groupby((row for row in rows if not row["same_as"]), lambda row: row["kind"]):
-        answers = Counter((row["agreement"], row["beyond baseline"]) for row in of_kind)
-        counts = []
-        for agreement in _AGREEMENTS:
-            count = sum(n for (found, _), n in answers.items() if found == agreement)
-            apart = [f"{n} {words}" for b, (_, words) in _BEYOND.items() if (n := answers[agreement, b])]
-            if count:
-                counts.append(f"{count} {agreement}" + (f" ({', '.join(apart)})" if apart else ""))
-        lines.append(f"{kind}s: " + ", ".join(counts))
+    rows, lines = [verdict.row for verdict in verdicts], []
+    for kind, tally in count_by_kind(rows).items():
+        parts = []
+        for agreement, number, answers in tally.rows:
+            words = ", ".join(f"{times} {_BEYOND[beyond][1]}" for beyond, times in answers)
+            parts.append(f"{number} {agreement}" + (f" ({words})" if words else ""))
+        lines.append(f"{kind}s: {', '.join(parts)}")
+    for key, paper in all_papers().items():
+        tally = count(
+            (row for row in rows if row["paper"] == key), OF_PAPERS if paper.figures else [Kind.TARGET]
+        )
+        if tally.judged:
+            beyond = tally.number(Agreement.AGREES, beyond=Beyond.YES)
+            apart = ", ".join(f"{tally.number(one)} {one}" for one in JUDGED[1:])
+            lines.append(
+                f"{key}{'' if paper.figures else ' (our targets)'}: {tally.number(Agreement.AGREES)} of {tally.judged}"
+                f" agree ({beyond} beyond the baseline); {apart}; {tally.number(Agreement.UNTESTABLE)} untestable"
+            )
     return lines

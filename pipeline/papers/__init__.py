@@ -12,6 +12,7 @@ from pipeline.papers.claims import (
     Quantity,
     Scope,
 )
+from pipeline.papers.counts import JUDGED, OF_PAPERS, Tally, count, count_by_kind
 from pipeline.papers.entries import read_mapping
 from pipeline.papers.explanations import (
     Explanation,
@@ -35,7 +36,9 @@ from pipeline.papers.verdicts import Evidence, Verdict, gain, judge
 __all__ = [
     "BASELINES",
     "INTERVENTIONS",
+    "JUDGED",
     "LEAST_PEOPLE",
+    "OF_PAPERS",
     "Agreement",
     "Baseline",
     "Beyond",
@@ -53,9 +56,12 @@ __all__ = [
     "Quantity",
     "Scope",
     "Support",
+    "Tally",
     "Verdict",
     "all_papers",
     "claim",
+    "count",
+    "count_by_kind",
     "gain",
     "judge",
     "load",

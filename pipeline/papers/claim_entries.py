@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from pipeline.papers import criteria
-from pipeline.papers.claims import Baseline, Bounds, Claim, Kind, Quantity
+from pipeline.papers.claims import LONGEST_SHORT, Baseline, Bounds, Claim, Kind, Quantity
 from pipeline.papers.entries import mapping, record, text, whole
 from pipeline.papers.explanations import Explanation, Run, Support, of_run, placeholders
 from pipeline.papers.intervals import Interval
@@ -72,6 +72,11 @@ def claim_entry(
         "why": lambda value, where: {
             data: _explanation(why, f"{where} {data}", runs) for data, why in mapping(value, where).items()
         },
+        "sensitivity": lambda value, where: {
+            data: tuple(_explanation(why, f"{where} {data}", runs) for why in whys)
+            for data, whys in mapping(value, where).items()
+        },
+        "short": lambda value, where: _short(value, where),
     }
     claim = record(
         Claim,
@@ -101,6 +106,9 @@ def claim_entry(
             where,
             code="untestable_with_measure",
         )
+    if claim.baseline and claim.baseline.assumed:
+        assumed = {**claim.baseline.assumed, **claim.scope.assumed}
+        claim = replace(claim, scope=replace(claim.scope, assumed=assumed))
     criteria.check_bounds(claim, f"{where}, bounds")
     if claim.baseline and claim.baseline.replace and claim.of_baseline is None:
         raise InvalidInput(
@@ -141,6 +149,19 @@ def _explanation(content: Any, where: str, runs: Runs) -> Explanation:
     if not why.run and any(of_run(name) for name in placeholders(words)):
         raise InvalidInput("quotes a run, and names none", where, code="run_not_named")
     return Explanation(support=support, text=words, run=why.run, beside=why.beside)
+
+
+def _short(value: Any, where: str) -> str:
+    words = text(value, where)
+    if not 0 < len(words) <= LONGEST_SHORT:
+        raise InvalidInput(
+            "the short name is too long" if words else "the short name is empty",
+            where,
+            f"1 to {LONGEST_SHORT} characters",
+            f"{len(words)}",
+            code="wrong_length",
+        )
+    return words
 
 
 def _like(name: str, all_claims: Mapping[str, Any], where: str) -> dict[str, Any]:

@@ -8,7 +8,7 @@ not by the claim (``conf/paper/baselines.yaml``).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
@@ -62,6 +62,9 @@ class Kind(StrEnum):
         return (*judged, Agreement.UNTESTABLE)
 
 
+LONGEST_SHORT = 40
+"""Characters of a claim's short name."""
+
 LEAST_PEOPLE = {"walks": 10, "clips": 10, "performances": 3}
 """Fewer people decide no claim, by the clips that a paper's figures rest on."""
 
@@ -85,6 +88,8 @@ class Baseline:
         A number in place of a measure.
     better : int
         1 if more is better, -1 if less, 0 if the bounds of a claim say; only bounds with two ends leave it open.
+    assumed : mapping of str to str
+        Data sets that assume what the class measures, each with the assumption: they test no claim of the class.
     """
 
     measures: str
@@ -94,6 +99,7 @@ class Baseline:
     replace: Mapping[str, str] = field(default_factory=dict)
     value: float | None = None
     better: int = 0
+    assumed: Mapping[str, str] = field(default_factory=dict)
 
     def of(self, measure: Measure) -> Measure | float | None:
         """Return the same measure of the baseline; None if the class has none, or the measure names nothing of it."""
@@ -133,6 +139,8 @@ class ClaimText:
 
     Attributes
     ----------
+    short : str
+        Subject of the claim, at most `LONGEST_SHORT` characters, unique.
     section : str
         Section of the paper.
     quote : str
@@ -143,6 +151,7 @@ class ClaimText:
         Help that our method has here and the paper's did not; empty if none.
     """
 
+    short: str
     section: str
     quote: str
     how: str = ""
@@ -224,6 +233,8 @@ class Claim:
     scope : Scope
     why : mapping of str to Explanation
         Reason why our value differs, by data set; `ANY_DATA` for all that have none of their own.
+    sensitivity : mapping of str to tuple of Explanation
+        Our value under other assumptions, by data set: it stands wherever the value does.
     """
 
     name: str
@@ -239,6 +250,14 @@ class Claim:
     bounds: Bounds = Bounds()
     scope: Scope = Scope()
     why: Mapping[str, Explanation] = field(default_factory=dict)
+    sensitivity: Mapping[str, tuple[Explanation, ...]] = field(default_factory=dict)
+
+    @property
+    def explanations(self) -> Iterator[tuple[str, Explanation]]:
+        """Each explanation with its data set, those of the sensitivity included."""
+        yield from self.why.items()
+        for data_name, runs in self.sensitivity.items():
+            yield from ((data_name, run) for run in runs)
 
     def explanation(self, data_name: str) -> Explanation | None:
         """Return why our value differs on a data set; None if nothing is said."""

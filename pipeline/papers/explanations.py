@@ -88,7 +88,16 @@ class Explanation:
     beside: tuple[str, ...] = ()
 
     def in_words(self, name: str, value: float, number: Callable[[str], float] | None) -> str:
-        """Return the explanation of a claim, its numbers filled in, with what supports it.
+        """Return the explanation of a claim, its numbers filled in, with its support; arguments as of `filled`."""
+        text = self.filled(name, value, number)
+        if self.support is Support.UNTESTED:
+            return f"not tested: {text}"
+        if self.support is Support.SHOWN:
+            return text
+        return f"{text} (tested: {self.run or ', '.join(self.beside)})"
+
+    def filled(self, name: str, value: float, number: Callable[[str], float] | None = None) -> str:
+        """Return the explanation of a claim, its numbers filled in.
 
         Parameters
         ----------
@@ -107,12 +116,7 @@ class Explanation:
                 known[placeholder] = values.get(other or name, Estimate(math.nan))
             elif placeholder not in known:
                 known[placeholder] = Estimate(number(placeholder) if number else math.nan)
-        text = self.text.format_map({key: _Number(estimate) for key, estimate in known.items()})
-        if self.support is Support.UNTESTED:
-            return f"not tested: {text}"
-        if self.support is Support.SHOWN:
-            return text
-        return f"{text} (tested: {self.run or ', '.join(self.beside)})"
+        return self.text.format_map({key: _Number(estimate) for key, estimate in known.items()})
 
 
 def placeholders(text: str) -> list[str]:

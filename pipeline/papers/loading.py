@@ -149,12 +149,19 @@ def load(folders: Sequence[Path], added: Mapping[str, Mapping[str, Any]] | None 
     claims = {name: body for paper in raw.values() for name, body in paper.get("claims", {}).items()}
     papers = [_paper(key, content, claims, runs, baselines) for key, content in raw.items()]
     names = Counter(item.name for paper in papers for item in paper.measured)
+    shorts = Counter((paper.key, claim.text.short) for paper in papers for claim in paper.claims)
     for paper in papers:
         for item in paper.measured:
             where = f"{paper.key}.yaml, {item.name}"
             if names[item.name] > 1:
                 raise InvalidInput("the name is there twice", where, code="duplicate_name")
             if isinstance(item, Claim):
+                if shorts[paper.key, item.text.short] > 1:
+                    raise InvalidInput(
+                        f"another claim has the short name {item.text.short!r}",
+                        where,
+                        code="duplicate_name",
+                    )
                 if item.same_as and item.same_as not in names:
                     raise InvalidInput(
                         f"no claim {item.same_as!r}", where, code="unknown_claim", name=item.same_as
@@ -190,7 +197,7 @@ def read_baselines(path: Path) -> dict[str, Baseline]:
 
 def _check_explanations(claim: Claim, known: set[str], where: str) -> None:
     """Refuse names that nothing has."""
-    for data_name, explanation in claim.why.items():
+    for data_name, explanation in claim.explanations:
         where_why = f"{where}, why {data_name}"
         asked = [(of_run(name) or ("", name))[1] for name in placeholders(explanation.text)]
         for name in (*asked, *explanation.beside):

@@ -79,6 +79,17 @@ class Verdict:
         return self.evidence.value.value if self.evidence else None
 
     @property
+    def row(self) -> dict[str, str]:
+        """The columns of ``claims.csv`` that counts rest on."""
+        return {
+            "paper": self.claim.paper,
+            "kind": str(self.claim.kind),
+            "agreement": str(self.agreement),
+            "beyond_baseline": str(self.beyond),
+            "same_as": self.claim.same_as,
+        }
+
+    @property
     def paper_in_prediction(self) -> bool | None:
         """Whether one sample of the paper's size would give the paper's number; None if that is not known."""
         found = self.evidence.one_sample if self.evidence else None
@@ -147,8 +158,11 @@ def judge(
         numbers = f"{found.value} {claim.unit}".rstrip()
         numbers += f", baseline {found.baseline}" if found.baseline else ""
     numbers += f", bounds {claim.bounds.agrees}"
+    runs = () if overridden else claim.sensitivity.get(data_name, ())
+    other = [run.in_words(claim.name, found.value.value, number) for run in runs]
     if agreement in (Agreement.AGREES, Agreement.MET):
-        return Verdict(claim, agreement, f"{numbers}: {claim.bounds.reason}", found, beyond)
+        why = "; ".join([claim.bounds.reason, *other])
+        return Verdict(claim, agreement, f"{numbers}: {why}", found, beyond)
     explanation = claim.explanation(data_name)
     if overridden:
         text = _OVERRIDDEN
@@ -156,7 +170,8 @@ def judge(
         text = "" if because else "not explained yet"
     else:
         text = explanation.in_words(claim.name, found.value.value, number)
-    return Verdict(claim, agreement, f"{numbers}: {'; '.join(filter(None, [because, text]))}", found, beyond)
+    why = "; ".join(filter(None, [because, text, *other]))
+    return Verdict(claim, agreement, f"{numbers}: {why}", found, beyond)
 
 
 def _untestable(claim: Claim, found: Evidence, data_name: str) -> str:

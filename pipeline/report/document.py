@@ -127,8 +127,9 @@ def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str
     for name, figure in results.figures.items():
         with as_written(figure.folder):
             figures[name] = entries.figure_entry(figure, results, terms, to, width)
+    others = {} if results.recorded else ledger_picture.other_sets(results)
     shown = [
-        entries.paper_entry(papers.all_papers()[key], results, figures)
+        entries.paper_entry(papers.all_papers()[key], results, figures, others)
         for key in papers.all_papers()
         if key in of_papers
     ]

@@ -14,7 +14,7 @@ from pipeline.papers import Agreement
 from pipeline.pictures.embedding import embedded, packed_vector
 from pipeline.report import page_charts, players
 from pipeline.report.published import Published, PublishedFigure
-from pipeline.report.verdicts import answers, counts_by_kind, reason, tally
+from pipeline.report.verdicts import answers, reason
 from pipeline.storage import provenance, tables
 from pipeline.studies.captions import filled_caption
 from pipeline.studies.published import filled
@@ -29,14 +29,20 @@ MOST_TOLD = 4
 
 
 def paper_entry(
-    paper: papers.Paper, results: Published, entries: Mapping[str, dict[str, Any]]
+    paper: papers.Paper,
+    results: Published,
+    entries: Mapping[str, dict[str, Any]],
+    others: Mapping[str, Sequence[Mapping[str, Any]]] | None = None,
 ) -> dict[str, Any]:
-    """Return what the page shows of a paper: sentences with our numbers, a picture, verdicts, and its figures."""
+    """Return what the page shows of a paper: sentences with our numbers, a picture, verdicts, and its figures.
+
+    `others` are the claims of other data sets, whose counts stand before these.
+    """
     made_for = {name: figure.manifest.get("paper", paper.key) for name, figure in results.figures.items()}
     # Claims on a figure of another paper stand here, the figure stands there.
     wanted = [n for n in (*paper.figures, *paper.beyond) if made_for.get(n, paper.key) == paper.key]
     claims = [row for row in results.claims_of(paper=paper.key) if not row.get("same_as")]
-    answered = [row["agreement"] for row in claims if _judged(row)]
+    counts = papers.count(claims, counted_kinds(paper))
     return {
         "key": paper.key,
         "title": paper.title,
@@ -47,25 +53,41 @@ def paper_entry(
         "question": paper.page.question,
         "sentences": [
             sentence.replace(" %", "\u00a0%").replace(" mm", "\u00a0mm")
-            for sentence in (filled_caption(one, results.number) for one in paper.page.sentences)
+            for sentence in (_sentence(one, results) for one in paper.page.sentences)
         ],
         "touch": entries.get(paper.page.figure),
-        "tally": [t for kind, t in counts_by_kind(claims) if kind != "conditions"],
         "holds": _told(claims, Agreement.AGREES),
         "fails": _told(claims, Agreement.DIFFERS),
-        "judged": len(answered),
-        "agree": answered.count(Agreement.AGREES),
-        "differ": answered.count(Agreement.DIFFERS),
+        "judged": counts.judged,
+        "agree": counts.number(Agreement.AGREES),
+        "differ": counts.number(Agreement.DIFFERS),
+        "others": [
+            (data, tally.number(Agreement.AGREES), tally.judged)
+            for data, rows in (others or {}).items()
+            if (
+                tally := papers.count((r for r in rows if r["paper"] == paper.key), counted_kinds(paper))
+            ).judged
+        ],
         "figures": [entries[name] for name in wanted if name in entries],
         "missing": [(name, results.missing[name]) for name in wanted if name in results.missing],
     }
 
 
-def _judged(row: Mapping[str, Any]) -> bool:
-    """Whether a claim is judged: conditions are only checked, and some claims no data of ours can decide."""
-    return row.get("kind") != papers.Kind.CONDITION and row["agreement"] in (
-        Agreement.AGREES, Agreement.CLOSE, Agreement.UNDECIDED, Agreement.DIFFERS,
-    )  # fmt: skip
+def _sentence(template: str, results: Published) -> str:
+    """Return a sentence with our numbers, and what each is under other assumptions."""
+    other = [
+        run.filled(name, results.number(name))
+        for name in papers.placeholders(template)
+        if name in results.ours
+        for run in papers.claim(name).sensitivity.get(results.data, ())
+    ]
+    sentence = filled_caption(template, results.number)
+    return f"{sentence.removesuffix('.')} ({'; '.join(other)})." if other else sentence
+
+
+def counted_kinds(paper: papers.Paper) -> tuple[papers.Kind, ...]:
+    """Return the kinds of claims that are counted: results and sentences of a paper, targets of what is ours."""
+    return papers.OF_PAPERS if paper.figures else (papers.Kind.TARGET,)
 
 
 def _told(claims: Sequence[Mapping[str, Any]], agreement: Agreement) -> list[dict[str, Any]]:
@@ -77,7 +99,7 @@ def _told(claims: Sequence[Mapping[str, Any]], agreement: Agreement) -> list[dic
 def _answer(row: Mapping[str, Any], agreement: Agreement) -> bool:
     """Whether a claim has an answer that the story tells: what agrees is told if the method is needed for it."""
     beyond = agreement != Agreement.AGREES or answers(row)[1] == papers.Beyond.YES
-    return _judged(row) and row["agreement"] == agreement and beyond
+    return row.get("kind") != papers.Kind.CONDITION and row["agreement"] == agreement and beyond
 
 
 def _surnames(authors: str) -> str:
@@ -120,7 +142,7 @@ def figure_entry(
         "ours": bool(claims) and all(claim["kind"] == papers.Kind.TARGET for claim in claims),
         "has_kind": any(claim["kind"] for claim in claims),
         "has_baseline": any(claim["baseline"] for claim in claims),
-        "tally": tally(claims),
+        "tally": papers.count(claims).rows,
         "command": f"make {figure.name}{options_of(results.data, results.scale)}",
         "sources": [f"{name}: {terms.get(name, 'terms not known here')}" for name in figure.sources]
         or ["not stated"],
@@ -139,6 +161,8 @@ def _claim_entry(row: Mapping[str, Any]) -> dict[str, Any]:
     same = ("quote", "section", "published", "value", "unit", "why", "help", "same_as")
     return {
         "name": row["claim"],
+        "short": row.get("short") or row["claim"],
+        "target": row.get("kind") == papers.Kind.TARGET,
         "reason": reason(row),
         **{name: row.get(name) for name in same},
         "kind": row.get("kind") or "",

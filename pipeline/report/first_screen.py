@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +13,7 @@ from pipeline import papers
 from pipeline.charts import Axis, Chart, Sheet
 from pipeline.core import camera, fourier
 from pipeline.palette import Style
-from pipeline.papers import Agreement, Beyond, Kind
+from pipeline.papers import Agreement, Beyond
 from pipeline.pictures.charts import draw_charts
 from pipeline.pictures.style import Canvas
 from pipeline.pictures.tallies import draw_tallies
@@ -19,9 +21,11 @@ from pipeline.pictures.walking import draw_walking
 from pipeline.report.ledger_picture import name_of
 from pipeline.report.players import errors_of_walkers, nearest_to_medians
 from pipeline.report.published import Published, PublishedFigure
-from pipeline.report.verdicts import answers
 from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
+
+RECORDED = "optical"
+"""Data set of recorded people."""
 
 FIGURE = "zhang2007_fig5"
 """The figure that has walker and curve."""
@@ -58,22 +62,31 @@ _DARK = "<style>@media (prefers-color-scheme: dark) {:root {filter: invert(.93) 
 """On a dark page: light on dark, hues as they are."""
 
 
-def draw_first_screen(results: Published, to: Path) -> list[Path]:
+def draw_first_screen(results: Published, recorded: Published, to: Path) -> list[Path]:
     """Write ``walker.svg``, ``walker_still.svg``, ``curve.svg`` and ``verdicts.svg``; return the files.
+
+    Parameters
+    ----------
+    results : Published
+        Results of synthetic people: the walker, and the second row of verdicts.
+    recorded : Published
+        Results of recorded people: the curve, and the first row of verdicts.
+    to : Path
 
     Raises
     ------
     InvalidInput
         If the figure with the walkers is not made, or was not made with the view of the picture.
     """
-    figure = results.figures.get(FIGURE)
-    if figure is None:
+    figure, curve_of = (one.figures.get(FIGURE) for one in (results, recorded))
+    if figure is None or curve_of is None:
+        lacking = results if figure is None else recorded
         raise InvalidInput(
-            "the pictures need a figure that is not made", results.data, FIGURE, code="not_made"
+            "the pictures need a figure that is not made", lacking.data, FIGURE, code="not_made"
         )
     to.mkdir(parents=True, exist_ok=True)
     written = _walker(figure, to)
-    table = figure.table("table")
+    table = curve_of.table("table")
     assert table is not None
     curve = Chart(
         x="view_angle_deg",
@@ -85,22 +98,22 @@ def draw_first_screen(results: Published, to: Path) -> list[Path]:
         unit="mm",
         zero=True,
     )
-    told = (
-        f"{figure.name}, {results.data}: {len(figure.arrays['walker'])} walkers, each left out in turn;"
-        " bands: range of all populations."
-    )
+    told = f"{FIGURE}, {recorded.data}: recorded walkers, each left out in turn; bands: 95 % intervals over people."
     sheet = Sheet(charts=[curve], panel_size=(4.3, 2.45))
     draw_charts(Canvas(to / "curve", sheet, {"table": table}, told))
     told = (
-        "Numbers and sentences of the papers that are judged, with our bounds. Baseline: a simpler method,"
-        " fixed by rule; what describes the data has none."
+        f"Numbers and sentences of the papers, with our bounds; above {recorded.data}, recorded people, below"
+        f" {results.data}, generated people. Baseline: a simpler method, fixed by rule; what describes the data has"
+        " none."
     )
     draw_tallies(
         Canvas(to / "verdicts", caption=told),
         [
-            (name_of(paper), _counts(results, key))
+            (f"{name_of(paper)}, {words}", _counts(rows))
             for key, paper in papers.all_papers().items()
-            if paper.figures and results.claims_of(paper=key)
+            if paper.figures
+            for words, of in (("recorded", recorded), ("generated", results))
+            if (rows := of.claims_of(paper=key))
         ],
         _ANSWERS,
         width=4.3,
@@ -160,12 +173,11 @@ def _walker(figure: PublishedFigure, to: Path) -> list[Path]:
     return files
 
 
-def _counts(results: Published, key: str) -> dict[str, int]:
-    judged = [
-        answers(c)
-        for c in results.claims_of(paper=key)
-        if c.get("kind") not in (Kind.CONDITION, Kind.TARGET) and not c.get("same_as")
-    ]
+def _counts(claims: Iterable[Mapping[str, Any]]) -> dict[str, int]:
+    """Return the length of each bar for the claims of a paper."""
+    tally = papers.count(claims, papers.OF_PAPERS)
     within = {Beyond.YES: _BEYOND, Beyond.NOT_APPLICABLE: _WITHOUT, Beyond.UNKNOWN: _UNKNOWN}
-    drawn = [within.get(Beyond(b), _ALIKE) if a == Agreement.AGREES else a for a, b in judged]
-    return dict(Counter(answer for answer in drawn if answer in _ANSWERS))
+    bars: Counter[str] = Counter()
+    for (agreement, beyond), times in tally.answers.items():
+        bars[within.get(beyond, _ALIKE) if agreement is Agreement.AGREES else agreement] += times
+    return {bar: times for bar, times in bars.items() if bar in _ANSWERS}

@@ -112,7 +112,7 @@ def ledger_picture(results: Published, *, listed: Path | None = None) -> dict[st
     rows = sorted(results.claims, key=lambda row: order.get(row.get("kind") or Kind.RESULT, 0))
     figures = list(results.figures)
     rows.sort(key=lambda row: figures.index(row["figure"]))
-    sets = {results.data: results.claims, **_other_sets(results)}
+    sets = {results.data: results.claims, **other_sets(results)}
     return {
         "papers": [
             [key, name_of(paper)]
@@ -150,6 +150,7 @@ def _words(row: Mapping[str, Any]) -> dict[str, Any]:
     given = {name: row[name] for name in names if row.get(name)}
     return {
         "name": row["claim"],
+        "short": row.get("short") or row["claim"],
         "kind": row.get("kind") or "",
         "published": row.get("published"),
         **given,
@@ -193,8 +194,8 @@ def _at(place: float) -> float:
     return round(45.0 + (53.0 if squashed > 0 else 43.0) * squashed, 1)
 
 
-def _other_sets(results: Published) -> dict[str, Sequence[Mapping[str, Any]]]:
-    """Return the claims of other data sets: of published results beside these, else of the light archives."""
+def other_sets(results: Published) -> dict[str, Sequence[Mapping[str, Any]]]:
+    """Return the claims of other data sets: of published results next to these, else of the light archives."""
     found: dict[str, Sequence[Mapping[str, Any]]] = {}
     light = visible(PROJECT / "results" / "archive" / "light", f"*/{CLAIMS}")
     near = visible(results.folder.parent.parent, f"*/{results.scale}/{CLAIMS}")

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
-from pipeline import papers
 from pipeline.papers import Agreement, Beyond
 from pipeline.report.published import Published
 
@@ -61,38 +59,6 @@ def reason(claim: Mapping[str, Any]) -> str:
     'a count: equal or not'
     """
     return str(claim.get("why") or "").rpartition(f"bounds {claim.get('bounds')}: ")[2]
-
-
-Tally = list[tuple[str, int, list[tuple[str, int]]]]
-"""An agreement, how many claims have it, and how many of these have which answer about their baseline."""
-
-
-def counts_by_kind(claims: Iterable[Mapping[str, Any]]) -> list[tuple[str, Tally]]:
-    """Return the tally of each kind of claims.
-
-    Examples
-    --------
-    >>> counts_by_kind([{"kind": "result", "agreement": "agrees", "beyond_baseline": "yes"}])
-    [('results', [('agrees', 1, [(<Beyond.YES: 'yes'>, 1)])])]
-    """
-    kinds: dict[str, list[Mapping[str, Any]]] = {}
-    for claim in claims:
-        kinds.setdefault(str(claim.get("kind") or "claim"), []).append(claim)
-    order = [kind.value for kind in papers.Kind]
-    return [
-        (f"{kind}s", tally(kinds[kind]))
-        for kind in sorted(kinds, key=lambda kind: order.index(kind) if kind in order else len(order))
-    ]
-
-
-def tally(claims: Iterable[Mapping[str, Any]]) -> Tally:
-    """Return agreements in the order of the rule; a number that is printed twice counts once."""
-    found = Counter(answers(claim) for claim in claims if not claim.get("same_as"))
-    return [
-        (agreement, sum(of_it.values()), [(beyond, of_it[beyond]) for beyond in BEYOND if of_it[beyond]])
-        for agreement in map(str, Agreement)
-        if (of_it := Counter({beyond: n for (one, beyond), n in found.items() if one == agreement}))
-    ]
 
 
 def legend(results: Published) -> list[tuple[str, str, str]]:

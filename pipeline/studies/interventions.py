@@ -57,7 +57,7 @@ def names_quoted(data_name: str, group: str, switch: str) -> list[str]:
     names = set()
     for paper in papers.all_papers().values():
         for claim in paper.claims:
-            for explanation in claim.why.values():
+            for _, explanation in claim.explanations:
                 run = explanation.run
                 if run and (run.data, run.group, run.switch) == (data_name, group, switch):
                     asked = filter(None, map(of_run, papers.placeholders(explanation.text)))

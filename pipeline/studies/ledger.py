@@ -421,7 +421,7 @@ def write_claims(
         None if judged is None else lambda row: row.get("figure") in anew or {*row} != {*columns},
         columns=columns,
         sort_by=["claim"],
-        replace=lambda old: old.startswith(b"claim,paper,"),
+        replace=lambda old: old.startswith((b"claim,short,", b"claim,paper,")),
     )
 
 
@@ -434,6 +434,7 @@ def _row(verdict: papers.Verdict) -> dict[str, Any]:
     inside = verdict.paper_in_prediction
     return {
         "claim": claim.name,
+        "short": claim.text.short,
         "paper": claim.paper,
         "section": claim.text.section,
         "kind": str(claim.kind),

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -21,8 +20,17 @@ from pipeline.papers import Agreement, Beyond, Kind, placeholders
 from pipeline.storage import tables
 from pipeline.storage.sealed_folders import read_manifest
 from pipeline.studies.evaluation import Registry
-from pipeline.studies.ledger import judge, numbers_of, read_folder
+from pipeline.studies.ledger import judge_folder, numbers_of, read_folder
 from pipeline.validation import InvalidInput, require_choice
+
+COUNTED = ((Kind.RESULT,), (Kind.SENTENCE,), papers.OF_PAPERS, (Kind.CONDITION,))
+"""Kinds that are counted together; targets of our own are in no count of a paper."""
+
+JUDGED = "judged"
+"""Claims of a paper that the data decide."""
+
+APART = ", "
+"""Separator in names of rows that are neither a claim nor a quantity: a claim with a switch, or a count."""
 
 COLUMNS = ("data", "scale", "commit", "figure", "name", "value", "unit")
 
@@ -34,7 +42,8 @@ def names_quoted(layout: Mapping[str, Any]) -> list[str]:
         for table in layout.values()
         for template in (*table["columns"].values(), *(t for row in table["rows"] for t in _templates(row)))
     ]
-    return sorted({name for template in templates for name in placeholders(template)})
+    names = {name for template in templates for name in placeholders(template)}
+    return sorted(name for name in names if APART not in name)
 
 
 def measured(
@@ -74,37 +83,47 @@ def measured(
         for item in items
         if math.isfinite(values[item.name].value)
     ]
-    rows += verdict_counts(by_name, data_name, layout, measures)
+    rows += sensitivities(data_name)
+    verdicts = judge_folder(folder, data_name, figures, measures=measures)
+    rows += verdict_counts(verdicts, layout)
     return pd.DataFrame([(data_name, scale, str(commit)[:12], *row) for row in rows], columns=list(COLUMNS))
 
 
+def sensitivities(data_name: str) -> list[tuple[str, str, float, str]]:
+    """Return figure, name, value and unit of the rows with our values under other assumptions."""
+    return [
+        (claim.figure, f"{claim.name}{APART}{run.switch}", run.with_it[claim.name].value, claim.unit)
+        for paper in papers.all_papers().values()
+        for claim in paper.claims
+        for explanation in claim.sensitivity.get(data_name, ())
+        if (run := explanation.run) and claim.name in run.with_it
+    ]
+
+
 def verdict_counts(
-    by_name: Mapping[str, Any], data_name: str, layout: Mapping[str, Any], measures: Registry
+    verdicts: Sequence[papers.Verdict], layout: Mapping[str, Any]
 ) -> list[tuple[str, str, float, str]]:
     """Return figure, name, value and unit of the rows that count verdicts by kind, for papers with figures here."""
     counted = []
     for keys in _judged_together(layout):
-        claims = [c for key in keys for c in papers.paper(key).claims if not c.scope.untestable]
-        verdicts = judge(claims, by_name, data_name, measures=measures)
-        if {verdict.agreement for verdict in verdicts} != {Agreement.UNTESTABLE}:
-            # A number that is printed twice counts once.
-            found = Counter((v.claim.kind, v.agreement, v.beyond) for v in verdicts if not v.claim.same_as)
+        rows = [verdict.row for verdict in verdicts if verdict.claim.paper in keys]
+        if papers.count(rows).answers.keys() <= {(Agreement.UNTESTABLE, Beyond.NOT_APPLICABLE)}:
+            continue
+        for kinds in COUNTED:
+            tally = papers.count(rows, kinds)
+            numbers = {JUDGED: tally.judged} if kinds == papers.OF_PAPERS else {}
+            for agreement in kinds[0].answers:
+                numbers[str(agreement)] = tally.number(agreement)
+                if agreement in papers.JUDGED:
+                    numbers |= {
+                        _answers(agreement, beyond): tally.number(agreement, beyond=beyond)
+                        for beyond in Beyond
+                    }
             counted += [
-                ("", _count_name(keys, kind, agreement, *beyond), float(times), "claims")
-                for kind in Kind
-                for agreement in kind.answers
-                for beyond, times in _counts(found, kind, agreement).items()
+                ("", _count_name(keys, kinds, name), float(number), "claims")
+                for name, number in numbers.items()
             ]
     return counted
-
-
-def _counts(
-    found: Counter[tuple[Kind, Agreement, Beyond]], kind: Kind, agreement: Agreement
-) -> dict[tuple[Beyond, ...], int]:
-    """Return how many claims have an agreement, and how many of these have each answer about their baseline."""
-    of_it: dict[tuple[Beyond, ...], int] = {(beyond,): found[kind, agreement, beyond] for beyond in Beyond}
-    judged = agreement not in (Agreement.MET, Agreement.NOT_MET, Agreement.UNTESTABLE)
-    return {(): sum(of_it.values())} | (of_it if judged else {})
 
 
 def renew(path: Path, rows: pd.DataFrame) -> None:
@@ -136,9 +155,13 @@ def _table(table: Mapping[str, Any], values: Mapping[str, Mapping[str, float]]) 
     heads = [_filled([title], of[data_name]) for data_name, title in table["columns"].items()]
     rows = []
     for row in table["rows"]:
-        counts = _counted(row["verdicts"], Kind(row["kind"])) if "verdicts" in row else ()
-        templates = [", ".join(counts)] if counts else _templates(row)
+        if "verdicts" in row:
+            kinds = (Kind(row["kind"]),) if "kind" in row else papers.OF_PAPERS
+            templates = [_counts(row["verdicts"], kinds)]
+        else:
+            templates = _templates(row)
         cells = [re.sub(" +", " ", _filled(templates, of[data_name])) for data_name in table["columns"]]
+        cells = ["none can be judged" if cell.startswith("0 of 0 ") else cell for cell in cells]
         if any(cells):
             rows.append([row["label"], *([row.get("paper", "")] if paper else []), *cells])
     return [table["corner"], *([table["paper"]] if paper else []), *heads], rows
@@ -183,20 +206,28 @@ def _judged_together(layout: Mapping[str, Any]) -> Iterable[tuple[str, ...]]:
     return dict.fromkeys(tuple(row["verdicts"]) for row in rows if "verdicts" in row)
 
 
-def _counted(keys: Sequence[str], kind: Kind) -> list[str]:
-    """Return the templates of the counts of a kind; of those that agree, how many are beyond their baseline as well."""
-    templates = []
-    for agreement in kind.answers:
-        beyond = f" ({{{_count_name(keys, kind, agreement, Beyond.YES)}:.0f}})"
-        templates.append(
-            f"{{{_count_name(keys, kind, agreement)}:.0f}}" + beyond * (agreement is Agreement.AGREES)
-        )
-    return templates
+def _counts(keys: Sequence[str], kinds: Sequence[Kind]) -> str:
+    """Return the template of some counts; of those that agree, the number that is beyond its baseline as well.
+
+    Of results and sentences together those that agree and those that are judged; of one kind every agreement.
+    """
+
+    def number(name: str) -> str:
+        return f"{{{_count_name(keys, kinds, name)}:.0f}}"
+
+    agrees = number(Agreement.AGREES)
+    beyond = f" ({number(_answers(Agreement.AGREES, Beyond.YES))})"
+    if len(kinds) > 1:
+        return f"{agrees} of {number(JUDGED)}{beyond}"
+    return ", ".join(number(a) + beyond * (a is Agreement.AGREES) for a in kinds[0].answers)
 
 
-def _count_name(keys: Iterable[str], kind: Kind, agreement: Agreement, *beyond: Beyond) -> str:
-    answers = "".join(f", beyond the baseline {answer}" for answer in beyond)
-    return f"{' and '.join(keys)}, {kind}s, {agreement}{answers}"
+def _answers(agreement: Agreement, beyond: Beyond) -> str:
+    return f"{agreement}, beyond the baseline {beyond}"
+
+
+def _count_name(keys: Iterable[str], kinds: Iterable[Kind], name: str) -> str:
+    return APART.join([" and ".join(keys), " and ".join(f"{kind}s" for kind in kinds), name])
 
 
 def insert(text: str, made: Mapping[str, str]) -> str:

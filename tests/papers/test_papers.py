@@ -6,7 +6,7 @@ import functools
 import re
 import string
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -397,7 +397,7 @@ def test_a_tested_explanation_quotes_a_run_that_was_made_with_its_switch(
 
 
 def test_every_run_of_the_table_of_interventions_is_quoted() -> None:
-    quoted = {(e.run.data, e.run.group, e.run.switch) for c in CLAIMS for e in c.why.values() if e.run}
+    quoted = {(e.run.data, e.run.group, e.run.switch) for c in CLAIMS for _, e in c.explanations if e.run}
     kept = papers.read_runs(ROOT / "conf" / "paper" / papers.INTERVENTIONS)
     assert set(kept) == quoted
 
@@ -436,6 +436,7 @@ equations:
   - {number: "1", words: an equation in words, printed: papers.load, used: papers.load, test: test_papers.py}
 claims:
   little2000_claim:
+    short: little claim
     section: "1"
     quote: about 10 mm
     published: 10
@@ -495,6 +496,16 @@ def test_a_file_is_read_as_it_stands(tmp_path: Path) -> None:
             {"value": "rumour"},
         ),
         ("    quote: about 10 mm", "", "missing_key", "little2000_claim", {"key": "quote"}),
+        ("    short: little claim\n", "", "missing_key", "little2000_claim", {"key": "short"}),
+        ("short: little claim", f"short: {'a' * 41}", "wrong_length", "little2000_claim, short", {}),
+        ("short: little claim", "short: ''", "wrong_length", "little2000_claim, short", {}),
+        (
+            "quantities:\n",
+            '  little2000_other: {like: little2000_claim, quote: "10 mm"}\nquantities:\n',
+            "duplicate_name",
+            "little2000_claim",
+            {},
+        ),
         ("    how: mean of x_mm", "    hwo: mean", "missing_key", "little2000_claim", {"key": "how"}),
         (", reason: an example", "", "missing_key", "little2000_claim, bounds", {"key": "reason"}),
         ("{within: 1}", "{at_least: 11}", "published_outside_bounds", "little2000_claim, bounds", {}),
@@ -608,6 +619,52 @@ def test_what_a_file_says_wrongly_is_refused_by_name(
     with rejects(code, where, **values) as rejection:
         loaded(tmp_path, LITTLE.replace(old, new, 1))
     assert "little2000" in str(rejection.value)
+
+
+def test_records_of_claims_are_small_and_short_names_tell_them_apart() -> None:
+    assert all(len(fields(record)) <= 15 for record in (Claim, ClaimText, Bounds, Scope))
+    names = [(claim.paper, claim.text.short) for claim in CLAIMS]
+    assert len(set(names)) == len(names)
+    assert max(len(short) for _, short in names) <= 40
+    assert all("“" not in short and not short.startswith("the ") for _, short in names)
+
+
+def test_values_under_other_assumptions_stand_in_the_reason(tmp_path: Path) -> None:
+    (tmp_path / papers.INTERVENTIONS).write_text(RUNS, encoding="utf-8")
+    old = "    class: error\n"
+    new = (
+        "    sensitivity: {synthetic: [{tested: 'with few people {with:.1f} mm', run: {data: synthetic, group: walks,"
+        f" switch: few people}}}}]}}\n{old}"
+    )
+    (claim,) = loaded(tmp_path, LITTLE.replace(old, new, 1)).claims
+    for value, agreement in ((10.0, "agrees"), (20.0, "close"), (-20.0, "differs")):
+        verdict = papers.judge(claim, found(value), "synthetic", lambda name: 3.0)
+        assert verdict.agreement == agreement
+        assert "with few people 12.5 [12.0, 13.0] mm" in verdict.why
+        assert "few people" not in papers.judge(claim, found(value), "optical", lambda name: 3.0).why
+
+
+def test_statistics_of_generated_people_decide_nothing() -> None:
+    """Recorded people decide them: no class but these is assumed as a whole."""
+    assumed = {c.baseline.measures for c in CLAIMS if c.baseline and c.baseline.assumed}
+    assert assumed == {"statistic_of_people", "symmetry"}
+    for name in (
+        "zhang2007_fundamental_share",
+        "zhang2007_optimal_variance",
+        "mozerov2006_variance_captured",
+    ):
+        claim = papers.claim(name)
+        edge = estimate(float(claim.published or 0.0), 0.01)
+        evidence = Evidence(value=edge, people=100)
+        assert papers.judge(claim, evidence, "synthetic").agreement == "untestable"
+        assert papers.judge(claim, evidence, "optical").agreement != "untestable"
+
+
+def test_no_claim_is_taken_off_the_data_where_it_was_seen_to_fail() -> None:
+    for claim in CLAIMS:
+        assert not (claim.scope.only and "seen" in claim.bounds.written), claim.name
+    assert not papers.claim("zhang2007_sources_price").scope.only
+    assert not papers.claim("zhang2007_sources_bars").scope.only
 
 
 RUNS = """\
@@ -1302,7 +1359,6 @@ WORKED = {
     "zhang2004_identified_from_another_view": 50,
     "zhang2004_four_limbs_asymmetric": 20,
     "zhang2004_legs_half_a_period_apart": 0.49,
-    "zhang2004_variance_covered_in_profile": -0.25,
     "zhang2007_occluded_markers_recovered": 35,  # 90 and 58.5 mm
     "zhang2007_structure_below_map": 28,  # 500 and 360 mm²
     "zhang2007_structure_all_chosen_below_map": 25,  # 500 and 375 mm²
@@ -1419,7 +1475,7 @@ def little_claim(**changes: object) -> Claim:
         "figure": "zhang2007_fig5",
         "measure": Measure("mean", {"table": "zhang2007_fig5", "column": "x_mm"}),
         "baseline": SIMPLER,
-        "text": ClaimText(section="4", quote="about 10 mm", how="mean of x_mm"),
+        "text": ClaimText(short="little", section="4", quote="about 10 mm", how="mean of x_mm"),
         "bounds": Bounds(agrees=Interval(9, 11), close=Interval(low=0, low_open=True), reason="an example"),
         "why": {"optical": shown("these walkers are small: {value:.1f} mm")},
     }

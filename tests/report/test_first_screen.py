@@ -76,7 +76,7 @@ def test_what_agrees_comes_first_and_is_told_apart_by_its_baseline(tmp_path: Pat
         arrays=arrays(),
         claims=claims,
     )
-    counts = first_screen._counts(read_published(folder, ["zhang2007_fig5"]), "zhang2007")
+    counts = first_screen._counts(read_published(folder, ["zhang2007_fig5"]).claims_of(paper="zhang2007"))
     assert counts == {
         "agrees, beyond its baseline": 1,
         "agrees, not beyond its baseline": 2,
@@ -95,7 +95,8 @@ def test_the_walker_nearest_to_the_medians_is_drawn(tmp_path: Path) -> None:
         arrays=arrays(),
         claims=CLAIM,
     )
-    files = draw_first_screen(read_published(folder, ["zhang2007_fig5"]), tmp_path / "pictures")
+    results = read_published(folder, ["zhang2007_fig5"])
+    files = draw_first_screen(results, results, tmp_path / "pictures")
     assert {path.name for path in files} == {"walker.svg", "walker_still.svg", "curve.svg", "verdicts.svg"}
     assert {path.name for path in (tmp_path / "pictures").iterdir()} == {path.name for path in files}
     walker = (tmp_path / "pictures" / "walker.svg").read_text(encoding="utf-8")
@@ -117,4 +118,5 @@ def test_pictures_without_their_figure_are_refused(
     known = arrays() | {"demonstration_view_deg": np.array(views, dtype=float)}
     plant(folder / figure, table=table(), arrays=known, claims=CLAIM)
     with rejects(code, where):
-        draw_first_screen(read_published(folder, [figure]), tmp_path / "pictures")
+        results = read_published(folder, [figure])
+        draw_first_screen(results, results, tmp_path / "pictures")

@@ -45,7 +45,7 @@ def by_name(verdicts: list[papers.Verdict]) -> dict[str, papers.Verdict]:
 
 
 def test_a_figure_is_judged_on_its_own_tables() -> None:
-    found = by_name(judge_figure("zhang2007_fig2", SPECTRUM, "synthetic", measures=MEASURES))
+    found = by_name(judge_figure("zhang2007_fig2", SPECTRUM, "optical", measures=MEASURES))
     thirty = found["zhang2007_thirty_components"]
     assert thirty.value == pytest.approx(95.5)
     assert thirty.agreement == "undecided", "no interval is known of two walkers' spectrum"
@@ -74,9 +74,9 @@ def test_a_folder_is_judged_like_its_figures(tmp_path: Path) -> None:
     for name, columns in SPECTRUM.items():
         tables.write(folder / f"{name}.csv", columns)
     write_manifest(folder, {})
-    alone = by_name(judge_figure("zhang2007_fig2", SPECTRUM, "synthetic", measures=MEASURES))
+    alone = by_name(judge_figure("zhang2007_fig2", SPECTRUM, "optical", measures=MEASURES))
     found = by_name(
-        judge_folder(tmp_path, "synthetic", ["zhang2007_fig2", "zhang2007_fig5"], measures=MEASURES)
+        judge_folder(tmp_path, "optical", ["zhang2007_fig2", "zhang2007_fig5"], measures=MEASURES)
     )
     for name, verdict in alone.items():
         assert found[name].agreement == verdict.agreement
@@ -88,7 +88,7 @@ def test_a_folder_is_judged_like_its_figures(tmp_path: Path) -> None:
     assert written["published"][row] == 95.5
     assert written["agreement"][row] == "undecided"
     assert written["value"][row] == pytest.approx(95.5)
-    assert written["class"][row] == "description"
+    assert written["class"][row] == "statistic_of_people"
     assert written["beyond_baseline"][row] == "not applicable"
     expected = """claim paper section kind same_as figure quote published unit measure help agreement value value_low
         value_high bounds close_bounds one_sample_low one_sample_high paper_in_prediction beyond_baseline class baseline
@@ -112,7 +112,7 @@ def test_small_figures_are_not_judged_wherever_they_stand(tmp_path: Path) -> Non
         for name, columns in SPECTRUM.items():
             tables.write(folder / f"{name}.csv", columns)
         write_manifest(folder, {"scale": scale})
-        verdicts = by_name(judge_folder(folder.parent, "synthetic", ["zhang2007_fig2"], measures=MEASURES))
+        verdicts = by_name(judge_folder(folder.parent, "optical", ["zhang2007_fig2"], measures=MEASURES))
         assert verdicts["zhang2007_thirty_components"].agreement == told
 
 

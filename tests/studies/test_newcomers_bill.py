@@ -21,6 +21,7 @@ pytestmark = pytest.mark.thorough
 CLAIM = """\
   zhang2007_gain_from_the_front:
     class: gain_of_the_prior
+    short: error of the mean
     section: "4.2"
     quote: the error of 3D motion reconstruction is about 30% smaller than the error by approach I
     published: 30

@@ -24,7 +24,7 @@ const Ledger = (() => {
       for (const claim of of) {
         const row = group.appendChild(make("div", "ledger-row")), plot = make("span", "ledger-plot"), parts = {};
         row.id = `row-${claim.name}`; row.setAttribute("role", "option"); row.setAttribute("aria-selected", "false");
-        row.append(make("span", "ledger-quote", claim.quote), plot);
+        row.append(make("span", "ledger-quote", claim.short), plot);
         for (const name of ["reach", "ring", "dot"]) parts[name] = plot.appendChild(make("i", `ledger-${name}`));
         if (claim.kind === "condition") row.classList.add("condition");
         rows.push({ claim, row, parts });
@@ -60,12 +60,13 @@ const Ledger = (() => {
       const chip = (tone, words) => make("span", `chip ${tone}`, words), link = make("a", "", `${claim.figure}, section ${claim.section || "–"}`);
       link.href = `#claim-${claim.name}`;
       link.addEventListener("click", event => { event.preventDefault(); go(claim); });
-      add("ledger-says", `“${claim.quote}” `, link);
+      const target = claim.kind === "target";
+      add("ledger-says", make("b", "", claim.short), target ? `: ${claim.quote} ` : `: “${claim.quote}” `, link);
       if (f.said) {
         const line = add("", chip(f.tone, f.said));
         if (f.beyond) line.append(chip({ yes: "better", no: "even", worse: "worse", unknown: "unsure" }[f.beyond] ?? "even", { yes: "beyond its baseline", no: "not beyond its baseline", worse: "worse than its baseline", unknown: "whether beyond its baseline is not known" }[f.beyond] ?? f.beyond));
         line.append(`ours ${digits(f.value)}${unit}`, f.ends ? ` (95 %: ${digits(f.ends[0])} to ${digits(f.ends[1])})` : "",
-          Number.isFinite(claim.published) ? `; the paper ${Charts.say(claim.published)}${unit}` : "", claim.bounds ? `; bounds ${claim.bounds.replaceAll("-", "−")}` : "",
+          Number.isFinite(claim.published) ? `; ${target ? "target" : "the paper"} ${Charts.say(claim.published)}${unit}` : "", claim.bounds ? `; bounds ${claim.bounds.replaceAll("-", "−")}` : "",
           f.simple !== undefined && claim.baseline ? `; baseline ${Charts.say(f.simple)}${unit}: ${claim.baseline}` : "");
       } else add("", chip("none", "no number"), `here${claim.bounds ? `; bounds ${claim.bounds.replaceAll("-", "−")}` : ""}`);
       if (claim.why) add("meta", `Why these bounds, and what it means: ${claim.why}.`.replace(/\.\.$/, "."));
@@ -80,7 +81,7 @@ const Ledger = (() => {
         const f = found(claim), there = f.at !== undefined;
         row.classList.toggle("empty", !there);
         row.classList.toggle("jumps", Boolean(jumps[claim.name]?.jumps));
-        row.setAttribute("aria-label", `${claim.quote}: ${f.said ?? "no number"}`);
+        row.setAttribute("aria-label", `${claim.short}: ${f.said ?? "no number"}`);
         if (!there) continue;
         shown++;
         parts.dot.className = `ledger-dot ${f.tone}`; parts.dot.style.left = `${f.at}%`;

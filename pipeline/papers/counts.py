@@ -1,0 +1,93 @@
+"""Counts of verdicts: one function for README, page, article, documentation and terminal."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pipeline.papers.claims import Agreement, Beyond, Kind
+
+OF_PAPERS = (Kind.RESULT, Kind.SENTENCE)
+"""Kinds that a paper's count has: conditions are checked, and targets are ours."""
+
+JUDGED = (Agreement.AGREES, Agreement.CLOSE, Agreement.UNDECIDED, Agreement.DIFFERS)
+"""Agreements of claims that the data decide."""
+
+
+@dataclass(frozen=True)
+class Tally:
+    """Counts of the two answers to some claims.
+
+    Attributes
+    ----------
+    answers : mapping of (Agreement, Beyond) to int
+        Number of claims with each pair of answers.
+
+    Examples
+    --------
+    >>> tally = count([{"kind": "result", "agreement": "agrees", "beyond_baseline": "yes"}])
+    >>> tally.number(Agreement.AGREES), tally.judged, tally.rows
+    (1, 1, [('agrees', 1, [('yes', 1)])])
+    """
+
+    answers: Mapping[tuple[Agreement, Beyond], int]
+
+    def number(self, *agreements: Agreement, beyond: Beyond | None = None) -> int:
+        """Return the number of claims with one of the agreements, with an answer about the baseline if it is given."""
+        return sum(
+            times
+            for (agreement, answer), times in self.answers.items()
+            if agreement in agreements and beyond in (None, answer)
+        )
+
+    @property
+    def judged(self) -> int:
+        """Number of claims that the data decide."""
+        return self.number(*JUDGED)
+
+    @property
+    def rows(self) -> list[tuple[str, int, list[tuple[str, int]]]]:
+        """Each agreement that occurs, its number of claims, and of these each answer about a baseline that occurs."""
+        return [
+            (
+                str(agreement),
+                number,
+                [
+                    (str(beyond), times)
+                    for beyond in Beyond
+                    if beyond is not Beyond.NOT_APPLICABLE
+                    and (times := self.answers.get((agreement, beyond), 0))
+                ],
+            )
+            for agreement in Agreement
+            if (number := self.number(agreement))
+        ]
+
+
+def count(claims: Iterable[Mapping[str, Any]], kinds: Sequence[Kind] = tuple(Kind)) -> Tally:
+    """Return the counts of some kinds of claims; the same number of another claim counts once.
+
+    Parameters
+    ----------
+    claims : iterable of mapping
+        Rows of ``claims.csv``, or `Verdict.row`: ``kind``, ``agreement``, ``beyond_baseline``, ``same_as``.  A row with
+        an agreement of an earlier version is left out.
+    kinds : sequence of Kind
+        By default all.
+    """
+    answers = Counter(
+        (Agreement(str(row["agreement"])), Beyond(str(row.get("beyond_baseline") or Beyond.NOT_APPLICABLE)))
+        for row in claims
+        if (row.get("kind") or Kind.RESULT) in kinds
+        and not row.get("same_as")
+        and row["agreement"] in set(Agreement)
+    )
+    return Tally(answers)
+
+
+def count_by_kind(claims: Iterable[Mapping[str, Any]]) -> dict[Kind, Tally]:
+    """Return the counts of each kind that occurs, in the order of kinds."""
+    rows = list(claims)
+    return {kind: tally for kind in Kind if (tally := count(rows, [kind])).answers}
