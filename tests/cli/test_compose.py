@@ -61,11 +61,10 @@ def test_a_slip_ends_with_the_first_line_and_one_sentence() -> None:
 
 
 def test_training_prints_a_line_before_it_loads_hydra() -> None:
-    done = finished([sys.executable, "-c", FIRST_LINE, "model", "data=nowhere"])
-    before, _, after = done.stdout.partition("imports hydra\n")
-    assert (before.splitlines()[-1], done.returncode) == ("setting up the model", 1)
-    assert after
-    assert len(done.stderr.splitlines()) == 1
+    done = finished(
+        [sys.executable, "-c", FIRST_LINE.replace(repr(HEAVY), "('hydra',)"), "model", "data=nowhere"]
+    )
+    assert (done.stdout.splitlines(), done.stderr) == (["setting up the model", "imports hydra"], "")
 
 
 def test_what_hydra_prints_of_the_options_is_all_that_is_printed() -> None:
