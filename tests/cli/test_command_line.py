@@ -256,7 +256,7 @@ def test_clips_of_two_kinds_are_refused_beside_each_other(say: Callable, tmp_pat
         assert_one_sentence(said.err, f"every reason is in {tmp_path}/synthetic/smoke/refused_{kind}.csv")
 
 
-ANATOMICAL = [f"zhang2007_{name}" for name in ("coverage", "occlusion", "sources", "structure")]
+ANATOMICAL = [f"zhang2007_{name}" for name in ("author", "coverage", "occlusion", "sources", "structure")]
 
 
 @pytest.mark.parametrize("figure", ANATOMICAL)
@@ -644,8 +644,8 @@ def sources(folder: Path, walks: Path, *gone: str) -> Path:
     """A table of sources that lists the files in a folder, and some that are not there."""
     (like,) = tables.read_rows(ROOT / "data" / "sources.csv")[:1]
     rows = [
-        {**like, "path": path.name, "source": "mine", "subject": path.stem, "trial": path.stem, "skeleton": "walker15",
-         "frame_rate_hz": "60", "bytes": str(path.stat().st_size if path.exists() else 1),
+        {**like, "path": path.name, "source": "mine", "action": "walk", "subject": path.stem, "trial": path.stem,
+         "skeleton": "walker15", "frame_rate_hz": "60", "bytes": str(path.stat().st_size if path.exists() else 1),
          "sha256": hashlib.sha256(path.read_bytes() if path.exists() else b"").hexdigest()}
         for path in [*sorted(walks.iterdir()), *(walks / name for name in gone)]
     ]  # fmt: skip
