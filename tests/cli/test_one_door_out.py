@@ -82,7 +82,13 @@ def switched(folder: Path, given: Path, patch: pytest.MonkeyPatch) -> None:
 
 
 def cloned(folder: Path, given: Path, patch: pytest.MonkeyPatch) -> None:
-    for name in ("docs/figures.md", "docs/results.md", "conf/readme.yaml", "results/published.csv"):
+    for name in (
+        "README.md",
+        "docs/figures.md",
+        "docs/results.md",
+        "conf/readme.yaml",
+        "results/published.csv",
+    ):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, folder / name)
     page = folder / "docs" / "figures.md"
