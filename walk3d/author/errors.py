@@ -21,7 +21,7 @@ from pipeline.ingestion.author import AVERAGE, find_here
 from pipeline.ingestion.joints import joints_of
 from pipeline.processes import map_processes
 from pipeline.skeleton import WALKER15
-from pipeline.studies.eigenwalkers.samples import FourierDataset, FourierSamples
+from pipeline.studies.eigenwalkers.samples import FourierDataset, FourierSamples, Pelvis, Sternum
 from pipeline.studies.study import Sweep, Swept, scaled
 from pipeline.validation import Count, InvalidInput, Positive
 from walk3d.anatomy.prior import Differences
@@ -79,6 +79,8 @@ class AverageWalkerErrors(Sweep):
     draws_random_numbers = True
 
     walker: str = ""  # file of another walker; empty: the author's, as data/sources.csv lists it
+    pelvis: Pelvis = Pelvis.measured  # as of the people
+    sternum: Sternum = Sternum.measured  # as of the people
     components: Count = 30  # eigenwalkers of least squares and MAP
     noise_variance_mm2: Positive = 70.0  # of the printed MAP
     view_angle_deg: Swept = scaled(start=0, stop=90, step="view_step_deg")  # of the curves
@@ -96,7 +98,8 @@ class AverageWalkerErrors(Sweep):
     def measure(self, inputs: AnatomicalInputs) -> OutsideErrors:
         """Return errors of every method, by all people and without each of them."""
         people = People(inputs.dataset, inputs.model)
-        walker, source = read_walker(inputs.files["walker"], people.harmonics)
+        dataset = FourierDataset(harmonics=people.harmonics, pelvis=self.pelvis, sternum=self.sternum)
+        walker, source = read_walker(inputs.files["walker"], dataset)
         whole = anatomical_setting(inputs.model_options, people.harmonics)
         test = _Test(people, walker, replace(whole, differences=Differences()), self)
         grid = self.view_angle_deg.values("sweep.view_angle_deg")
@@ -172,8 +175,8 @@ class _Test:
         return noise_mm2, np.sqrt(errors.walker_error(power))
 
 
-def read_walker(path: Path, harmonics: int) -> tuple[FourierSamples, str]:
-    """Return the walk in a file as a sample, represented as the people's are, and its source with the terms.
+def read_walker(path: Path, dataset: FourierDataset) -> tuple[FourierSamples, str]:
+    """Return the walk in a file as a sample of a dataset with these options, and its source with the terms.
 
     Raises
     ------
@@ -184,7 +187,7 @@ def read_walker(path: Path, harmonics: int) -> tuple[FourierSamples, str]:
     prepared = walk_in(path.stem, positions, motion.frame_rate_hz, valid, motion.up)
     if prepared.positions is None:
         raise InvalidInput(str(prepared.row["reason"]), path.name, code=prepared.row["code"])
-    samples = FourierDataset(harmonics=harmonics).build(walks_of([prepared]), workers=1)
+    samples = dataset.build(walks_of([prepared]), workers=1)
     if samples.unmeasured.any():
         raise InvalidInput("a joint of the walker was not measured", path.name, code="joints_not_measured")
     sources = [note.removeprefix("Source: ") for note in motion.notes if note.startswith("Source: ")]

@@ -14,8 +14,10 @@ from pipeline.cli.compose import compose, lacking
 from pipeline.cli.figures import make_figure
 from pipeline.core import camera, linear_model, reconstruction
 from pipeline.formats import fourier_walks
+from pipeline.skeleton import WALKER15
 from pipeline.stages import chain
 from pipeline.storage.store import Store
+from pipeline.studies.eigenwalkers.samples import FourierDataset
 from pipeline.studies.study import SweepInputs
 from tests.formats.contract import FIXTURES
 from tests.formats.test_fourier_walks import author_file, in_our_frame
@@ -62,10 +64,26 @@ def rms(off: np.ndarray, beyond: float = 0.0) -> float:
 
 
 def test_the_walker_is_represented_as_the_people_are() -> None:
-    samples, source = read_walker(WALKER, 2)
+    samples, source = read_walker(WALKER, FourierDataset(harmonics=2))
     np.testing.assert_allclose(samples.coefficients[0], in_our_frame(0.5), atol=0.3)
     assert source == "mm_made_up.mm"
-    assert read_walker(WALKER, 4)[0].coefficients.shape == (1, 9, 15, 3)
+    assert read_walker(WALKER, FourierDataset(harmonics=4))[0].coefficients.shape == (1, 9, 15, 3)
+
+
+@pytest.mark.parametrize(("pelvis", "above_mm"), [("measured", 0.0), ("above", 106.0)])
+def test_the_walker_has_the_definitions_of_the_people(pelvis: str, above_mm: float) -> None:
+    """The sweep of the preset follows the option of the dataset: 106 mm for 1500 mm from the ankles to the head."""
+    sweep = compose(["experiment=zhang2007_author", "scale=smoke", f"dataset.pelvis={pelvis}"]).sweep
+    assert isinstance(sweep, AverageWalkerErrors)
+    mean = read_walker(WALKER, FourierDataset(pelvis=sweep.pelvis, sternum=sweep.sternum))[0].coefficients[
+        0, 0
+    ]
+    height = {joint: float(mean[WALKER15.index(joint), 2]) for joint in WALKER15.joints}
+    above = height["pelvis"] - (height["left_hip"] + height["right_hip"]) / 2
+    size = height["head"] - (height["left_ankle"] + height["right_ankle"]) / 2
+    assert above == pytest.approx(
+        above_mm * size / 1500.0, abs=5.0
+    )  # over the lowest ankle, not the mean one
 
 
 def test_errors_are_those_of_each_method_by_itself(inputs: SweepInputs, measured: OutsideErrors) -> None:
@@ -77,7 +95,7 @@ def test_errors_are_those_of_each_method_by_itself(inputs: SweepInputs, measured
     model = linear_model.fit(samples, 30)
     people = People(inputs.dataset, inputs.model)
     anybody = replace(anatomical_setting(inputs.model_options, 2), differences=Differences())
-    residual = read_walker(WALKER, 2)[0].residual_covariance[0].mean(axis=0)
+    residual = read_walker(WALKER, FourierDataset(harmonics=2))[0].residual_covariance[0].mean(axis=0)
     for number, view in enumerate(ERROR_VIEWS_DEG):
         angle = np.radians(view)
         away = np.array([-np.sin(angle), np.cos(angle), 0.0])
