@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from gait_pipeline.charts import Chart, Sheet
+from gait_pipeline.charts import Axis, Chart, Sheet
 from gait_pipeline.core import camera, errors, fourier, linear_model, reconstruction
 from gait_pipeline.palette import Style
 from gait_pipeline.pictures.charts import draw_charts
@@ -139,9 +139,7 @@ answer = (
 print(answer.round(1).to_string(index=False))
 chart = Chart(
     x="walkers",
-    x_label="walkers that the model is learnt from",
-    log_x=True,
-    ticks=(3, 5, 10, 20, 40, 80),
+    abscissa=Axis(label="walkers that the model is learnt from", log=True, ticks=(3, 5, 10, 20, 40, 80)),
     y="mean",
     band=("low", "high"),
     by="method",
