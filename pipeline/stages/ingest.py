@@ -68,7 +68,7 @@ def report_table(rows: Sequence[Mapping[str, Any]], columns: Sequence[str]) -> d
 
 
 def _column(values: list[Any]) -> np.ndarray:
-    """Return a column of the report: numbers (NaN where a rejected clip has none) or texts."""
+    """Return a column of the report: numbers (NaN for empty cells) or texts."""
     if any(isinstance(value, int | float) for value in values):
         return np.array([np.nan if value == "" else float(value) for value in values])
     return np.array([str(value) for value in values])

@@ -303,7 +303,7 @@ def _labels(
 
 
 def _rows_behind(name: str, tables: Mapping[str, pd.DataFrame]) -> tuple[str, pd.DataFrame]:
-    """Return the kind of a table's clusters (empty if it has none) and the rows that are resampled."""
+    """Return the kind of a table's clusters (empty for none) and the rows that are resampled."""
     stem = name if "/" in name else f"{name}/table"
     stem = stem.removesuffix("_people")
     for candidate in (f"{stem}_populations", f"{stem}_draws", f"{stem}_people", name):

@@ -40,7 +40,7 @@ def nested_choice(
     data : FourierSamples
     options : EigenwalkersModel
     view_angles_rad : (A,)
-        View angles, of which `VIEWS` are used.
+        View angles; `VIEWS` of them are used.
     noise_variances : (S,)
         Candidates of sigma², mm².
     workers : int
