@@ -1,4 +1,4 @@
-"""The experiment that a preset in ``conf/experiment`` composes."""
+"""Experiment that a preset in ``conf/experiment`` defines."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from pipeline.validation import InvalidInput, Options, require_range
 
 
 class Scale(Options):
-    """Sizes of a run, from which any preset takes those that it uses."""
+    """Sizes of a run; each preset uses some of them."""
 
     name: str  # `smoke` or `full`
     walkers: int  # largest number of people; 0: all
-    view_step_deg: float  # between views of walkers
-    sigma2_step_mm2: float  # between noise variances
+    view_step_deg: float  # step between views of walkers
+    sigma2_step_mm2: float  # step between noise variances
     performances: int  # largest number of performances of an action; 0: all
     tracked: int  # performances that are held out and tracked; 0: all
     particles: list[int]  # particles of a filter; one track for each number

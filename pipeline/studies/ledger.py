@@ -30,13 +30,13 @@ SMOKE = "smoke"
 MAX_REPLICATE = 1e100
 """Replicates above this overflow in BCa and are ignored."""
 MAX_MISSING = 0.05
-"""Largest share of replicates without a value with which an interval is still computed."""
+"""Largest share of replicates without a value for which an interval is still computed."""
 
 SHARES = ("percent", "mean_percent", "percent_below", "larger", "smaller")
 """Names of the measures that are shares of rows or walkers, or the larger or smaller of such shares."""
 
 EXTREMES = ("largest", "smallest")
-"""Names of the measures whose value in a bootstrap sample never lies beyond that of the sample."""
+"""Names of the measures whose bootstrap replicates never lie beyond the value of the sample."""
 
 
 def judge(

@@ -178,7 +178,7 @@ def interval_over_people(person: np.ndarray, values: np.ndarray) -> tuple[np.nda
 _GROUPS_AT_A_TIME = 128
 
 Statistic = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
-"""`bootstrap.weighted_means` or `bootstrap.weighted_medians`."""
+"""Function of values, clusters and weights: `bootstrap.weighted_means` or `bootstrap.weighted_medians`."""
 
 
 def interval_over_clusters(

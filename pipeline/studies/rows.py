@@ -54,7 +54,7 @@ def values(table: Table, column: str, where: str = "") -> np.ndarray:
 
 
 def holds(table: Table, expression: str) -> np.ndarray:
-    """Return for each row whether an expression over the columns holds; an empty expression holds for all rows.
+    """Return a mask of the rows where an expression over the columns holds; an empty expression holds for all.
 
     A comparison with NaN does not hold.
 

@@ -68,7 +68,7 @@ class Grid(Options):
 
     start: Finite  # first value
     stop: Finite  # last value, if a whole number of steps reaches it
-    step: Positive  # between values
+    step: Positive  # distance between values
 
     def values(self, name: str) -> np.ndarray:
         """Return the values (N,), float64.  Raises InvalidInput if an option is out of range."""
@@ -282,7 +282,7 @@ class Figure(Options, ABC):
     sweep: ClassVar[Any] = Sweep
     """Class of the sweep that the figure shows."""
     traits: ClassVar[Traits] = Traits()
-    """Populations and timeline."""
+    """Properties of the figure: populations and timeline."""
 
     picture: bool = True  # draw the PNG and the PDF
     recording: bool = True  # write the Rerun recording

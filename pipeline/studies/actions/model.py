@@ -146,12 +146,8 @@ class ActionSpaceModel(Model):
     dataset = PostureDataset
     published = True
 
-    variance: Annotated[float, bounded(above=0, at_most=1)] = (
-        0.95  # share of the variance that the aSpace covers
-    )
-    dimensions: Annotated[int, bounded(at_least=0, at_most=posture.PARAMETERS)] = (
-        0  # dimensions of the aSpace; 0: by variance
-    )
+    variance: Annotated[float, bounded(above=0, at_most=1)] = 0.95  # share that the aSpace covers
+    dimensions: Annotated[int, bounded(at_least=0, at_most=posture.PARAMETERS)] = 0  # 0: by variance
     samples: Several = 100  # P, postures of a performance after linear normalisation
     max_disparity: Count = 49  # D, in samples
     smoothness: Positive = 0.02  # mu [mozerov2006 12], in mean squared deviations of a frame

@@ -20,7 +20,7 @@ from pipeline.validation import Count
 
 @dataclass(frozen=True)
 class Timings:
-    """Median seconds of repeated runs.
+    """Median durations of repeated runs, in seconds.
 
     Attributes
     ----------

@@ -78,7 +78,7 @@ class EigenwalkersModel(Model):
         return samples, {"mirrors": mirrors, "divisor": self.divisor.value, "scale_last": scale_last}
 
     def learn(self, dataset: FourierSamples, *, workers: int) -> Eigenwalkers:
-        """Return the models of the whole population and without each walker."""
+        """Return the model of all walkers and the models of all folds."""
         samples, how = self.training(dataset)
         mirrors = how["mirrors"]
         people = len(np.unique(dataset.person))

@@ -168,7 +168,7 @@ class FourierDataset(Dataset):
         )
 
     def _unknown(self, unknown: np.ndarray) -> np.ndarray:
-        """Return the joints (…, 15) that are not measured: a sternum below the shoulders needs both of them."""
+        """Return the joints (…, 15) that are not measured: a sternum defined by the shoulders needs both."""
         if self.sternum is Sternum.measured:
             return unknown
         redefined = unknown.copy()

@@ -24,7 +24,7 @@ class Camera(StrEnum):
     moving = "moving"
     """Moving around at constant distance and speed, directed at the middle of the motion."""
     shaky = "shaky"
-    """The same, held by hand."""
+    """Moving, and held by hand."""
 
     @property
     def words(self) -> str:
@@ -83,5 +83,5 @@ class CameraSweep(Sweep):
         return camera
 
     def upright_mm(self, image: np.ndarray) -> np.ndarray:
-        """Return an image (…, 2), px, to the right and up in mm at the camera's distance."""
+        """Convert image points (…, 2), px, to mm at the camera's distance, with axes to the right and up."""
         return image * (self.distance_mm / self.focal_px) * [1.0, -1.0]

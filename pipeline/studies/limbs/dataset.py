@@ -16,7 +16,7 @@ from pipeline.validation import Count, InvalidInput, Positive, bounded
 
 @dataclass(frozen=True)
 class LimbStretches:
-    """Stretches of clips.
+    """Stretches of equal length from clips.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class LimbStretches:
 
 
 class LimbDataset(Dataset):
-    """Stretches of equal length."""
+    """Options of stretches of equal length."""
 
     corpus = VARIED
 

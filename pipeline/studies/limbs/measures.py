@@ -40,7 +40,7 @@ def dividing_reconstructibility(table: Table, found: float, error: str = "limb_e
 
 
 def _dividing(eta: np.ndarray, right: np.ndarray, times: np.ndarray) -> float:
-    """Dividing value for limbs in order of reconstructibility, each counted `times` times."""
+    """Dividing value for limbs in order of reconstructibility, with weights `times`."""
     if right.all() or not right.any():
         return np.nan
     # Wrong for a division at the k-th limb: successes below it, failures from it on.
@@ -138,7 +138,7 @@ def least_unreliable_root_error(
 def _reliable_scales(
     table: Table, camera: str, found: float, error: str
 ) -> tuple[Rows, np.ndarray, np.ndarray]:
-    """Rows, scales of the radius (V,), and a mask (B, V): the median error is at most `found` above that at 1."""
+    """Rows, scales of the radius (V,), and a mask (B, V): the median error is at most `found` above that of 1."""
     where = f"camera == {camera!r} and adjust == {PAPERS_ADJUSTMENT!r}"
     rows, scales, curve = _curve(table, "radius_scale", error, where, Rows.median)
     if 1.0 not in scales:

@@ -33,10 +33,10 @@ from pipeline.validation import Distinct, Increasing, NonNegative, bounded
 MAX_MISSING = 0.9
 
 SHOWN_FRACTION = 0.2
-"""Fraction in the recording, with the first pattern: the nearest of the sweep."""
+"""Missing fraction in the recording; the nearest fraction of the sweep is used."""
 
 HINGED_FRACTION = 0.05
-"""Fraction of the paper, at which hinges are used too: the nearest of the sweep."""
+"""Missing fraction of the paper, at which hinges are used too; the nearest fraction of the sweep is used."""
 
 CHECKS_PER_FRAME = 10
 """Number of instants per frame at which lengths are checked."""
@@ -152,9 +152,7 @@ class MissingDataSweep(LimbSweep):
     noise_px: NonNegative = 1.0  # noise of the image
     use_hinges: bool = False  # knees and elbows flex one way; not in the paper
     adjust: Adjustment = Adjustment.per_frame
-    share: Annotated[float, bounded(above=0, at_most=1)] = (
-        0.3  # share of the trials of the scale; each is a skeleton
-    )
+    share: Annotated[float, bounded(above=0, at_most=1)] = 0.3  # share of the trials, each a skeleton
     time_limit_s: NonNegative = 0.0  # 0: signs of the first search, without certificates
 
     def measure(self, inputs: LimbInputs) -> MissingDataErrors:
@@ -226,7 +224,7 @@ class MissingDataSweep(LimbSweep):
         )
 
     def scene(self, stretches: LimbStretches, basis: TrajectoryBasis, number: int, seed: int) -> Scene:
-        """Return a scene by its number, with the cameras in rotation."""
+        """Return the scene of a number; successive scenes use successive cameras."""
         generator = derive_generator(seed, f"sweep:scene:{number}")
         stretch = generator.integers(len(stretches.positions))
         body, lengths = stretches.positions[stretch], stretches.lengths_mm[stretch]

@@ -67,7 +67,7 @@ MAX_RATIO = 1e6
 """Largest ratio in tables; ratios are unbounded if the truth lies in the basis."""
 
 ARRAYS = ("positions", "images", "camera_matrix", "azimuth_rad", "mirror_margin")
-"""Arrays of `Motions` that each clip and camera contributes to."""
+"""Names of the arrays of `Motions` with a part for each clip and camera."""
 
 
 class Lengths(StrEnum):
@@ -242,7 +242,7 @@ class _Reconstruction:
         return outside(self.basis.rows(len(used), used), about) / size
 
     def error_mm(self, positions: np.ndarray) -> float:
-        """Return the mean distance of all joints except the root from the truth, both relative to it."""
+        """Return the mean distance of all joints except the root from the truth, relative to the root."""
         return error_about_root(positions, self.truth)[:, CHILDREN].mean()
 
     def both_variants(self, keys: dict[str, str]) -> list[dict[str, Any]]:
@@ -320,7 +320,7 @@ class _Reconstruction:
     def certificates(
         self, estimate: Articulated, lengths: np.ndarray, separate: bool
     ) -> dict[str, np.ndarray]:
-        """Return the mirror margins, objectives and bounds of all limbs (14,) of lengths (14,), mm."""
+        """Return the mirror margins, objectives and bounds of all limbs (14,) with lengths (14,), mm."""
         options = self.options
         anchored = np.empty_like(self.truth)
         anchored[:, ROOT] = self.root
@@ -353,7 +353,7 @@ class _Reconstruction:
         return stacked(rows, (len(rows),))
 
     def reconstructibilities(self) -> list[Reconstructibility]:
-        """Return eta_a of each limb (14), about its true parent."""
+        """Return the reconstructibility eta_a of each limb (14), about its true parent."""
         results = []
         for limb, (parent, child) in enumerate(WALKER14.ends):
             about = self.truth[:, parent]

@@ -77,7 +77,7 @@ def measured(
 
 
 class RootErrorSweep(LimbSweep):
-    """Error against error of the parent trajectory, in radii."""
+    """Error of a limb against the error of its parent's trajectory, in radii."""
 
     ratios: Increasing[NonNegative] = [  # root mean square error of the root, relative to the length of the limb
         0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5,
@@ -116,7 +116,7 @@ class RootErrorSweep(LimbSweep):
 
 
 REFINED = "refined"
-"""Adjusted in all frames, then refined with the trajectory, as in the paper; certificates are those of the start."""
+"""Radius adjusted in all frames, then refined with the trajectory, as in the paper; certificates are of the start."""
 
 MAX_STEPS = 100
 """Largest number of steps of a refinement.  With a shaky camera most end after 50 steps; with a still camera many would
@@ -136,7 +136,7 @@ ANY_FACTOR = 100.0
 
 
 class RadiusScaleSweep(LimbSweep):
-    """Error against the scale of the assumed radius."""
+    """Error of a limb against the scale of its assumed radius."""
 
     scales: Increasing[Positive] = [  # assumed length of the limb relative to the true one
         0.01, 0.03, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0, 1.1, 1.3, 2.0, 3.0, 10.0, 30.0, 100.0,

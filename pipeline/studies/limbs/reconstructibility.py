@@ -61,7 +61,7 @@ class LimbReconstructibilities:
 
 
 class ReconstructibilitySweep(LimbSweep):
-    """Error against reconstructibility [park2011 13]."""
+    """Error of a limb against its reconstructibility [park2011 13]."""
 
     cameras: Distinct[Camera] = [Camera.still, Camera.moving, Camera.shaky]
     reading: Reading = Reading.vector

@@ -79,11 +79,9 @@ class LimbSweep(CameraSweep):
 
     trials: Annotated[int, bounded(at_least=1, at_most=1_000_000)] = scaled(
         value="trials"
-    )  # number of trials at every point
+    )  # number at every point
     cameras: Distinct[Camera] = [Camera.shaky, Camera.still]  # cameras; figures show the first
-    time_limit_s: NonNegative = (
-        5.0  # nominal time for each certificate: a count of operations, see `minimise`
-    )
+    time_limit_s: NonNegative = 5.0  # nominal, per certificate (see `minimise`)
 
     def trial(self, stretches: LimbStretches, number: int, camera: Camera, seed: int) -> LimbTrial:
         """Return a trial by its number: stretch, limb and side are the same for every camera."""

@@ -189,7 +189,7 @@ class UnknownView(Sweep):
     def _estimate(
         self, method: Method, fold: Fold, walk: Walk, views: np.ndarray, solver: Solver
     ) -> viewpoint.ViewEstimate:
-        """Return the view angles that fit best [zhang2007 4.5] [zhang2004 14]; a plug-in searches itself."""
+        """Return the best-fitting view angles [zhang2007 4.5] [zhang2004 14]; a plug-in uses its own search."""
         if method.estimate:
             estimate: viewpoint.ViewEstimate = method.estimate(fold, walk, views)
             return estimate

@@ -31,7 +31,7 @@ def options_of(inputs: Inputs) -> ActionSpaceModel:
 
 
 def sequence_rows(inputs: Inputs, components: Sequence[int]) -> pd.DataFrame:
-    """Return a row for each sample of each performance in each alignment, in components counted from 1."""
+    """Return a row for each alignment, performance, sample and component of the aSpace (counted from 1)."""
     return pd.concat(
         [
             pd.DataFrame(

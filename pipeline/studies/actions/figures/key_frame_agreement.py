@@ -28,7 +28,7 @@ from pipeline.studies.figure_inputs import sd
 def sequence_differences(
     action: Action, options: ActionSpaceModel, alignment: str
 ) -> tuple[np.ndarray, float]:
-    """Return the rms difference of each performance (M,) from its key-frame result, and of the mean performances."""
+    """Return the rms difference of each performance (M,) from its alignment by key-frames, and that of the means."""
     ours, theirs = np.stack(action.sequences(alignment)), action.keyframe
     common = synchronization.synchronize(
         ours.mean(axis=0), theirs.mean(axis=0), smoothness=action.smoothness, **options.path_options
@@ -40,7 +40,7 @@ def sequence_differences(
 
 
 def correspondence_differences(action: Action, alignment: str) -> np.ndarray:
-    """Return the mean distance (M - 1,), in frames, between the frames that both match with the median sequence."""
+    """Return the mean distance (M - 1,), in frames, between matches of an alignment and matches by key-frames."""
     off = np.abs(action.matched_frames(alignment) - action.matched_frames("keyframe")).mean(axis=1)
     return np.delete(off, action.median)
 

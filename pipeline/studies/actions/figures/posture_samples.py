@@ -40,7 +40,7 @@ class PostureSamples(Figure):
     sweep = PostureSampling
 
     def validate(self, experiment: Experiment) -> None:
-        """Raise InvalidInput if the mean performance has no such frame."""
+        """Raise InvalidInput if a frame of the sweep is outside the mean performance."""
         samples = getattr(experiment.model, "samples")  # noqa: B009 - the model above has it
         for frame in getattr(experiment.sweep, "frames"):  # noqa: B009
             require_range("sweep.frames", frame, at_least=1, at_most=samples)
@@ -95,7 +95,7 @@ class PostureSamples(Figure):
         picture.skeletons(rows, WALKER15.bones, legend=("mean posture", "accepted by the action model"))
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Log the mean performance, playing; at each of the frames the mean posture and its samples side by side."""
+        """Record the mean performance over time, and each frame's mean posture and samples side by side."""
         performance = inputs.sweep.mean_performance
         angle = np.radians(VIEW_DEG)
         # The eye is in front of the row, where the image's horizontal runs to the left.

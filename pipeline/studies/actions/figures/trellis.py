@@ -43,11 +43,7 @@ class OptimalPath(Figure):
 
     model = ActionSpaceModel
 
-    performance: Annotated[
-        int, bounded(at_least=-1)
-    ] = (
-        -1
-    )  # number of the performance that is brought to the rate of the median sequence; -1: largest disparity
+    performance: Annotated[int, bounded(at_least=-1)] = -1  # synchronized performance; -1: largest disparity
 
     def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: E of every node; ``table_path``: path; ``table_pair``: its distance, least of others."""

@@ -1,4 +1,4 @@
-"""One dimension of the aSpace, raw, linear, by key-frames and synchronized: mozerov2006 figure 1, with our (d)."""
+"""Performances in one dimension of the aSpace, in four alignments: mozerov2006 figure 1 and our panel (d)."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ COMPARED = {"linear": "before: linearly synchronized", "synchronized": "after: s
 
 
 class Warp(Figure):
-    """One dimension of the aSpace, unsynchronized, linear, by key-frames, automatically."""
+    """Performances in one dimension of the aSpace, in four alignments."""
 
     model = ActionSpaceModel
 

@@ -27,7 +27,7 @@ BASELINES = ("hanging_error", "mean_pose_error")
 """Errors of baselines, as in `baselines.limb_errors`."""
 
 ADJUSTED_BASELINE = "adjusted_hanging_error"
-"""The first of them with the length that the rays require, which the method uses in the figure of the radius."""
+"""Error of the hanging baseline with the length that the rays require, as for the method with adjusted radius."""
 
 BASELINE_MEDIANS = {f"{name}_median": (name, "median") for name in BASELINES}
 
@@ -56,7 +56,7 @@ class RootErrorFigure(Figure):
     sweep = RootErrorSweep
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``, ``table_points``: for the first camera; ``table_cameras``: for all."""
+        """Return the tables of trials and of statistics over them, for the first camera and for all."""
         rows = inputs.sweep.rows
         above = rows.assign(above_parent=rows["child_error_ratio"] > rows["parent_error_ratio"])
         cameras = aggregate(
@@ -124,7 +124,7 @@ class RadiusScaleFigure(Figure):
     sweep = RadiusScaleSweep
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``, ``table_points``: for the first camera; ``table_cameras``: for all."""
+        """Return the tables of trials and of statistics over them, for the first camera and for all."""
         rows, swept = inputs.sweep.rows, ["radius_scale", "adjust"]
         medians = {**BASELINE_MEDIANS, f"{ADJUSTED_BASELINE}_median": (ADJUSTED_BASELINE, "median")}
         cameras = aggregate(

@@ -36,7 +36,7 @@ ASIDE_RAD = np.pi / 2
 """Angle between the camera's azimuth and the picture's other view."""
 
 STEPS = {"hangs straight down": "baseline", "reconstructed": "orange", "mirrors tried": "blue"}
-"""Compared skeletons and their colours, from the baseline without information on."""
+"""Compared skeletons, beginning with the baseline, and their colours."""
 
 TRACED = ("left_wrist", "right_wrist", "left_ankle", "right_ankle")
 """Joints whose whole trajectories are drawn."""

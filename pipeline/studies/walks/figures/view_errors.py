@@ -30,7 +30,7 @@ THIRTY_PERCENT = Reference(
 )
 
 _INSTANT = 0.25
-"""Fraction of the cycle in the recording: the left ankle is farthest ahead of the right."""
+"""Fraction of the cycle in the recording, at which the left ankle is farthest ahead of the right."""
 
 
 RELATIVE = (0.01, 10.0)
