@@ -12,7 +12,7 @@ from pipeline.papers import Verdict
 from pipeline.stages import populations
 from pipeline.stages.artefacts import Stored
 from pipeline.stages.ingest import report_table
-from pipeline.stages.shown_population import shown
+from pipeline.stages.shown_population import displayed_population
 from pipeline.stages.sources import figure_code, used_plugins
 from pipeline.storage import tables
 from pipeline.storage.provenance import provenance, without_paths
@@ -54,7 +54,7 @@ def run(
     inputs = FigureInputs(experiment, *(stage.value for stage in stages))
     if early and populations.count(experiment) and not folder.exists():
         _publish(inputs, stages, folder, experiment.figure.tables(inputs), measures, complete=False)
-    inputs, figure_tables = shown(inputs, store)
+    inputs, figure_tables = displayed_population(inputs, store)
     return _publish(inputs, stages, folder, figure_tables, measures)
 
 

@@ -17,7 +17,7 @@ from pipeline.studies.study import Figure, Tables
 Inputs = FigureInputs[Any, Any, Any]
 
 
-def shown(inputs: Inputs, store: Store) -> tuple[Inputs, Tables]:
+def displayed_population(inputs: Inputs, store: Store) -> tuple[Inputs, Tables]:
     """Return inputs and tables of the population that a figure shows; a single population is returned unchanged."""
     experiment, figure = inputs.experiment, inputs.experiment.figure
     further = populations.tables(experiment, store)

@@ -34,9 +34,9 @@ class Heading(StrEnum):
     none = "none"
 
 
-def require_true_course(known: bool) -> None:
+def require_true_course(is_known: bool) -> None:
     """Raise InvalidInput unless the true course of the action is known."""
-    if not known:
+    if not is_known:
         raise InvalidInput(
             "the true course of an action is known only for synthetic performances",
             "data",

@@ -129,7 +129,7 @@ class HeldOutTracking(Sweep):
             {"varied": varied, **asdict(condition)} for varied, condition in self.conditions
         )
         performances, people = performances_of(inputs.dataset), inputs.dataset.person
-        chosen = evenly(self.tracked, len(performances))
+        numbers = evenly(self.tracked, len(performances))
         ways, remarks = self.ways(people)
         displayed = self.demonstrated
         distinct = sorted({condition for _, condition in self.conditions})
@@ -147,7 +147,7 @@ class HeldOutTracking(Sweep):
             )
             return trial.all(distinct, displayed)
 
-        items = [(way, int(m)) for way in ways for m in chosen]
+        items = [(way, int(m)) for way in ways for m in numbers]
         results = map_processes(tracked, items, inputs.workers)
         rows = pd.concat(
             result.rows.assign(leave_out=str(way), performance=inputs.dataset.clip[m], person=people[m])
@@ -156,19 +156,19 @@ class HeldOutTracking(Sweep):
         # The performance with the median error with the prior, for the first kind of leaving out.
         errors = [
             joint_error(result.joints[0], performances[m].joints_mm).mean()
-            for m, result in zip(chosen, results, strict=False)
+            for m, result in zip(numbers, results, strict=False)
         ]
         middle = np.argsort(errors, kind="stable")[len(errors) // 2]
-        picked, true = results[middle], performances[chosen[middle]].joints_mm
-        rate_hz = inputs.dataset.frame_rate_hz[chosen[middle]]
+        picked, true = results[middle], performances[numbers[middle]].joints_mm
+        rate_hz = inputs.dataset.frame_rate_hz[numbers[middle]]
         return TrackingErrors(
             rows=conditions.merge(
                 rows, on=list(asdict(displayed))
             ),  # several varied quantities may share a condition
             leave_out=np.array(ways, str),
             methods=np.array(METHODS),
-            tracked=chosen,
-            shown=chosen[[middle]],
+            tracked=numbers,
+            shown=numbers[[middle]],
             shown_particles=displayed.particles,
             shown_noise_mm=displayed.noise_mm,
             shown_occluded=displayed.occluded,

@@ -91,7 +91,7 @@ class EigenwalkersModel(Model):
                 count=people,
             )
         population = samples if mirrors is None else np.concatenate([samples, mirrors])
-        whole = linear_model.fit(
+        overall = linear_model.fit(
             population, len(population), divisor=how["divisor"], scale_last=how["scale_last"]
         )
         blocks = [range(start, min(start + BLOCK, len(samples))) for start in range(0, len(samples), BLOCK)]
@@ -111,10 +111,10 @@ class EigenwalkersModel(Model):
         )
         return Eigenwalkers(
             samples=samples,
-            mean=whole.mean,
-            components=whole.components,
-            eigenvalues=whole.eigenvalues,
-            total_variance=float(whole.total_variance),
+            mean=overall.mean,
+            components=overall.components,
+            eigenvalues=overall.eigenvalues,
+            total_variance=float(overall.total_variance),
             folds=stack([linear_model.truncated(fold, count) for fold in folds]),
             words=f"{count} eigenwalkers" + (f" (of {self.components} asked for)" if fewer else ""),
             remarks=[remark] if fewer else [],

@@ -179,20 +179,20 @@ class FourierDataset(Dataset):
         self, clips: Walks, representation: Callable[[int], _Series], workers: int = 1
     ) -> FourierSamples:
         """Return the samples of the chosen walks, from the representation of each."""
-        chosen = _choose(clips.person, clips.residual_share, self.walks)
+        numbers = _choose(clips.person, clips.residual_share, self.walks)
         stature = clips.stature_mm
         normalised = self.size is Size.stature
-        scale = stature[chosen].mean() / stature if normalised else np.ones(len(stature))
-        series = map_processes(representation, chosen, workers)
+        scale = stature[numbers].mean() / stature if normalised else np.ones(len(stature))
+        series = map_processes(representation, numbers, workers)
 
         def stack(name: str, power: int = 0) -> np.ndarray:
             """Return one field of all representations, scaled by a power of the size factor."""
             return np.stack(
-                [getattr(s, name) * scale[walk] ** power for walk, s in zip(chosen, series, strict=True)]
+                [getattr(s, name) * scale[walk] ** power for walk, s in zip(numbers, series, strict=True)]
             )
 
-        people = len(set(clips.person[chosen]))
-        alone = people == len(chosen)
+        people = len(set(clips.person[numbers]))
+        alone = people == len(numbers)
         return FourierSamples(
             coefficients=stack("coefficients", 1),
             frequency_hz=stack("frequency_hz"),
@@ -201,14 +201,14 @@ class FourierDataset(Dataset):
             residual_fraction=stack("residual_fraction"),
             residual_covariance=stack("residual_covariance", 2),
             temporal_covariance=stack("temporal_covariance", 2),
-            walk=np.array(chosen),
-            scale=scale[chosen],
-            person=clips.person[chosen],
-            clip=clips.clip[chosen],
-            source=clips.source[chosen],
-            unmeasured=self._unknown(clips.estimated[chosen] | clips.dropped),
+            walk=np.array(numbers),
+            scale=scale[numbers],
+            person=clips.person[numbers],
+            clip=clips.clip[numbers],
+            source=clips.source[numbers],
+            unmeasured=self._unknown(clips.estimated[numbers] | clips.dropped),
             frequency=self.frequency,
-            words=f"{people} walkers" if alone else f"{len(chosen)} walks of {people} walkers",
+            words=f"{people} walkers" if alone else f"{len(numbers)} walks of {people} walkers",
         )
 
 

@@ -160,11 +160,11 @@ def _liveliest(stretches: LimbStretches, count: int) -> np.ndarray:
     """Indices (N,) of the stretch of each clip in which joints move most about the pelvis; clips are spread evenly."""
     moves = np.diff(stretches.positions - stretches.positions[:, :, [ROOT]], axis=1)
     speed = np.square(moves).sum(axis=(1, 2, 3))
-    chosen = []
+    stretch_numbers = []
     for name in dict.fromkeys(stretches.clip):
         of_this = np.flatnonzero(stretches.clip == name)
-        chosen.append(of_this[np.argmax(speed[of_this])])
-    return np.array(chosen)[evenly(count, len(chosen))]
+        stretch_numbers.append(of_this[np.argmax(speed[of_this])])
+    return np.array(stretch_numbers)[evenly(count, len(stretch_numbers))]
 
 
 def _objective(choice: LimbChoice) -> float:

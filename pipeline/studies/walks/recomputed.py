@@ -99,13 +99,13 @@ def _error(
     depth = np.array([[-np.sin(view), np.cos(view), 0.0]])
     measured, numbers = ~data.unmeasured[r], 3 * blocks * joints
 
-    def along(vectors: np.ndarray, axes: np.ndarray, *, whole: bool = False) -> np.ndarray:
+    def along(vectors: np.ndarray, axes: np.ndarray, *, complete: bool = False) -> np.ndarray:
         points = vectors[:, :numbers].reshape(-1, blocks, joints, 3)[:, :, measured] @ axes.T
         return np.column_stack(
-            [points.reshape(len(vectors), -1), vectors[:, numbers:] if whole else vectors[:, :0]]
+            [points.reshape(len(vectors), -1), vectors[:, numbers:] if complete else vectors[:, :0]]
         )
 
-    d, E = along(walker, image, whole=True)[0], along(eigenwalkers, image, whole=True)
+    d, E = along(walker, image, complete=True)[0], along(eigenwalkers, image, complete=True)
     prior = np.diag(1.0 / variances)
     k = np.linalg.pinv(E.T) @ d if noise is None else np.linalg.solve(E @ E.T + noise * prior, E @ d)
     off = along(walker, depth)[0] - k @ along(eigenwalkers, depth)

@@ -29,13 +29,13 @@ def sequence_differences(
     action: Action, options: ActionSpaceModel, alignment: str
 ) -> tuple[np.ndarray, float]:
     """Return the rms difference of each performance (M,) from its alignment by key-frames, and that of the means."""
-    ours, theirs = np.stack(action.sequences(alignment)), action.keyframe
+    aligned, by_key_frames = np.stack(action.sequences(alignment)), action.keyframe
     common = synchronization.synchronize(
-        ours.mean(axis=0), theirs.mean(axis=0), smoothness=action.smoothness, **options.path_options
+        aligned.mean(axis=0), by_key_frames.mean(axis=0), smoothness=action.smoothness, **options.path_options
     ).disparity
-    theirs = synchronization.warp(theirs, np.broadcast_to(common, theirs.shape[:2]))
-    each = ((ours - theirs) ** 2).mean(axis=(1, 2))
-    means = ((ours.mean(axis=0) - theirs.mean(axis=0)) ** 2).mean()
+    by_key_frames = synchronization.warp(by_key_frames, np.broadcast_to(common, by_key_frames.shape[:2]))
+    each = ((aligned - by_key_frames) ** 2).mean(axis=(1, 2))
+    means = ((aligned.mean(axis=0) - by_key_frames.mean(axis=0)) ** 2).mean()
     return np.sqrt(each), np.sqrt(means)
 
 

@@ -107,16 +107,16 @@ def patterns_of_others(distances: np.ndarray, person: np.ndarray) -> tuple[np.nd
         C(n, m) of pattern n and performance m.
     person : (M,)
     """
-    chosen, arbitrary = np.full((2, len(person)), np.nan)
+    from_median, from_any = np.full((2, len(person)), np.nan)
     for label in np.unique(person):
         out = person == label
         if (~out).sum() < 2:
             continue
         others = np.flatnonzero(~out)
         pattern = others[median_sequence(distances[np.ix_(others, others)])]
-        chosen[out] = distances[pattern, out]
-        arbitrary[out] = distances[np.ix_(others, np.flatnonzero(out))].mean(axis=0)
-    return chosen, arbitrary
+        from_median[out] = distances[pattern, out]
+        from_any[out] = distances[np.ix_(others, np.flatnonzero(out))].mean(axis=0)
+    return from_median, from_any
 
 
 def variance_along_modes(

@@ -47,8 +47,8 @@ def random_paths(nodes: Trellis, count: int, generator: np.random.Generator) -> 
         inside = (column >= 0) & (column < reached.shape[1])
         leads_on = inside & reached[p - 1][np.where(inside, column, 0)]
         # The step with the largest of random numbers, one for each step that leads on.
-        chosen = np.where(leads_on, generator.random(leads_on.shape), -1.0).argmax(axis=1)
-        paths[:, p - 1] = towards[np.arange(count), chosen]
+        drawn_step = np.where(leads_on, generator.random(leads_on.shape), -1.0).argmax(axis=1)
+        paths[:, p - 1] = towards[np.arange(count), drawn_step]
     return paths
 
 

@@ -24,7 +24,7 @@ def performances_table(inputs: Inputs) -> pd.DataFrame:
     """Table of single performances, with results for each of them as that of a held-out person."""
     action, data = inputs.model, inputs.dataset
     postures = data.split(data.postures)
-    chosen, arbitrary = patterns_of_others(action.distances, data.person)
+    from_median, from_any = patterns_of_others(action.distances, data.person)
     along, baseline = variance_along_modes(postures, data.person)
     unseen = np.full((len(data.person), 1), np.nan)
     deviation = action.linear - action.linear.mean(axis=(0, 1))
@@ -42,8 +42,8 @@ def performances_table(inputs: Inputs) -> pd.DataFrame:
             f"acceptance_person_{s}": action.accepted.people.get(s, unseen).mean(axis=1)
             for s in ALIGNMENTS[1:]
         },
-        "distance_from_median_of_others": chosen,
-        "distance_from_any_of_others": arbitrary,
+        "distance_from_median_of_others": from_median,
+        "distance_from_any_of_others": from_any,
         "variance_along_modes_of_others": along,
         "variance_along_numbers_of_others": baseline,
         **{
@@ -65,9 +65,9 @@ def _explained(postures: list[np.ndarray], action: Action) -> list[np.ndarray]:
     all_in_step = synchronization.warp(normalised, action.disparity)  # (M, P, 37)
     others = (all_in_step.sum(axis=0) - all_in_step) / (len(all_in_step) - 1)
     left = ((all_in_step - others) ** 2).mean(axis=1)
-    whole = all_in_step.var(axis=1)
+    total = all_in_step.var(axis=1)
     return [
-        1.0 - left[:, numbers].sum(axis=1) / whole[:, numbers].sum(axis=1)
+        1.0 - left[:, numbers].sum(axis=1) / total[:, numbers].sum(axis=1)
         for numbers in (slice(1), slice(1, None))
     ]
 

@@ -152,7 +152,7 @@ def farthest_apart(bodies: np.ndarray, count: int) -> list[int]:
     [1, 3]
     """
     distances = np.linalg.norm(bodies[:, None] - bodies[None], axis=-1).mean(axis=-1)
-    chosen = [0]
-    while len(chosen) <= min(count, len(bodies) - 1):
-        chosen.append(int(distances[chosen].min(axis=0).argmax()))
-    return [number - 1 for number in chosen[1:]]
+    numbers = [0]
+    while len(numbers) <= min(count, len(bodies) - 1):
+        numbers.append(int(distances[numbers].min(axis=0).argmax()))
+    return [number - 1 for number in numbers[1:]]

@@ -176,8 +176,8 @@ class OptimalPath(Figure):
     def _pair(self, inputs: Inputs) -> tuple[int, int]:
         """Numbers of the median sequence and of the performance that is brought to its rate."""
         median, count = inputs.model.median, len(inputs.samples)
-        chosen = inputs.model.farthest if self.performance == -1 else self.performance
-        if chosen >= count or chosen == median:
+        performance = inputs.model.farthest if self.performance == -1 else self.performance
+        if performance >= count or performance == median:
             raise InvalidInput(
                 "no such performance to synchronize",
                 "figure.performance",
@@ -185,7 +185,7 @@ class OptimalPath(Figure):
                 self.performance,
                 code="unknown_performance",
             )
-        return median, chosen
+        return median, performance
 
     def _dimension(self, inputs: Inputs, alignment: str) -> tuple[np.ndarray, np.ndarray]:
         """One dimension of both performances (P,)."""

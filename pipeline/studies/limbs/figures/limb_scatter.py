@@ -162,11 +162,14 @@ class LimbScatter(Figure):
             timeline="log10_eta_per_mille",
         ) as rec:
             globe, wires = sphere()
-            for where, chosen in {**{k: np.array([v]) for k, v in examples.items()}, "cursor": rows}.items():
+            for where, selected in {
+                **{k: np.array([v]) for k, v in examples.items()},
+                "cursor": rows,
+            }.items():
                 for part, (name, (colour, scale)) in enumerate(PATHS.items()):
                     rec.skeleton(
                         f"world/{where}/{name}",
-                        scale * paths[chosen, part],
+                        scale * paths[selected, part],
                         bones,
                         at=at if where == "cursor" else at[:1],
                         colour=colour,
@@ -244,5 +247,5 @@ def _correlations(rows: pd.DataFrame) -> pd.DataFrame:
 def increasing(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return increasing whole numbers, and the indices of the values that round to them (the first of several)."""
     order = np.argsort(values, kind="stable")
-    whole, first = np.unique(np.rint(values[order]).astype(int), return_index=True)
-    return whole, order[first]
+    rounded, first = np.unique(np.rint(values[order]).astype(int), return_index=True)
+    return rounded, order[first]

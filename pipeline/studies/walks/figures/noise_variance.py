@@ -53,9 +53,9 @@ class NoiseVariance(Figure):
             "absolute_error_se_mm2": ("absolute_error_mm2", lambda each: sd(each) / np.sqrt(len(each))),
         }
         walkers = sweep.rows.groupby(by, as_index=False)["absolute_error_mm2"].mean()
-        sigma2, chosen = sweep.sigma2(inputs.samples), sweep.chosen(inputs.samples)
+        sigma2, nested = sweep.sigma2(inputs.samples), sweep.chosen(inputs.samples)
         average = walkers[
-            (walkers["method"] == AVERAGE_WALKER.name) & walkers["walker"].isin(chosen["walker"])
+            (walkers["method"] == AVERAGE_WALKER.name) & walkers["walker"].isin(nested["walker"])
         ]
         errors = sigma2.pivot(index=["person", "walker"], columns="sigma2_mm2", values="absolute_error_mm2")
         added = errors.sub(errors[errors.mean().idxmin()], axis=0).stack().rename("added_error_mm2")
@@ -73,7 +73,7 @@ class NoiseVariance(Figure):
                 },
                 by=["view_angle_deg", "sigma2_mm2"],
             ),
-            "table_nested": tidy(pd.concat([chosen, average]), by=["walker", "method"]),
+            "table_nested": tidy(pd.concat([nested, average]), by=["walker", "method"]),
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:

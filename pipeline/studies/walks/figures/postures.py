@@ -170,7 +170,7 @@ class Postures(Figure):
         """Record walkers, original and reconstructed from every demonstration view, walking in place."""
         data, views = inputs.dataset, inputs.sweep.demonstration_view_deg
         compared = methods.chosen(inputs.sweep.methods.tolist())
-        chosen = entity_name(inputs.samples[self.walker])
+        displayed = entity_name(inputs.samples[self.walker])
         middle = 1 if len(views) > 1 else 0
         seconds = 1.0 / np.median(data.frequency_hz)
         times = np.arange(0.0, seconds, 1.0 / _PLAYED_HZ)
@@ -216,8 +216,8 @@ class Postures(Figure):
                         *(f"world/reconstructed/{m.name}/view_{view:g}" for m in compared),
                     ),
                     shown=(
-                        f"world/original/{chosen}",
-                        *(f"world/reconstructed/{m.name}/view_{view:g}/{chosen}" for m in compared),
+                        f"world/original/{displayed}",
+                        *(f"world/reconstructed/{m.name}/view_{view:g}/{displayed}" for m in compared),
                     ),
                 )
                 for view in views
@@ -228,7 +228,7 @@ class Postures(Figure):
                     Image2D(
                         name=f"observed at {views[middle]:g}°",
                         contents=(f"image/observed/view_{views[middle]:g}",),
-                        shown=(f"image/observed/view_{views[middle]:g}/{chosen}",),
+                        shown=(f"image/observed/view_{views[middle]:g}/{displayed}",),
                         beside=spaces[middle],
                     ),
                     Notes(),
