@@ -63,7 +63,7 @@ class Task:
             one = self.experiment
             if self.through == SAMPLES:
                 return ingest.run(one, store, number).artefact.computed
-            return populations.swept(one, number, store).artefact.computed
+            return populations.sweep_population(one, number, store).artefact.computed
 
         return any(map_processes(computed, self.populations, self.experiment.workers))
 
@@ -121,7 +121,7 @@ def _keys(one: Experiment) -> dict[str, str]:
     chain.run(one, asked, through="sweep" if sweeps else "model")
     if populations.count(one):
         if sweeps:
-            populations.swept(one, 0, asked)
+            populations.sweep_population(one, 0, asked)
         else:
             ingest.run(one, asked, 0)
     keys: dict[str, str] = {}

@@ -1,5 +1,5 @@
 """The five stages of an experiment: ``ingest → dataset → model → sweep → figure``.
 
-A stage knows no study by name.  It asks the store for the artefact of its options, inputs and sources, and calls the
-option's method if there is none.
+A stage does not depend on any study.  It looks up the artefact of its options, inputs and sources in the store, and
+calls the option's method if the store does not have it.
 """

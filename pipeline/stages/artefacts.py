@@ -21,7 +21,7 @@ class Stored(Generic[Value]):
     ----------
     value : dataclass
     artefact : Artefact
-        Its stage and key, the duration, and why it was computed.
+        Stage and key of the result, time that it took and the reason for computing it.
     """
 
     value: Value
@@ -45,24 +45,24 @@ def stored(
     store : Store
     stage : str
     options : dataclass or mapping
-        Whatever changes the result, apart from the inputs.
+        Options that change the result.
     inputs : sequence of Stored
     compute : callable
         Returns the value.
     result : type
-        Its dataclass.
+        Dataclass of the value.
     sources : sequence of str
         Modules that compute the result; a change in them, or in what they import, changes the key.
     """
     artefact = store.artefact(
         stage,
         options,
-        [kept.artefact for kept in inputs],
+        [item.artefact for item in inputs],
         lambda: pack(compute()),
         code=sources_digest(sources),
-        fits=lambda found: unpack(result, found.arrays, found.notes),
+        fits=lambda cached: unpack(result, cached.arrays, cached.notes),
     )
     if store.dry_run:
-        return Stored(cast(Value, None), artefact)  # the value is not used
-    # Also a value just computed is rebuilt from its arrays, so that it is the same as one that was found.
+        return Stored(cast(Value, None), artefact)  # dry run: the value is not used
+    # A new value is rebuilt from its arrays too, so that it equals a cached one.
     return Stored(unpack(result, artefact.arrays, artefact.notes), artefact)

@@ -26,52 +26,52 @@ def run(
     through: str = "sweep",
     at: Callable[[str], AbstractContextManager[None]] = lambda stage: nullcontext(),
 ) -> tuple[Stored[Any], ...]:
-    """Return clips, samples, model and measurements, or the first of them.
+    """Run the stages up to `through` and return their results: clips, samples, model and measurements.
 
     Parameters
     ----------
     experiment : Experiment
     store : Store
     through : str
-        The last stage that is run.
+        Last stage to run.
     at : callable
-        Makes the context in which a stage, given its name, runs.
+        Returns the context manager in which a stage runs, from the stage's name.
     """
     done: list[Stored[Any]] = []
     for stage in STAGES[: STAGES.index(through) + 1]:
         with at(stage):
             done.append(_after(done, stage, experiment, store) if done else ingest.run(experiment, store))
-        return_memory()  # of small arrays that a stage made and let go, which would otherwise stay
+        return_memory()  # of the stage's small arrays, which the allocator would keep
     return tuple(done)
 
 
 def _after(before: Sequence[Stored[Any]], stage: str, experiment: Experiment, store: Store) -> Stored[Any]:
-    """Return what a stage makes, by its options, of the results of the stages before it."""
+    """Return the result of a stage, from its options and the results of the earlier stages."""
     options = getattr(experiment, stage)
-    made_from, inputs, modules = options, before[-1:], [type(options).__module__]
+    key_options, inputs, modules = options, before[-1:], [type(options).__module__]
     if stage == "sweep":
         inputs = before if options.reads_clips else before[1:]
         modules += options.modules()
         if options.draws_random_numbers:
-            made_from = {"sweep": options, "seed": experiment.seed}
+            key_options = {"sweep": options, "seed": experiment.seed}
         files = options.further_files(experiment.data)
         if files:
-            made_from = {
-                "sweep": made_from,
+            key_options = {
+                "sweep": key_options,
                 "files": {name: file_digest(path) for name, path in files.items()},
             }
-        clips, dataset, model = (kept.value for kept in before)
-        given = SweepInputs(
+        clips, dataset, model = (stage_result.value for stage_result in before)
+        sweep_inputs = SweepInputs(
             clips, dataset, model, experiment.model, experiment.workers, experiment.seed, files
         )
-        method, compute = options.measure, partial(options.measure, given)
+        method, compute = options.measure, partial(options.measure, sweep_inputs)
     else:
         method = options.build if stage == "dataset" else options.learn
         compute = partial(method, before[-1].value, workers=experiment.workers)
     return stored(
         store,
         stage,
-        made_from,
+        key_options,
         inputs,
         compute,
         result=result_type(method),

@@ -12,7 +12,7 @@ from pipeline.papers import Verdict
 from pipeline.stages import populations
 from pipeline.stages.artefacts import Stored
 from pipeline.stages.ingest import report_table
-from pipeline.stages.shown_population import shown
+from pipeline.stages.shown_population import displayed_population
 from pipeline.stages.sources import figure_code, used_plugins
 from pipeline.storage import tables
 from pipeline.storage.provenance import provenance, without_paths
@@ -35,7 +35,7 @@ def run(
     measures: Registry,
     early: bool = False,
 ) -> list[Verdict]:
-    """Publish the figure in `folder` and return the verdicts on the claims that rest on it alone.
+    """Publish the figure in `folder` and return the verdicts on the claims that need no other figure.
 
     Writes ``table*.csv``, ``claims.csv``, ``table_ingest.csv``, ``figure.svg`` and ``.png``, ``recording*.rrd``,
     ``arrays.npz`` and, last, ``manifest.json``.
@@ -49,51 +49,54 @@ def run(
     store : Store
     measures : Registry
     early : bool
-        Whether what needs no further populations is published before they are made, if nothing is there yet.
+        True: publish the figure of one population first, if `folder` does not exist and further populations follow.
     """
-    inputs = FigureInputs(experiment, *(kept.value for kept in stages))
+    inputs = FigureInputs(experiment, *(stage.value for stage in stages))
     if early and populations.count(experiment) and not folder.exists():
-        _publish(inputs, stages, folder, experiment.figure.tables(inputs), measures, whole=False)
-    inputs, made = shown(inputs, store)
-    return _publish(inputs, stages, folder, made, measures)
+        _publish(inputs, stages, folder, experiment.figure.tables(inputs), measures, complete=False)
+    inputs, figure_tables = displayed_population(inputs, store)
+    return _publish(inputs, stages, folder, figure_tables, measures)
 
 
 def _publish(
     inputs: FigureInputs[Any, Any, Any],
     stages: Sequence[Stored[Any]],
     folder: Path,
-    made: Mapping[str, Any],
+    figure_tables: Mapping[str, Any],
     measures: Registry,
     *,
-    whole: bool = True,
+    complete: bool = True,
 ) -> list[Verdict]:
-    """Publish a figure with these tables; one that is not whole has no recording and no digest of its sources."""
-    experiment, figure, made = inputs.experiment, inputs.experiment.figure, dict(made)
+    """Publish a figure with these tables; an incomplete one lacks the recording and the digest of its sources."""
+    experiment, figure, figure_tables = inputs.experiment, inputs.experiment.figure, dict(figure_tables)
     with publish(folder, having="figure") as publication:
-        for name, table in made.items():
+        for name, table in figure_tables.items():
             tables.write(publication.folder / f"{name}.csv", table)
         report = report_table(inputs.clips.report, inputs.clips.report_columns)
         tables.write(publication.folder / f"{INGEST}.csv", report, sort_by=["source", "person", "clip"])
-        judged = {**made, INGEST: report}
+        judged_tables = {**figure_tables, INGEST: report}
         verdicts = judge_figure(
-            experiment.name, judged, experiment.data.name, measures=measures,
+            experiment.name, judged_tables, experiment.data.name, measures=measures,
             smoke=experiment.scale.name == SMOKE, overridden=folder.parent != experiment.published_in,
         )  # fmt: skip
         write_claims(publication.folder / "claims.csv", verdicts)
         (publication.folder / "arrays.npz").write_bytes(packed({**inputs.arrays, **figure.arrays(inputs)}))
-        sheet = figure.charts(inputs, made).with_published(papers.published)
+        sheet = figure.charts(inputs, figure_tables).with_published(papers.published)
         caption = f"{inputs.caption} {sheet.caption}".strip()
-        expect = filled_caption(experiment.expect, number_of_figure(experiment.name, judged, measures))
+        expect = filled_caption(experiment.expect, number_of_figure(experiment.name, judged_tables, measures))
         if figure.picture:
             from pipeline.pictures.picture import Picture
 
-            figure.draw(inputs, made, Picture(publication.folder / "figure", sheet, made, caption))
-        if figure.recording and whole:
+            figure.draw(
+                inputs, figure_tables, Picture(publication.folder / "figure", sheet, figure_tables, caption)
+            )
+        if figure.recording and complete:
             begin = partial(
                 recordings.Recording, publication.folder / "recording.rrd", name=experiment.name, charts=sheet.charts,
-                about=inputs.about(expect), edition=f"{experiment.data.name} {experiment.scale.name}", tables=made,
+                about=inputs.about(expect), edition=f"{experiment.data.name} {experiment.scale.name}",
+                tables=figure_tables,
             )  # fmt: skip
-            figure.record(inputs, made, begin)
+            figure.record(inputs, figure_tables, begin)
         publication.facts = {
             "figure": experiment.name,
             "paper": experiment.paper,
@@ -103,10 +106,10 @@ def _publish(
             "seed": experiment.seed,
             **({"population": inputs.population} if inputs.population else {}),
             "configuration": without_paths(canonical(experiment)),
-            "code": figure_code(experiment) if whole else "",
+            "code": figure_code(experiment) if complete else "",
             "stages": {
                 a.stage: {"key": a.key, "content": a.content, "seconds": a.seconds}
-                for a in (kept.artefact for kept in stages)
+                for a in (stage.artefact for stage in stages)
             },
             "inputs": inputs.clips.inputs,
             "caption": caption,

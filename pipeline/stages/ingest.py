@@ -20,18 +20,18 @@ from pipeline.validation import InvalidInput
 
 
 def run(experiment: Experiment, store: Store, population: int | None = None) -> Stored[Clips]:
-    """Return the usable clips of the kind that the experiment's dataset asks for, and the report on each clip.
+    """Return the usable clips of the kind that the experiment's dataset needs, with the report on each clip.
 
-    Synthetic walks that only the dataset reads are represented and let go.  If there are no usable clips, the report is
-    written all the same, beside the figures of the data set: ``refused_walks.csv``, ``refused_performances.csv`` or
-    ``refused_clips.csv``.
+    Synthetic walks that only the dataset reads are streamed: each is represented, then discarded.  Without usable clips
+    the report is still written, next to the figures of the data set: ``refused_walks.csv``,
+    ``refused_performances.csv`` or ``refused_clips.csv``.
 
     Parameters
     ----------
     experiment : Experiment
     store : Store
     population : int, optional
-        Of which further synthetic population.
+        Number of a further synthetic population, from 0; None for the population of the preset.
     """
     corpus, dataset = experiment.dataset.corpus, experiment.dataset.shared()
     stage, seed, workers = "ingest", experiment.seed, experiment.workers
@@ -68,7 +68,7 @@ def report_table(rows: Sequence[Mapping[str, Any]], columns: Sequence[str]) -> d
 
 
 def _column(values: list[Any]) -> np.ndarray:
-    """Return a column of the report: numbers, NaN where a refused clip has none, or text."""
+    """Return a column of the report: numbers (NaN for empty cells) or texts."""
     if any(isinstance(value, int | float) for value in values):
         return np.array([np.nan if value == "" else float(value) for value in values])
     return np.array([str(value) for value in values])

@@ -1,4 +1,4 @@
-"""Further synthetic populations, of which a figure's tables are made again: how far results depend on who was drawn."""
+"""Further synthetic populations: a figure's tables for each show how much results vary with the sample of people."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from pipeline.studies.study import NoSweep, SweepInputs, Tables
 
 
 def count(experiment: Experiment) -> int:
-    """Return how many further populations a figure has: none where its sweep reads clips, which are not kept."""
+    """Return the number of further populations of a figure; 0 if its sweep reads clips, which are not stored."""
     data, figure = experiment.data, experiment.figure
     if not isinstance(data, SyntheticPeople) or not figure.traits.over_people or experiment.sweep.reads_clips:
         return 0
@@ -27,48 +27,48 @@ def count(experiment: Experiment) -> int:
 
 
 def tables(experiment: Experiment, store: Store) -> Tables:
-    """Return the tables of all further populations, ``table_populations`` for ``table``; none if there are none.
+    """Return the tables of all further populations, such as ``table_populations``; empty without such populations.
 
-    Training and test people vary together; the sweep is the figure's (`Sweep.of_populations`).
+    Training and test people vary together.  The figure's sweep is replaced by `Sweep.of_populations`.
     """
     figure, total = experiment.figure, count(experiment)
     if not total:
         return {}
 
-    def one(number: int) -> Tables:
+    def population_tables(number: int) -> Tables:
         inputs = inputs_of(experiment, number, store.forgetful())
         with without_intervals():
-            found = figure.tables(inputs)
-        return {name: _without_intervals(found[name], number) for name in figure.traits.over_people}
+            figure_tables = figure.tables(inputs)
+        return {name: _without_intervals(figure_tables[name], number) for name in figure.traits.over_people}
 
-    # Figures that begin together share the work: one makes populations from the first on, others from the middle.
+    # Figures that run at the same time share the work: one begins with the first population, others in the middle.
     begin = 0 if isinstance(experiment.sweep, NoSweep) else total // 2
     order = [*range(begin, total), *range(begin)]
-    if begin:  # first what figures share, so that none waits until another has swept it
+    if begin:  # shared clips first, so that no figure waits for the sweep of another
         map_processes(lambda number: ingest.run(experiment, store, number), order, experiment.workers)
-    made = dict(zip(order, map_processes(one, order, experiment.workers), strict=True))
+    by_population = dict(zip(order, map_processes(population_tables, order, experiment.workers), strict=True))
     return {
         name.removesuffix("_people") + "_populations": pd.concat(
-            [made[number][name] for number in range(total)], ignore_index=True
+            [by_population[number][name] for number in range(total)], ignore_index=True
         )
         for name in figure.traits.over_people
     }
 
 
 def _without_intervals(table: pd.DataFrame, number: int) -> pd.DataFrame:
-    kept = [name for name in table if not str(name).endswith(("_low", "_high"))]
-    table = table[kept].copy()
+    columns = [name for name in table if not str(name).endswith(("_low", "_high"))]
+    table = table[columns].copy()
     table.insert(0, POPULATION, number + 1)
     return table
 
 
-def swept(experiment: Experiment, number: int, store: Store) -> Stored[Any]:
-    """Return what the figure's sweep measures of one population."""
+def sweep_population(experiment: Experiment, number: int, store: Store) -> Stored[Any]:
+    """Return the result of the figure's sweep on one population."""
     model, sweep = experiment.model, experiment.sweep.of_populations()
-    kept = ingest.run(experiment, store, number)
+    clips = ingest.run(experiment, store, number)
 
     def measure() -> Any:
-        samples = experiment.dataset.build(kept.value, workers=1)
+        samples = experiment.dataset.build(clips.value, workers=1)
         learnt = model.learn(samples, workers=1)
         seed = ingest.seed_of(experiment, number)
         return sweep.measure(SweepInputs(None, samples, learnt, model, 1, seed))
@@ -77,7 +77,7 @@ def swept(experiment: Experiment, number: int, store: Store) -> Stored[Any]:
         store,
         "population_sweep",
         {"dataset": experiment.dataset, "model": model, "sweep": sweep},
-        [kept],
+        [clips],
         measure,
         result=result_type(sweep.measure),
         sources=[type(model).__module__, type(sweep).__module__, *sweep.modules()],
@@ -87,7 +87,7 @@ def swept(experiment: Experiment, number: int, store: Store) -> Stored[Any]:
 def inputs_of(
     experiment: Experiment, number: int, store: Store, *, shown: bool = False
 ) -> FigureInputs[Any, Any, Any]:
-    """Return the inputs of the figure for one population; unless it is `shown`, without a model that no table needs."""
+    """Return the inputs of the figure for one population; a model that no table needs is learnt only if `shown`."""
     model, sweep, workers = experiment.model, experiment.sweep, experiment.workers if shown else 1
     clips = ingest.run(experiment, store, number).value
     samples = experiment.dataset.build(clips, workers=workers)
@@ -96,6 +96,6 @@ def inputs_of(
     if alone or (shown and sweep.of_populations() != sweep):
         seed = ingest.seed_of(experiment, number)
         measured = sweep.measure(SweepInputs(clips, samples, learnt, model, workers, seed))
-    else:  # of which all are measured
-        measured = swept(experiment, number, store).value
+    else:  # the sweep that all populations share
+        measured = sweep_population(experiment, number, store).value
     return FigureInputs(experiment, clips, samples, learnt, measured, number + 1 if shown else 0)

@@ -1,4 +1,4 @@
-"""Sources that make a figure: those of the package, of plug-ins and of users' files."""
+"""Source code behind a figure: that of the package, of plug-ins and of users' files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pipeline.studies.experiment import Experiment
 
 
 def used_plugins(experiment: Experiment, folder: Path) -> list[dict[str, str]]:
-    """Return the plug-ins that a figure used, and put the texts of users' files next to its tables."""
+    """Return the plug-ins that a figure used, and copy users' files next to its tables."""
     options = (experiment.dataset, experiment.model, experiment.sweep, experiment.figure)
     modules = [*(type(option).__module__ for option in options), *experiment.sweep.modules()]
     for file in experiment.plugins:
@@ -22,6 +22,6 @@ def used_plugins(experiment: Experiment, folder: Path) -> list[dict[str, str]]:
 
 def figure_code(experiment: Experiment) -> str:
     """Return the digest of the sources of tables, picture and recording."""
-    drawn = ("pipeline.pictures.picture", "pipeline.recordings.recording")
-    own = (*experiment.sweep.modules(), *modules_of_files(experiment.plugins))
-    return sources_digest([type(experiment.figure).__module__, *own, *drawn])
+    drawing = ("pipeline.pictures.picture", "pipeline.recordings.recording")
+    modules = (*experiment.sweep.modules(), *modules_of_files(experiment.plugins))
+    return sources_digest([type(experiment.figure).__module__, *modules, *drawing])

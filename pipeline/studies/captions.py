@@ -1,4 +1,4 @@
-"""Captions are templates: their numbers come from tables and claims, their colours from the palette."""
+"""Captions from templates: numbers come from tables and claims, colours from the palette."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pipeline import papers
 from pipeline.palette import colour_name
 
 PUBLISHED, COLOUR = "published_", "colour_"
-"""Beginnings of the placeholders of a claim's published number and of the colour of a role."""
+"""Prefixes of the placeholders for a claim's published number and for the colour of a role."""
 
 
 def filled_caption(text: str, number: Callable[[str], float]) -> str:
@@ -44,14 +44,14 @@ def filled_caption(text: str, number: Callable[[str], float]) -> str:
         elif name.startswith(PUBLISHED):
             values[name] = _Number(papers.published(name.removeprefix(PUBLISHED)))
         else:
-            papers.quantity(name)  # a slip in a name is an error, also where no number is at hand
+            papers.quantity(name)  # a misspelt name is an error even without a number
             values[name] = _Number(number(name))
     return text.format_map(values)
 
 
 @dataclass(frozen=True)
 class _Number:
-    """A number that is written as ``(no number here)`` where it is not known."""
+    """Number, written as ``(no number here)`` if it is not finite."""
 
     value: float
 

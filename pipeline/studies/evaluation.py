@@ -1,4 +1,4 @@
-"""Measures by name: the registry, and the value of a measure from tables, in one replicate or in all at once."""
+"""Registry of measures, and the value of a measure from tables, in one replicate or in all."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ def registry(*modules: ModuleType) -> Registry:
     Raises
     ------
     InvalidInput
-        If two have the same name.
+        If two measures have the same name.
     """
-    found: dict[str, Callable[..., Number]] = {}
+    by_name: dict[str, Callable[..., Number]] = {}
     for module in modules:
         for name, function in getmembers(module, isfunction):
             if function.__module__ != module.__name__ or name.startswith("_"):
                 continue
             if get_type_hints(function).get("return") not in (float, Number, Count):
                 continue
-            if name in found:
+            if name in by_name:
                 raise InvalidInput(
-                    f"two measures are called {name!r}", module.__name__, code="duplicate_name"
+                    f"two measures have the name {name!r}", module.__name__, code="duplicate_name"
                 )
-            found[name] = function
-    return found
+            by_name[name] = function
+    return by_name
 
 
 def check(measure: Measure, registry: Registry, where: str) -> None:
@@ -53,7 +53,7 @@ def check(measure: Measure, registry: Registry, where: str) -> None:
     for part in measure.parts:
         if part.name not in registry:
             raise InvalidInput(
-                f"no measure {part.name!r}",
+                f"unknown measure {part.name!r}",
                 where,
                 f"one of {', '.join(registry)}",
                 code="unknown_measure",
@@ -61,13 +61,13 @@ def check(measure: Measure, registry: Registry, where: str) -> None:
             )
         function = registry[part.name]
         try:
-            given = signature(function).bind(**part.arguments).arguments
+            arguments = signature(function).bind(**part.arguments).arguments
         except TypeError as error:
             raise InvalidInput(
                 f"wrong arguments of {part.name}: {error}", where, code="wrong_arguments"
             ) from error
         types = get_type_hints(function)
-        for name, value in given.items():
+        for name, value in arguments.items():
             if not _fits(value, types[name]):
                 raise InvalidInput(
                     f"wrong argument {name!r} of {part.name}",
@@ -81,14 +81,14 @@ def check(measure: Measure, registry: Registry, where: str) -> None:
                 columns_of(value)
 
 
-def _fits(value: object, wanted: Any) -> bool:
-    if wanted in (float, Number):
+def _fits(value: object, annotation: Any) -> bool:
+    if annotation in (float, Number):
         return isinstance(value, int | float | Measure) and not isinstance(value, bool)
-    if wanted in (list[float], list[Number]):
+    if annotation in (list[float], list[Number]):
         return isinstance(value, tuple) and all(_fits(item, float) for item in value)
-    if wanted == list[str]:
+    if annotation == list[str]:
         return isinstance(value, tuple) and all(isinstance(item, str) for item in value)
-    return isinstance(value, str if wanted in (str, Table, Expression) else wanted)
+    return isinstance(value, str if annotation in (str, Table, Expression) else annotation)
 
 
 def evaluate(
@@ -115,14 +115,14 @@ def evaluate(
     function = registry[measure.name]
     types = get_type_hints(function)
 
-    def given(value: object, wanted: Any) -> Any:
+    def resolved(value: object, annotation: Any) -> Any:
         if isinstance(value, Measure):
             return evaluate(value, registry, tables, replicates)
         if isinstance(value, tuple):
-            return [given(item, None) for item in value]
-        return tables[str(value)] if wanted is Table else value
+            return [resolved(item, None) for item in value]
+        return tables[str(value)] if annotation is Table else value
 
-    arguments = {name: given(value, types[name]) for name, value in measure.arguments.items()}
+    arguments = {name: resolved(value, types[name]) for name, value in measure.arguments.items()}
     with np.errstate(all="ignore"):
         if types["return"] == Number or not replicates:
             return as_number(np.asarray(function(**arguments), float))

@@ -19,7 +19,7 @@ ModelT = TypeVar("ModelT")
 SweepT = TypeVar("SweepT")
 
 ANKLE_HEIGHT_MM = 80.0
-"""Of the joint above the sole, about; only for showing people on the ground."""
+"""Approximate height of the ankle joint above the sole, mm; only for the display of people on the ground."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
     dataset, model, sweep : dataclass
         Results of the stages of these names.
     population : int
-        Number of the synthetic population, 0 for the data as it is.
+        Number of the synthetic population; 0 for the data of the preset.
     """
 
     experiment: Experiment
@@ -46,7 +46,7 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
     @property
     def samples(self) -> list[str]:
         """Name of each sample: the name of its clip."""
-        return [str(name) for name in getattr(self.dataset, "clip")]  # noqa: B009 - of every dataset
+        return [str(name) for name in getattr(self.dataset, "clip")]  # noqa: B009 - every dataset has it
 
     @property
     def summary(self) -> str:
@@ -59,7 +59,7 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
 
     @property
     def _drawn(self) -> str:
-        """Which population this is, and why."""
+        """Number of the population and the reason for its choice; empty for the data of the preset."""
         if not self.population:
             return ""
         error = re.sub("_(mm2?|deg)$", "", self.experiment.figure.traits.ranked_by[1]).replace("_", " ")
@@ -68,18 +68,18 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
 
     @property
     def banded(self) -> str:
-        """What intervals around curves are, for captions."""
+        """Meaning of the bands around curves, for captions."""
         return "range of all populations" if self.population else "95 % interval of the mean over people"
 
     @property
     def caption(self) -> str:
-        """What the figure's caption begins with."""
+        """Beginning of the figure's caption: title, data and credit."""
         return " ".join(
             filter(None, (f"{self.experiment.title}. Data: {self.summary}.", self.experiment.data.credit))
         )
 
     def about(self, expect: str) -> str:
-        """Return the recording's description, Markdown, with what the reader should see."""
+        """Return the description of the recording in Markdown, with the text on the expected result."""
         return "\n".join(
             [
                 f"# {self.experiment.name}",
@@ -102,9 +102,9 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
-        """Arrays of ``arrays.npz``: of the sweep, of a published model, and the names of the samples.
+        """Arrays of ``arrays.npz``: those of the sweep and of a published model, and the names of the samples.
 
-        What the sweep has as rows is in the tables.
+        Data frames of the sweep are left out, because the tables contain them.
         """
         learnt = pack(self.model)[0] if self.experiment.model.published else {}
         names = {self.experiment.dataset.corpus.sample: np.array(self.samples)}
@@ -120,7 +120,7 @@ def tidy(columns: pd.DataFrame | list[Any] | Mapping[str, Any], *, by: Sequence[
     Parameters
     ----------
     columns : DataFrame, list of rows, or mapping of str to array-like
-        The last of equal shape once broadcast, and then flattened.
+        Values of a mapping are broadcast to one shape and flattened.
     by : sequence of str
         Columns by which the rows are sorted, stably.
     """
@@ -128,7 +128,7 @@ def tidy(columns: pd.DataFrame | list[Any] | Mapping[str, Any], *, by: Sequence[
         cells = np.broadcast_arrays(*map(np.asarray, columns.values()))
         columns = {name: values.ravel() for name, values in zip(columns, cells, strict=True)}
     frame = pd.DataFrame(columns)
-    # Millions of rows that are sorted are not copied to be sorted.
+    # Sorted rows are not copied: there may be millions.
     if not by or (
         frame.index.equals(pd.RangeIndex(len(frame)))
         and pd.MultiIndex.from_frame(frame[list(by)]).is_monotonic_increasing
@@ -148,10 +148,10 @@ def sd(values: Any) -> Any:
 
 
 def entity_name(name: str) -> str:
-    """Return the name of a clip as the path of a recording's entity can hold it."""
+    """Return the name of a clip with underscores for all characters that entity paths do not allow."""
     return re.sub(r"\W", "_", name)
 
 
 def lift(motion: np.ndarray) -> np.ndarray:
-    """Return what to add to a motion (T, 15, 3) so that its lower ankle stands on the ground, (3,) mm."""
+    """Return the offset (3,), mm, that puts the lowest joint of a motion (T, 15, 3) at the height of an ankle."""
     return np.array([0.0, 0.0, ANKLE_HEIGHT_MM - motion[..., 2].min()])

@@ -22,26 +22,26 @@ from pipeline.validation import InvalidInput
 
 Tables = Mapping[str, Any]
 """Tables, or mappings of columns, by name: ``zhang2007_fig5`` is the figure's ``table.csv``, and
-``zhang2007_fig5/table_walkers`` the ``table_walkers.csv`` beside it."""
+``zhang2007_fig5/table_walkers`` the ``table_walkers.csv`` next to it."""
 
 SMOKE = "smoke"
-"""Scale whose results decide nothing."""
+"""Name of the small scale, whose results decide no claim."""
 
-LARGEST = 1e100
-"""A replicate above says nothing: the third power of its distance would be no number."""
-MOST_SILENT = 0.05
-"""Share of the replicates that may have no value, for there to be an interval."""
+MAX_REPLICATE = 1e100
+"""Replicates above this overflow in BCa and are ignored."""
+MAX_MISSING = 0.05
+"""Largest share of replicates without a value for which an interval is still computed."""
 
 SHARES = ("percent", "mean_percent", "percent_below", "larger", "smaller")
-"""Measures that are shares of rows or of walkers, or the larger or smaller of such, by name."""
+"""Names of the measures that are shares of rows or walkers, or the larger or smaller of such shares."""
 
 EXTREMES = ("largest", "smallest")
-"""Measures whose value in people drawn again never lies beyond that of all people, by name."""
+"""Names of the measures whose bootstrap replicates never lie beyond the value of the sample."""
 
 
 def judge(
     claims: Iterable[papers.Claim],
-    made: Tables,
+    figure_tables: Tables,
     data_name: str,
     *,
     measures: evaluation.Registry,
@@ -53,23 +53,23 @@ def judge(
     Parameters
     ----------
     claims : iterable of Claim
-    made : Tables
-        Tables of the figures that are made.
+    figure_tables : Tables
+        Tables of the available figures.
     data_name : str
         Option of the data group, ``"synthetic"``, ``"optical"``…
     measures : Registry
         Measures of the claims, by name.
     smoke : bool
-        Whether the figures are made at small scale, which decides nothing.
+        True if the figures are of the small scale, which decides no claim.
     overridden : bool
-        Whether options differ from the presets'.
+        True if options differ from the presets.
 
     Raises
     ------
     InvalidInput
         If a table lacks a column that a claim reads, or there is no such measure.
     """
-    frames = {name: _frame(name, table) for name, table in made.items()}
+    frames = {name: _frame(name, table) for name, table in figure_tables.items()}
     verdicts = []
     for claim in claims:
         if claim.measure:
@@ -78,11 +78,11 @@ def judge(
             why = f"figure {missing[0]} is not made yet"
             verdicts.append(papers.Verdict(claim, papers.Agreement.UNTESTABLE, why))
         else:
-            found = _evidence(claim, frames, measures, interval=not smoke)
+            evidence = _evidence(claim, frames, measures, interval=not smoke)
             verdicts.append(
                 papers.judge(
                     claim,
-                    found,
+                    evidence,
                     data_name,
                     lambda name: _number(papers.quantity(name), frames, measures),
                     smoke=smoke,
@@ -99,7 +99,7 @@ def _evidence(
     *,
     interval: bool,
 ) -> papers.Evidence:
-    """Return the value of a claim, that of its baseline and the paired gain of the one over the other."""
+    """Return the evidence on a claim: its value, the value of its baseline and the paired gain over the baseline."""
     people, doubt = _people(claim.tables, frames)
     doubt = doubt or _not_met(claim, frames, measures)
     if claim.measure is None or claim.kind is papers.Kind.CONDITION or not interval:
@@ -108,8 +108,8 @@ def _evidence(
         )
     drawn = replicate(claim.tables, frames)
     value, values = _measured(claim.measure, frames, drawn, measures)
-    found = papers.Evidence(
-        value=_beyond_the_seen(
+    evidence = papers.Evidence(
+        value=_with_clopper_pearson(
             _estimate(value, values, drawn, people, extreme=claim.measure.name in EXTREMES),
             claim.measure,
             drawn,
@@ -121,17 +121,17 @@ def _evidence(
     )
     simpler = claim.of_baseline
     if simpler is None:
-        return found
-    nothing, nothings = (
+        return evidence
+    baseline_value, baseline_values = (
         _measured(simpler, frames, drawn, measures)
         if isinstance(simpler, papers.Measure)
         else (simpler, simpler)
     )
-    better = papers.gain(claim, nothing)
+    better = papers.gain(claim, baseline_value)
     return replace(
-        found,
-        baseline=_within_a_share(_estimate(nothing, nothings, drawn, people), simpler),
-        gain=_estimate(better(value, nothing), better(values, nothings), drawn, people),
+        evidence,
+        baseline=_clipped_share(_estimate(baseline_value, baseline_values, drawn, people), simpler),
+        gain=_estimate(better(value, baseline_value), better(values, baseline_values), drawn, people),
     )
 
 
@@ -141,7 +141,7 @@ def _measured(
     drawn: Replicates | None,
     measures: evaluation.Registry,
 ) -> tuple[float, Number]:
-    """Return the value of a measure, the mean of several populations if there are, and its replicates (B,) or NaN."""
+    """Return the value of a measure (the mean over populations, if any) and its replicates (B,), NaN without any."""
     if drawn is None:
         return float(evaluation.evaluate(measure, measures, frames)), np.nan
     values = evaluation.evaluate(measure, measures, drawn.tables, drawn.size)
@@ -158,23 +158,23 @@ def _estimate(
     *,
     extreme: bool = False,
 ) -> papers.Estimate:
-    """Return a value with its 95 % interval; without one if there is none.
+    """Return a value with its 95 % interval, if enough replicates have a value.
 
-    A replicate may hold none of the rows that a measure reads, such as no clip of walking: those few say nothing.
-    The largest of people drawn again is never above the largest of all, though that of other people may be: where no
-    replicate lies beyond an extreme, its interval reaches as far beyond it as it does to the other side.
+    A replicate may lack all rows that a measure reads, such as every clip of walking; such replicates are ignored.
+    The maximum of a bootstrap sample never exceeds that of the sample, although other people may exceed it.  If no
+    replicate lies beyond an extreme value, its interval is therefore made symmetric about the value.
     """
     if drawn is None or np.ndim(values) == 0:
         return papers.Estimate(float(value))
     last = drawn.size - drawn.left_out
     draws, left_out = (
-        part[np.abs(part) < LARGEST] for part in (np.asarray(values)[:last], np.asarray(values)[last:])
+        part[np.abs(part) < MAX_REPLICATE] for part in (np.asarray(values)[:last], np.asarray(values)[last:])
     )
-    if len(draws) < max(2.0, (1.0 - MOST_SILENT) * last):
+    if len(draws) < max(2.0, (1.0 - MAX_MISSING) * last):
         return papers.Estimate(float(value))
     if drawn.kind == POPULATION:
         return papers.Estimate(float(value), *bootstrap.mean_interval(draws))
-    if extreme:  # a correction for bias would draw the one end, which is reflected, towards the value
+    if extreme:  # a bias correction would move the end that is reflected towards the value
         low, high = map(float, bootstrap.percentile_interval(draws))
     else:
         low, high = bootstrap.cluster_interval(value, draws, left_out, drawn.clusters or max(people or 2, 2))
@@ -185,16 +185,17 @@ def _estimate(
     return papers.Estimate(float(value), low, high)
 
 
-def _beyond_the_seen(
+def _with_clopper_pearson(
     share: papers.Estimate, measure: papers.Measure, drawn: Replicates | None
 ) -> papers.Estimate:
-    """Return a share of 0 or 100 % with the interval of Clopper and Pearson: what no row had, no replicate has either.
+    """Return a share of 0 or 100 % with its Clopper-Pearson interval: a count of zero has no bootstrap variance.
 
-    It takes rows as independent, which nothing tells where all are alike; shares of views, which nobody drew, stay.
+    The interval assumes independent rows, which equal rows cannot disprove.  Shares of views are returned unchanged,
+    because views are not sampled.
     """
     if drawn is None or not _is_share(measure):
         return share
-    share = _within_a_share(share, measure)
+    share = _clipped_share(share, measure)
     if share.low != share.high:
         return share
     counts = []
@@ -203,18 +204,18 @@ def _beyond_the_seen(
         if arguments.get("by", "walker") != "walker":
             return share
         counts.append(rows["walker"].nunique() if "by" in arguments else len(rows))
-    unseen = 100.0 * (1.0 - (0.5 * (1.0 - bootstrap.LEVEL)) ** (1.0 / min(counts)))
+    upper = 100.0 * (1.0 - (0.5 * (1.0 - bootstrap.LEVEL)) ** (1.0 / min(counts)))
     if share.value == 0.0:
-        return replace(share, high=unseen)
-    return replace(share, low=100.0 - unseen) if share.value == 100.0 else share
+        return replace(share, high=upper)
+    return replace(share, low=100.0 - upper) if share.value == 100.0 else share
 
 
 def _is_share(measure: papers.Measure | float) -> bool:
     return isinstance(measure, papers.Measure) and all(part.name in SHARES for part in measure.parts)
 
 
-def _within_a_share(estimate: papers.Estimate, measure: papers.Measure | float) -> papers.Estimate:
-    """Return an estimate whose interval ends at 0 and 100 % if it is a share: Student's of few people passes them."""
+def _clipped_share(estimate: papers.Estimate, measure: papers.Measure | float) -> papers.Estimate:
+    """Return an estimate; the interval of a share is clipped to 0 to 100 %, which Student's t may exceed."""
     if not _is_share(measure):
         return estimate
     return replace(estimate, low=max(estimate.low, 0.0), high=min(estimate.high, 100.0))
@@ -225,51 +226,52 @@ def _one_sample(
 ) -> papers.Estimate | None:
     """Return the value with the 95 % prediction interval of one sample of the paper's size.
 
-    A population has the paper's size.  Of people, the spread of replicates is scaled to it, and adds to our own.
+    Each population has the paper's size.  For people, the spread of replicates is scaled to that size and added to the
+    spread of our own sample.
     """
     if (
         drawn is None
         or claim.published is None
         or claim.measure is None
         or np.ndim(values) == 0
-        or not np.all(np.abs(values) < LARGEST)
+        or not np.all(np.abs(values) < MAX_REPLICATE)
     ):
         return None
     if drawn.kind == POPULATION:
         ends = bootstrap.mean_interval(np.asarray(values), more=1.0)
-        return _within_a_share(papers.Estimate(value, *ends), claim.measure)
+        return _clipped_share(papers.Estimate(value, *ends), claim.measure)
     if not (drawn.clusters and claim.scope.sample):
         return None
-    away = np.asarray(values)[: drawn.size - drawn.left_out] - value
-    one = value + np.roll(away, 1) + away * np.sqrt(drawn.clusters / claim.scope.sample)
-    low, high = map(float, bootstrap.percentile_interval(one))
-    return _within_a_share(papers.Estimate(value, low, high), claim.measure)
+    deviations = np.asarray(values)[: drawn.size - drawn.left_out] - value
+    predictions = value + np.roll(deviations, 1) + deviations * np.sqrt(drawn.clusters / claim.scope.sample)
+    low, high = map(float, bootstrap.percentile_interval(predictions))
+    return _clipped_share(papers.Estimate(value, low, high), claim.measure)
 
 
 def _people(names: Iterable[str], frames: Mapping[str, pd.DataFrame]) -> tuple[int | None, str]:
-    """Return how many people the figures of these tables rest on, the fewest, and a recording that may be another's.
+    """Return the smallest number of people behind these tables, and a doubt about the person of a recording.
 
-    None if no table says how many; nothing if every recording differs from those of other people.
+    The number is None if no table gives it; the doubt is empty if every recording differs from those of other people.
     """
     counts: list[int] = []
     doubts: list[str] = []
     for figure in sorted({name.split("/")[0] for name in names}):
         clips = frames.get(f"{figure}/{INGEST}")
         if clips is not None and {"person", "verdict"} <= set(clips.columns):
-            kept = clips[clips["verdict"] == "kept"]
-            counts.append(len(set(kept["person"].astype(str))))
+            usable = clips[clips["verdict"] == "kept"]
+            counts.append(len(set(usable["person"].astype(str))))
             if "reason" in clips.columns:
                 doubts += [
                     f"who is who is not known: {clip} {remark}"
-                    for clip, reason in zip(kept["clip"], kept["reason"], strict=True)
-                    for remark in str(reason).split("; ")  # NaN where no recording has one
+                    for clip, reason in zip(usable["clip"], usable["reason"], strict=True)
+                    for remark in str(reason).split("; ")  # NaN if no recording has a remark
                     if remark.startswith(one_person.REMARK)
                 ]
     return (int(np.min(counts)) if counts else None), next(iter(doubts), "")
 
 
 def _not_met(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], measures: evaluation.Registry) -> str:
-    """Return which condition that a claim rests on is not met, empty if none; those whose tables are not there are."""
+    """Return a message on the first unmet condition of a claim, or ""; a condition without tables counts as met."""
     for name in claim.scope.rests_on:
         condition = papers.claim(name)
         value = _number(condition, frames, measures)
@@ -283,36 +285,36 @@ def _not_met(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], measures: 
 
 
 def numbers_of(
-    names: Iterable[str], made: Tables, measures: evaluation.Registry
+    names: Iterable[str], figure_tables: Tables, measures: evaluation.Registry
 ) -> dict[str, papers.Estimate]:
-    """Return our values of claims and quantities by name, with intervals; NaN where the tables have none."""
-    frames = {name: _frame(name, table) for name, table in made.items()}
-    found = {}
+    """Return our values of claims and quantities with intervals, by name; NaN if a table is missing."""
+    frames = {name: _frame(name, table) for name, table in figure_tables.items()}
+    estimates = {}
     for name in names:
         measure = papers.quantity(name).measure
         if measure is None or not set(measure.tables) <= frames.keys():
-            found[name] = papers.Estimate(np.nan)
+            estimates[name] = papers.Estimate(np.nan)
             continue
         drawn = replicate(measure.tables, frames)
         people, _ = _people(measure.tables, frames)
         values = _measured(measure, frames, drawn, measures)
         estimate = _estimate(*values, drawn, people, extreme=measure.name in EXTREMES)
-        found[name] = _beyond_the_seen(estimate, measure, drawn)
-    return found
+        estimates[name] = _with_clopper_pearson(estimate, measure, drawn)
+    return estimates
 
 
 def number_of_figure(
-    figure: str, made: Mapping[str, Any], measures: evaluation.Registry
+    figure: str, figure_tables: Mapping[str, Any], measures: evaluation.Registry
 ) -> Callable[[str], float]:
-    """Return the function of a claim's or quantity's name to our value, from one figure's tables by file name."""
-    by_name = {_name(figure, name): table for name, table in made.items()}
+    """Return a function from the name of a claim or quantity to our value, for one figure's tables (by file name)."""
+    by_name = {_name(figure, name): table for name, table in figure_tables.items()}
     return lambda name: numbers_of([name], by_name, measures)[name].value
 
 
 def _number(
     item: papers.Claim | papers.Quantity, frames: Mapping[str, pd.DataFrame], measures: evaluation.Registry
 ) -> float:
-    """Return our value, of several populations their mean; NaN if a table is missing."""
+    """Return our value (the mean over populations, if any); NaN if a table is missing."""
     if item.measure is None or any(name not in frames for name in item.measure.tables):
         return np.nan
     drawn = replicate(item.measure.tables, frames)
@@ -322,15 +324,15 @@ def _number(
 
 def judge_figure(
     figure: str,
-    made: Mapping[str, Any],
+    figure_tables: Mapping[str, Any],
     data_name: str,
     *,
     measures: evaluation.Registry,
     smoke: bool = False,
     overridden: bool = False,
 ) -> list[papers.Verdict]:
-    """Return the verdicts on the claims that use one figure alone, from its tables by file name without suffix."""
-    by_name = {_name(figure, name): table for name, table in made.items()}
+    """Return the verdicts on the claims that use only this figure, from its tables by file name without suffix."""
+    by_name = {_name(figure, name): table for name, table in figure_tables.items()}
     alone = [c for c in _claims([figure]) if all(name.split("/")[0] == figure for name in c.tables)]
     return judge(alone, by_name, data_name, measures=measures, smoke=smoke, overridden=overridden)
 
@@ -345,26 +347,32 @@ def judge_folder(
 ) -> list[papers.Verdict]:
     """Return the verdicts on all claims of these figures, from the tables below ``results/<data>/<scale>``.
 
-    Of other figures the tables that these claims read are read, too.
+    Tables of other figures are read too if these claims use them.
 
     Raises
     ------
     InvalidInput
-        If a table differs from what was published, or a folder is of another figure or data set.
+        If a table differs from its published version, or a folder contains another figure or data set.
     """
     scales, claims = set(), _claims(figures)
     read = {*figures, *(name.partition("/")[0] for claim in claims for name in claim.tables)}
     for figure in sorted(read):
         if (folder / figure).is_dir():
-            made_as = read_manifest(folder / figure)
-            scales.add(made_as.get("scale"))
-            holds = f"{made_as.get('figure', figure)} of {made_as.get('data', data_name)}"
-            if holds != (own := f"{figure} of {data_name}"):
+            manifest = read_manifest(folder / figure)
+            scales.add(manifest.get("scale"))
+            contents = f"{manifest.get('figure', figure)} of {manifest.get('data', data_name)}"
+            if contents != (expected := f"{figure} of {data_name}"):
                 raise InvalidInput(
-                    "the folder holds another result", folder / figure, own, holds, code="other_result"
+                    "the folder contains another result",
+                    folder / figure,
+                    expected,
+                    contents,
+                    code="other_result",
                 )
-    made = read_folder(folder, sorted(read))
-    return judge(claims, made, data_name, measures=measures, smoke=SMOKE in scales, overridden=overridden)
+    figure_tables = read_folder(folder, sorted(read))
+    return judge(
+        claims, figure_tables, data_name, measures=measures, smoke=SMOKE in scales, overridden=overridden
+    )
 
 
 def read_folder(folder: Path, figures: Sequence[str]) -> dict[str, pd.DataFrame]:
@@ -373,7 +381,7 @@ def read_folder(folder: Path, figures: Sequence[str]) -> dict[str, pd.DataFrame]
     Raises
     ------
     InvalidInput
-        If a table differs from what was published.
+        If a table differs from its published version.
     """
     return {
         _name(figure, name): _frame(_name(figure, name), columns)
@@ -394,31 +402,31 @@ def _name(figure: str, table: str) -> str:
 
 
 def _claims(figures: Sequence[str]) -> list[papers.Claim]:
-    chosen = set(figures)
+    names = set(figures)
     return [
-        claim for paper in papers.all_papers().values() for claim in paper.claims if claim.figure in chosen
+        claim for paper in papers.all_papers().values() for claim in paper.claims if claim.figure in names
     ]
 
 
 def write_claims(
     path: Path, verdicts: Sequence[papers.Verdict], *, judged: Iterable[str] | None = None
 ) -> None:
-    """Write the verdicts as a table, one row per claim: both answers, the numbers that they rest on, and why.
+    """Write the verdicts as a table, one row per claim: both answers, the numbers behind them and the reason.
 
     Parameters
     ----------
     path : Path
     verdicts : sequence of Verdict
     judged : iterable of str, optional
-        Figures that were judged: rows of others that the file has stay.  By default the file is replaced.
+        Figures that were judged; the file's rows of other figures are retained.  By default the file is replaced.
     """
     rows = [_row(verdict) for verdict in verdicts]
     columns = [*_row(papers.Verdict(papers.claim("zhang2007_walkers"), papers.Agreement.UNTESTABLE, ""))]
-    anew = {*(judged or ()), *(row["figure"] for row in rows)}
+    judged_figures = {*(judged or ()), *(row["figure"] for row in rows)}
     tables.renew(
         path,
         rows,
-        None if judged is None else lambda row: row.get("figure") in anew or {*row} != {*columns},
+        None if judged is None else lambda row: row.get("figure") in judged_figures or {*row} != {*columns},
         columns=columns,
         sort_by=["claim"],
         replace=lambda old: old.startswith((b"claim,short,", b"claim,paper,")),
@@ -426,10 +434,10 @@ def write_claims(
 
 
 def _row(verdict: papers.Verdict) -> dict[str, Any]:
-    claim, found = verdict.claim, verdict.evidence or papers.Evidence(value=papers.Estimate(np.nan))
-    none = papers.Estimate(np.nan)
-    value, one = found.value, found.one_sample or none
-    baseline, gain = found.baseline or none, found.gain or none
+    claim, evidence = verdict.claim, verdict.evidence or papers.Evidence(value=papers.Estimate(np.nan))
+    missing = papers.Estimate(np.nan)
+    value, one_sample = evidence.value, evidence.one_sample or missing
+    baseline, gain = evidence.baseline or missing, evidence.gain or missing
     simpler = claim.baseline or papers.Baseline(measures="", reason="")
     inside = verdict.paper_in_prediction
     return {
@@ -451,8 +459,8 @@ def _row(verdict: papers.Verdict) -> dict[str, Any]:
         "value_high": value.high,
         "bounds": str(claim.bounds.agrees or ""),
         "close_bounds": str(claim.bounds.close or ""),
-        "one_sample_low": one.low,
-        "one_sample_high": one.high,
+        "one_sample_low": one_sample.low,
+        "one_sample_high": one_sample.high,
         "paper_in_prediction": "" if inside is None else "yes" if inside else "no",
         "beyond_baseline": str(verdict.beyond),
         "class": simpler.measures,
@@ -465,6 +473,6 @@ def _row(verdict: papers.Verdict) -> dict[str, Any]:
         "gain_low": gain.low,
         "gain_high": gain.high,
         "why": verdict.why,
-        "n_people": np.nan if found.people is None else float(found.people),
+        "n_people": np.nan if evidence.people is None else float(evidence.people),
         "written": claim.bounds.written,
     }

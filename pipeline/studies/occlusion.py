@@ -1,4 +1,4 @@
-"""Joints hidden from a camera, each by itself, in runs of frames."""
+"""Occlusion: joints that are hidden from a camera, independently of each other, in runs of frames."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from pipeline.validation import require_range
 
-MOST_OCCLUDED = 0.9
+MAX_OCCLUDED = 0.9
 """Largest share of joints that may be hidden; a run of hidden frames must end before the next begins."""
 
 
@@ -18,18 +18,18 @@ def require_occlusion(shares: Sequence[float], mean_frames: float) -> None:
     Raises
     ------
     InvalidInput
-        A share below 0 or above 0.9, or runs too short for it.
+        If a share is below 0 or above 0.9, or the runs are too short for it.
     """
     for share in shares:
-        require_range("sweep.occluded", share, at_least=0, at_most=MOST_OCCLUDED)
-        least = max(1.0, share / (1.0 - share))
-        require_range("sweep.occlusion_frames", mean_frames, at_least=least, unit="frames")
+        require_range("sweep.occluded", share, at_least=0, at_most=MAX_OCCLUDED)
+        shortest = max(1.0, share / (1.0 - share))
+        require_range("sweep.occlusion_frames", mean_frames, at_least=shortest, unit="frames")
 
 
 def occlusion(
     frames: int, joints: int, share: float, mean_frames: float, generator: np.random.Generator
 ) -> np.ndarray:
-    """Return which joints are hidden, (T, J) bool: each by itself, in runs of frames.
+    """Return a mask (T, J) of hidden joints; each joint is hidden independently, in runs of frames.
 
     Parameters
     ----------
@@ -43,11 +43,11 @@ def occlusion(
     Raises
     ------
     InvalidInput
-        A share below 0 or above 0.9, or runs too short for it.
+        If a share is below 0 or above 0.9, or the runs are too short for it.
 
     Notes
     -----
-    Joints go and come back with constant probabilities, and begin as they go on.
+    Each joint is a two-state Markov chain with constant probabilities that begins in its stationary state.
     """
     require_occlusion([share], mean_frames)
     chance = generator.random((frames, joints))

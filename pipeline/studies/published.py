@@ -1,4 +1,4 @@
-"""Published numbers: ``results/published.csv``, and the tables of documentation and page, which are made from it.
+"""Published numbers: ``results/published.csv``, and the tables of documentation and page that are made from it.
 
 The file has a row for each of our values of claims and quantities and for each count of verdicts, by data set, with the
 commit.  `measured` returns the rows of a folder of published figures, `filled` and `rendered` the tables.
@@ -24,13 +24,13 @@ from pipeline.studies.ledger import judge_folder, numbers_of, read_folder
 from pipeline.validation import InvalidInput, require_choice
 
 COUNTED = ((Kind.RESULT,), (Kind.SENTENCE,), papers.OF_PAPERS, (Kind.CONDITION,))
-"""Kinds that are counted together; targets of our own are in no count of a paper."""
+"""Groups of kinds that are counted together; our own targets are not counted."""
 
 JUDGED = "judged"
-"""Claims of a paper that the data decide."""
+"""Name of the count of a paper's claims that the data decide."""
 
-APART = ", "
-"""Separator in names of rows that are neither a claim nor a quantity: a claim with a switch, or a count."""
+SEPARATOR = ", "
+"""Separator in the names of two kinds of rows: a claim with a switch, and a count."""
 
 COLUMNS = ("data", "scale", "commit", "figure", "name", "value", "unit")
 
@@ -43,7 +43,7 @@ def names_quoted(layout: Mapping[str, Any]) -> list[str]:
         for template in (*table["columns"].values(), *(t for row in table["rows"] for t in _templates(row)))
     ]
     names = {name for template in templates for name in placeholders(template)}
-    return sorted(name for name in names if APART not in name)
+    return sorted(name for name in names if SEPARATOR not in name)
 
 
 def measured(
@@ -54,25 +54,27 @@ def measured(
     Raises
     ------
     InvalidInput
-        If nothing is published there, figures are small, or were made by different commits or by a changed checkout.
+        If nothing is published there, or figures are of the small scale, of several commits or of a changed checkout.
     """
     needed = ("data", "scale", "provenance")
     manifests = [read_manifest(folder / figure, needed) for figure in figures if (folder / figure).is_dir()]
-    made = {(m["data"], m["scale"], m["provenance"].get("commit", "unknown")) for m in manifests}
-    if len(made) != 1:
+    origins = {(m["data"], m["scale"], m["provenance"].get("commit", "unknown")) for m in manifests}
+    if len(origins) != 1:
         raise InvalidInput(
-            "the figures are not of one commit, data set and scale" if made else "nothing is published",
+            "the figures come from several commits, data sets or scales"
+            if origins
+            else "nothing is published",
             str(folder),
-            received="; ".join(" ".join(map(str, item)) for item in sorted(made)),
-            code="mixed_figures" if made else "nothing_published",
+            received="; ".join(" ".join(map(str, item)) for item in sorted(origins)),
+            code="mixed_figures" if origins else "nothing_published",
         )
-    data_name, scale, commit = made.pop()
+    data_name, scale, commit = origins.pop()
     require_choice("scale", scale, ["full"])
     if any(manifest["provenance"].get("dirty") for manifest in manifests):
         raise InvalidInput(
-            "figures were made by a checkout with changes",
+            "some figures come from a checkout with uncommitted changes",
             str(folder),
-            "a clean one (experiment=NAME,NAME,… makes figures again that are current)",
+            "a clean checkout (experiment=NAME,NAME,… recomputes current figures)",
             code="uncommitted_changes",
         )
     by_name = read_folder(folder, figures)
@@ -90,9 +92,9 @@ def measured(
 
 
 def sensitivities(data_name: str) -> list[tuple[str, str, float, str]]:
-    """Return figure, name, value and unit of the rows with our values under other assumptions."""
+    """Return the rows of our values under other assumptions: figure, name, value and unit."""
     return [
-        (claim.figure, f"{claim.name}{APART}{run.switch}", run.with_it[claim.name].value, claim.unit)
+        (claim.figure, f"{claim.name}{SEPARATOR}{run.switch}", run.with_it[claim.name].value, claim.unit)
         for paper in papers.all_papers().values()
         for claim in paper.claims
         for explanation in claim.sensitivity.get(data_name, ())
@@ -103,7 +105,7 @@ def sensitivities(data_name: str) -> list[tuple[str, str, float, str]]:
 def verdict_counts(
     verdicts: Sequence[papers.Verdict], layout: Mapping[str, Any]
 ) -> list[tuple[str, str, float, str]]:
-    """Return figure, name, value and unit of the rows that count verdicts by kind, for papers with figures here."""
+    """Return the rows of counts of verdicts by kind: figure, name, value and unit; only papers with testable claims."""
     counted = []
     for keys in _judged_together(layout):
         rows = [verdict.row for verdict in verdicts if verdict.claim.paper in keys]
@@ -128,20 +130,20 @@ def verdict_counts(
 
 def renew(path: Path, rows: pd.DataFrame) -> None:
     """Replace the rows of the same data sets in the file."""
-    anew = set(rows["data"])
+    data_sets = set(rows["data"])
     cells = rows.to_dict("records")
-    tables.renew(path, cells, lambda row: row["data"] in anew, columns=COLUMNS, sort_by=["data", "name"])
+    tables.renew(path, cells, lambda row: row["data"] in data_sets, columns=COLUMNS, sort_by=["data", "name"])
 
 
 Cells = tuple[list[str], list[list[str]]]
-"""The heads of a table's columns, and its rows."""
+"""Heads of a table's columns, and its rows."""
 
 
 def filled(layout: Mapping[str, Any], published: Mapping[str, Any]) -> dict[str, Cells]:
-    """Return each table with its numbers, from the columns of the file; rows of which nothing is known are left out."""
+    """Return each table with its numbers, from the columns of the file; rows without numbers are left out."""
     values: dict[str, dict[str, float]] = {}
     if np.asarray(published["value"]).dtype.kind not in "if":
-        raise InvalidInput("a value is no number", "results/published.csv", code="not_a_number")
+        raise InvalidInput("a value is not a number", "results/published.csv", code="not_a_number")
     for data_name, name, value in zip(
         published["data"], published["name"], map(float, published["value"]), strict=True
     ):
@@ -150,9 +152,9 @@ def filled(layout: Mapping[str, Any], published: Mapping[str, Any]) -> dict[str,
 
 
 def _table(table: Mapping[str, Any], values: Mapping[str, Mapping[str, float]]) -> Cells:
-    of = {data_name: values.get(data_name, {}) for data_name in table["columns"]}
+    by_data_name = {data_name: values.get(data_name, {}) for data_name in table["columns"]}
     paper = "paper" in table
-    heads = [_filled([title], of[data_name]) for data_name, title in table["columns"].items()]
+    heads = [_filled([title], by_data_name[data_name]) for data_name, title in table["columns"].items()]
     rows = []
     for row in table["rows"]:
         if "verdicts" in row:
@@ -160,7 +162,9 @@ def _table(table: Mapping[str, Any], values: Mapping[str, Mapping[str, float]]) 
             templates = [_counts(row["verdicts"], kinds)]
         else:
             templates = _templates(row)
-        cells = [re.sub(" +", " ", _filled(templates, of[data_name])) for data_name in table["columns"]]
+        cells = [
+            re.sub(" +", " ", _filled(templates, by_data_name[data_name])) for data_name in table["columns"]
+        ]
         cells = ["none can be judged" if cell.startswith("0 of 0 ") else cell for cell in cells]
         if any(cells):
             rows.append([row["label"], *([row.get("paper", "")] if paper else []), *cells])
@@ -169,8 +173,8 @@ def _table(table: Mapping[str, Any], values: Mapping[str, Mapping[str, float]]) 
 
 def rendered(layout: Mapping[str, Any], published: Mapping[str, Any]) -> dict[str, str]:
     """Return each table as Markdown, from the columns of the file."""
-    made = filled(layout, published)
-    return {name: _markdown(heads, rows) for name, (heads, rows) in made.items()}
+    cells = filled(layout, published)
+    return {name: _markdown(heads, rows) for name, (heads, rows) in cells.items()}
 
 
 def _markdown(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -187,7 +191,7 @@ def _templates(row: Mapping[str, Any]) -> list[str]:
 
 
 def _filled(templates: Sequence[str], values: Mapping[str, float]) -> str:
-    """Return the first template with all its numbers known, filled in; empty if there is none."""
+    """Return the first template whose numbers are all known, filled in; empty without one."""
     for template in templates if values else ():
         if set(placeholders(template)) <= set(values):
             return template.format_map({name: _Printed(value) for name, value in values.items()})
@@ -195,7 +199,7 @@ def _filled(templates: Sequence[str], values: Mapping[str, float]) -> str:
 
 
 class _Printed(float):
-    """A number formatted with a minus sign, and spaces between thousands."""
+    """Number that is printed with a true minus sign and with spaces between thousands."""
 
     def __format__(self, specification: str) -> str:
         return super().__format__(specification).replace("-", "−").replace(",", " ")
@@ -207,9 +211,9 @@ def _judged_together(layout: Mapping[str, Any]) -> Iterable[tuple[str, ...]]:
 
 
 def _counts(keys: Sequence[str], kinds: Sequence[Kind]) -> str:
-    """Return the template of some counts; of those that agree, the number that is beyond its baseline as well.
+    """Return the template of counts of verdicts; that of agreeing claims also gives those beyond their baseline.
 
-    Of results and sentences together those that agree and those that are judged; of one kind every agreement.
+    Several kinds together give the agreeing claims of the judged ones; a single kind gives a count for each agreement.
     """
 
     def number(name: str) -> str:
@@ -227,33 +231,33 @@ def _answers(agreement: Agreement, beyond: Beyond) -> str:
 
 
 def _count_name(keys: Iterable[str], kinds: Iterable[Kind], name: str) -> str:
-    return APART.join([" and ".join(keys), " and ".join(f"{kind}s" for kind in kinds), name])
+    return SEPARATOR.join([" and ".join(keys), " and ".join(f"{kind}s" for kind in kinds), name])
 
 
-def insert(text: str, made: Mapping[str, str]) -> str:
+def insert(text: str, rendered_tables: Mapping[str, str]) -> str:
     """Return a text with each table between its markers, ``<!-- results:begin walks -->`` and ``<!-- results:end -->``.
 
     Raises
     ------
     InvalidInput
-        If the markers are not those of the tables.
+        If the markers do not match the tables.
 
     Examples
     --------
     >>> insert("<!-- results:begin a -->\\nold\\n<!-- results:end -->", {"a": "new"})
     '<!-- results:begin a -->\\nnew\\n<!-- results:end -->'
     """
-    places = re.findall(r"<!-- results:begin (\w+) -->", text)
-    if sorted(places) != sorted(made):
+    names = re.findall(r"<!-- results:begin (\w+) -->", text)
+    if sorted(names) != sorted(rendered_tables):
         raise InvalidInput(
-            "the markers in the text are not those of the tables",
-            expected=", ".join(sorted(made)),
-            received=", ".join(sorted(places)),
+            "the markers in the text do not match the tables",
+            expected=", ".join(sorted(rendered_tables)),
+            received=", ".join(sorted(names)),
             code="markers_differ",
         )
     return re.sub(
         r"(<!-- results:begin (\w+) -->\n).*?(<!-- results:end -->)",
-        lambda match: f"{match[1]}{made[match[2]]}\n{match[3]}",
+        lambda match: f"{match[1]}{rendered_tables[match[2]]}\n{match[3]}",
         text,
         flags=re.DOTALL,
     )

@@ -1,4 +1,4 @@
-"""The list of studies: the only file that names them all, with those that plug-ins add."""
+"""List of all studies: those of the package and those that plug-ins add."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from pipeline.studies.study import NoSweep, Study
 from pipeline.validation import InvalidInput
 
 STUDIES: tuple[Study, ...] = (walks.STUDY, actions.STUDY, limbs.STUDY)
-"""The package's own."""
+"""Studies of the package."""
 
 GROUPS = ("dataset", "model", "sweep", "figure")
 """Groups of options that the studies fill."""
 
 
 def studies() -> tuple[Study, ...]:
-    """Return the package's own studies, then those of plug-ins."""
+    """Return the studies of the package, then those of plug-ins."""
     added = plugins.contributions("studies")
     for origin, study in added:
         if not isinstance(study, Study):
@@ -37,17 +37,19 @@ def all_measures() -> evaluation.Registry:
 
 
 def options(group: str) -> Mapping[str, type[Any]]:
-    """Return the option classes of a group by the word that chooses them, over all studies.
+    """Return the option classes of a group from all studies, by their names on the command line.
 
     Raises
     ------
     InvalidInput
-        If two studies use one word.
+        If two studies use the same name.
     """
     classes: dict[str, type[Any]] = {"none": NoSweep} if group == "sweep" else {}
     for study in studies():
         for word, kind in getattr(study, f"{group}s").items():
             if word in classes:
-                raise InvalidInput(f"two studies have a {group} {word!r}", study.name, code="duplicate_name")
+                raise InvalidInput(
+                    f"two studies define the {group} {word!r}", study.name, code="duplicate_name"
+                )
             classes[word] = kind
     return classes

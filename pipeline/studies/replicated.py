@@ -1,12 +1,12 @@
-"""Tables whose rows are drawn again: how often every replicate counts each person, or each population.
+"""Bootstrap replicates of tables: the weight of each person, clip or population in every replicate.
 
-A table with a column ``population`` holds several synthetic populations, and a replicate is one of them.  Otherwise one
-with a column ``person`` is resampled by person, all rows of a person together, and one with neither but a column
-``clip`` by whose clip it is, as ``table_ingest`` of its figure says, and by clip if it does not: limbs, trials and
-cameras of a person together.  The table ``X_populations`` or ``X_people`` holds the
-rows of ``X`` before they are averaged (`table`: ``table_populations``, ``table_people``), and takes its place in
-replicates.  ``X_draws``, with a column ``draw``, is ``X`` of people drawn again, for numbers that do not follow from
-rows of single people.
+A table with a column ``population`` contains several synthetic populations, and a replicate is one of them.  A table
+with a column ``person`` is resampled by person: all rows of a person stay together.  A table with only a column
+``clip`` is resampled by the person of each clip, which ``table_ingest`` of its figure gives, otherwise by clip.
+
+The table ``X_populations`` or ``X_people`` contains the rows of ``X`` before they are averaged (for `table`:
+``table_populations``, ``table_people``), and replaces it in replicates.  ``X_draws``, with a column ``draw``, is ``X``
+of resampled people, for numbers that do not follow from rows of single people.
 """
 
 from __future__ import annotations
@@ -28,14 +28,13 @@ from pipeline.seeding import derive_generator
 POPULATION, PERSON, DRAW, CLIP = "population", "person", "draw", "clip"
 
 SD = "sd"
-"""How `aggregate` makes a standard deviation."""
+"""Name of the standard deviation in `aggregate`."""
 
 INGEST = "table_ingest"
-"""Table of the clips that a figure rests on."""
+"""Name of the table of the clips behind a figure."""
 
-
-MOST_LEFT_OUT = 500
-"""Replicates with clusters left out; groups of equal size give the same acceleration as single clusters, on average."""
+MAX_LEFT_OUT = 500
+"""Largest number of replicates that leave out clusters; groups of clusters have the same acceleration on average."""
 
 PERCENT = f"{100.0 * bootstrap.LEVEL:g} %"
 """Coverage of published intervals."""
@@ -44,16 +43,16 @@ OVER_PEOPLE = f"{PERCENT} intervals over people"
 
 
 def interval_words(count: int, *, of: str = "mean", over: str = "people", bands: str = "Bands") -> str:
-    """Return the sentence of a caption that says what a band around a mean or median is.
+    """Return the sentence of a caption that explains the bands around a mean or median.
 
     Parameters
     ----------
     count : int
-        People or clips that were drawn again; one alone has no interval.
+        Number of people or clips that are resampled; a single one has no interval.
     of, over : str
-        The statistic, and what is drawn, in the plural.
+        Statistic, and resampled units in the plural.
     bands : str
-        Which ones, as a caption calls them.
+        Name of the bands in the caption.
 
     Examples
     --------
@@ -72,13 +71,13 @@ class Replicated:
     Attributes
     ----------
     frame : DataFrame
-        Rows that are drawn.
+        Rows that are resampled.
     cluster : (n,) int
         Cluster of each row.
     weights : (B, C)
-        How often each replicate counts each cluster.
+        Number of times that each replicate contains each cluster.
     published : DataFrame
-        The table that it stands for, as it is published.
+        Published form of the table.
     """
 
     frame: pd.DataFrame
@@ -87,27 +86,27 @@ class Replicated:
     published: pd.DataFrame
 
     def drawn(self, replicate: int) -> pd.DataFrame:
-        """Return the rows of one replicate, as often as it counts them."""
+        """Return the rows of one replicate, each repeated by its weight."""
         times = self.weights[replicate, self.cluster].astype(int)
         return self.frame.iloc[np.repeat(np.arange(len(self.frame)), times)]
 
 
 @dataclass(frozen=True)
 class Replicates:
-    """The tables of a claim in replicates that they share.
+    """Tables of a claim in common replicates.
 
     Attributes
     ----------
     kind : str
-        What is drawn: `POPULATION`, `DRAW`, `PERSON` or `CLIP`.
+        Resampled units: `POPULATION`, `DRAW`, `PERSON` or `CLIP`.
     tables : mapping
-        Those without replicates of their own as they are.
+        Tables by name; a table without replicates is unchanged.
     clusters : int
-        People, or clips where it is not known whose they are; 0 of populations and draws.
+        Number of people, or of clips if their people are unknown; 0 for populations and draws.
     left_out : int
-        So many replicates, the last ones, leave out a cluster each; of very many clusters, a group of them each.
+        Number of replicates at the end that leave out a cluster each, or a group of clusters if there are very many.
     size : int
-        Replicates.
+        Number of replicates.
     """
 
     kind: str
@@ -118,7 +117,7 @@ class Replicates:
 
 
 def replicate(names: Iterable[str], tables: Mapping[str, pd.DataFrame], seed: int = 0) -> Replicates | None:
-    """Return tables in replicates that they share.
+    """Return tables in common replicates.
 
     Parameters
     ----------
@@ -127,32 +126,32 @@ def replicate(names: Iterable[str], tables: Mapping[str, pd.DataFrame], seed: in
     tables : mapping of str to DataFrame
         All tables.
     seed : int
-        Of the draws.
+        Seed of the draws.
 
     Returns
     -------
     Replicates or None
         None if no table has replicates, or those of two tables are of different kinds.
     """
-    found = {name: _rows_behind(name, tables) for name in names}
-    kinds = {kind for kind, _ in found.values() if kind}
+    sources = {name: _rows_behind(name, tables) for name in names}
+    kinds = {kind for kind, _ in sources.values() if kind}
     if len(kinds) != 1:
         return None
     (kind,) = kinds
-    of_rows = {name: _labels(name, rows, kind, tables) for name, (k, rows) in found.items() if k}
+    of_rows = {name: _labels(name, rows, kind, tables) for name, (k, rows) in sources.items() if k}
     labels = pd.Index(sorted(set().union(*(names for _, names in of_rows.values()))))
     if len(labels) < 2:
         return None
     clusters = len(labels) if kind in (PERSON, CLIP) else 0
-    left_out = min(clusters, MOST_LEFT_OUT)
+    left_out = min(clusters, MAX_LEFT_OUT)
     weights = _weights(clusters, seed) if clusters else np.eye(len(labels))
-    made = {
+    replicated = {
         name: Replicated(rows, labels.get_indexer(of_rows[name][1])[of_rows[name][0]], weights, tables[name])
         if kind
         else rows
-        for name, (kind, rows) in found.items()
+        for name, (kind, rows) in sources.items()
     }
-    return Replicates(kind, made, clusters, left_out, len(weights))
+    return Replicates(kind, replicated, clusters, left_out, len(weights))
 
 
 _INTERVALS = ContextVar("_INTERVALS", default=True)
@@ -160,7 +159,7 @@ _INTERVALS = ContextVar("_INTERVALS", default=True)
 
 @contextmanager
 def without_intervals() -> Iterator[None]:
-    """Make tables of which nobody reads the intervals: these are NaN."""
+    """Context in which the intervals of tables are NaN, to save time if they are not read."""
     before = _INTERVALS.set(False)
     try:
         yield
@@ -179,22 +178,22 @@ def interval_over_people(person: np.ndarray, values: np.ndarray) -> tuple[np.nda
 _GROUPS_AT_A_TIME = 128
 
 Statistic = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
-"""`bootstrap.weighted_means` or `bootstrap.weighted_medians`."""
+"""Function of values, clusters and weights: `bootstrap.weighted_means` or `bootstrap.weighted_medians`."""
 
 
 def interval_over_clusters(
     labels: np.ndarray, values: np.ndarray, statistic: Statistic
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the 95 % interval (…) of a mean or median over rows (R, …), drawn by people, or by clips.
+    """Return the 95 % interval (…) of a mean or median over rows (R, …), resampled by person or by clip.
 
     Parameters
     ----------
     labels : (R,)
-        Person or clip of each row; all rows of one are drawn together.
+        Person or clip of each row; all rows of a person or clip are drawn together.
     values : (R, …)
-        In any unit.
+        Values of the rows, in any unit.
     statistic : callable
-        Value of each replicate, from values, cluster of each row and weights.
+        Function that returns the value of each replicate, from values, cluster of each row and weights.
 
     Returns
     -------
@@ -213,11 +212,11 @@ def interval_over_clusters(
 
 @lru_cache(maxsize=8)
 def _weights(clusters: int, seed: int = 0) -> np.ndarray:
-    """Return how often each replicate counts each cluster, (B + L, C), as floats: they are factors.
+    """Return how many times each replicate contains each cluster, (B + L, C), as float factors.
 
-    The last ones, `MOST_LEFT_OUT` at most, are without each of the clusters, or of groups of them.
+    Each of the last L replicates, at most `MAX_LEFT_OUT`, leaves out a cluster or a group of clusters.
     """
-    left_out = min(clusters, MOST_LEFT_OUT)
+    left_out = min(clusters, MAX_LEFT_OUT)
     weights = np.empty((bootstrap.RESAMPLES + left_out, clusters))
     weights[:-left_out] = bootstrap.resampling_weights(clusters, derive_generator(seed, "people"))
     weights[-left_out:] = np.arange(clusters) % left_out != np.arange(left_out)[:, None]
@@ -233,20 +232,20 @@ def aggregate(
     cluster: str = CLIP,
     count: str = "trials",
 ) -> pd.DataFrame:
-    """Return a table over rows: how many there are, what is asked for of them, and intervals of means and medians.
+    """Return a table of groups of rows: their numbers, statistics of columns, and intervals of means and medians.
 
     Parameters
     ----------
     rows : DataFrame
     by : sequence of str
-        Columns that tell apart what is aggregated.
+        Columns that define the groups.
     columns : mapping of str to tuple
-        Name → column that it is of, and how it is aggregated; `SD`: standard deviation, divisor n - 1, 0 of one value.
+        Name → column and its statistic; `SD`: standard deviation, divisor n - 1, 0 for a single value.
     banded : iterable of str
-        Those means and medians that have 95 % intervals, ``<name>_low`` and ``<name>_high``: all rows of a clip, or
-        person, are drawn together; NaN where there is only one.
+        Names of the means and medians with 95 % intervals, ``<name>_low`` and ``<name>_high``.  All rows of a clip or
+        person are drawn together; NaN for a single clip or person.
     cluster, count : str
-        Column of clips or persons, and name of the number of rows; empty for a table without it.
+        Column of clips or persons, and name of the column with the number of rows; empty for none.
     """
     groups = rows.groupby(list(by))
     statistics = {"mean": bootstrap.weighted_means, "median": bootstrap.weighted_medians}
@@ -257,8 +256,8 @@ def aggregate(
             for name, *of_groups in zip(names, *np.moveaxis(ends, -1, 1), strict=True):
                 bands |= {f"{name}_low": of_groups[0], f"{name}_high": of_groups[1]}
     counted = {count: (by[0], "size")} if count else {}
-    known = {name: (of, "std" if how == SD else how) for name, (of, how) in columns.items()}
-    aggregated = groups.agg(**counted, **known)
+    aggregations = {name: (column, "std" if how == SD else how) for name, (column, how) in columns.items()}
+    aggregated = groups.agg(**counted, **aggregations)
     for name in (name for name, (_, how) in columns.items() if how == SD):
         aggregated[name] = aggregated[name].where(groups.size() > 1, 0.0)
     for name, of_groups in reversed(bands.items()):
@@ -270,33 +269,33 @@ def aggregate(
 def _ends(
     rows: pd.DataFrame, group: pd.Series, names: list[str], cluster: str, statistic: Statistic
 ) -> np.ndarray:
-    """Return the ends (2, G, K) of the intervals of K columns in each group of rows, numbered from 0."""
+    """Return the ends (2, G, K) of the intervals of K columns in each of G groups of rows."""
     values = rows[names].to_numpy(dtype=float)
     labels, _ = pd.factorize(rows[cluster], sort=True)
     number = group.fillna(-1).to_numpy(dtype=int)  # rows that lack a label are in no group
     count = np.bincount(number[number >= 0])
     in_groups = np.argsort(number, kind="stable")[len(rows) - count.sum() :]
-    places = np.split(in_groups, np.cumsum(count))[: len(count)]
-    # Groups of the same people, as nearly all are, are drawn together, a few at a time.
-    alike: dict[bytes, list[int]] = defaultdict(list)
-    for at, place in enumerate(places):
-        alike[labels[place].tobytes()].append(at)
-    ends = np.empty((2, len(places), len(names)))
-    for of_same in alike.values():
+    group_rows = np.split(in_groups, np.cumsum(count))[: len(count)]
+    # Groups of the same people (nearly all are) are drawn together, in batches.
+    same_people: dict[bytes, list[int]] = defaultdict(list)
+    for at, rows_of_group in enumerate(group_rows):
+        same_people[labels[rows_of_group].tobytes()].append(at)
+    ends = np.empty((2, len(group_rows), len(names)))
+    for of_same in same_people.values():
         for start in range(0, len(of_same), _GROUPS_AT_A_TIME):
             some = of_same[start : start + _GROUPS_AT_A_TIME]
-            drawn = np.stack([values[places[at]] for at in some], axis=1)
-            ends[:, some] = interval_over_clusters(labels[places[some[0]]], drawn, statistic)
+            drawn = np.stack([values[group_rows[at]] for at in some], axis=1)
+            ends[:, some] = interval_over_clusters(labels[group_rows[some[0]]], drawn, statistic)
     return ends
 
 
 def _labels(
     name: str, rows: pd.DataFrame, kind: str, tables: Mapping[str, pd.DataFrame]
 ) -> tuple[np.ndarray, list[str]]:
-    """Return whose each row is, as numbers (n,) of labels, and the labels, some perhaps twice."""
+    """Return the number (n,) of each row's label, and the labels, which may contain duplicates."""
     clips = tables.get(f"{name.split('/')[0]}/{INGEST}")
-    codes, found = pd.factorize(rows[kind], use_na_sentinel=False)  # also of rows without one
-    names = [str(label) for label in found]
+    codes, uniques = pd.factorize(rows[kind], use_na_sentinel=False)  # rows without a label get a number too
+    names = [str(label) for label in uniques]
     if kind == CLIP and clips is not None and {"clip", "person"} <= set(clips):
         person = dict(zip(clips["clip"].astype(str), clips["person"].astype(str), strict=True))
         names = [person.get(clip, clip) for clip in names]
@@ -304,7 +303,7 @@ def _labels(
 
 
 def _rows_behind(name: str, tables: Mapping[str, pd.DataFrame]) -> tuple[str, pd.DataFrame]:
-    """Return the kind of the clusters of a table, empty if it has none, and the rows that are drawn."""
+    """Return the kind of a table's clusters (empty for none) and the rows that are resampled."""
     stem = name if "/" in name else f"{name}/table"
     stem = stem.removesuffix("_people")
     for candidate in (f"{stem}_populations", f"{stem}_draws", f"{stem}_people", name):

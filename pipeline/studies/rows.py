@@ -1,7 +1,7 @@
 """Rows of published tables, selected by an expression over the columns, in one replicate or in many.
 
 ``where: camera == 'still' and reconstructibility > 1`` selects rows: comparisons and arithmetic of columns, numbers and
-texts.  Rows are never dropped to make a mean: a table without rows, or with a value that is not finite, has no number.
+texts.  A mean drops no rows: a table without rows or with a value that is not finite gives NaN.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ Number: TypeAlias = float | np.ndarray
 Expression = NewType("Expression", str)
 """Condition on the columns that selects rows; empty for all rows."""
 
-_SPARSE = 4_000_000
-"""Cells of a table of clusters and groups beyond which only those with rows are held."""
+_MAX_DENSE = 4_000_000
+"""Largest table of clusters by groups, in cells, that is not stored as a sparse matrix."""
 
 ALL = Expression("")
-"""Holds for all rows."""
+"""Expression that selects all rows."""
 
 _ALLOWED = (
     ast.Expression, ast.BoolOp, ast.And, ast.Or, ast.Compare, ast.Eq, ast.NotEq, ast.Lt, ast.LtE, ast.Gt, ast.GtE,
@@ -41,7 +41,7 @@ _ALLOWED = (
 
 
 def values(table: Table, column: str, where: str = "") -> np.ndarray:
-    """Return a column as float64, of the rows where an expression holds; NaN where an entry is not a number.
+    """Return a column as float64, for the rows where an expression holds; NaN where an entry is not a number.
 
     Raises
     ------
@@ -49,12 +49,12 @@ def values(table: Table, column: str, where: str = "") -> np.ndarray:
         If the table lacks the column or a column of the expression.
     """
     require_columns(table, column)
-    found = pd.to_numeric(table[column], errors="coerce").to_numpy(dtype=float)
-    return found[holds(table, where)]
+    numbers = pd.to_numeric(table[column], errors="coerce").to_numpy(dtype=float)
+    return numbers[holds(table, where)]
 
 
 def holds(table: Table, expression: str) -> np.ndarray:
-    """Return for each row whether an expression over the columns holds; an empty expression holds for all rows.
+    """Return a mask of the rows where an expression over the columns holds; an empty expression holds for all.
 
     A comparison with NaN does not hold.
 
@@ -74,7 +74,7 @@ def holds(table: Table, expression: str) -> np.ndarray:
 
 
 def _require_alike(table: Table, expression: str) -> None:
-    """Require both sides of every comparison to be numbers, or both texts; a column without an entry is either."""
+    """Raise InvalidInput if an expression compares texts with numbers; a column without entries counts as either."""
 
     def is_text(node: ast.expr) -> bool | None:
         if isinstance(node, ast.Constant):
@@ -122,7 +122,7 @@ def columns_of(expression: str) -> list[str]:
         nodes = list(ast.walk(ast.parse(expression, mode="eval")))
     except SyntaxError as error:
         raise InvalidInput(
-            f"{expression!r} is no expression", received=error, code="invalid_expression"
+            f"{expression!r} is not an expression", received=error, code="invalid_expression"
         ) from error
     functions = [node.func for node in nodes if isinstance(node, ast.Call)]
     if not all(isinstance(node, _ALLOWED) for node in nodes) or any(
@@ -150,14 +150,14 @@ def require_columns(table: Table, *columns: str) -> None:
             )
 
 
-def whole(found: np.ndarray) -> bool:
-    """Return whether there are values, all of them finite."""
-    return bool(found.size and np.isfinite(found).all())
+def whole(numbers: np.ndarray) -> bool:
+    """Return True if there are values and all of them are finite."""
+    return bool(numbers.size and np.isfinite(numbers).all())
 
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows of a table where an expression holds, in B replicates (one, if the table is a plain one).
+    """Rows of a table where an expression holds, in B replicates (one for a plain table).
 
     Attributes
     ----------
@@ -165,7 +165,7 @@ class Rows:
     cluster : (n,) int
     weights : (B, C)
     plain : bool
-        Whether the table is a plain one: results are then floats.
+        True for a plain table, whose results are floats.
     """
 
     frame: pd.DataFrame
@@ -174,7 +174,7 @@ class Rows:
     plain: bool
 
     def number(self, result: np.ndarray) -> Number:
-        """Return a result (B,), as a float if the table is a plain one."""
+        """Return a result (B,), or a float for a plain table."""
         return float(result[0]) if self.plain else result
 
     @property
@@ -182,43 +182,45 @@ class Rows:
         """NaN for every replicate."""
         return self.number(np.full(len(self.weights), np.nan))
 
-    def where(self, kept: np.ndarray) -> Rows:
-        """Return some of the rows (n,) bool."""
-        return Rows(self.frame[kept], self.cluster[kept], self.weights, self.plain)
+    def where(self, mask: np.ndarray) -> Rows:
+        """Return the rows that a mask (n,) selects."""
+        return Rows(self.frame[mask], self.cluster[mask], self.weights, self.plain)
 
-    def mean(self, found: np.ndarray) -> np.ndarray:
+    def mean(self, numbers: np.ndarray) -> np.ndarray:
         """Mean (B, …) of values (n, …)."""
-        return bootstrap.weighted_means(found, self.cluster, self.weights)
+        return bootstrap.weighted_means(numbers, self.cluster, self.weights)
 
-    def median(self, found: np.ndarray) -> np.ndarray:
+    def median(self, numbers: np.ndarray) -> np.ndarray:
         """Median (B,) of values (n,)."""
-        return bootstrap.weighted_medians(found, self.cluster, self.weights)
+        return bootstrap.weighted_medians(numbers, self.cluster, self.weights)
 
-    def deviation(self, found: np.ndarray) -> np.ndarray:
+    def deviation(self, numbers: np.ndarray) -> np.ndarray:
         """Standard deviation (B,) of values (n,), divisor n - 1; NaN for a single value."""
         count = self.weights @ np.bincount(self.cluster, minlength=self.weights.shape[1])
-        away = found - found.mean()  # against cancellation
-        square = np.maximum(self.mean(away**2) - self.mean(away) ** 2, 0.0)
+        deviations = numbers - numbers.mean()  # against cancellation
+        square = np.maximum(self.mean(deviations**2) - self.mean(deviations) ** 2, 0.0)
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.sqrt(square * count / np.where(count > 1, count - 1.0, np.nan))
 
-    def largest(self, found: np.ndarray) -> np.ndarray:
+    def largest(self, numbers: np.ndarray) -> np.ndarray:
         """Largest (B,) of values (n,)."""
         top = np.full(self.weights.shape[1], -np.inf)
-        np.maximum.at(top, self.cluster, found)
+        np.maximum.at(top, self.cluster, numbers)
         result = np.where(self.weights > 0, top, -np.inf).max(axis=1)
         return np.where(np.isfinite(result), result, np.nan)
 
-    def group_means(self, found: np.ndarray, group: np.ndarray, groups: int) -> tuple[np.ndarray, np.ndarray]:
-        """Mean of values (n,) in each group (n,) int, and how many rows it has, (B, groups) each."""
+    def group_means(
+        self, numbers: np.ndarray, group: np.ndarray, groups: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Mean of values (n,) and number of rows, (B, groups) each, in each group (n,) int."""
         shape, at = (self.weights.shape[1], groups), (self.cluster, group)
-        if shape[0] * groups > _SPARSE:  # as of very many people, each a group
+        if shape[0] * groups > _MAX_DENSE:  # very many people, each a group
             total, rows = (
-                self.weights @ csr_array((part, at), shape) for part in (found, np.ones(len(found)))
+                self.weights @ csr_array((part, at), shape) for part in (numbers, np.ones(len(numbers)))
             )
         else:
             sums, count = np.zeros(shape), np.zeros(shape)
-            np.add.at(sums, at, found)
+            np.add.at(sums, at, numbers)
             np.add.at(count, at, 1.0)
             total, rows = self.weights @ sums, self.weights @ count
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -228,8 +230,8 @@ class Rows:
 def rows_of(table: Table | Replicated, where: str = "") -> Rows:
     """Return the rows of a table, plain or in replicates, where an expression holds."""
     if isinstance(table, Replicated):
-        kept = holds(table.frame, where) if where else slice(None)  # all are not copied
-        return Rows(table.frame[kept], table.cluster[kept], table.weights, plain=False)
+        mask = holds(table.frame, where) if where else slice(None)  # no copy of all rows
+        return Rows(table.frame[mask], table.cluster[mask], table.weights, plain=False)
     frame = table[holds(table, where)] if where else table
     return Rows(frame, np.zeros(len(frame), int), np.ones((1, 1), int), plain=True)
 

@@ -1,7 +1,7 @@
 """Base classes of a study's options, which do the work of each stage.
 
-A study (walks, actions, limbs, …) is a folder beside this file.  Its options are plain dataclasses; what the user
-writes as ``sweep.trials=10`` is the field `trials` of the chosen `Sweep`, and the stage of the same name calls the
+A study (walks, actions, limbs, …) is a folder next to this file.  Its options are plain dataclasses:
+``sweep.trials=10`` on the command line sets the field `trials` of the `Sweep`.  The stage of the same name calls the
 option's method:
 
 =========  ======================  ==========================================================
@@ -42,18 +42,18 @@ if TYPE_CHECKING:
     from pipeline.pictures.picture import Picture as Picture
     from pipeline.recordings import Recording
 
-    # Begins the recording of one figure, given further words of its description, and its timeline if not time.
+    # Begins the recording of a figure; takes further text of its description, and a timeline other than time.
     Recorder = Callable[..., Recording]
-else:  # a figure is written without matplotlib and rerun, which only its annotations name
+else:  # only annotations name matplotlib and rerun, so figures do not import them
     Picture = Recorder = Any
 
 ClipsT = TypeVar("ClipsT")
 DatasetT = TypeVar("DatasetT")
 ModelT = TypeVar("ModelT")
 Tables: TypeAlias = "dict[str, pd.DataFrame]"
-"""Of a figure, by name."""
+"""Tables of a figure, by name."""
 
-MOST_VALUES = 100_000
+MAX_VALUES = 100_000
 """Largest number of values of a grid."""
 
 
@@ -68,30 +68,30 @@ class Grid(Options):
 
     start: Finite  # first value
     stop: Finite  # last value, if a whole number of steps reaches it
-    step: Positive  # between values
+    step: Positive  # distance between values
 
     def values(self, name: str) -> np.ndarray:
         """Return the values (N,), float64.  Raises InvalidInput if an option is out of range."""
         require_bounds(name, self)
         require_range(f"{name}.stop", self.stop, above=self.start)
         count = np.floor((self.stop - self.start) / self.step + 1e-9) + 1
-        require_range(f"the number of values of {name}", count, at_most=MOST_VALUES)
+        require_range(f"the number of values of {name}", count, at_most=MAX_VALUES)
         return self.start + self.step * np.arange(int(count), dtype=float)
 
 
 Swept = Annotated[Grid, lambda name, grid: grid.values(name)]
-"""A grid whose values there are."""
+"""Grid whose values are computed to validate it."""
 
 
 def scaled(**fields: str | float | Mapping[str, float]) -> Any:
-    """Return a dataclass field whose default, or parts of it, depend on the scale.
+    """Return a dataclass field whose default depends on the scale.
 
     Parameters
     ----------
     **fields : str, number or mapping of str to number
-        ``value="trials"``: the option is ``scale.trials``.  ``value={"full": 16, "smoke": 2}``: the option has sizes
-        of its own, by the name of the scale.  Otherwise the option is a `Grid`, and the keywords are its fields, each
-        of them a number, the name of a field of the scale, or sizes of its own.
+        ``value="trials"``: the option is ``scale.trials``.  ``value={"full": 16, "smoke": 2}``: the option has a
+        size for each scale.  Otherwise the option is a `Grid`, and the keywords are its fields: each a number, the
+        name of a field of the scale, or a size for each scale.
 
     Examples
     --------
@@ -102,24 +102,24 @@ def scaled(**fields: str | float | Mapping[str, float]) -> Any:
 
 
 class Represents(Protocol):
-    """Options of a dataset whose samples are made while clips are, one after the other."""
+    """Options of a dataset whose samples are computed while clips are streamed, one after the other."""
 
     def represent(self, letting_go: Callable[[Keep], tuple[Any, list[Any]]], /) -> Any:
-        """Return clips without positions that have their samples."""
+        """Return the samples with their clips, whose positions are discarded."""
 
 
 class Dataset(Options, ABC):
-    """Options of the dataset stage: how samples are made of clips."""
+    """Options of the dataset stage: how samples are computed from clips."""
 
     corpus: ClassVar[Corpus]
-    """Kind of clips that the samples are made of."""
+    """Kind of clips that the samples are computed from."""
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
         require_bounds("dataset", self)
 
     def shared(self) -> Represents | None:
-        """Return the options whose samples serve these and are made of clips that are let go; None: clips are kept."""
+        """Return options whose samples, from streamed clips, serve this dataset; None if clips must be stored."""
         return None
 
     @abstractmethod
@@ -131,9 +131,9 @@ class Model(Options, ABC):
     """Options of the model stage: what is learnt from the samples."""
 
     dataset: ClassVar[type[Dataset]]
-    """Class of the dataset that it is learnt from."""
+    """Class of the dataset that the model is learnt from."""
     published: ClassVar[bool] = False
-    """Whether ``arrays.npz`` contains the model, with the results of the sweep."""
+    """True if ``arrays.npz`` contains the model, with the results of the sweep."""
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
@@ -153,12 +153,12 @@ class SweepInputs(Generic[ClipsT, DatasetT, ModelT]):
     clips, dataset, model : dataclass
         Results of the earlier stages.
     model_options : Model
-        Its options, for sweeps that learn again from fewer samples.
+        Options of the model, for sweeps that learn it again from fewer samples.
     workers : int
-        Threads.
+        Number of threads.
     seed : int
     files : mapping of str to Path
-        Further files, as `Sweep.further_files` names them.
+        Further files, by the names of `Sweep.further_files`.
     """
 
     clips: ClipsT
@@ -175,14 +175,14 @@ class SweepInputs(Generic[ClipsT, DatasetT, ModelT]):
 
 
 class Sweep(Options, ABC):
-    """Options of the sweep stage: what is measured on every fold, for which values."""
+    """Options of the sweep stage: measurements on every fold, for each value."""
 
     draws_random_numbers: ClassVar[bool] = False
-    """Whether the result depends on the seed."""
+    """True if the result depends on the seed."""
 
     @property
     def reads_clips(self) -> bool:
-        """Whether the clips are read, apart from the dataset and the model."""
+        """True if `measure` reads the clips in addition to the dataset and the model."""
         return False
 
     def validate(self) -> None:
@@ -190,7 +190,7 @@ class Sweep(Options, ABC):
         require_bounds("sweep", self)
 
     def modules(self) -> list[str]:
-        """Return further modules that compute the result: those of methods that options name."""
+        """Return further modules that compute the result: those of the methods that options name."""
         return []
 
     def further_files(self, data: Data) -> dict[str, Path]:
@@ -199,16 +199,16 @@ class Sweep(Options, ABC):
         Raises
         ------
         InvalidInput
-            If one is not on this machine, with ``"not_fetched"`` as its `code`: figures of all are made without this.
+            If a file is not on this machine.  Its `code` is ``"not_fetched"``: a run of all figures skips this figure.
         """
         return {}
 
     def with_methods(self, names: Sequence[str]) -> Sweep:
-        """Return the sweep with further methods, those of them that it can compare."""
+        """Return the sweep with those of these methods that it can compare in addition to its own."""
         return self
 
     def of_populations(self) -> Sweep:
-        """Return the sweep that further populations go through: the same, or with less beside it."""
+        """Return the sweep for further populations: the same, or one that measures less."""
         return self
 
     @abstractmethod
@@ -217,13 +217,13 @@ class Sweep(Options, ABC):
 
 
 def stack(parts: Sequence[Any]) -> Any:
-    """Return a dataclass whose fields are those of others, stacked."""
+    """Return a dataclass whose fields are those of several dataclasses, stacked along a new first axis."""
     kind = type(parts[0])
     return kind(**{f.name: np.stack([getattr(part, f.name) for part in parts]) for f in fields(kind)})
 
 
 def part(stacked: Any, number: int) -> Any:
-    """Return one of the dataclasses that `stack` stacked."""
+    """Return one of the dataclasses in a result of `stack`."""
     return type(stacked)(**{f.name: getattr(stacked, f.name)[number] for f in fields(stacked)})
 
 
@@ -249,13 +249,13 @@ class Traits:
     over_people : tuple of str
         Tables that are computed again for every further population.
     ranked_by : (str, str)
-        Table and column whose mean size, of the first method, orders populations: the median one is shown.
+        Table and column whose mean absolute value, for the first method, ranks populations; the median one is shown.
     abscissa : str
-        Column of ``table`` along which its ranges over populations run; needed where ``table`` is one of `over_people`.
+        Column of ``table`` that is the abscissa of ranges over populations; required if `over_people` has ``table``.
     rows_of : mapping of str to str
-        Column of ``table`` → column of the populations' rows that it is the mean of, where the names differ.
+        Column of ``table`` → column of the populations' rows that it averages, if the names differ.
     sequence : str
-        Name of the sweep's grid on the recording's timeline, which has whole numbers; empty if there is none.
+        Name of the sweep's grid that is the recording's timeline, in whole numbers; empty for none.
     timeline : str
         Timeline of a recording that has only charts.
     in_light_archives : bool
@@ -274,15 +274,15 @@ class Traits:
 class Figure(Options, ABC):
     """Options of the figure stage: tables, picture and recordings.
 
-    `validate` is given the `Experiment`, the other methods its `FigureInputs`.
+    `validate` takes the `Experiment`; the other methods take its `FigureInputs`.
     """
 
     model: ClassVar[type[Model]]
-    """Class of the model that it shows."""
+    """Class of the model that the figure shows."""
     sweep: ClassVar[Any] = Sweep
-    """Class of the sweep that it shows."""
+    """Class of the sweep that the figure shows."""
     traits: ClassVar[Traits] = Traits()
-    """Populations and timeline."""
+    """Properties of the figure: populations and timeline."""
 
     picture: bool = True  # draw the PNG and the PDF
     recording: bool = True  # write the Rerun recording
@@ -296,11 +296,11 @@ class Figure(Options, ABC):
         """Return the tables by file name without suffix, ``table`` and ``table_…``, sorted."""
 
     def arrays(self, inputs: Any) -> dict[str, np.ndarray]:
-        """Return further arrays of ``arrays.npz``, of which the report computes; none by default."""
+        """Return further arrays of ``arrays.npz``, which the report reads; none by default."""
         return {}
 
     def charts(self, inputs: Any, tables: Tables) -> Sheet:
-        """Return what is drawn of the tables, for picture, recording and page; no chart by default."""
+        """Return the charts of the tables, for picture, recording and page; none by default."""
         return Sheet()
 
     def draw(self, inputs: Any, tables: Tables, picture: Picture) -> None:
@@ -308,9 +308,9 @@ class Figure(Options, ABC):
         picture.charts()
 
     def draws_more_than(self, sheet: Sheet) -> bool:
-        """Whether the picture shows more than the page's charts: what is no chart, or one that is not on the page."""
-        own = type(self).draw is not Figure.draw
-        return own or any(chart.picture and not chart.page for chart in sheet.charts)
+        """Return True if the picture shows more than the charts on the page."""
+        overrides = type(self).draw is not Figure.draw
+        return overrides or any(chart.picture and not chart.page for chart in sheet.charts)
 
     def record(self, inputs: Any, tables: Tables, begin: Recorder) -> None:
         """Write the recording: the charts over the timeline of its traits by default."""
@@ -347,18 +347,18 @@ def stacked(parts: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
 
     columns: dict[str, list[np.ndarray]] = defaultdict(list)
     for part in parts:
-        # Texts as objects: a column of them then holds each once.
-        whole = np.broadcast_arrays(
+        # Texts as objects: a column then stores each text once.
+        cells = np.broadcast_arrays(
             *(np.atleast_1d(np.asarray(c, object) if isinstance(c, str) else c) for c in part.values())
         )
-        for name, column in zip(part, whole, strict=True):
+        for name, column in zip(part, cells, strict=True):
             columns[name].append(column)
     return pd.DataFrame({name: np.concatenate(column) for name, column in columns.items()})
 
 
 @dataclass(frozen=True)
 class Study:
-    """A study: its options by the words that choose them on the command line.
+    """Study, with its options by their names on the command line.
 
     Attributes
     ----------

@@ -115,7 +115,7 @@ def test_of_very_many_people_groups_are_left_out(monkeypatch: pytest.MonkeyPatch
     rng = np.random.default_rng(4)
     table = pd.DataFrame({"person": [f"p{n:03d}" for n in range(60)], "x": rng.lognormal(size=60)})
     every = replicate(["t"], {"t": table})
-    monkeypatch.setattr(replicated, "MOST_LEFT_OUT", 15)
+    monkeypatch.setattr(replicated, "MAX_LEFT_OUT", 15)
     replicated._weights.cache_clear()
     some = replicate(["t"], {"t": table})
     replicated._weights.cache_clear()

@@ -19,26 +19,26 @@ from pipeline.validation import InvalidInput, NonNegative
 
 
 class Frame(StrEnum):
-    """What direction cosines are relative to."""
+    """Reference frame of the direction cosines."""
 
     parent = "parent"
     hip = "hip"
 
 
 class Heading(StrEnum):
-    """Whose yaw is taken out of the hip's direction."""
+    """Yaw that is removed from the hip's direction."""
 
     first = "first"
-    """That of the first frame."""
+    """Yaw of the first frame."""
     every = "every"
     none = "none"
 
 
-def require_true_course(known: bool) -> None:
+def require_true_course(is_known: bool) -> None:
     """Raise InvalidInput unless the true course of the action is known."""
-    if not known:
+    if not is_known:
         raise InvalidInput(
-            "the true course of an action is known of synthetic performances alone",
+            "the true course of an action is known only for synthetic performances",
             "data",
             "data=synthetic",
             code="truth_not_known",
@@ -54,23 +54,23 @@ class Postures:
     postures : (sum of F, 37)
         Height of the pelvis in leg lengths, and direction cosines of twelve limbs [mozerov2006 1].
     positions : (sum of F, 15, 3)
-        Millimetres; what the postures were read from.
+        Joint positions, mm, from which the postures were computed.
     first : (M + 1,) int
-        Where each performance starts.
+        First row of each performance.
     frame_rate_hz : (M,)
     floor_mm : (M,)
         Height from which the pelvis is measured.
     limbs_mm, pelvis_mm, shoulders_mm : (M, 12), (M, 3), (M, 3)
-        As `LimbLengths`.
+        Lengths, mm, as in `LimbLengths`.
     phase : (sum of F,), optional
-        True course of the action, where it is known.
+        True course of the action, if known.
     moving_phase : (2,), optional
-        The course between which the actor moves.
+        Values of the course between which the actor moves.
     person, clip, source : (M,) text
     frame : str
-        What the direction cosines are relative to.
+        Reference frame of the direction cosines.
     words : str
-        How many samples there are, for captions.
+        Number of performances and frames in words, for captions.
     """
 
     postures: np.ndarray
@@ -95,7 +95,7 @@ class Postures:
         return (np.diff(self.first) - 1) / self.frame_rate_hz
 
     def split(self, values: np.ndarray) -> list[np.ndarray]:
-        """Return an array for each performance, out of one that holds them end to end."""
+        """Return an array for each performance, from an array with all of them end to end."""
         return [values[a:b] for a, b in pairwise(self.first)]
 
     def body(self, performance: int) -> LimbLengths:
@@ -105,18 +105,18 @@ class Postures:
         )
 
     def mean_body(self) -> LimbLengths:
-        """Return the mean limb lengths of the performers, each counted as often as it performs."""
+        """Return the mean limb lengths over performances."""
         return LimbLengths(*(x.mean(axis=0) for x in (self.limbs_mm, self.pelvis_mm, self.shoulders_mm)))
 
     def true_course(self, pattern: int, samples: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the frames that truly match samples of a pattern, and where that moves.
+        """Return the true frames of all performances at samples of a pattern, and the samples at which it moves.
 
         Parameters
         ----------
         pattern : int
-            One of the performances.
+            Number of the performance that is the pattern.
         samples : int
-            P, evenly over it.
+            P, spread evenly over the pattern.
 
         Returns
         -------
@@ -134,9 +134,9 @@ class Postures:
         assert self.moving_phase is not None
         phases = self.split(self.phase)
         length = len(phases[pattern])
-        there = np.interp(np.linspace(0.0, length - 1.0, samples), np.arange(length), phases[pattern])
+        course = np.interp(np.linspace(0.0, length - 1.0, samples), np.arange(length), phases[pattern])
         begins, ends = self.moving_phase
-        return np.stack([correspondence(there, p) for p in phases]), (there >= begins) & (there <= ends)
+        return np.stack([correspondence(course, p) for p in phases]), (course >= begins) & (course <= ends)
 
 
 class PostureDataset(Dataset):
@@ -151,27 +151,27 @@ class PostureDataset(Dataset):
     def build(self, clips: Performances, *, workers: int) -> Postures:
         """Return the postures of all performances."""
 
-        def one(m: int) -> tuple[np.ndarray, np.ndarray, float, LimbLengths, np.ndarray]:
+        def represented(m: int) -> tuple[np.ndarray, np.ndarray, float, LimbLengths, np.ndarray]:
             motion, rate = clips.motion(m), clips.frame_rate_hz[m]
             at = frames_at_rate(len(motion), rate, self.frame_rate_hz)
             positions = interpolate(motion, at)
             floor = posture.floor_level(positions)
-            found = posture.postures(
+            postures = posture.postures(
                 positions, frame=self.frame.value, heading=self.heading.value, floor_mm=floor
             )
-            return found, positions, floor, posture.limb_lengths(positions), at
+            return postures, positions, floor, posture.limb_lengths(positions), at
 
-        found, positions, floors, bodies, at = zip(
-            *map_processes(one, range(len(clips)), workers), strict=True
+        postures, positions, floors, bodies, at = zip(
+            *map_processes(represented, range(len(clips)), workers), strict=True
         )
-        frames = [len(p) for p in found]
+        frames = [len(p) for p in postures]
         phase = None
         if clips.phase is not None:
-            whole = [clips.phase[a:b] for a, b in pairwise(clips.first)]
-            phase = np.concatenate([interpolate(p, t) for p, t in zip(whole, at, strict=True)])
+            courses = [clips.phase[a:b] for a, b in pairwise(clips.first)]
+            phase = np.concatenate([interpolate(p, t) for p, t in zip(courses, at, strict=True)])
         people = len(set(clips.person))
         return Postures(
-            postures=np.concatenate(found),
+            postures=np.concatenate(postures),
             positions=np.concatenate(positions),
             first=np.concatenate([[0], np.cumsum(frames)]),
             frame_rate_hz=np.minimum(clips.frame_rate_hz, self.frame_rate_hz or np.inf),

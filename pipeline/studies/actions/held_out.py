@@ -1,8 +1,8 @@
-"""Performances to be tracked, and what the others teach: the action learnt anew without them.
+"""Held-out performances for tracking, and the action learnt from the other performances.
 
-What a tracker is told of the actor it follows: the lengths of the limbs, the level of the floor, the way the actor
-faces at first.  Everything else comes from the other performances: aSpace, pattern, synchronization, action model,
-how fast deviations change, how long the action takes, and how far joints lie from what the aSpace can say.
+A tracker knows the lengths of the actor's limbs, the level of the floor and the actor's first heading.  Everything else
+comes from the other performances: aSpace, pattern, synchronization, action model, diffusion of deviations, duration of
+the action, and misfit of joints in the aSpace.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from pipeline.validation import InvalidInput
 
 
 class LeaveOut(StrEnum):
-    """What the model of a performance must not have seen."""
+    """Performances that are left out of the model of a performance."""
 
     performance = "performance"
     """The performance itself."""
     person = "person"
-    """All performances of its person."""
+    """All performances of the same person."""
 
 
 _PELVIS, _HIPS = WALKER15.index("pelvis"), [WALKER15.index(f"{side}_hip") for side in ("left", "right")]
@@ -39,16 +39,16 @@ _HIP_COSINES = slice(1, 3)
 
 @dataclass(frozen=True)
 class Performance:
-    """One performance as it is learnt from and as it is seen.
+    """One performance, as postures for learning and as joints for tracking.
 
     Attributes
     ----------
     postures : (F, 37)
     joints_mm : (F, 15, 3)
-        As recorded, but with the pelvis over the origin, the floor at z = 0 and turned as the postures are.
+        Recorded joints, with the pelvis over the origin, the floor at z = 0 and the heading of the postures.
     body : LimbLengths
     frame : str
-        What the direction cosines are relative to.
+        Reference frame of the direction cosines.
     """
 
     postures: np.ndarray
@@ -59,19 +59,19 @@ class Performance:
 
 @dataclass(frozen=True)
 class HeldOut:
-    """What the other performances teach.
+    """Action learnt from the other performances.
 
     Attributes
     ----------
     action : LearntAction
     dynamics : Dynamics
-        The diffusion and the nominal rate are learnt.
+        Dynamics with learnt diffusion and nominal rate.
     own_step : float
-        Diffusion of a random walk whose steps are as large as those from frame to frame, movement included.
+        Diffusion of a random walk with steps as large as those between frames, including the movement.
     misfit_mm : (15,)
-        Root mean square of a coordinate of each joint less the same out of the aSpace.
+        Root mean square difference of each joint's coordinates from those reconstructed from the aSpace.
     frame : str
-        As `Performance`.
+        As in `Performance`.
     """
 
     action: LearntAction
@@ -81,17 +81,17 @@ class HeldOut:
     frame: str
 
     def joints(self, coordinates: np.ndarray, body: LimbLengths) -> np.ndarray:
-        """Return joints (S, 15, 3) in mm of a body at points (S, b) of the aSpace; NaN where they are no posture.
+        """Return joints (S, 15, 3) in mm of a body at points (S, b) of the aSpace; NaN if a point is not a posture.
 
-        A random walk through the aSpace comes, once in millions of steps, upon a limb that points against its rest
-        direction: no frame is defined there, and a particle without joints has no weight.
+        Once in millions of steps, a random walk through the aSpace reaches a limb that points against its rest
+        direction.  Its frame is undefined there, and a particle without joints gets no weight.
         """
         postures = self.action.space.postures(coordinates)
         return posture.joints_where_defined(postures, body, frame=self.frame)
 
 
 def performances_of(dataset: Postures) -> list[Performance]:
-    """Return every performance."""
+    """Return all performances of a data set."""
     each = zip(dataset.split(dataset.postures), dataset.split(dataset.positions), strict=True)
     return [
         Performance(p, standing(r, p, dataset.floor_mm[m]), dataset.body(m), dataset.frame)
@@ -100,38 +100,38 @@ def performances_of(dataset: Postures) -> list[Performance]:
 
 
 def standing(recorded: np.ndarray, postures: np.ndarray, floor_mm: float) -> np.ndarray:
-    """Return joints (F, 15, 3) in mm as recorded, pelvis over the origin, floor at z = 0, facing as the postures say.
+    """Return recorded joints (F, 15, 3), mm, with the pelvis over the origin, floor at z = 0 and the postures' heading.
 
     Parameters
     ----------
     recorded : (F, 15, 3)
-        Joints in mm, anywhere.
+        Joints, mm, at any position.
     postures : (F, 37)
-        Of the same frames, with any heading.
+        Postures of the same frames, with any heading.
     floor_mm : float
     """
     across = recorded[:, _HIPS[1]] - recorded[:, _HIPS[0]]
-    wanted = postures[:, _HIP_COSINES]
-    turn = np.arctan2(wanted[:, 1], wanted[:, 0]) - np.arctan2(across[:, 1], across[:, 0])
+    hip = postures[:, _HIP_COSINES]
+    turn = np.arctan2(hip[:, 1], hip[:, 0]) - np.arctan2(across[:, 1], across[:, 0])
     cos, sin = np.cos(turn)[:, None], np.sin(turn)[:, None]
     x, y, z = np.moveaxis(recorded - recorded[:, [_PELVIS]] * [1.0, 1.0, 0.0], -1, 0)
     return np.stack([cos * x - sin * y, sin * x + cos * y, z - floor_mm], axis=-1)
 
 
 def left_out(people: np.ndarray, performance: int, leave_out: LeaveOut) -> np.ndarray:
-    """Return which performances (M,) the model of one performance must not have seen.
+    """Return a mask (M,) of the performances that the model of one performance leaves out.
 
     Parameters
     ----------
     people : (M,)
-        Who gave each performance.
+        Person of each performance.
     performance : int
     leave_out : LeaveOut
 
     Raises
     ------
     InvalidInput
-        If too few are left to learn from.
+        If fewer than two performances remain.
     """
     alone = np.arange(len(people)) == performance
     out = alone if leave_out is LeaveOut.performance else people == people[performance]
@@ -148,14 +148,14 @@ def left_out(people: np.ndarray, performance: int, leave_out: LeaveOut) -> np.nd
 
 
 def learn_without(options: ActionSpaceModel, performances: Sequence[Performance], out: np.ndarray) -> HeldOut:
-    """Return what all performances but those left out teach.
+    """Return the action learnt from all performances except those left out.
 
     Parameters
     ----------
     options : ActionSpaceModel
     performances : sequence of Performance
     out : (M,) bool
-        Those of which nothing is read.
+        Mask of the performances that are left out.
     """
     others = [p for p, left in zip(performances, out, strict=True) if not left]
     action = options.teach([p.postures for p in others])

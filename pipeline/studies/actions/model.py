@@ -1,4 +1,4 @@
-"""The action: aSpace, median sequence, synchronized performances, action model: mozerov2006 sections 2 to 4."""
+"""Model of an action: aSpace, median sequence, synchronized performances and bounds, mozerov2006 sections 2 to 4."""
 
 from __future__ import annotations
 
@@ -18,33 +18,34 @@ from pipeline.studies.study import Model, SweepInputs
 from pipeline.validation import Count, InvalidInput, Positive, Several, bounded, require_range
 
 ALIGNMENTS = ("raw", "linear", "keyframe", "synchronized")
-"""How performances are brought to a common time.
+"""Alignments: ways to bring performances to a common time.
 
-``raw``           as recorded, each of its own length
-``linear``        one constant rate each [mozerov2006 7]
+``raw``           as recorded, with different lengths
+``linear``        one constant rate for each performance [mozerov2006 7]
 ``keyframe``      the same number of samples between key-frames, the paper's comparison
 ``synchronized``  to the rate of the median sequence, the paper's proposal [mozerov2006 18]
 """
 
-UNLIKE = 1.5
-"""Global distance to the median one, of a performance that bounds learnt without it nowhere accept, from which it may
-be of another action."""
+MAX_RELATIVE_DISTANCE = 1.5
+"""Global distance, relative to the median one, above which a performance may be of another action.  It must also be
+outside the bounds learnt without it at all samples."""
 
-UNRELATED = 0.8
-"""Share of the variance that synchronization leaves, of bends and squats up to 0.44, of unrelated motion from 0.95."""
+MAX_VARIANCE_LEFT = 0.8
+"""Share of the variance left by synchronization above which motions are unrelated: bends and squats leave up to 0.44,
+unrelated motions 0.95 or more."""
 
 
 class Penalty(StrEnum):
-    """What the smoothness mu weighs [mozerov2006 12, 16]."""
+    """Quantity that the smoothness mu penalises [mozerov2006 12, 16]."""
 
     change = "change"
-    """The change of the disparity, mu |k|."""
+    """Change of the disparity, mu |k|."""
     as_printed = "as_printed"
-    """Its size, mu |d + k|."""
+    """Size of the disparity, mu |d + k|."""
 
 
 class Start(StrEnum):
-    """Whether the disparity of the first sample is zero."""
+    """Disparity of the first sample: zero (``fixed``) or any (``free``)."""
 
     fixed = "fixed"
     free = "free"
@@ -52,14 +53,14 @@ class Start(StrEnum):
 
 @dataclass(frozen=True)
 class Acceptance:
-    """Postures that a model learnt without them accepts.
+    """Acceptance of postures by models learnt without them.
 
     Attributes
     ----------
     performances : dict of (M, P) bool
-        By alignment: whether the model learnt without the performance accepts each posture.
+        By alignment: acceptance of each posture by the model learnt without the performance.
     people : dict of (M, P) bool
-        The same without all performances of its person; empty where too few people perform.
+        The same for models without all performances of the person; empty if there are too few people.
     """
 
     performances: dict[str, np.ndarray]
@@ -68,33 +69,33 @@ class Acceptance:
 
 @dataclass(frozen=True)
 class Action:
-    """What performances of an action teach.
+    """Model of an action, learnt from performances.
 
     Attributes
     ----------
     space : ASpace
     model : ActionModel
-        Of the synchronized performances.
+        Action model of the synchronized performances.
     raw : (sum of F, b)
         Performances in the aSpace, end to end.
     first : (M + 1,) int
-        Where each of them starts.
+        First row of each performance.
     linear, keyframe, synchronized : (M, P, b)
         See `ALIGNMENTS`.
     keyframe_warp : (M, P)
-        Frame of each performance, fractional, that became each sample by key-frames.
+        Fractional frame of each performance at each sample, by key-frames.
     distances : (M, M)
         C(n, m) of all ordered pairs, squared aSpace units.
     disparity : (M, P) int
-        Brings each performance to the rate of the median sequence.
+        Disparity that brings each performance to the rate of the median sequence.
     median : int
-        The median sequence.
+        Number of the median sequence.
     smoothness : float
         mu, squared aSpace units.
     accepted : Acceptance
     words : str
     remarks : list of str
-        What does not look like one action.
+        Remarks on performances that may be of another action.
     """
 
     space: ASpace
@@ -120,7 +121,7 @@ class Action:
         return list(getattr(self, alignment))
 
     def matched_frames(self, alignment: str) -> np.ndarray:
-        """Return the frame of each performance, fractional, that matches each sample of the median sequence, (M, P)."""
+        """Return the fractional frame (M, P) of each performance that matches each sample of the median sequence."""
         last, samples = (np.diff(self.first) - 1)[:, None], self.linear.shape[1]
         linear = last * np.arange(samples) / (samples - 1)
         if alignment == "keyframe":
@@ -132,7 +133,7 @@ class Action:
 
     @property
     def farthest(self) -> int:
-        """The performance of largest disparity from the median sequence, the first on ties."""
+        """Performance with the largest disparity from the median sequence, the first on ties."""
         return int(np.abs(self.disparity).max(axis=1).argmax())
 
 
@@ -145,7 +146,7 @@ class ActionSpaceModel(Model):
     dataset = PostureDataset
     published = True
 
-    variance: Annotated[float, bounded(above=0, at_most=1)] = 0.95  # that the fewest eigenvectors hold
+    variance: Annotated[float, bounded(above=0, at_most=1)] = 0.95  # share that the aSpace covers
     dimensions: Annotated[int, bounded(at_least=0, at_most=posture.PARAMETERS)] = 0  # 0: by variance
     samples: Several = 100  # P, postures of a performance after linear normalisation
     max_disparity: Count = 49  # D, in samples
@@ -162,12 +163,15 @@ class ActionSpaceModel(Model):
         require_range("model.max_disparity", self.max_disparity, below=self.samples)
         if 0 not in self.steps or max(self.steps) > 1:
             raise InvalidInput(
-                "must hold 0 and none above 1", "model.steps", received=self.steps, code="invalid_steps"
+                "must contain 0 and no value above 1",
+                "model.steps",
+                received=self.steps,
+                code="invalid_steps",
             )
 
     @property
     def path_options(self) -> dict[str, Any]:
-        """Which paths synchronization may take: arguments of `synchronization.synchronize`, all but mu."""
+        """Arguments of `synchronization.synchronize` that define the admissible paths; all except mu."""
         return {
             "max_disparity": self.max_disparity,
             "penalty": self.penalty.value,
@@ -176,7 +180,7 @@ class ActionSpaceModel(Model):
         }
 
     def teach(self, postures: Sequence[np.ndarray]) -> LearntAction:
-        """Return what postures (F, 37) of some performances teach, e.g. of all but one."""
+        """Return the action learnt from the postures (F, 37) of some performances, e.g. of all but one."""
         return action_model.learn_action(
             postures,
             samples=self.samples,
@@ -192,7 +196,7 @@ class ActionSpaceModel(Model):
         keyed = action_model.by_key_frames(learnt.raw, samples=self.samples, count=self.key_frames)
         aligned = {"linear": learnt.linear, "keyframe": keyed.sequences, "synchronized": learnt.synchronized}
         performances, people = len(dataset.person), dataset.person
-        most = np.unique(people, return_counts=True)[1].max()
+        largest_group = np.unique(people, return_counts=True)[1].max()
 
         def acceptance(groups: np.ndarray | None) -> dict[str, np.ndarray]:
             return {
@@ -200,19 +204,19 @@ class ActionSpaceModel(Model):
                 for alignment, x in aligned.items()
             }
 
-        accepted, apart = acceptance(None), learnt.distances.sum(axis=1)
-        apart = apart / np.median(apart)
-        alien = ~accepted["synchronized"].any(axis=1) & (apart > UNLIKE)
+        accepted, relative_distance = acceptance(None), learnt.distances.sum(axis=1)
+        relative_distance = relative_distance / np.median(relative_distance)
+        outliers = ~accepted["synchronized"].any(axis=1) & (relative_distance > MAX_RELATIVE_DISTANCE)
         remarks = [
-            f"{clip} is unlike the other performances, {times:.1f} times as far from all as is usual, and none of "
-            "its postures is within their bounds: another action?"
-            for clip, times in zip(dataset.clip[alien], apart[alien], strict=True)
+            f"{clip} may be of another action: its distance from the others is {times:.1f} times the median, and none "
+            "of its postures is within their bounds"
+            for clip, times in zip(dataset.clip[outliers], relative_distance[outliers], strict=True)
         ]
         left = action_model.variance_left(learnt.synchronized).mean()
-        if left > UNRELATED * (whole := action_model.mean_squared_deviation(learnt.synchronized)):
+        if left > MAX_VARIANCE_LEFT * (total := action_model.mean_squared_deviation(learnt.synchronized)):
             remarks.append(
-                f"synchronized performances differ by {100 * left / whole:.0f} % of the variance of all postures: "
-                "is this one action?"
+                "the performances may be of several actions: after synchronization they differ by "
+                f"{100 * left / total:.0f} % of the variance of all postures"
             )
         space = learnt.space
         return Action(
@@ -221,7 +225,7 @@ class ActionSpaceModel(Model):
             keyframe=keyed.sequences,
             keyframe_warp=keyed.warp,
             accepted=Acceptance(
-                performances=accepted, people=acceptance(people) if performances - most >= 2 else {}
+                performances=accepted, people=acceptance(people) if performances - largest_group >= 2 else {}
             ),
             words=f"aSpace of {space.dimensions} dimensions holding {100 * space.variance_held:.1f} % of the variance",
             remarks=remarks,

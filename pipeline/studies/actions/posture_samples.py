@@ -1,8 +1,8 @@
-"""Accepted postures drawn from the action model, and how far they lie from what was recorded: mozerov2006 figure 4.
+"""Postures sampled from the action model, and their distances from recorded postures: mozerov2006 figure 4.
 
-"For each selected mean posture, only similar and meaningful postures are generated."  Similar is measured by the
-distance from the mean posture, meaningful by that to the nearest recorded posture; both are to be read beside the
-recorded postures of the same frame, and beside postures that the action model rejects.
+"For each selected mean posture, only similar and meaningful postures are generated."  Similarity is measured by the
+distance from the mean posture, meaning by the distance from the nearest recorded posture.  Both are compared with
+recorded postures of the same frame and with postures that the action model rejects.
 """
 
 from __future__ import annotations
@@ -23,34 +23,34 @@ from pipeline.studies.study import Sweep
 from pipeline.validation import Count, Distinct, require_range
 
 KINDS = ("accepted", "outside", "training", "unsynchronized")
-"""Drawn within the bounds; every coordinate drawn beyond them; recorded, synchronized, at this frame; drawn within the
-bounds of a model learnt of linearly normalised performances, without synchronization."""
+"""Kinds of postures: sampled within the bounds; with every coordinate beyond the bounds; recorded and synchronized, at
+the same frame; sampled within the bounds of a model of linearly normalised performances."""
 
-AGAIN = (DRAW, "frame", "kind", "nearest_training_mm", "spread_mm")
-"""Columns of what is measured with people drawn again."""
+RESAMPLED_COLUMNS = (DRAW, "frame", "kind", "nearest_training_mm", "spread_mm")
+"""Columns of the measurements with resampled people."""
 
 BEYOND = (1.0, 3.0)
-"""How many standard deviations beyond the bounds the rejected postures are drawn."""
+"""Range of the distance of rejected postures beyond the bounds, in standard deviations."""
 
-_STREAM = 20064  # keeps these draws apart from those of other stages with the same seed
+_STREAM = 20064  # separates these draws from those of other stages with the same seed
 _BLOCK = 64
-MEASURED_AGAIN = 64
-"""Postures drawn at each frame of each model of people drawn again."""
+RESAMPLED_POSTURES = 64
+"""Number of postures sampled at each frame from each model of resampled people."""
 
 
 @dataclass(frozen=True)
 class SampledPostures:
-    """Mean postures, accepted ones to be shown, and distances of many to the recorded ones.
+    """Mean postures, accepted postures for display, and distances of many postures from recorded ones.
 
     Attributes
     ----------
     rows : DataFrame
-        A row to each frame and kind: share of postures that the model accepts, and of coordinates within the bounds;
+        A row for each frame and kind: share of postures that the model accepts, and of coordinates within the bounds;
         median and largest distance to the nearest recorded posture, and median distance from the mean posture.
     again : DataFrame
-        These medians by models learnt of people drawn again, and of fewer postures; no rows for one person alone.
+        The same medians by models of resampled people, over fewer postures; no rows for a single person.
     frames : (N,) int
-        Of the mean performance, counted from 1.
+        Frames of the mean performance, counted from 1.
     bodies, mean_performance : (N, 1 + S, 15, 3), (P, 15, 3)
         At each frame the mean posture and accepted ones; mm, of a body with the actors' mean limb lengths.
     """
@@ -63,14 +63,14 @@ class SampledPostures:
 
 
 class PostureSampling(Sweep):
-    """Accepted postures drawn from the action model."""
+    """Sampling of accepted postures from the action model."""
 
     draws_random_numbers = True
 
-    frames: Distinct[Count] = [10, 40]  # of the mean performance, counted from 1
-    samples: Count = 8  # of them shown
-    measured: Count = 2000  # drawn at each frame
-    resamples: Count = 40  # models of people drawn again, for intervals
+    frames: Distinct[Count] = [10, 40]  # frames of the mean performance, counted from 1
+    samples: Count = 8  # number of samples that are displayed
+    measured: Count = 2000  # number of samples at each frame
+    resamples: Count = 40  # number of models of resampled people, for intervals
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
@@ -78,7 +78,7 @@ class PostureSampling(Sweep):
         require_range("sweep.samples", self.samples, at_most=self.measured)
 
     def measure(self, inputs: ActionInputs) -> SampledPostures:
-        """Return postures drawn at each frame, as joints, and what is said of them."""
+        """Return joints of postures sampled at each frame, and statistics of their distances."""
         action, bound = inputs.model, inputs.model_options.bound
         performances, learnt = action.synchronized, action.model
         unsynchronized = action_model.learn(action.linear)
@@ -88,7 +88,7 @@ class PostureSampling(Sweep):
             return posture.joints(action.space.postures(coordinates), body, frame=inputs.dataset.frame)
 
         training, mean_performance = joints(performances), joints(learnt.mean)
-        bodies_shown, rows, between = [], [], {}
+        displayed_bodies, rows, between = [], [], {}
         for number in self.frames:
             at = number - 1
             generator = np.random.default_rng([inputs.seed, _STREAM, number])
@@ -100,14 +100,14 @@ class PostureSampling(Sweep):
                     unsynchronized, self.measured, generator, at=at, bound=bound
                 ),
             }
-            shown = np.concatenate([learnt.mean[[at]], drawn["accepted"][: self.samples]])
-            bodies_shown.append(joints(shown))
+            displayed = np.concatenate([learnt.mean[[at]], drawn["accepted"][: self.samples]])
+            displayed_bodies.append(joints(displayed))
             for kind in KINDS:
                 coordinates = drawn[kind]
                 bodies = joints(coordinates)
                 distances = nearest(bodies, training, inputs.workers)
                 if kind == "training":
-                    # The nearest of the other performances: its own posture is no distance away.
+                    # Nearest posture of the other performances: a posture is at distance 0 from itself.
                     np.fill_diagonal(distances, np.inf)
                     between[number] = distances
                 closest = distances.min(axis=1)
@@ -129,37 +129,37 @@ class PostureSampling(Sweep):
                     "bounds_held_fraction": within.mean(),
                 }
                 rows.append(row)
-        people, place = np.unique(inputs.dataset.person, return_inverse=True)
+        people, person = np.unique(inputs.dataset.person, return_inverse=True)
         weights = bootstrap.resampling_weights(len(people), derive_generator(0, "people"))
-        weights = weights[(weights > 0).sum(axis=1) > 1][: self.resamples]  # one person alone may not vary
+        weights = weights[(weights > 0).sum(axis=1) > 1][: self.resamples]  # a single person may not vary
 
         def again(draw: int) -> list[tuple[Any, ...]]:
-            """Nearest and spread of people drawn again."""
-            held = np.repeat(np.arange(len(performances)), weights[draw, place])
-            others = np.unique(held)
-            models = action_model.learn(performances[held]), action_model.learn(action.linear[held])
-            found = []
+            """Return the medians of both distances for one resample of people."""
+            resampled = np.repeat(np.arange(len(performances)), weights[draw, person])
+            others = np.unique(resampled)
+            models = action_model.learn(performances[resampled]), action_model.learn(action.linear[resampled])
+            medians = []
             for number in self.frames:
                 at, generator = number - 1, np.random.default_rng([inputs.seed, _STREAM, number, draw])
                 for kind in KINDS:
                     model = models[kind == "unsynchronized"]
                     if kind == "training":
-                        bodies, distances = training[held, at], between[number][held][:, others]
+                        bodies, distances = training[resampled, at], between[number][resampled][:, others]
                     else:
                         draws = beyond if kind == "outside" else action_model.sample
-                        bodies = joints(draws(model, MEASURED_AGAIN, generator, at=at, bound=bound))
+                        bodies = joints(draws(model, RESAMPLED_POSTURES, generator, at=at, bound=bound))
                         distances = nearest(bodies, training[others], 1)
                     from_mean = np.linalg.norm(bodies - joints(model.mean[at]), axis=-1).mean(axis=-1)
                     closest, spread = np.median(distances.min(axis=1)), np.median(from_mean)
-                    found.append((draw + 1, number, kind, closest, spread))
-            return found
+                    medians.append((draw + 1, number, kind, closest, spread))
+            return medians
 
         drawn_again = map_processes(again, range(len(weights)), inputs.workers)
         return SampledPostures(
             rows=pd.DataFrame(rows),
-            again=pd.DataFrame([row for rows in drawn_again for row in rows], columns=AGAIN),
+            again=pd.DataFrame([row for rows in drawn_again for row in rows], columns=RESAMPLED_COLUMNS),
             frames=np.array(self.frames),
-            bodies=np.stack(bodies_shown),
+            bodies=np.stack(displayed_bodies),
             mean_performance=mean_performance,
         )
 
@@ -175,9 +175,9 @@ def beyond(
     count : int
     generator : numpy.random.Generator
     at : int
-        The sample at which to draw.
+        Sample of the action at which postures are drawn.
     bound : float
-        Standard deviations.
+        Bound of the model, in standard deviations.
     """
     shape = (count, model.mean.shape[1])
     far = bound + generator.uniform(*BEYOND, shape)

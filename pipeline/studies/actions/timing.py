@@ -1,7 +1,7 @@
-"""Seconds that synchronization takes: one pair, all performances onto one pattern, all ordered pairs.
+"""Duration of synchronization: one pair, all performances onto one pattern, and all ordered pairs.
 
-mozerov2006 section 4 gives 0.015 s for a pair and 0.6 s for forty performances onto a pattern that has been chosen;
-choosing it as the median sequence takes all ordered pairs.
+mozerov2006 section 4 gives 0.015 s for a pair and 0.6 s for forty performances onto a chosen pattern.  The
+choice of the median sequence needs all ordered pairs.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pipeline.validation import Count
 
 @dataclass(frozen=True)
 class Timings:
-    """Median seconds of repeated runs.
+    """Median durations of repeated runs, in seconds.
 
     Attributes
     ----------
@@ -40,24 +40,24 @@ class Timings:
 
 
 class Timing(Sweep):
-    """Seconds that synchronization takes."""
+    """Duration of synchronization."""
 
-    repeats: Count = 5  # of which the median is kept
+    repeats: Count = 5  # number of runs, whose median is reported
 
     def measure(self, inputs: ActionInputs) -> Timings:
-        """Return how long synchronization takes on this machine."""
+        """Return the duration of synchronization on this machine."""
         linear, median = inputs.model.linear, inputs.model.median
         others = [m for m in range(len(linear)) if m != median]
         options = {**inputs.model_options.path_options, "smoothness": inputs.model.smoothness}
 
         def onto_the_pattern(performances: list[int]) -> None:
             for m in performances:
-                found = synchronization.synchronize(linear[median], linear[m], **options)
-                synchronization.warp(linear[m], found.disparity)
+                result = synchronization.synchronize(linear[median], linear[m], **options)
+                synchronization.warp(linear[m], result.disparity)
 
         def all_pairs() -> None:
-            found = synchronization.synchronize_all(linear, **options)
-            synchronization.warp(linear, found.disparity[synchronization.median_sequence(found.cost)])
+            result = synchronization.synchronize_all(linear, **options)
+            synchronization.warp(linear, result.disparity[synchronization.median_sequence(result.cost)])
 
         jobs: dict[str, tuple[int, Callable[[], None]]] = {
             "pair": (2, lambda: onto_the_pattern(others[:1])),

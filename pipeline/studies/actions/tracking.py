@@ -1,6 +1,6 @@
-"""Held-out performances tracked in 2D: with the action model as prior, without it, and the mean performance alone.
+"""Tracking of held-out performances in 2D: with the action model as prior, without it, and by the mean alone.
 
-mozerov2006 learns the action model for this and leaves the tracker to the reader (its sections 1 and 4).
+mozerov2006 learns the action model for this purpose but describes no tracker (sections 1 and 4).
 """
 
 from __future__ import annotations
@@ -22,25 +22,25 @@ from pipeline.studies.study import Sweep, scaled
 from pipeline.validation import CountOrAll, Distinct, Finite, InvalidInput, NonNegative, bounded
 
 USUAL_PARTICLES = 500
-"""Where particles are not what varies, if they are among those tried."""
-_STREAM = 20060  # keeps these draws apart from those of other stages with the same seed
+"""Number of particles while another quantity varies, if the sweep includes this number."""
+_STREAM = 20060  # separates these draws from those of other stages with the same seed
 
 
 @dataclass(frozen=True)
 class TrackingErrors:
-    """Errors of every method, on performances that the model has not seen, and one performance to look at.
+    """Errors of every method on held-out performances, and one performance for display.
 
     Attributes
     ----------
     rows : DataFrame
-        A row to each way of leaving out, performance, condition (by what is varied) and method: error, mean over frames
-        and joints, relative to the pelvis; that of the true postures in the aSpace; fractions of frames that were lost,
-        and of predictions that were pruned.
+        A row for each kind of leaving out, performance, condition and method: error relative to the pelvis, mean over
+        frames and joints; the same of the true postures in the aSpace; fractions of lost frames and of pruned
+        predictions.
     leave_out, methods : (L,), (K,) text
     tracked : (N,) int
-        Performances.
+        Numbers of the tracked performances.
     shown : (1,) int
-        The performance that is shown, and under which condition:
+        Number of the displayed performance; its condition follows.
     shown_particles, shown_noise_mm, shown_occluded : int, float, float
     shown_true, shown_joints, shown_image : (T, 15, 3), (K, T, 15, 3), (T, 15, 2)
         Millimetres.
@@ -71,14 +71,14 @@ class HeldOutTracking(Sweep):
 
     particles: Distinct[Annotated[int, bounded(at_least=1, at_most=1_000_000)]] = scaled(
         value="particles"
-    )  # of each filter
-    tracked: CountOrAll = scaled(value="tracked")  # performances, evenly over all; 0: all
-    leave_out: Distinct[LeaveOut] = list(LeaveOut)  # what the model is learnt without
-    noise_mm: Distinct[NonNegative] = [0.0, 10.0, 30.0]  # of the observed joints
-    occluded: Distinct[Finite] = [0.0, 0.25, 0.5]  # share of joints unseen, in runs
-    occlusion_frames: float = 10.0  # mean length of such a run
-    baseline_noise_mm: NonNegative = 10.0  # where noise is not what varies
-    view_angle_deg: Finite = 45.0  # of the camera
+    )  # particles of each filter
+    tracked: CountOrAll = scaled(value="tracked")  # number of performances, spread evenly; 0: all
+    leave_out: Distinct[LeaveOut] = list(LeaveOut)  # performances left out of the model
+    noise_mm: Distinct[NonNegative] = [0.0, 10.0, 30.0]  # noise of the observed joints
+    occluded: Distinct[Finite] = [0.0, 0.25, 0.5]  # share of hidden joints, in runs
+    occlusion_frames: float = 10.0  # mean length of a run
+    baseline_noise_mm: NonNegative = 10.0  # noise while another quantity varies
+    view_angle_deg: Finite = 45.0  # view angle of the camera
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
@@ -87,7 +87,7 @@ class HeldOutTracking(Sweep):
 
     @property
     def conditions(self) -> list[tuple[str, Condition]]:
-        """What is varied, and the condition, for every point of the sweep: one quantity at a time."""
+        """Varied quantity and condition of every point of the sweep, one quantity at a time."""
         ordered, noise_mm = sorted(self.particles), self.baseline_noise_mm
         usual = USUAL_PARTICLES if USUAL_PARTICLES in ordered else ordered[len(ordered) // 2]
         return [
@@ -98,43 +98,43 @@ class HeldOutTracking(Sweep):
 
     @property
     def demonstrated(self) -> Condition:
-        """The condition that is shown: the middle share of hidden joints."""
+        """Condition of the display: the middle share of hidden joints."""
         of_occlusion = [condition for varied, condition in self.conditions if varied == "occlusion"]
         return of_occlusion[len(of_occlusion) // 2]
 
     def ways(self, people: np.ndarray) -> tuple[list[LeaveOut], list[str]]:
-        """Return the ways of leaving out that this data has, and remarks on those that it has not."""
+        """Return the kinds of leaving out that the data allow, and remarks on the others."""
         if LeaveOut.person not in self.leave_out or len(np.unique(people)) > 1:
             return list(self.leave_out), []
         if self.leave_out == [LeaveOut.person]:
             raise InvalidInput(
-                "one person cannot be left out",
+                "leaving a person out needs several people",
                 "sweep.leave_out",
                 "several people",
                 "1",
                 code="too_few_people",
                 count=1,
             )
-        return [LeaveOut.performance], ["tracking: one person alone, so no person is left out"]
+        return [LeaveOut.performance], ["tracking: there is only one person, so no person is left out"]
 
     def measure(self, inputs: ActionInputs) -> TrackingErrors:
-        """Return the errors; of the model only the options are used: everything is learnt again.
+        """Return the errors; the model is learnt again without each performance, with the same options.
 
         Raises
         ------
         InvalidInput
             If too few performances are left to learn from.
         """
-        wanted = pd.DataFrame(
+        conditions = pd.DataFrame(
             {"varied": varied, **asdict(condition)} for varied, condition in self.conditions
         )
         performances, people = performances_of(inputs.dataset), inputs.dataset.person
-        chosen = evenly(self.tracked, len(performances))
+        numbers = evenly(self.tracked, len(performances))
         ways, remarks = self.ways(people)
-        shown = self.demonstrated
+        displayed = self.demonstrated
         distinct = sorted({condition for _, condition in self.conditions})
 
-        def one(item: tuple[LeaveOut, int]) -> Tracked:
+        def tracked(item: tuple[LeaveOut, int]) -> Tracked:
             way, m = item
             held_out = learn_without(inputs.model_options, performances, left_out(people, m, way))
             trial = Trial(
@@ -145,31 +145,33 @@ class HeldOutTracking(Sweep):
                 way=(list(LeaveOut).index(way),),
                 occlusion_frames=self.occlusion_frames,
             )
-            return trial.all(distinct, shown)
+            return trial.all(distinct, displayed)
 
-        items = [(way, int(m)) for way in ways for m in chosen]
-        found = map_processes(one, items, inputs.workers)
+        items = [(way, int(m)) for way in ways for m in numbers]
+        results = map_processes(tracked, items, inputs.workers)
         rows = pd.concat(
-            of.rows.assign(leave_out=str(way), performance=inputs.dataset.clip[m], person=people[m])
-            for (way, m), of in zip(items, found, strict=True)
+            result.rows.assign(leave_out=str(way), performance=inputs.dataset.clip[m], person=people[m])
+            for (way, m), result in zip(items, results, strict=True)
         )
-        # The performance whose error with the prior is the median one, of the first way of leaving out.
+        # The performance with the median error with the prior, for the first kind of leaving out.
         errors = [
-            joint_error(of.joints[0], performances[m].joints_mm).mean()
-            for m, of in zip(chosen, found, strict=False)
+            joint_error(result.joints[0], performances[m].joints_mm).mean()
+            for m, result in zip(numbers, results, strict=False)
         ]
         middle = np.argsort(errors, kind="stable")[len(errors) // 2]
-        picked, true = found[middle], performances[chosen[middle]].joints_mm
-        rate_hz = inputs.dataset.frame_rate_hz[chosen[middle]]
+        picked, true = results[middle], performances[numbers[middle]].joints_mm
+        rate_hz = inputs.dataset.frame_rate_hz[numbers[middle]]
         return TrackingErrors(
-            rows=wanted.merge(rows, on=list(asdict(shown))),  # a condition may be met on several ways
+            rows=conditions.merge(
+                rows, on=list(asdict(displayed))
+            ),  # several varied quantities may share a condition
             leave_out=np.array(ways, str),
             methods=np.array(METHODS),
-            tracked=chosen,
-            shown=chosen[[middle]],
-            shown_particles=shown.particles,
-            shown_noise_mm=shown.noise_mm,
-            shown_occluded=shown.occluded,
+            tracked=numbers,
+            shown=numbers[[middle]],
+            shown_particles=displayed.particles,
+            shown_noise_mm=displayed.noise_mm,
+            shown_occluded=displayed.occluded,
             shown_true=true,
             shown_joints=picked.joints,
             shown_image=picked.image,

@@ -1,4 +1,4 @@
-"""One held-out performance before the camera, and what tracks it: with the action model as prior, without, the mean."""
+"""Tracking of one held-out performance: with the action model as prior, without it, and by the mean alone."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pipeline.studies.occlusion import occlusion
 
 @dataclass(frozen=True, order=True)
 class Condition:
-    """What one track is made of, besides performance and method."""
+    """Condition of a track: particles, noise and share of hidden joints."""
 
     particles: int
     noise_mm: float
@@ -24,28 +24,28 @@ class Condition:
 
     @property
     def words(self) -> tuple[int, ...]:
-        """For a seed."""
+        """Integers of the condition, for a seed."""
         return self.particles, round(1e3 * self.noise_mm), round(1e6 * self.occluded)
 
 
 FILTERS = ("prior", "no_prior", "no_prior_own_step")
-"""Particle filters: with the prior; a random walk with the prior's diffusion; one with steps of the data's size."""
+"""Particle filters: with the prior; as a random walk with the prior's diffusion; as one with the data's step size."""
 
 METHODS = (*FILTERS, "mean_linear_phase", "mean_best_phase")
 
 
 @dataclass(frozen=True)
 class Tracked:
-    """One performance under several conditions, by K methods.
+    """Tracks of one performance under several conditions, by K methods.
 
     Attributes
     ----------
     rows : DataFrame
-        A row to each condition and method, means over frames; methods that are no filter have lost nothing.
+        A row for each condition and method, means over frames; only filters lose frames.
     joints : (K, T, 15, 3)
-        mm, under the condition that is shown.
+        Joints, mm, under the displayed condition.
     image : (T, 15, 2)
-        Under that condition, mm.
+        Image under that condition, mm.
     """
 
     rows: pd.DataFrame
@@ -55,18 +55,18 @@ class Tracked:
 
 @dataclass(frozen=True)
 class Trial:
-    """One performance before the camera, and what tracks it.
+    """One performance in front of the camera, with its trackers.
 
     Attributes
     ----------
     held_out : HeldOut
-        What was learnt without the performance.
+        Action learnt without the performance.
     performance : Performance
     view_angle_rad : float
     seed : tuple of int
-        Of the image: the same for every way of leaving out.
+        Seed of the image, the same for every kind of leaving out.
     way : tuple of int
-        Goes into the seed of the filters.
+        Number of the kind of leaving out, for the seed of the filters.
     occlusion_frames : float
         Mean length of a run of hidden frames.
     """
@@ -78,37 +78,36 @@ class Trial:
     way: tuple[int, ...]
     occlusion_frames: float
 
-    def all(self, wanted: list[Condition], shown: Condition) -> Tracked:
-        """Return what every method makes of every condition."""
+    def all(self, conditions: list[Condition], displayed: Condition) -> Tracked:
+        """Return the tracks by every method under every condition."""
         true, body, space = self.performance.joints_mm, self.performance.body, self.held_out.action.space
         means = self._mean_alone()
         projected = self.held_out.joints(space.project(self.performance.postures), body)
         rows = []
-        for condition in wanted:
+        for condition in conditions:
             image = self.seen(condition)
-            found = {method: self.filtered(method, condition, image) for method in FILTERS}
-            joints = [*(self.held_out.joints(f.posture, body) for f in found.values()), *means]
+            tracks = {method: self.filtered(method, condition, image) for method in FILTERS}
+            joints = [*(self.held_out.joints(f.posture, body) for f in tracks.values()), *means]
             rows += [
                 {
                     "method": method,
                     **asdict(condition),
                     "error_mm": joint_error(each, true).mean(),
                     "aspace_error_mm": joint_error(projected, true).mean(),
-                    "lost_fraction": found[method].lost.mean() if method in found else 0.0,
-                    "pruned_fraction": found[method].pruned_fraction.mean() if method in found else 0.0,
+                    "lost_fraction": tracks[method].lost.mean() if method in tracks else 0.0,
+                    "pruned_fraction": tracks[method].pruned_fraction.mean() if method in tracks else 0.0,
                 }
                 for method, each in zip(METHODS, joints, strict=True)
             ]
-            if condition == shown:
-                kept = np.stack(joints), image
-        return Tracked(pd.DataFrame(rows), *kept)
+            if condition == displayed:
+                display = np.stack(joints), image
+        return Tracked(pd.DataFrame(rows), *display)
 
     def seen(self, condition: Condition) -> np.ndarray:
         """Return the image (T, 15, 2), mm, of an orthographic camera, NaN where a joint is hidden.
 
-        Of this performance and condition it is the same for every method and model.  The same seed gives the same
-        errors, larger with more noise, and the same runs, longer with more hidden: conditions then differ in what is
-        varied alone.
+        The image is the same for every method and model.  All conditions share a seed, so that they differ only in the
+        varied quantity: errors grow with the noise, and runs of hidden frames grow with the share of hidden joints.
         """
         true = self.performance.joints_mm
         noise, hides = (np.random.default_rng([*self.seed, stream]) for stream in (0, 1))
@@ -119,7 +118,7 @@ class Trial:
         return image
 
     def filtered(self, method: str, condition: Condition, image: np.ndarray) -> Track:
-        """Return what a particle filter makes of an image."""
+        """Return the track of an image by a particle filter."""
         held_out, model = self.held_out, self.held_out.action.model
         dynamics = held_out.dynamics
         if method == "no_prior_own_step":
@@ -128,7 +127,7 @@ class Trial:
         return track(
             model.mean,
             model.standard_deviation,
-            # The floor is known, the place of the actor on it is not.
+            # The floor is known, but not the position of the actor on it.
             Likelihood(image, self.view_angle_rad, noise_mm, place_known=False),
             to_joints=lambda x: held_out.joints(x, self.performance.body),
             n_particles=condition.particles,
@@ -140,7 +139,7 @@ class Trial:
         )
 
     def _mean_alone(self) -> list[np.ndarray]:
-        """The mean performance on this body: at a constant rate, and at the phase nearest to the truth."""
+        """Return the mean performance on this body: at a constant rate, and at the phase nearest to the truth."""
         mean, true = self.held_out.action.model.mean, self.performance.joints_mm
         at_constant_rate = interpolate(mean, np.linspace(0.0, len(mean) - 1.0, len(true)))  # [mozerov2006 7]
         drawn = self.held_out.joints(mean, self.performance.body)

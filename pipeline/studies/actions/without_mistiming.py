@@ -1,12 +1,12 @@
-"""The same performances with nothing to synchronize: what the methods of mozerov2006 do all the same.
+"""Baseline of synchronization: performances without mistiming, which are synchronized all the same.
 
-Every performance is brought to a common time, and then synchronized again, by key-frames and automatically: whatever
-these still take off follows differences of posture, not of time.
+Every performance is brought to a common time, then synchronized again, by key-frames and automatically.  The variance
+that this removes comes from differences of posture, not of time.
 
-Where the true course of the action is known, the common time is that of the median sequence by the true course.  Of
-recorded people it is not known; there each performance's deviation from the mean synchronized performance changes its
-sign, which keeps mean, size and smoothness, and leaves nothing that the path was chosen by.  On synthetic performances
-both leave about as much (0.70 and 0.75 of the variance).
+If the true course of the action is known, it gives the common time, that of the median sequence.  For recorded people
+it is unknown: there the deviation of each performance from the mean synchronized performance changes its sign.  This
+keeps mean, size and smoothness, and removes the features that determined the path.  On synthetic performances both
+leave similar shares of the variance (0.70 and 0.75).
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ class WithoutMistiming:
     Attributes
     ----------
     linear, keyframe, synchronized : (M, P, b)
-        Before; by key-frames; automatically.
+        Performances before; synchronized by key-frames; synchronized automatically.
     disparity : (M, P) int
-        Brings each to the rate of the median sequence.
+        Disparity that brings each performance to the rate of the median sequence.
     distances : (M,)
         Synchronization distance from the median sequence.
     distances_linear : (M,)
@@ -46,7 +46,7 @@ class WithoutMistiming:
 
 
 def without_mistiming(dataset: Postures, action: Action, options: ActionSpaceModel) -> WithoutMistiming:
-    """Return the performances without mistiming, and what synchronization makes of them."""
+    """Return the performances without mistiming, before and after synchronization."""
     samples, median = action.linear.shape[1], action.median
     if dataset.phase is None:
         common = 2.0 * action.synchronized.mean(axis=0) - action.synchronized
@@ -54,11 +54,11 @@ def without_mistiming(dataset: Postures, action: Action, options: ActionSpaceMod
         frames, _ = dataset.true_course(median, samples)
         raw = action.sequences("raw")
         common = np.stack([interpolate(x, at) for x, at in zip(raw, frames, strict=True)])
-    found = [
+    results = [
         synchronization.synchronize(common[median], x, smoothness=action.smoothness, **options.path_options)
         for x in common
     ]
-    disparity = np.stack([f.disparity for f in found])
+    disparity = np.stack([f.disparity for f in results])
     return WithoutMistiming(
         linear=common,
         keyframe=action_model.by_key_frames(
@@ -66,6 +66,6 @@ def without_mistiming(dataset: Postures, action: Action, options: ActionSpaceMod
         ).sequences,
         synchronized=synchronization.warp(common, disparity),
         disparity=disparity,
-        distances=np.array([f.cost for f in found]),
+        distances=np.array([f.cost for f in results]),
         distances_linear=((common - common[median]) ** 2).sum(axis=(1, 2)),
     )

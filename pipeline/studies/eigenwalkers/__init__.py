@@ -1,1 +1,1 @@
-"""Eigenwalkers, which several studies stand on: Fourier representations of walks, and models of them by fold."""
+"""Fourier representations of walks, and eigenwalkers of each fold, shared by several studies."""

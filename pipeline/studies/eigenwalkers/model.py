@@ -1,4 +1,4 @@
-"""Average walker and eigenwalkers, of all walkers and without each: zhang2007 3.3, zhang2004 section 3."""
+"""Average walker and eigenwalkers, of all walkers and of each fold: zhang2007 3.3, zhang2004 section 3."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ from pipeline.studies.study import Model, part, stack
 from pipeline.validation import Count, InvalidInput, Positive
 
 BLOCK = 64
-"""Folds that are made together."""
+"""Number of folds that are computed together."""
 
 Divisor = StrEnum("Divisor", {"R-1": "R-1", "R": "R"})
-Divisor.__doc__ = """What the covariance is divided by; the papers do not say."""
+Divisor.__doc__ = """Divisor of the covariance, which the papers do not state."""
 
 
 @dataclass(frozen=True)
 class Eigenwalkers:
-    """Linear models of the whole population and without each walker.
+    """Linear models of the whole population and of all folds.
 
     Attributes
     ----------
     samples : (R, D)
-        What they are learnt from: Fourier representations, flattened.
+        Training samples: flattened Fourier representations.
     mean : (D,)
     components : (K, D)
     eigenvalues : (K,)
-        Of the whole population with every component that it has.
+        Eigenvalues of the whole population, for all its components.
     total_variance : float
     folds : LinearModel
-        Those without each walker, stacked.
+        Models without each walker, stacked.
     words, remarks : str, list of str
     """
 
@@ -50,12 +50,12 @@ class Eigenwalkers:
     remarks: list[str]
 
     def fold(self, walker: int) -> LinearModel:
-        """Return the model that has not seen a walker."""
+        """Return the model learnt without a walker."""
         return part(self.folds, walker)
 
     @property
     def kept(self) -> int:
-        """Eigenwalkers of each fold."""
+        """Number of eigenwalkers of each fold."""
         return self.folds.components.shape[1]
 
 
@@ -70,7 +70,7 @@ class EigenwalkersModel(Model):
     omega_scale_mm: Positive | None = 1.0  # null: equal to the mean variance of the other numbers
 
     def training(self, dataset: FourierSamples) -> tuple[np.ndarray, dict[str, Any]]:
-        """Return the samples (R, D), and the other arguments of `linear_model.leave_one_out` but the groups."""
+        """Return the samples (R, D), and all other arguments of `linear_model.leave_one_out` except the groups."""
         rate = dataset.frequency_hz if dataset.frequency else None
         samples = linear_model.flatten(dataset.coefficients, rate)
         mirrors = linear_model.flatten(fourier.mirrored(dataset.coefficients), rate) if self.mirror else None
@@ -78,7 +78,7 @@ class EigenwalkersModel(Model):
         return samples, {"mirrors": mirrors, "divisor": self.divisor.value, "scale_last": scale_last}
 
     def learn(self, dataset: FourierSamples, *, workers: int) -> Eigenwalkers:
-        """Return the models of the whole population and without each walker."""
+        """Return the model of all walkers and the models of all folds."""
         samples, how = self.training(dataset)
         mirrors = how["mirrors"]
         people = len(np.unique(dataset.person))
@@ -91,7 +91,7 @@ class EigenwalkersModel(Model):
                 count=people,
             )
         population = samples if mirrors is None else np.concatenate([samples, mirrors])
-        whole = linear_model.fit(
+        overall = linear_model.fit(
             population, len(population), divisor=how["divisor"], scale_last=how["scale_last"]
         )
         blocks = [range(start, min(start + BLOCK, len(samples))) for start in range(0, len(samples), BLOCK)]
@@ -103,19 +103,19 @@ class EigenwalkersModel(Model):
             return [model for model, _ in models]
 
         folds = [fold for block in map_processes(held_out, blocks, workers) for fold in block]
-        kept = min(len(fold.eigenvalues) for fold in folds)
-        fewer = kept < self.components
+        count = min(len(fold.eigenvalues) for fold in folds)
+        fewer = count < self.components
         remark = (
-            f"{kept} eigenwalkers instead of {self.components}: leave-one-out has only"
+            f"{count} eigenwalkers instead of {self.components}: leave-one-out has only"
             f" {people - 1} people to learn from"
         )
         return Eigenwalkers(
             samples=samples,
-            mean=whole.mean,
-            components=whole.components,
-            eigenvalues=whole.eigenvalues,
-            total_variance=float(whole.total_variance),
-            folds=stack([linear_model.truncated(fold, kept) for fold in folds]),
-            words=f"{kept} eigenwalkers" + (f" (of {self.components} asked for)" if fewer else ""),
+            mean=overall.mean,
+            components=overall.components,
+            eigenvalues=overall.eigenvalues,
+            total_variance=float(overall.total_variance),
+            folds=stack([linear_model.truncated(fold, count) for fold in folds]),
+            words=f"{count} eigenwalkers" + (f" (of {self.components} asked for)" if fewer else ""),
             remarks=[remark] if fewer else [],
         )

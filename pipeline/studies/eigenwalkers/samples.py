@@ -18,44 +18,44 @@ from pipeline.validation import Count
 
 
 class Origin(StrEnum):
-    """Where the world's origin lies."""
+    """Origin of the world frame."""
 
     pelvis_mean = "pelvis_mean"
     floor = "floor"
 
 
 class Size(StrEnum):
-    """Whether people keep their size."""
+    """Normalisation of size."""
 
     absolute = "absolute"
     stature = "stature"
 
 
 class Pelvis(StrEnum):
-    """Where the pelvis is."""
+    """Definition of the pelvis."""
 
     measured = "measured"
-    """The point of the mapping."""
+    """Point of the mapping."""
     hips = "hips"
-    """Midway between the hips."""
+    """Midpoint of the hips."""
     above = "above"
-    """As far above the midpoint of the hips as that of the average walker published by the laboratory of zhang2007."""
+    """Above the midpoint of the hips, as far as in the average walker published by the laboratory of zhang2007."""
 
 
 class Sternum(StrEnum):
-    """Where the sternum is."""
+    """Definition of the sternum."""
 
     measured = "measured"
-    """The point of the mapping."""
+    """Point of the mapping."""
     below_shoulders = "below_shoulders"
-    """As far below the midpoint of the shoulders as that of the same average walker."""
+    """Below the midpoint of the shoulders, as far as in the same average walker."""
 
 
 class Selection(StrEnum):
-    """Which walks of a person are used."""
+    """Selection of the walks of a person."""
 
     best = "best"
-    """The one that two harmonics describe best."""
+    """Walk that two harmonics describe best."""
     all = "all"
 
 
@@ -63,26 +63,26 @@ class Selection(StrEnum):
 class FourierSamples:
     """Fourier representations of the chosen walks.
 
-    Attributes
-    ----------
-    coefficients : (R, 1 + 2H, 15, 3)
-        Millimetres, in the order p0, p1, q1, p2, q2, …
-    frequency_hz, phase_rad : (R,)
-    variance_fractions : (R, H)
-    residual_fraction : (R,)
-    residual_covariance, temporal_covariance : (R, 15, 3, 3)
-        Square millimetres.
-    walk : (R,) int
-        Which clip each sample is made of.
-    scale : (R,)
-        The factor that size normalisation applied.
-    person, clip, source : (R,) text
-    unmeasured : (R, 15) bool
-        Joints that are estimated, or dropped for everyone: they have no error.
-    frequency : bool
-        Whether the frequency is one of the numbers of a walker [zhang2004 2].
-    words : str
-        How many samples there are, for captions.
+        Attributes
+        ----------
+        coefficients : (R, 1 + 2H, 15, 3)
+            Millimetres, in the order p0, p1, q1, p2, q2, …
+        frequency_hz, phase_rad : (R,)
+        variance_fractions : (R, H)
+        residual_fraction : (R,)
+        residual_covariance, temporal_covariance : (R, 15, 3, 3)
+            Square millimetres.
+        walk : (R,) int
+            Number of the clip of each sample.
+        scale : (R,)
+            Factor of the size normalisation.
+        person, clip, source : (R,) text
+        unmeasured : (R, 15) bool
+            Joints that are estimated, or dropped for all walks; they have no error.
+        frequency : bool
+    True if the frequency is one of the numbers of a walker [zhang2004 2].
+        words : str
+            Number of samples in words, for captions.
     """
 
     coefficients: np.ndarray
@@ -104,7 +104,7 @@ class FourierSamples:
 
 @dataclass(frozen=True, kw_only=True)
 class RepresentedWalks(Walks):
-    """Walks whose positions were let go when they had been represented.
+    """Walks with their Fourier representations, whose positions have been discarded.
 
     Attributes
     ----------
@@ -122,7 +122,7 @@ class FourierDataset(Dataset):
 
     corpus = WALKS
 
-    harmonics: Count = 2  # of the Fourier series
+    harmonics: Count = 2  # number of harmonics of the Fourier series
     frequency: bool = False  # zhang2004: the frequency is the 226th number
     origin: Origin = Origin.pelvis_mean
     size: Size = Size.absolute
@@ -131,7 +131,7 @@ class FourierDataset(Dataset):
     walks: Selection = Selection.best
 
     def shared(self) -> FourierDataset:
-        """Return the options without the frequency: it is known of every sample, counted or not."""
+        """Return the options without the frequency: every sample has it, whether it is counted or not."""
         return replace(self, frequency=False)
 
     def represent(self, letting_go: Callable[[Keep], tuple[Walks, list[_Series]]]) -> RepresentedWalks:
@@ -144,11 +144,11 @@ class FourierDataset(Dataset):
         if isinstance(clips, RepresentedWalks):
             return replace(clips.samples, frequency=self.frequency)
 
-        def one(walk: int) -> _Series:
+        def representation(walk: int) -> _Series:
             rate, frequency = clips.frame_rate_hz[walk], clips.frequency_hz[walk]
             return self._represented(clips.motion(walk), rate, frequency, self._unknown(clips.dropped))
 
-        return self._samples(clips, one, workers)
+        return self._samples(clips, representation, workers)
 
     def _represented(
         self,
@@ -157,38 +157,42 @@ class FourierDataset(Dataset):
         frequency_hz: float,
         dropped: np.ndarray | slice = slice(0),
     ) -> _Series:
-        """Return a walk's Fourier representation, of its own size."""
+        """Return a walk's Fourier representation, before the normalisation of size."""
         walk = redefine(motion, pelvis=self.pelvis.value, sternum=self.sternum.value)
         centred = set_origin(walk, origin=self.origin.value)
-        # A joint that is the same constant for everyone takes part in nothing: as if it were not there.
+        # A dropped joint is a constant that is the same for all walks and so has no effect.
         centred[:, dropped] = 0.0
-        given = frequency_hz if self.harmonics == 2 else None
-        return fourier.represent(centred, frame_rate_hz, harmonics=self.harmonics, frequency_hz=given)
+        known_frequency_hz = frequency_hz if self.harmonics == 2 else None
+        return fourier.represent(
+            centred, frame_rate_hz, harmonics=self.harmonics, frequency_hz=known_frequency_hz
+        )
 
     def _unknown(self, unknown: np.ndarray) -> np.ndarray:
-        """Return the joints (…, 15) that are not measured: a sternum below the shoulders is as unknown as these are."""
+        """Return the joints (…, 15) that are not measured: a sternum defined by the shoulders needs both."""
         if self.sternum is Sternum.measured:
             return unknown
         redefined = unknown.copy()
         redefined[..., STERNUM] = unknown[..., SHOULDERS].any(axis=-1)
         return redefined
 
-    def _samples(self, clips: Walks, one: Callable[[int], _Series], workers: int = 1) -> FourierSamples:
+    def _samples(
+        self, clips: Walks, representation: Callable[[int], _Series], workers: int = 1
+    ) -> FourierSamples:
         """Return the samples of the chosen walks, from the representation of each."""
-        chosen = _choose(clips.person, clips.residual_share, self.walks)
+        numbers = _choose(clips.person, clips.residual_share, self.walks)
         stature = clips.stature_mm
         normalised = self.size is Size.stature
-        scale = stature[chosen].mean() / stature if normalised else np.ones(len(stature))
-        series = map_processes(one, chosen, workers)
+        scale = stature[numbers].mean() / stature if normalised else np.ones(len(stature))
+        series = map_processes(representation, numbers, workers)
 
         def stack(name: str, power: int = 0) -> np.ndarray:
-            """Return a part of all representations, which grows with a power of the size of people."""
+            """Return one field of all representations, scaled by a power of the size factor."""
             return np.stack(
-                [getattr(s, name) * scale[walk] ** power for walk, s in zip(chosen, series, strict=True)]
+                [getattr(s, name) * scale[walk] ** power for walk, s in zip(numbers, series, strict=True)]
             )
 
-        people = len(set(clips.person[chosen]))
-        alone = people == len(chosen)
+        people = len(set(clips.person[numbers]))
+        alone = people == len(numbers)
         return FourierSamples(
             coefficients=stack("coefficients", 1),
             frequency_hz=stack("frequency_hz"),
@@ -197,19 +201,19 @@ class FourierDataset(Dataset):
             residual_fraction=stack("residual_fraction"),
             residual_covariance=stack("residual_covariance", 2),
             temporal_covariance=stack("temporal_covariance", 2),
-            walk=np.array(chosen),
-            scale=scale[chosen],
-            person=clips.person[chosen],
-            clip=clips.clip[chosen],
-            source=clips.source[chosen],
-            unmeasured=self._unknown(clips.estimated[chosen] | clips.dropped),
+            walk=np.array(numbers),
+            scale=scale[numbers],
+            person=clips.person[numbers],
+            clip=clips.clip[numbers],
+            source=clips.source[numbers],
+            unmeasured=self._unknown(clips.estimated[numbers] | clips.dropped),
             frequency=self.frequency,
-            words=f"{people} walkers" if alone else f"{len(chosen)} walks of {people} walkers",
+            words=f"{people} walkers" if alone else f"{len(numbers)} walks of {people} walkers",
         )
 
 
 def _choose(person: np.ndarray, residual_share: np.ndarray, walks: Selection) -> list[int]:
-    """Indices of the walks to use: every one, or of each person the one that two harmonics describe best."""
+    """Indices of the walks to use: all walks, or the walk of each person that two harmonics describe best."""
     if walks is Selection.all:
         return list(range(len(person)))
     best: dict[str, int] = {}

@@ -1,9 +1,9 @@
-"""Baselines, with which every error of limbs is compared.
+"""Baselines for the errors of limbs.
 
 hanging    trunk and head straight up, arms and legs straight down, from the given root and with the given lengths.  No
-           image is used.  Which way the body faces is not known either, so that hips and shoulders stay in the middle.
-random signs  of each limb one of the two candidates of every frame at random, about the parent that is so found.
-mean pose  the mean of the true motion over the clip, standing still: more than any method without the truth can know.
+           image is used.  The heading of the body is unknown too, so hips and shoulders stay in the middle.
+random signs  one of the two candidates of each limb and frame at random, about the parent from the same process.
+mean pose  the mean of the true motion over the clip, held constant.  It uses the truth, which no method has.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ STYLES = tuple(
     Style(label, "baseline", line=line, interval=False)
     for label, line in (("hangs straight down", "dotted"), ("mean pose", "dashed"))
 )
-"""Looks of the hanging skeleton and of the mean pose."""
+"""Styles of the hanging skeleton and of the mean pose."""
 
 _UPWARDS = {"sternum": 1.0, "head": 1.0, "elbow": -1.0, "wrist": -1.0, "knee": -1.0, "ankle": -1.0}
 
@@ -31,11 +31,11 @@ HANGING = np.array(
         for limb in WALKER14.limbs
     ]
 )
-"""Direction (14, 3) of every limb of a skeleton that hangs; none of hips and shoulders."""
+"""Direction (14, 3) of every limb of a hanging skeleton; zero for hips and shoulders."""
 
 
 def hanging(root: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-    """Return positions (F, 15, 3), mm, of a skeleton that hangs from a root (F, 3), its lengths (14,) given."""
+    """Return positions (F, 15, 3), mm, of a skeleton with lengths (14,) that hangs from a root (F, 3)."""
     return forward(WALKER14, root, np.broadcast_to(lengths[:, None] * HANGING, (len(root), *HANGING.shape)))
 
 
@@ -53,13 +53,13 @@ def random_signs(
 
 
 def mean_pose(root: np.ndarray, truth: np.ndarray) -> np.ndarray:
-    """Return the mean pose of true positions (F, 15, 3), mm, carried along by a root (F, 3)."""
+    """Return the mean pose of true positions (F, 15, 3), mm, moved along with a root (F, 3)."""
     about = truth - truth[:, [ROOT]]
     return root[:, None] + about.mean(axis=0)
 
 
 def limb_errors(trial: LimbTrial, *, moved: np.ndarray | float = 0.0, scale: float = 1.0) -> dict[str, float]:
-    """Return the mean distance of a baseline's limb from the truth, over its length.
+    """Return the mean distance of each baseline's limb from the truth, relative to its length.
 
     Parameters
     ----------
@@ -67,10 +67,10 @@ def limb_errors(trial: LimbTrial, *, moved: np.ndarray | float = 0.0, scale: flo
     moved : (F, 3), optional
         Error of the parent's trajectory, mm.
     scale : float
-        Of the length that is assumed.
+        Assumed length relative to the true one.
     """
-    found = {
+    estimates = {
         "hanging_error": scale * trial.length * HANGING[trial.limb],
         "mean_pose_error": scale * trial.relative.mean(axis=0),
     }
-    return {name: distance(moved + still, trial.relative) / trial.length for name, still in found.items()}
+    return {name: distance(moved + still, trial.relative) / trial.length for name, still in estimates.items()}

@@ -1,6 +1,6 @@
-"""The camera paths of all trials, and the options that place a camera.
+"""Camera paths of all trials, and the options that place a camera.
 
-A further path is a member of `Camera`, its colour, and what `CameraSweep.camera` does for it.
+A new path needs a member of `Camera`, its colour, and a case in `CameraSweep.camera`.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from pipeline.validation import Distinct, Finite, bounded
 
 
 class Camera(StrEnum):
-    """How the camera moves."""
+    """Motion of the camera."""
 
     still = "still"
     """Fixed in place and direction."""
     moving = "moving"
-    """Walking around at constant distance and speed, turned to the middle of the motion."""
+    """Moving around at constant distance and speed, directed at the middle of the motion."""
     shaky = "shaky"
-    """The same in somebody's hand."""
+    """Moving, and held by hand."""
 
     @property
     def words(self) -> str:
@@ -38,14 +38,14 @@ class Camera(StrEnum):
 
 
 class CameraSweep(Sweep):
-    """A sweep over motion that is seen by perspective cameras."""
+    """Sweep over motion in front of perspective cameras."""
 
     draws_random_numbers = True
 
-    cameras: Distinct[Camera] = [Camera.still, Camera.moving, Camera.shaky]  # that are compared
-    distance_mm: Annotated[float, bounded(at_least=1)] = 4000.0  # of the camera
+    cameras: Distinct[Camera] = [Camera.still, Camera.moving, Camera.shaky]  # cameras to compare
+    distance_mm: Annotated[float, bounded(at_least=1)] = 4000.0  # distance of the camera
     focal_px: Annotated[float, bounded(at_least=1)] = 1000.0  # focal length
-    around_deg: Finite = 60.0  # how far a moving or shaky camera walks around
+    around_deg: Finite = 60.0  # angle that a moving or shaky camera covers
 
     def camera(
         self,
@@ -55,7 +55,7 @@ class CameraSweep(Sweep):
         *,
         azimuth_rad: float | None = None,
     ) -> Pinhole:
-        """Return a camera that looks at the mean place of a moving root from one side.
+        """Return a camera on one side of a moving root, directed at its mean position.
 
         Parameters
         ----------
@@ -63,9 +63,9 @@ class CameraSweep(Sweep):
         root : (F, 3)
             Trajectory, mm.
         generator : numpy.random.Generator
-            For the side, the way round and the hand.
+            Generator of the side, the sense of rotation and the motion of the hand.
         azimuth_rad : float, optional
-            Of its middle position; drawn if not given.
+            Azimuth of the camera's middle position; random by default.
         """
         side = generator.uniform(-np.pi, np.pi) if azimuth_rad is None else azimuth_rad
         way = generator.choice([-1.0, 1.0])
@@ -83,5 +83,5 @@ class CameraSweep(Sweep):
         return camera
 
     def upright_mm(self, image: np.ndarray) -> np.ndarray:
-        """Return an image (…, 2), px, to the right and up in mm at the camera's distance."""
+        """Convert image points (…, 2), px, to mm at the camera's distance, with axes to the right and up."""
         return image * (self.distance_mm / self.focal_px) * [1.0, -1.0]

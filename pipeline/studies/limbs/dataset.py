@@ -1,4 +1,4 @@
-"""Stretches of equal length out of clips of varied motion, as limbs that hang on each other: park2011 section 3."""
+"""Stretches of equal length from clips of varied motion, as chains of limbs: park2011 section 3."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from pipeline.validation import Count, InvalidInput, Positive, bounded
 
 @dataclass(frozen=True)
 class LimbStretches:
-    """Stretches of clips.
+    """Stretches of equal length from clips.
 
     Attributes
     ----------
     positions : (N, F, 15, 3)
-        Millimetres.
+        Joint positions, mm.
     lengths_mm : (N, 14)
-        Of the limbs in the order of `limb_chain.WALKER14`, mean and standard deviation over frames.
+        Mean lengths of the limbs over frames, in the order of `limb_chain.WALKER14`.
     start_s : (N,)
-        Where in its clip each stretch begins.
+        Start of each stretch in its clip.
     person, clip, action, source : (N,) text
     frame_rate_hz : float
     words : str
-        How many stretches there are, for captions.
+        Number of stretches in words, for captions.
     remarks : list of str
     """
 
@@ -44,19 +44,19 @@ class LimbStretches:
     words: str
     remarks: list[str]
 
-    def place(self, number: int) -> str:
-        """Return what tells a stretch from all others whatever else is in the data set, for its generators."""
+    def seed_label(self, number: int) -> str:
+        """Return a label that identifies a stretch in any data set, for its random generators."""
         return f"{self.source[number]}:{self.clip[number]}:{self.start_s[number]:g}"
 
 
 class LimbDataset(Dataset):
-    """Stretches of equal length."""
+    """Options of stretches of equal length."""
 
     corpus = VARIED
 
-    frames: Annotated[int, bounded(at_least=3)] = 100  # of each stretch
-    frame_rate_hz: Positive = 30.0  # at which clips are resampled
-    stretches: Count = 2  # of each clip, evenly over it; fewer where it is too short
+    frames: Annotated[int, bounded(at_least=3)] = 100  # number of frames of each stretch
+    frame_rate_hz: Positive = 30.0  # rate at which clips are resampled
+    stretches: Count = 2  # number of stretches of each clip, spread evenly; fewer if it is too short
 
     def build(self, clips: VariedClips, *, workers: int) -> LimbStretches:
         """Return the stretches of all clips that are long enough."""
@@ -89,12 +89,12 @@ class LimbDataset(Dataset):
         lengths = np.linalg.norm(np.stack(relative), axis=-1)
         slow = clips.clip[clips.frame_rate_hz < self.frame_rate_hz]
         remarks = [
-            f"{len(them)} clips are {what} (e.g. {them[0]})"
-            for them, what in (
+            f"{len(names)} clips are {problem} (e.g. {names[0]})"
+            for names, problem in (
                 (short, f"shorter than {self.frames} frames"),
                 (slow, f"slower than {self.frame_rate_hz:g} Hz, so that their stretches last longer"),
             )
-            if len(them)
+            if len(names)
         ]
         return LimbStretches(
             positions=np.stack(stretches),

@@ -1,4 +1,4 @@
-"""Measures that only the tables of limbs ask for: park2011."""
+"""Measures for the tables of limbs: park2011."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from pipeline.studies.rows import (
 )
 
 PAPERS_ADJUSTMENT = "refined"
-"""What the paper makes of a radius: longer in all frames where a ray misses the sphere, then refined."""
+"""Adjustment of the radius in the paper: longer in all frames if a ray misses the sphere, then refined."""
 
 
 def dividing_reconstructibility(table: Table, found: float, error: str = "limb_error") -> Number:
-    """The reconstructibility that best divides limbs whose error is under `found` from the others.
+    """Reconstructibility that best separates limbs with an error below `found` from the others.
 
-    Fewest limbs are on the wrong side of it.  It is the geometric mean of two neighbours; of several that divide
-    equally well, the middle one.  NaN if all limbs are found or none is.
+    It puts the fewest limbs on the wrong side.  It is the geometric mean of two neighbours, and the middle one of
+    several equally good values.  NaN if the error is below `found` for all limbs or for none.
     """
     rows = rows_of(table)
     eta, off = values(rows.frame, "reconstructibility"), values(rows.frame, error)
@@ -40,10 +40,10 @@ def dividing_reconstructibility(table: Table, found: float, error: str = "limb_e
 
 
 def _dividing(eta: np.ndarray, right: np.ndarray, times: np.ndarray) -> float:
-    """The same of limbs in order of reconstructibility, each counted so many times."""
+    """Dividing value for limbs in order of reconstructibility, with weights `times`."""
     if right.all() or not right.any():
         return np.nan
-    # Below the k-th: found ones are wrong; from it on: those that are not.
+    # Wrong for a division at the k-th limb: successes below it, failures from it on.
     below, above = np.cumsum(right * times), np.cumsum((~right * times)[::-1])[::-1]
     wrong = np.append(0, below) + np.append(above, 0)
     between = np.flatnonzero(np.append(np.diff(eta) > 0, False)) + 1
@@ -55,59 +55,59 @@ def _dividing(eta: np.ndarray, right: np.ndarray, times: np.ndarray) -> float:
 
 
 def rank_correlation_of(table: Table, column: str, by: str, where: Expression = ALL) -> Number:
-    """Spearman's rank correlation of two columns, equal values sharing their ranks; 0 where one is constant."""
+    """Spearman's rank correlation of two columns, with mean ranks for equal values; 0 if one is constant."""
     rows = rows_of(table, where)
     pair = [values(rows.frame, name) for name in (column, by)]
-    if not len(rows.frame) or any(np.isnan(found).any() for found in pair):
+    if not len(rows.frame) or any(np.isnan(numbers).any() for numbers in pair):
         return rows.no_number
     times = rows.weights[:, rows.cluster].astype(float)
     many = times.sum(axis=1, keepdims=True)
-    apart = []
-    for found in pair:
-        _, group = np.unique(found, return_inverse=True)
+    ranks = []
+    for numbers in pair:
+        _, group = np.unique(numbers, return_inverse=True)
         count = np.zeros((len(times), group.max() + 1))
-        for n, place in enumerate(group):
-            count[:, place] += times[:, n]
-        # The middle of the ranks that equal values share.
-        apart.append((np.cumsum(count, axis=1) - 0.5 * count)[:, group] - 0.5 * many)
-    products = [(times * apart[a] * apart[b]).sum(axis=1) for a, b in ((0, 1), (0, 0), (1, 1))]
+        for n, index in enumerate(group):
+            count[:, index] += times[:, n]
+        # Equal values share the mean of their ranks.
+        ranks.append((np.cumsum(count, axis=1) - 0.5 * count)[:, group] - 0.5 * many)
+    products = [(times * ranks[a] * ranks[b]).sum(axis=1) for a, b in ((0, 1), (0, 0), (1, 1))]
     size = np.sqrt(products[1] * products[2])
     correlation = np.where(size > 0, products[0] / np.where(size > 0, size, 1.0), 0.0)
     return rows.number(np.where(many[:, 0] > 0, correlation, np.nan))
 
 
 def rank_correlation_within(table: Table, column: str, by: str, within: str) -> Number:
-    """The largest of Spearman's rank correlations of two columns among the rows of each entry of a third.
+    """Largest of Spearman's rank correlations of two columns, over the groups of rows by a third column.
 
-    An entry of which a replicate has no rows is left out of it.
+    Each replicate ignores the groups without rows.
     """
     rows = rows_of(table)
     if any(np.isnan(values(rows.frame, name)).any() for name in (column, by)):
         return rows.no_number
     entries = sorted(set(map(str, rows.frame[within])))
-    found = [
+    correlations = [
         rank_correlation_of(table, column, by, Expression(f"{within} == '{entry}'")) for entry in entries
     ]
-    return as_number(np.fmax.reduce(np.asarray(found), axis=0)) if found else rows.no_number
+    return as_number(np.fmax.reduce(np.asarray(correlations), axis=0)) if correlations else rows.no_number
 
 
 def _curve(
     table: Table, at: str, column: str, where: str, over: Callable[[Rows, np.ndarray], np.ndarray]
 ) -> tuple[Rows, np.ndarray, np.ndarray]:
-    """Rows, places (V,) rising, and a statistic (B, V) of a column there; none if a value is not finite."""
+    """Rows, sorted values (V,) of a column, and a statistic (B, V) of another at each; empty if one is not finite."""
     rows = rows_of(table, where)
-    places, found = values(rows.frame, at), values(rows.frame, column)
-    if not (whole(places) and whole(found)):
+    abscissa, numbers = values(rows.frame, at), values(rows.frame, column)
+    if not (whole(abscissa) and whole(numbers)):
         return rows, np.empty(0), np.empty((len(rows.weights), 0))
-    every = np.unique(places)
-    curve = [over(rows.where(places == place), found[places == place]) for place in every]
+    every = np.unique(abscissa)
+    curve = [over(rows.where(abscissa == value), numbers[abscissa == value]) for value in every]
     return rows, every, np.stack(curve, axis=1)
 
 
 def mean_deviation(table: Table, column: str, by: str, where: Expression = ALL) -> Number:
-    """Standard deviation of a column (divisor n - 1) over the rows of each value of another, its mean over values."""
-    rows, places, curve = _curve(table, by, column, where, Rows.deviation)
-    return rows.number(curve.mean(axis=1)) if places.size else rows.no_number
+    """Mean of the standard deviations (divisor n - 1) of a column over the rows of each value of another."""
+    rows, abscissa, curve = _curve(table, by, column, where, Rows.deviation)
+    return rows.number(curve.mean(axis=1)) if abscissa.size else rows.no_number
 
 
 def _root_errors(table: Table, camera: str, error: str) -> tuple[Rows, np.ndarray, np.ndarray]:
@@ -115,39 +115,39 @@ def _root_errors(table: Table, camera: str, error: str) -> tuple[Rows, np.ndarra
 
 
 def reliable_root_error(table: Table, camera: str, high: float, error: str = "child_error_ratio") -> Number:
-    """Largest error of the root up to which the child's median error is at most `high`; 0 if none is."""
-    rows, places, curve = _root_errors(table, camera, error)
-    if not places.size:
+    """Largest error of the root up to which the child's median error is at most `high`, otherwise 0."""
+    rows, abscissa, curve = _root_errors(table, camera, error)
+    if not abscissa.size:
         return rows.no_number
     reliable = np.logical_and.accumulate(curve <= high, axis=1)
-    found = np.max(np.where(reliable, places, 0.0), axis=1)
-    return rows.number(np.where(np.isnan(curve).any(axis=1), np.nan, found))
+    largest = np.max(np.where(reliable, abscissa, 0.0), axis=1)
+    return rows.number(np.where(np.isnan(curve).any(axis=1), np.nan, largest))
 
 
 def least_unreliable_root_error(
     table: Table, camera: str, high: float, error: str = "child_error_ratio"
 ) -> Number:
-    """Smallest error of the root at which the child's median error is over `high`; NaN if it is nowhere."""
-    rows, places, curve = _root_errors(table, camera, error)
-    if not places.size:
+    """Smallest error of the root at which the child's median error is above `high`, otherwise NaN."""
+    rows, abscissa, curve = _root_errors(table, camera, error)
+    if not abscissa.size:
         return rows.no_number
-    found = np.min(np.where(curve > high, places, np.inf), axis=1)
-    return rows.number(np.where(np.isfinite(found), found, np.nan))
+    smallest = np.min(np.where(curve > high, abscissa, np.inf), axis=1)
+    return rows.number(np.where(np.isfinite(smallest), smallest, np.nan))
 
 
 def _reliable_scales(
     table: Table, camera: str, found: float, error: str
 ) -> tuple[Rows, np.ndarray, np.ndarray]:
-    """Scales of the radius (V,), rising, and whether the median error (B, V) is at most `found` over that at 1."""
-    chosen = f"camera == {camera!r} and adjust == {PAPERS_ADJUSTMENT!r}"
-    rows, scales, curve = _curve(table, "radius_scale", error, chosen, Rows.median)
+    """Rows, scales of the radius (V,), and a mask (B, V): the median error is at most `found` above that of 1."""
+    where = f"camera == {camera!r} and adjust == {PAPERS_ADJUSTMENT!r}"
+    rows, scales, curve = _curve(table, "radius_scale", error, where, Rows.median)
     if 1.0 not in scales:
         return rows, np.empty(0), np.empty((len(rows.weights), 0), bool)
     return rows, scales, curve <= curve[:, scales == 1.0] + found
 
 
 def least_reliable_scale(table: Table, camera: str, found: float, error: str = "limb_error") -> Number:
-    """Smallest scale of the radius from which up to the true one all are reliable."""
+    """Smallest scale of the radius such that all scales from it to the true one are reliable."""
     rows, scales, reliable = _reliable_scales(table, camera, found, error)
     if not scales.size:
         return rows.no_number
@@ -164,8 +164,8 @@ def largest_reliable_scale(table: Table, camera: str, found: float, error: str =
     return rows.number(_finite(np.max(np.where(reliable, scales, -np.inf), axis=1)))
 
 
-def _finite(found: np.ndarray) -> np.ndarray:
-    return np.where(np.isfinite(found), found, np.nan)
+def _finite(numbers: np.ndarray) -> np.ndarray:
+    return np.where(np.isfinite(numbers), numbers, np.nan)
 
 
 def mean_of_walking(table: Table, column: str, camera: str) -> Number:
@@ -173,5 +173,5 @@ def mean_of_walking(table: Table, column: str, camera: str) -> Number:
     rows = rows_of(table, f"camera == {camera!r}")
     require_columns(rows.frame, "action")
     walking = rows.frame["action"].astype(str).str.contains("walk", case=False).to_numpy(dtype=bool)
-    found = values(rows.frame, column)[walking]
-    return rows.number(rows.where(walking).mean(found)) if whole(found) else rows.no_number
+    numbers = values(rows.frame, column)[walking]
+    return rows.number(rows.where(walking).mean(numbers)) if whole(numbers) else rows.no_number

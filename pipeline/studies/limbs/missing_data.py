@@ -1,8 +1,8 @@
 """Error of a whole skeleton against the share of points that are missing from its images: park2011 figure 3d.
 
-As there, lengths, images and root trajectory are wrong as well, the camera stands still, and nothing is known of the
-joints: errors with knees and elbows that flex one way, which we add, stand beside at one fraction.  Points are missing
-one by one at random, or each joint for a run of frames.  The root is given in 3D and never missing.
+As in the paper, lengths, images and root trajectory have errors, the camera is still, and joints are not constrained.
+We add errors with knees and elbows that flex one way, at one fraction.  Points are missing one by one at random, or
+each joint for a run of frames.  The root is known in 3D and never missing.
 """
 
 from __future__ import annotations
@@ -30,37 +30,37 @@ from pipeline.studies.limbs.scores import better_of_mirrors, certificate, distan
 from pipeline.studies.limbs.trials import ROOT, LimbInputs, LimbSweep, wrong_trajectory
 from pipeline.validation import Distinct, Increasing, NonNegative, bounded
 
-MOST_MISSING = 0.9
+MAX_MISSING = 0.9
 
 SHOWN_FRACTION = 0.2
-"""The recording shows the fraction nearest to this one, missing by the first pattern."""
+"""Missing fraction in the recording; the nearest fraction of the sweep is used."""
 
 HINGED_FRACTION = 0.05
-"""Hinges are used as well at the fraction nearest to this one, the paper's."""
+"""Missing fraction of the paper, at which hinges are used too; the nearest fraction of the sweep is used."""
 
-BETWEEN = 10
-"""Instants to a frame at which lengths are looked at."""
+CHECKS_PER_FRAME = 10
+"""Number of instants per frame at which lengths are checked."""
 
 
-Missing = Annotated[float, bounded(at_least=0, at_most=MOST_MISSING)]
+Missing = Annotated[float, bounded(at_least=0, at_most=MAX_MISSING)]
 
 
 class Pattern(StrEnum):
-    """Which points are missing."""
+    """Pattern of missing points."""
 
     random = "random"
-    """Each frame of a joint by itself."""
+    """Independent frames of each joint."""
     block = "block"
     """One run of frames of each joint."""
 
     def hides(self, frames: int, joints: int, fraction: float, generator: np.random.Generator) -> np.ndarray:
-        """Return where points are missing (F, J) bool: where a smaller fraction misses them, and more."""
+        """Return a mask (F, J) of missing points, which includes that of any smaller fraction."""
         count = round(fraction * frames)
         missing = np.zeros((frames, joints), bool)
         for joint in range(joints):
-            order, place = generator.permutation(frames), generator.random()
+            order, position = generator.permutation(frames), generator.random()
             if self is Pattern.block:
-                start = round(place * (frames - count))
+                start = round(position * (frames - count))
                 missing[start : start + count, joint] = True
             else:
                 missing[order[:count], joint] = True
@@ -69,15 +69,15 @@ class Pattern(StrEnum):
 
 @dataclass(frozen=True)
 class MissingDataErrors:
-    """Errors of every skeleton for every fraction of missing points and pattern, and one skeleton to look at.
+    """Errors of every skeleton for every fraction of missing points and pattern, and one skeleton for display.
 
     Attributes
     ----------
     rows : DataFrame
     hinged : DataFrame
-        The same with knees and elbows that flex one way as well, at one fraction, missing by the first pattern.
+        The same with knees and elbows that flex one way, at one fraction, with the first pattern.
     shown_clip : str
-        Of the skeleton of median error at the fraction shown.
+        Clip of the skeleton with the median error at the displayed fraction.
     shown_true, shown_found : (F, 15, 3)
         mm.
     shown_imputed : (F, 15) bool
@@ -100,7 +100,7 @@ class MissingDataErrors:
 
 @dataclass(frozen=True)
 class Scene:
-    """One stretch before one camera, and what is wrong with what is known of it.
+    """One stretch in front of one camera, with the errors of its inputs.
 
     Attributes
     ----------
@@ -109,13 +109,13 @@ class Scene:
     camera : Camera
     view : Pinhole
     positions : (F, 15, 3)
-        True, mm.
+        True positions, mm.
     images : (F, 15, 2)
-        px, with noise.
+        Images with noise, px.
     root : (F, 3)
-        Trajectory that is taken for the root's, mm.
+        Assumed trajectory of the root, mm.
     lengths, true_lengths : (14,)
-        mm: as assumed, and as they are.
+        Assumed and true lengths, mm.
     """
 
     number: int
@@ -129,7 +129,7 @@ class Scene:
     true_lengths: np.ndarray
 
     def hidden(self, pattern: Pattern, fraction: float, seed: int) -> np.ndarray:
-        """Return where points are missing (F, 15) bool; never the root's."""
+        """Return a mask (F, 15) of missing points, which never include the root."""
         generator = derive_generator(seed, f"sweep:missing:{self.number}:{pattern}")
         frames, joints = self.positions.shape[:2]
         missing = pattern.hides(frames, joints, fraction, generator)
@@ -145,15 +145,15 @@ class MissingDataSweep(LimbSweep):
     """Error of a whole skeleton against the share of missing points."""
 
     cameras: Distinct[Camera] = [Camera.still]
-    fractions: Increasing[Missing] = [0.0, 0.05, 0.1, 0.2, 0.3, 0.5]  # of the observations that are missing
+    fractions: Increasing[Missing] = [0.0, 0.05, 0.1, 0.2, 0.3, 0.5]  # fractions of missing observations
     patterns: Distinct[Pattern] = [Pattern.random, Pattern.block]
-    length_error: NonNegative = 0.02  # standard deviation over limbs, relative
+    length_error: NonNegative = 0.02  # relative error of the lengths, standard deviation over limbs
     root_error_mm: NonNegative = 20.0  # root mean square error of the root
-    noise_px: NonNegative = 1.0  # of the image
-    use_hinges: bool = False  # ours, not the paper's
+    noise_px: NonNegative = 1.0  # noise of the image
+    use_hinges: bool = False  # knees and elbows flex one way; not in the paper
     adjust: Adjustment = Adjustment.per_frame
-    share: Annotated[float, bounded(above=0, at_most=1)] = 0.3  # of the trials: each is a skeleton
-    time_limit_s: NonNegative = 0.0  # signs at once, without certificates
+    share: Annotated[float, bounded(above=0, at_most=1)] = 0.3  # share of the trials, each a skeleton
+    time_limit_s: NonNegative = 0.0  # 0: signs of the first search, without certificates
 
     def measure(self, inputs: LimbInputs) -> MissingDataErrors:
         """Return the errors of every skeleton for every fraction of missing points and every pattern."""
@@ -161,19 +161,21 @@ class MissingDataSweep(LimbSweep):
         seed, trials = inputs.seed, int(np.ceil(self.share * self.trials))
         scenes = [self.scene(inputs.dataset, basis, number, seed) for number in range(trials)]
 
-        # Nothing is missing in the same way whatever the pattern.
+        # Without missing points all patterns are the same.
         first, hinged = self.patterns[0], replace(self.options(basis), use_hinges=True)
-        beside = min(self.fractions, key=lambda fraction: abs(fraction - HINGED_FRACTION))
+        hinged_fraction = min(self.fractions, key=lambda fraction: abs(fraction - HINGED_FRACTION))
 
-        def one(item: tuple[Pattern, float, int]) -> tuple[dict[str, Any], dict[str, Any], np.ndarray]:
+        def errors_of_point(
+            item: tuple[Pattern, float, int],
+        ) -> tuple[dict[str, Any], dict[str, Any], np.ndarray]:
             pattern, fraction, number = item
             scene = scenes[number]
             hidden = scene.hidden(pattern, fraction, seed)
             skeleton = prepared(
                 scene.without(hidden), scene.view, scene.root, scene.lengths, self.options(basis)
             )
-            found, with_hinges = skeleton.whole(), {}
-            if (pattern, fraction) == (first, beside):
+            estimate, with_hinges = skeleton.whole(), {}
+            if (pattern, fraction) == (first, hinged_fraction):
                 off = skeleton.under(hinged).whole().positions - scene.positions
                 with_hinges = {
                     "trial": number,
@@ -183,7 +185,7 @@ class MissingDataSweep(LimbSweep):
                     "joint_error_mm": np.linalg.norm(np.delete(off, ROOT, axis=1), axis=-1).mean(),
                 }
             best = better_of_mirrors(scene.positions, skeleton)
-            return self._errors(scene, found, best, hidden, basis), with_hinges, found.positions
+            return self._errors(scene, estimate, best, hidden, basis), with_hinges, estimate.positions
 
         points = [
             (pattern, fraction, number)
@@ -193,7 +195,7 @@ class MissingDataSweep(LimbSweep):
         ]
         keys = [(pattern if fraction else first, fraction, number) for pattern, fraction, number in points]
         distinct = list(dict.fromkeys(keys))
-        known = dict(zip(distinct, map_processes(one, distinct, inputs.workers), strict=True))
+        results = dict(zip(distinct, map_processes(errors_of_point, distinct, inputs.workers), strict=True))
         rows = [
             {
                 "trial": number,
@@ -201,28 +203,28 @@ class MissingDataSweep(LimbSweep):
                 "camera": scenes[number].camera,
                 "missing_fraction": fraction,
                 "pattern": pattern,
-                **known[key][0],
+                **results[key][0],
             }
             for key, (pattern, fraction, number) in zip(keys, points, strict=True)
         ]
         value = min(self.fractions, key=lambda fraction: abs(fraction - SHOWN_FRACTION))
-        errors = [known[(first, value, number)][0]["joint_error_mm"] for number in range(trials)]
-        shown = int(np.argsort(errors, kind="stable")[trials // 2])
-        hidden = scenes[shown].hidden(first, value, seed)
+        errors = [results[(first, value, number)][0]["joint_error_mm"] for number in range(trials)]
+        displayed = int(np.argsort(errors, kind="stable")[trials // 2])
+        hidden = scenes[displayed].hidden(first, value, seed)
         return MissingDataErrors(
             rows=pd.DataFrame(rows),
-            hinged=pd.DataFrame([row for _, row, _ in known.values() if row]),
-            shown_clip=scenes[shown].clip,
-            shown_true=scenes[shown].positions,
-            shown_found=known[(first, value, shown)][2],
+            hinged=pd.DataFrame([row for _, row, _ in results.values() if row]),
+            shown_clip=scenes[displayed].clip,
+            shown_true=scenes[displayed].positions,
+            shown_found=results[(first, value, displayed)][2],
             shown_imputed=hidden,
-            shown_image=scenes[shown].without(hidden),
+            shown_image=scenes[displayed].without(hidden),
             shown_fraction=value,
             shown_pattern=str(first),
         )
 
     def scene(self, stretches: LimbStretches, basis: TrajectoryBasis, number: int, seed: int) -> Scene:
-        """Return a scene by its number, before the cameras in turn."""
+        """Return the scene of a number; successive scenes use successive cameras."""
         generator = derive_generator(seed, f"sweep:scene:{number}")
         stretch = generator.integers(len(stretches.positions))
         body, lengths = stretches.positions[stretch], stretches.lengths_mm[stretch]
@@ -243,7 +245,7 @@ class MissingDataSweep(LimbSweep):
         )
 
     def options(self, basis: TrajectoryBasis) -> Options:
-        """Return how a skeleton is reconstructed: limb by limb, and all limbs refined together."""
+        """Return the options of reconstruction: limb by limb, then all limbs refined together."""
         return Options(
             basis,
             adjust=self.adjust,
@@ -255,13 +257,13 @@ class MissingDataSweep(LimbSweep):
     def _errors(
         self,
         scene: Scene,
-        found: Articulated,
+        estimate: Articulated,
         best: np.ndarray,
         hidden: np.ndarray,
         basis: TrajectoryBasis,
     ) -> dict[str, Any]:
-        true, positions, refined = scene.positions, found.positions, found.refined
-        assert refined is not None, "it was asked for"
+        true, positions, refined = scene.positions, estimate.positions, estimate.refined
+        assert refined is not None, "the options include refinement"
         limbs, size = np.arange(true.shape[1]) != ROOT, scene.true_lengths.mean()
         each = np.linalg.norm(positions - true, axis=-1)
         spherical, cartesian = length_violations(refined, basis)
@@ -270,7 +272,7 @@ class MissingDataSweep(LimbSweep):
             return distances[hidden].mean() if hidden.any() else np.nan
 
         relative = relative_trajectories(WALKER14, true)
-        choices = [found.limbs[limb] for limb in WALKER14.limbs]
+        choices = [estimate.limbs[limb] for limb in WALKER14.limbs]
         eta = of_clip(
             [reconstructibility_of(*limb) for limb in zip(choices, relative.swapaxes(0, 1), strict=True)]
         )
@@ -279,7 +281,7 @@ class MissingDataSweep(LimbSweep):
             "hanging": baselines.hanging(scene.root, scene.lengths),
             "mean_pose": baselines.mean_pose(scene.root, true),
         }
-        apart = {name: np.linalg.norm(still - true, axis=-1) for name, still in baseline.items()}
+        distances_of = {name: np.linalg.norm(still - true, axis=-1) for name, still in baseline.items()}
         return {
             "relative_error": _relative(positions - true, true),
             # Mean distance of joints from the truth over the mean length of a limb.
@@ -288,7 +290,7 @@ class MissingDataSweep(LimbSweep):
             "imputed_error_mm": imputed(each),
             "seen_error_mm": each[limbs & ~hidden].mean(),
             "missing_share": hidden[:, limbs].mean(),
-            # With of every limb and its mirror the better one, not refined.
+            # With the better of every limb and its mirror, not refined.
             "relative_error_up_to_mirror": _relative(best - true, true),
             "limb_error_up_to_mirror": distance(best[:, limbs], true[:, limbs]) / size,
             "reconstructibility": eta.ratio,
@@ -298,30 +300,30 @@ class MissingDataSweep(LimbSweep):
             "reprojection_error_px": refined.reprojection_error_px,
             "length_violation": spherical,
             "cartesian_length_violation": cartesian,
-            # Of baselines on the same wrong root.
+            # Baselines with the same wrong root.
             **{f"{name}_relative_error": _relative(still - true, true) for name, still in baseline.items()},
-            **{f"{name}_error_mm": off[:, limbs].mean() for name, off in apart.items()},
-            **{f"{name}_imputed_error_mm": imputed(off) for name, off in apart.items()},
+            **{f"{name}_error_mm": off[:, limbs].mean() for name, off in distances_of.items()},
+            **{f"{name}_imputed_error_mm": imputed(off) for name, off in distances_of.items()},
         }
 
 
 def _relative(off: np.ndarray, true: np.ndarray) -> float:
-    """||X - X_hat|| / ||X|| of what positions (F, 15, 3) are off, in the world's coordinates."""
+    """Return ||X - X_hat|| / ||X|| for the errors of positions (F, 15, 3), in world coordinates."""
     return float(np.linalg.norm(off) / np.linalg.norm(true))
 
 
 def length_violations(refined: Refinement, basis: TrajectoryBasis) -> tuple[float, float]:
-    """Return the largest relative change of a limb's length, of spherical and of Cartesian trajectories.
+    """Return the largest relative change of a limb's length, for spherical and for Cartesian trajectories.
 
-    At frames and between them.  The Cartesian ones are coordinates in the same basis, fitted to the relative
-    trajectories at the frames.
+    Lengths are checked at frames and between them.  Cartesian trajectories are coordinates in the same basis, fitted to
+    the relative trajectories at the frames.
 
     Notes
     -----
-    To twelve decimals, for that of spherical trajectories is rounding.
+    The first result is rounded to twelve decimals, because it is only a rounding error.
     """
     frames, limbs = refined.relative.shape[:2]
-    times = np.linspace(0.0, frames - 1.0, BETWEEN * (frames - 1) + 1)
+    times = np.linspace(0.0, frames - 1.0, CHECKS_PER_FRAME * (frames - 1) + 1)
     rows = cosine_basis(frames, basis.components, at=times)
     spherical = np.linalg.norm(refined.relative_at(rows), axis=-1) / refined.lengths - 1.0
     fitted = coefficients(

@@ -1,4 +1,4 @@
-"""The trajectory basis and what it leaves of true limbs: park2011 section 2.  Nothing is learnt."""
+"""Trajectory basis, and its residual for true limbs: park2011 section 2.  Nothing is learnt."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pipeline.validation import Count, Positive, require_range
 
 
 class Basis(StrEnum):
-    """What keeps a trajectory smooth."""
+    """Constraint that keeps a trajectory smooth."""
 
     hard = "hard"
     """K cosines, as printed."""
@@ -26,19 +26,19 @@ class Basis(StrEnum):
 
 @dataclass(frozen=True)
 class BasisFit:
-    """How well limbs lie in the basis, in words."""
+    """Fit of limbs by the basis, in words."""
 
     words: str
 
 
 class TrajectoryBasisModel(Model):
-    """The trajectory basis: its options alone are used, K is looked at."""
+    """Trajectory basis: only its options are used, and the fit of true limbs is reported."""
 
     dataset = LimbDataset
 
-    components: Count = 20  # K
+    components: Count = 20  # number of cosines K
     basis: Basis = Basis.hard
-    softness: Positive = 10.0  # of a soft basis
+    softness: Positive = 10.0  # cutoff of a soft basis
 
     @property
     def cutoff(self) -> float | None:
@@ -50,11 +50,11 @@ class TrajectoryBasisModel(Model):
         return TrajectoryBasis(self.components, self.cutoff)
 
     def learn(self, dataset: LimbStretches, *, workers: int) -> BasisFit:
-        """Return what the basis leaves of every limb."""
+        """Return the residual of true limbs in the basis."""
         frames = dataset.positions.shape[1]
         relative = np.stack([relative_trajectories(WALKER14, p) for p in dataset.positions])
-        whole = trajectory_basis.cosine_basis(frames, frames)
-        energy = np.square(np.einsum("fk,nfld->nkld", whole, relative)).sum(axis=-1)  # (N, F, 14)
+        full_basis = trajectory_basis.cosine_basis(frames, frames)
+        energy = np.square(np.einsum("fk,nfld->nkld", full_basis, relative)).sum(axis=-1)  # (N, F, 14)
         beyond = np.cumsum(energy[:, ::-1], axis=1)[:, ::-1] - energy
         size = np.square(dataset.lengths_mm)[:, None] * frames
         rms = np.sqrt(np.maximum(beyond, 0.0) / np.maximum(size, 1e-12))

@@ -1,15 +1,15 @@
 """Whole skeletons of varied motion, reconstructed from still and moving cameras: park2011 section 5.2.
 
-The paper shows four videos whose truth nobody knows.  Here the images are projections of recorded motion, so that
-beside the pictures there are errors.  Of each clip the stretch is taken whose joints move most.
+The paper shows four videos without ground truth.  Here the images are projections of recorded motion, so that errors
+are known.  Each clip is represented by the stretch in which joints move most.
 
-The paper knows less than we give ourselves: proportions of the human body, no hinges, and before a still camera the
-root's image at one depth.  Errors in its conditions are measured on the same images, beside those in ours.
+The paper uses less information: proportions of the human body, no hinges, and for a still camera the root's image at
+one depth.  Errors in the paper's conditions are measured on the same images.
 
-Whole skeletons are also refined with the mirrors of doubtful limbs tried, from the same choices.
+From the same choices, whole skeletons are also refined with trials of the mirrors of doubtful limbs.
 
-Signs are the first that the search finds; the certificate of each limb is made beside, under a limit if there is any,
-and says how much better any signs could be.
+Signs are the first that the search finds.  The certificate of each limb is computed separately, with a time limit, and
+bounds the improvement by any other signs.
 """
 
 from __future__ import annotations
@@ -59,82 +59,80 @@ from pipeline.studies.study import scaled
 from pipeline.validation import CountOrAll, NonNegative
 
 CHILDREN = WALKER14.ends[:, 1]
-"""Places of the fourteen joints that are not the root, in the order of the limbs."""
+"""Numbers of the fourteen joints other than the root, in the order of the limbs."""
 
 _THIGHS = ("left_knee", "right_knee")
 
-MOST = 1e6
-"""Ratios are tabulated up to this: where the truth lies in the basis, they are without bound."""
+MAX_RATIO = 1e6
+"""Largest ratio in tables; ratios are unbounded if the truth lies in the basis."""
 
 ARRAYS = ("positions", "images", "camera_matrix", "azimuth_rad", "mirror_margin")
-"""What `Motions` holds of each clip and camera."""
+"""Names of the arrays of `Motions` with a part for each clip and camera."""
 
 
 class Lengths(StrEnum):
-    """Where the lengths of the limbs come from."""
+    """Source of the lengths of the limbs."""
 
     true = "true"
     anthropometric = "anthropometric"
-    """Ratios, scaled to the true thighs."""
+    """Anthropometric ratios, scaled to the true thighs."""
     estimated = "estimated"
-    """The rays."""
+    """Estimates from the rays."""
 
 
 class Root(StrEnum):
-    """Where the root's trajectory comes from."""
+    """Source of the root's trajectory."""
 
     true = "true"
     unit_depth = "unit_depth"
-    """Its image, at the depth that it has in the middle frame; true before a camera that moves."""
+    """Image of the root at its depth in the middle frame; the true trajectory if the camera moves."""
 
 
 class MotionsSweep(CameraSweep):
     """Whole skeletons of varied motion, from a still, a moving and a shaky camera."""
 
-    clips: CountOrAll = scaled(
-        value="clips"
-    )  # of the data set, evenly over all; 0: all.  Of each its liveliest stretch
-    noise_px: NonNegative = 1.0  # of the image
+    clips: CountOrAll = scaled(value="clips")  # number of clips, spread evenly; 0: all
+    noise_px: NonNegative = 1.0  # noise of the image
     lengths: Lengths = Lengths.true
     root: Root = Root.true
     use_hinges: bool = True  # choose the mirrors of limbs at a hinge together
-    time_limit_s: NonNegative = 0.2  # nominal, of each certificate
-    papers_lengths: Lengths = Lengths.anthropometric  # in the paper's conditions, measured beside
+    time_limit_s: NonNegative = 0.2  # nominal time for each certificate
+    papers_lengths: Lengths = Lengths.anthropometric  # lengths in the paper's conditions
     papers_root: Root = Root.unit_depth
-    papers_hinges: bool = False  # hinges are used
+    papers_hinges: bool = False  # hinges in the paper's conditions
 
     def measure(self, inputs: LimbInputs) -> MotionsOfBoth:
-        """Return the reconstructions; all cameras look at a clip from the same side and see the same noise."""
+        """Return the reconstructions; all cameras see a clip from the same side and with the same noise."""
         stretches, basis = inputs.dataset, inputs.model_options.limb_basis()
         chosen = _liveliest(stretches, self.clips)
-        as_in_the_paper = replace(  # no more is known [park2011 section 5.2]
+        as_in_the_paper = replace(  # information of [park2011 section 5.2]
             self, lengths=self.papers_lengths, root=self.papers_root, use_hinges=self.papers_hinges
         )
 
-        def one(item: tuple[int, Camera]) -> tuple[list[dict[str, Any]], dict[str, Any]]:
+        def reconstructed(item: tuple[int, Camera]) -> tuple[list[dict[str, Any]], dict[str, Any]]:
             number, kind = item
-            truth, place = stretches.positions[number], stretches.place(number)
-            side = derive_generator(inputs.seed, f"sweep:motions:camera:{place}")
+            truth, label = stretches.positions[number], stretches.seed_label(number)
+            side = derive_generator(inputs.seed, f"sweep:motions:camera:{label}")
             camera = self.camera(kind, truth[:, ROOT], side)
-            noise = derive_generator(inputs.seed, f"sweep:motions:noise:{place}")
-            seen = camera.project(truth)
-            images = seen + self.noise_px * noise.standard_normal(seen.shape)
+            noise = derive_generator(inputs.seed, f"sweep:motions:noise:{label}")
+            exact = camera.project(truth)
+            images = exact + self.noise_px * noise.standard_normal(exact.shape)
             lengths = stretches.lengths_mm[number]
             ours, papers = (
                 _Reconstruction(options, basis, truth, lengths, camera, images, kind)
                 for options in (self, as_in_the_paper)
             )
-            signs = derive_generator(inputs.seed, f"sweep:motions:signs:{place}")
+            signs = derive_generator(inputs.seed, f"sweep:motions:signs:{label}")
             keys = {"clip": stretches.clip[number], "action": stretches.action[number], "camera": str(kind)}
-            beside = {
+            further = {
                 **papers.in_papers_conditions(signs),
                 "camera_outside_basis": ours.camera_outside_basis(),
                 "mean_pose_error_mm": ours.error_mm(baselines.mean_pose(ours.root, truth)),
             }
-            return ours.found(keys), {**keys, **beside}
+            return ours.both_variants(keys), {**keys, **further}
 
         items = [(number, kind) for number in chosen for kind in self.cameras]
-        found, papers = zip(*map_processes(one, items, inputs.workers), strict=True)
+        variants, papers = zip(*map_processes(reconstructed, items, inputs.workers), strict=True)
         as_chosen, mirrors_tried = (
             Motions(
                 cameras=np.array(self.cameras),
@@ -145,38 +143,38 @@ class MotionsSweep(CameraSweep):
                     (len(chosen), len(self.cameras)),
                 ),
             )
-            for way in zip(*found, strict=True)
+            for way in zip(*variants, strict=True)
         )
         return MotionsOfBoth(
             as_chosen,
             mirrors_tried,
             papers=pd.DataFrame(papers),
             **{
-                name: pd.concat([each[name] for ways in found for each in ways], ignore_index=True)
+                name: pd.concat([each[name] for ways in variants for each in ways], ignore_index=True)
                 for name in ("clips", "joints", "limbs")
             },
         )
 
 
-def _liveliest(stretches: LimbStretches, wanted: int) -> np.ndarray:
-    """Indices (N,) of one stretch of each clip, in which joints move most about the pelvis; clips evenly over all."""
+def _liveliest(stretches: LimbStretches, count: int) -> np.ndarray:
+    """Indices (N,) of the stretch of each clip in which joints move most about the pelvis; clips are spread evenly."""
     moves = np.diff(stretches.positions - stretches.positions[:, :, [ROOT]], axis=1)
     speed = np.square(moves).sum(axis=(1, 2, 3))
-    chosen = []
+    stretch_numbers = []
     for name in dict.fromkeys(stretches.clip):
         of_this = np.flatnonzero(stretches.clip == name)
-        chosen.append(of_this[np.argmax(speed[of_this])])
-    return np.array(chosen)[evenly(wanted, len(chosen))]
+        stretch_numbers.append(of_this[np.argmax(speed[of_this])])
+    return np.array(stretch_numbers)[evenly(count, len(stretch_numbers))]
 
 
 def _objective(choice: LimbChoice) -> float:
-    """Return what the basis leaves of a limb's trajectory where it was seen, mm², without the programme."""
+    """Return the squared residual of a limb's trajectory in the basis, mm², over the used frames."""
     chosen, rows = choice.relative[choice.used], choice.basis.rows(len(choice.used), choice.used)
     return np.sum(chosen**2) - np.sum((rows.T @ chosen) ** 2)
 
 
 class _Reconstruction:
-    """One clip before one camera."""
+    """Reconstruction of one clip from one camera."""
 
     def __init__(
         self,
@@ -201,31 +199,31 @@ class _Reconstruction:
             self.root = camera.back_project(images[:, ROOT], depth)
 
     def prepared(self, root: np.ndarray | None = None) -> Reconstruction:
-        """Return what is known of it; another root (F, 3), mm, may be given."""
+        """Return the prepared reconstruction, by default with its own root (F, 3), mm."""
         options = Options(
             self.basis,
             noise_px=self.options.noise_px,
             use_hinges=self.options.use_hinges,
             time_limit_s=0.0,
         )
-        given = self.root if root is None else root
-        return prepared(self.images, self.camera, given, self.lengths, options)
+        trajectory = self.root if root is None else root
+        return prepared(self.images, self.camera, trajectory, self.lengths, options)
 
     def in_papers_conditions(self, generator: np.random.Generator) -> dict[str, float]:
-        """Return what is measured in the paper's conditions, which its options are; signs of the baseline are drawn."""
+        """Return errors in the paper's conditions, those of the options, and of a baseline with random signs."""
         true_root = self.truth[:, ROOT]
         skeleton = self.prepared()
-        made = skeleton.whole()
-        error = error_about_root(made.positions, self.truth)[:, CHILDREN].mean(axis=1)
-        lengths = np.array([made.limbs[limb].hits.radius for limb in WALKER14.limbs])
+        estimate = skeleton.whole()
+        error = error_about_root(estimate.positions, self.truth)[:, CHILDREN].mean(axis=1)
+        lengths = np.array([estimate.limbs[limb].hits.radius for limb in WALKER14.limbs])
         better = better_of_mirrors(self.truth, skeleton.with_lengths(lengths))
         at_random = baselines.random_signs(self.camera, self.images, self.root, lengths, generator)
         return {
             "error_mm": error.mean(),
             "error_sd_mm": error.std(ddof=1),
             "error_up_to_mirror_mm": self.error_mm(better),
-            "length_change_max": length_changes(made.positions).max(),
-            "acceleration_ratio": acceleration_ratio(made.positions, self.truth),
+            "length_change_max": length_changes(estimate.positions).max(),
+            "acceleration_ratio": acceleration_ratio(estimate.positions, self.truth),
             "random_signs_acceleration_ratio": acceleration_ratio(at_random, self.truth),
             "hanging_error_mm": self.error_mm(baselines.hanging(self.root, lengths)),
             "true_root_error_mm": error.mean()
@@ -234,7 +232,7 @@ class _Reconstruction:
         }
 
     def camera_outside_basis(self) -> float:
-        """Return what the basis leaves of the camera's path about its mean, as part of it; 0 if it stands still."""
+        """Return the relative residual, in the basis, of the camera's path about its mean; 0 for a still camera."""
         path = np.broadcast_to(self.camera.centre, (len(self.truth), 3))
         about = path - path.mean(axis=0)
         size = float(np.linalg.norm(about))
@@ -244,13 +242,13 @@ class _Reconstruction:
         return outside(self.basis.rows(len(used), used), about) / size
 
     def error_mm(self, positions: np.ndarray) -> float:
-        """Return the mean distance of all joints but the root from the truth, both relative to it."""
+        """Return the mean distance of all joints except the root from the truth, relative to the root."""
         return error_about_root(positions, self.truth)[:, CHILDREN].mean()
 
-    def found(self, keys: dict[str, str]) -> list[dict[str, Any]]:
-        """Return the arrays and rows of it: with the mirrors as each limb chooses them, and tried.
+    def both_variants(self, keys: dict[str, str]) -> list[dict[str, Any]]:
+        """Return the arrays and rows of both variants: mirrors as each limb chooses them, and mirrors tried.
 
-        Both start from the same choices and the same refinement, which are made once.
+        Both start from the same choices and the same refinement, which are computed once.
         """
         skeleton = self.prepared()
         eta = self.reconstructibilities()
@@ -260,40 +258,40 @@ class _Reconstruction:
             "camera_matrix": np.broadcast_to(self.camera.matrix, (len(self.truth), 3, 4)),
             "azimuth_rad": np.arctan2(-middle[0], middle[1]),
         }
-        tried = skeleton.under(replace(skeleton.options, try_mirrors=True))
+        with_trials = skeleton.under(replace(skeleton.options, try_mirrors=True))
         return [
-            {**of_both, **self.reconstructed(way, eta, {**keys, "mirrors_tried": way is tried})}
-            for way in (skeleton, tried)
+            {**of_both, **self.reconstructed(way, eta, {**keys, "mirrors_tried": way is with_trials})}
+            for way in (skeleton, with_trials)
         ]
 
     def reconstructed(
         self, skeleton: Reconstruction, eta: list[Reconstructibility], keys: dict[str, Any]
     ) -> dict[str, Any]:
-        """Return what one way of reconstructing it gives; with certificates made beside, or none."""
-        made = skeleton.whole()
-        lengths = np.array([made.limbs[limb].hits.radius for limb in WALKER14.limbs])
+        """Return the results of one variant, with separate certificates unless mirrors are tried."""
+        estimate = skeleton.whole()
+        lengths = np.array([estimate.limbs[limb].hits.radius for limb in WALKER14.limbs])
         true = relative_trajectories(WALKER14, self.truth)
-        estimated = relative_trajectories(WALKER14, made.positions)
+        estimated = relative_trajectories(WALKER14, estimate.positions)
         away = np.linalg.norm(estimated - true, axis=-1).mean(axis=0)
         better = better_of_mirrors(self.truth, skeleton.with_lengths(lengths))
-        error = error_about_root(made.positions, self.truth)[:, CHILDREN]
-        of_limbs = self.certificates(made, lengths, beside=not keys["mirrors_tried"])
-        margin = np.minimum(of_limbs["mirror_margin"], MOST)
+        error = error_about_root(estimate.positions, self.truth)[:, CHILDREN]
+        of_limbs = self.certificates(estimate, lengths, separate=not keys["mirrors_tried"])
+        margin = np.minimum(of_limbs["mirror_margin"], MAX_RATIO)
         limbs = {
             "limb": WALKER14.limbs,
-            "reconstructibility": np.minimum([limb.ratio for limb in eta], MOST),
+            "reconstructibility": np.minimum([limb.ratio for limb in eta], MAX_RATIO),
             "mirror_margin": margin,
             "confidence": [str(confidence_of_mirror_margin(m)) for m in margin],
             **{name: column for name, column in of_limbs.items() if name != "mirror_margin"},
             "limb_error": away / self.true_lengths,
-            "components": [made.limbs[limb].basis.components for limb in WALKER14.limbs],
+            "components": [estimate.limbs[limb].basis.components for limb in WALKER14.limbs],
             "length_ratio": lengths / self.true_lengths,
         }
         joints = {
             "joint": WALKER14.limbs,
             "error_mm": error.mean(axis=0),
             "error_sd_mm": error.std(axis=0, ddof=1),
-            "imputed_share": made.imputed[:, CHILDREN].mean(axis=0),
+            "imputed_share": estimate.imputed[:, CHILDREN].mean(axis=0),
         }
         mean, middle_margin = error.mean(axis=1), np.median(margin)
         clip = {
@@ -301,34 +299,36 @@ class _Reconstruction:
             "error_mm": mean.mean(),
             "error_sd_mm": mean.std(ddof=1),
             "error_up_to_mirror_mm": self.error_mm(better),
-            "length_change_max": length_changes(made.positions).max(),
-            "acceleration_ratio": acceleration_ratio(made.positions, self.truth),
+            "length_change_max": length_changes(estimate.positions).max(),
+            "acceleration_ratio": acceleration_ratio(estimate.positions, self.truth),
             "hanging_error_mm": self.error_mm(baselines.hanging(self.root, self.true_lengths)),
             "mean_pose_error_mm": self.error_mm(baselines.mean_pose(self.root, self.truth)),
-            "reprojection_error_px": made.refined.reprojection_error_px if made.refined else np.nan,
+            "reprojection_error_px": estimate.refined.reprojection_error_px if estimate.refined else np.nan,
             "proved_share": of_limbs["proved"].mean(),
             "confidence": str(confidence_of_mirror_margin(middle_margin)),
             "mirror_margin_median": middle_margin,
-            "reconstructibility": min(of_clip(eta).ratio, MOST),
+            "reconstructibility": min(of_clip(eta).ratio, MAX_RATIO),
         }
         return {
-            "positions": made.positions,
+            "positions": estimate.positions,
             "mirror_margin": of_limbs["mirror_margin"],
             "clips": pd.DataFrame([{**keys, **clip}]),
             "joints": pd.DataFrame({**keys, **joints}),
             "limbs": pd.DataFrame({**keys, **limbs}),
         }
 
-    def certificates(self, made: Articulated, lengths: np.ndarray, beside: bool) -> dict[str, np.ndarray]:
-        """Return the mirror margins, objectives and bounds of all limbs (14,) of lengths (14,), mm."""
+    def certificates(
+        self, estimate: Articulated, lengths: np.ndarray, separate: bool
+    ) -> dict[str, np.ndarray]:
+        """Return the mirror margins, objectives and bounds of all limbs (14,) with lengths (14,), mm."""
         options = self.options
         anchored = np.empty_like(self.truth)
         anchored[:, ROOT] = self.root
         rows = []
         for limb, (name, (parent, child)) in enumerate(zip(WALKER14.limbs, WALKER14.ends, strict=True)):
-            choice = made.limbs[name]
+            choice = estimate.limbs[name]
             solution = certificate = choice.solution
-            if beside and options.time_limit_s > 0.0:
+            if separate and options.time_limit_s > 0.0:
                 _, certificate = solved(
                     self.camera.matrix,
                     self.images[:, child],
@@ -353,8 +353,8 @@ class _Reconstruction:
         return stacked(rows, (len(rows),))
 
     def reconstructibilities(self) -> list[Reconstructibility]:
-        """Return eta_a of each limb (14), about its true parent."""
-        found = []
+        """Return the reconstructibility eta_a of each limb (14), about its true parent."""
+        results = []
         for limb, (parent, child) in enumerate(WALKER14.ends):
             about = self.truth[:, parent]
             hits = ray_sphere(
@@ -364,5 +364,5 @@ class _Reconstruction:
             toward = (self.truth[:, child] - about - hits.middle) * hits.half_chord
             signs = np.where(toward.sum(axis=1) < 0.0, -1, 1)
             rows = self.basis.rows(len(used), used)
-            found.append(reconstructibility(rows, hits.middle[used], hits.half_chord[used], signs[used]))
-        return found
+            results.append(reconstructibility(rows, hits.middle[used], hits.half_chord[used], signs[used]))
+        return results

@@ -1,8 +1,8 @@
 """Error of one limb while one cause of error is swept: park2011 section 5.1, figures 3b and 3c.
 
-`RootErrorSweep` sweeps the error of the parent's trajectory, `RadiusScaleSweep` the scale of the radius that is
-assumed.  In the paper that scale is the one at the start: adjusted to the rays, the radius is refined with the
-trajectory [park2011 5].  The result of the programme alone is tabulated too, for each way of adjusting the radius.
+`RootErrorSweep` sweeps the error of the parent's trajectory, `RadiusScaleSweep` the scale of the assumed
+radius.  In the paper the scale is that of the start: the radius is adjusted to the rays, then refined with the
+trajectory [park2011 5].  Results of the programme alone are tabulated too, for each adjustment of the radius.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ from pipeline.validation import Distinct, Increasing, NonNegative, Positive
 
 @dataclass(frozen=True)
 class SweptErrors:
-    """Errors of every trial before every camera at every point of a sweep, and one trial to look at.
+    """Errors of every trial from every camera at every point of a sweep, and one trial for display.
 
     Attributes
     ----------
     rows : DataFrame
-        `LimbTrial.keys`, the point, and what was found there.
+        `LimbTrial.keys`, the point of the sweep, and the errors.
     shown : int
-        The first camera's trial whose errors are, over all points, nearest to the medians.
+        Trial of the first camera with errors nearest to the medians over all points.
     paths : (V, 2, F, 3)
-        Of that trial at every value: the child as it is and as estimated, less its true parent, over the limb's length.
+        True and estimated child of that trial at every value, relative to the true parent, over the limb's length.
     """
 
     rows: pd.DataFrame
@@ -62,32 +62,32 @@ def measured(
     sweep : LimbSweep
     inputs : LimbInputs
     errors_of : callable
-        What was found at every point for one trial, `paths` (2, F, 3) among it.
+        Returns the results of one trial at every point, with `paths` (2, F, 3).
     every : int
-        Points to a value: at the first of them the paths are kept.
+        Number of points for each value; paths are stored at the first of them.
     """
-    tried = sweep.every_trial(inputs)
-    found = map_processes(errors_of, tried, inputs.workers)
-    paths = [[row.pop("paths") for row in of_trial] for of_trial in found]
-    rows = [trial.keys | row for trial, of_trial in zip(tried, found, strict=True) for row in of_trial]
-    first = [[row["limb_error"] for row in of_trial] for of_trial in found[: sweep.trials]]
+    trials = sweep.every_trial(inputs)
+    results = map_processes(errors_of, trials, inputs.workers)
+    paths = [[row.pop("paths") for row in of_trial] for of_trial in results]
+    rows = [trial.keys | row for trial, of_trial in zip(trials, results, strict=True) for row in of_trial]
+    first = [[row["limb_error"] for row in of_trial] for of_trial in results[: sweep.trials]]
     errors = np.log(np.maximum(first, 1e-3))
-    shown = int(np.argmin(np.abs(errors - np.median(errors, axis=0)).sum(axis=1)))
-    return SweptErrors(pd.DataFrame(rows), shown, np.stack(paths[shown])[::every])
+    displayed = int(np.argmin(np.abs(errors - np.median(errors, axis=0)).sum(axis=1)))
+    return SweptErrors(pd.DataFrame(rows), displayed, np.stack(paths[displayed])[::every])
 
 
 class RootErrorSweep(LimbSweep):
-    """Error against error of the parent trajectory, in radii."""
+    """Error of a limb against the error of its parent's trajectory, in radii."""
 
     ratios: Increasing[NonNegative] = [  # root mean square error of the root, relative to the length of the limb
         0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5,
     ]  # fmt: skip
-    smooth: bool = True  # the error is in the trajectory basis; else it is white
-    noise_px: NonNegative = 0.0  # of the image
+    smooth: bool = True  # error in the trajectory basis; otherwise white noise
+    noise_px: NonNegative = 0.0  # noise of the image
     adjust: Adjustment = Adjustment.per_frame
 
     def measure(self, inputs: LimbInputs) -> SweptErrors:
-        """Return the errors of every trial for every error of its parent, whose course is the same at all sizes."""
+        """Return the errors of every trial for every error of its parent, which differs only in size."""
         basis = inputs.model_options.limb_basis()
 
         def errors_of(trial: LimbTrial) -> list[dict[str, Any]]:
@@ -116,11 +116,11 @@ class RootErrorSweep(LimbSweep):
 
 
 REFINED = "refined"
-"""Adjusted in all frames, then refined with the trajectory: as in the paper; certificates are those of the start."""
+"""Radius adjusted in all frames, then refined with the trajectory, as in the paper; certificates are of the start."""
 
-MOST_STEPS = 100
-"""Of a refinement: before a camera that shakes most end after 50; before a still one many would go on for hundreds, in
-which the image hardly changes."""
+MAX_STEPS = 100
+"""Largest number of steps of a refinement.  With a shaky camera most end after 50 steps; with a still camera many would
+take hundreds, with hardly any change of the image."""
 
 _ADJUSTED = partial(Style, line="dashed", banded=False)
 STYLES = {
@@ -129,22 +129,22 @@ STYLES = {
     "robust": _ADJUSTED(f"one for {100.0 * ROBUST_QUANTILE:g} % of the frames", "green"),
     "per_frame": _ADJUSTED("longer where a ray misses", "orange"),
 }
-"""Looks of the ways of adjusting the radius, by name."""
+"""Styles of the adjustments of the radius, by name."""
 
 ANY_FACTOR = 100.0
-"""How far the radius may go from where it starts: from each scale to the truth."""
+"""Largest factor between the radius and its start, so that every scale can reach the truth."""
 
 
 class RadiusScaleSweep(LimbSweep):
-    """Error against scale of the radius that is assumed."""
+    """Error of a limb against the scale of its assumed radius."""
 
-    scales: Increasing[Positive] = [  # of the length of the limb that is assumed, relative to the true one
+    scales: Increasing[Positive] = [  # assumed length of the limb relative to the true one
         0.01, 0.03, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0, 1.1, 1.3, 2.0, 3.0, 10.0, 30.0, 100.0,
     ]  # fmt: skip
-    adjusts: Distinct[Adjustment] = [  # the first as in the paper
+    adjusts: Distinct[Adjustment] = [  # the first is that of the paper
         Adjustment["global"], Adjustment.per_frame, Adjustment.robust,
     ]  # fmt: skip
-    noise_px: NonNegative = 0.0  # of the image
+    noise_px: NonNegative = 0.0  # noise of the image
 
     def measure(self, inputs: LimbInputs) -> SweptErrors:
         """Return the errors of every trial for every scale and every way of adjusting the radius to the rays."""
@@ -158,16 +158,16 @@ class RadiusScaleSweep(LimbSweep):
 
     @property
     def ways(self) -> list[str]:
-        """What is made of a radius: refined, then each adjustment alone."""
+        """Treatments of the radius: refined, then each adjustment alone."""
         return [REFINED, *map(str, self.adjusts)]
 
 
 Score = tuple[dict[str, float], float, np.ndarray]
-"""Errors, the radius, mm, and the relative trajectory (F, 3), mm."""
+"""Errors, radius in mm, and relative trajectory (F, 3) in mm."""
 
 
 class _Ways:
-    """One limb, whose choices are known by the radius after adjustment, which is all that matters."""
+    """Results for one limb, cached by the radius after adjustment, on which alone they depend."""
 
     def __init__(self, sweep: RadiusScaleSweep, trial: LimbTrial, basis: TrajectoryBasis) -> None:
         self.sweep, self.trial, self.basis = sweep, trial, basis
@@ -208,11 +208,11 @@ class _Ways:
         return limb_errors(self.trial, choice), choice.hits.radius, choice.relative
 
     def _refined(self, choice: LimbChoice) -> Score:
-        """Return the same once angles and radius are refined together by reprojection error [park2011 5]."""
+        """Return the score after angles and radius are refined together by reprojection error [park2011 5]."""
         trial, frames = self.trial, len(choice.used)
         images = np.full((frames, 2, 2), np.nan)
         images[:, 1] = self.pixels
-        found = refine(
+        refinement = refine(
             images,
             trial.view,
             trial.parent,
@@ -224,10 +224,10 @@ class _Ways:
                 cutoff=choice.basis.cutoff,
                 free_lengths=True,
                 length_factor=ANY_FACTOR,
-                max_iterations=MOST_STEPS,
+                max_iterations=MAX_STEPS,
             ),
         )
-        relative = found.relative[:, 0]
+        relative = refinement.relative[:, 0]
         error = distance(relative, trial.relative) / trial.length
         off = np.linalg.norm(relative - trial.relative) / np.linalg.norm(trial.child)
         errors = {
@@ -235,4 +235,4 @@ class _Ways:
             "relative_error": round(float(off), 12),
             "error_up_to_mirror": min(error, limb_errors(trial, choice)["error_up_to_mirror"]),
         }
-        return errors, found.lengths[0], relative
+        return errors, refinement.lengths[0], relative

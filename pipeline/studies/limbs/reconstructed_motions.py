@@ -1,4 +1,4 @@
-"""Reconstructions of whole skeletons before several cameras, and their errors: what figure 4 of park2011 shows."""
+"""Reconstructions of whole skeletons from several cameras, and their errors: park2011 figure 4."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Motions:
     ----------
     cameras : (C,) text
     stretch : (N,) int
-        Of the data set.
+        Numbers of the stretches in the data set.
     truth : (N, F, 15, 3)
         mm.
     positions : (N, C, F, 15, 3)
@@ -24,9 +24,9 @@ class Motions:
     images : (N, C, F, 15, 2)
         px.
     camera_matrix : (N, C, F, 3, 4)
-        A homogeneous point of the world, mm, to one of the image, px.
+        Maps a homogeneous point of the world, mm, to one of the image, px.
     azimuth_rad : (N, C)
-        Of the camera in its middle frame.
+        Azimuth of the camera in its middle frame.
     mirror_margin : (N, C, 14)
     """
 
@@ -42,17 +42,17 @@ class Motions:
 
 @dataclass(frozen=True)
 class MotionsOfBoth:
-    """The same clips with the mirror of each limb as the limb alone chooses it, and tried in the whole skeleton.
+    """Reconstructions with the mirrors that each limb chooses, and with mirrors tried in the whole skeleton.
 
     Attributes
     ----------
     as_chosen, mirrors_tried : Motions
     clips, joints, limbs : DataFrame
-        A row to each clip and camera; to each joint but the root of these; to each limb, with its objectives and bound,
-        mm², of the programme's signs, of the trajectory that was made of them, and of the best that is known on the
-        same programme.  ``mirrors_tried`` says which of both; certificates beside are made of the first alone.
+        Rows by clip and camera; by joint except the root; by limb, with objectives and bound, mm²: of the programme's
+        signs, of the resulting trajectory, and of the best known solution of the same programme.  ``mirrors_tried``
+        distinguishes the variants; only the first has separate certificates.
     papers : DataFrame
-        A row to each clip and camera, measured in the paper's conditions.
+        A row for each clip and camera, in the paper's conditions.
     """
 
     as_chosen: Motions

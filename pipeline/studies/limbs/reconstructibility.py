@@ -1,7 +1,7 @@
-"""Error of one limb against its reconstructibility, before still, moving and shaky cameras: park2011 section 4.
+"""Error of one limb against its reconstructibility, for still, moving and shaky cameras: park2011 section 4.
 
-The truth gives eta_a; the mirror margin, which needs no truth, is measured beside it.  Some of the trials are refined
-by reprojection error from other starts as well, to see whether the choice among candidates is needed.
+eta_a is computed from the truth; the mirror margin needs no truth.  Some trials are also refined by reprojection error
+from other starts, to test if the choice among candidates is needed.
 """
 
 from __future__ import annotations
@@ -32,27 +32,27 @@ from pipeline.studies.limbs.trials import LimbInputs, LimbSweep, LimbTrial
 from pipeline.validation import Count, Distinct, NonNegative
 
 STARTS = ("programme", "random_signs", "mean_direction")
-"""Of the refinement: the chosen candidates, candidates by the toss of a coin, one direction for all frames."""
+"""Starts of the refinement: the chosen candidates, random candidates, one direction for all frames."""
 
 ROUNDING = 1e-12
-"""Part of a matrix's largest element that may be rounding."""
+"""Largest rounding error, relative to a matrix's largest element."""
 
 SINGULAR = 1e-8
-"""Smallest to largest eigenvalue below which a matrix is singular: the root of the machine's precision, about."""
+"""Ratio of smallest to largest eigenvalue below which a matrix is singular: about the root of machine precision."""
 
 
 @dataclass(frozen=True)
 class LimbReconstructibilities:
-    """Error and reconstructibility of every trial before every camera.
+    """Error and reconstructibility of every trial from every camera.
 
     Attributes
     ----------
     rows : DataFrame
-        `LimbTrial.keys` and what was found; ``reconstructibility`` is eta_a by the reading that was asked for.
+        `LimbTrial.keys` and the results; ``reconstructibility`` is eta_a by the reading of the options.
     starts : DataFrame
-        Of the trials that are refined as well, a row to each of `STARTS`.
+        A row for each of `STARTS`, for the trials that are also refined.
     paths : (N, 3, F, 3)
-        Of each row, relative trajectories of truth, impostor and estimate over the limb's length.
+        Relative trajectories of truth, impostor and estimate for each row, over the limb's length.
     """
 
     rows: pd.DataFrame
@@ -61,16 +61,16 @@ class LimbReconstructibilities:
 
 
 class ReconstructibilitySweep(LimbSweep):
-    """Error against reconstructibility [park2011 13]."""
+    """Error of a limb against its reconstructibility [park2011 13]."""
 
     cameras: Distinct[Camera] = [Camera.still, Camera.moving, Camera.shaky]
     reading: Reading = Reading.vector
-    noise_px: NonNegative = 0.0  # of the image
+    noise_px: NonNegative = 0.0  # noise of the image
     adjust: Adjustment = Adjustment.per_frame
-    refined: Count = 10  # trials of each camera whose reprojection error is refined from other starts as well
+    refined: Count = 10  # number of trials of each camera that are also refined from other starts
 
     def measure(self, inputs: LimbInputs) -> LimbReconstructibilities:
-        """Return error and reconstructibility of every trial before every camera."""
+        """Return error and reconstructibility of every trial from every camera."""
         basis = inputs.model_options.limb_basis()
         trials = self.every_trial(inputs)
         choices = map_processes(
@@ -79,23 +79,27 @@ class ReconstructibilitySweep(LimbSweep):
             inputs.workers,
         )
         pairs = list(zip(trials, choices, strict=True))
-        found = map_processes(lambda pair: _compared_with_truth(*pair), pairs, inputs.workers)
+        results = map_processes(lambda pair: _compared_with_truth(*pair), pairs, inputs.workers)
         starts = map_processes(
             lambda pair: _from_each_start(*pair, noise_px=self.noise_px, seed=inputs.seed),
             [(trial, choice) for trial, choice in pairs if trial.number < self.refined],
             inputs.workers,
         )
-        paths = np.stack([row.pop("paths") for row in found])
-        rows = pd.DataFrame([trial.keys | row for trial, row in zip(trials, found, strict=True)])
+        paths = np.stack([row.pop("paths") for row in results])
+        rows = pd.DataFrame([trial.keys | row for trial, row in zip(trials, results, strict=True)])
         rows.insert(4, "reconstructibility", rows[f"reconstructibility_{self.reading}"])
-        # The errors, dealt out among all trials at random.
-        dealt = derive_generator(inputs.seed, "sweep:reconstructibility:shuffled").permutation(len(rows))
-        rows.insert(len(rows.columns) - 2, "limb_error_shuffled", rows["limb_error"].to_numpy()[dealt])
-        return LimbReconstructibilities(rows, pd.DataFrame([row for of in starts for row in of]), paths)
+        # Random permutation of the errors among all trials.
+        permutation = derive_generator(inputs.seed, "sweep:reconstructibility:shuffled").permutation(
+            len(rows)
+        )
+        rows.insert(len(rows.columns) - 2, "limb_error_shuffled", rows["limb_error"].to_numpy()[permutation])
+        return LimbReconstructibilities(
+            rows, pd.DataFrame([row for rows_of_trial in starts for row in rows_of_trial]), paths
+        )
 
 
 def _compared_with_truth(trial: LimbTrial, choice: LimbChoice) -> dict[str, Any]:
-    """What a row holds of one trial; objectives in mm²."""
+    """Return the results of one trial; objectives in mm²."""
     hits, used, solution = choice.hits, choice.used, choice.solution
     signs = true_signs(choice, trial.relative)
     rows = choice.basis.rows(len(used), used)
@@ -107,7 +111,7 @@ def _compared_with_truth(trial: LimbTrial, choice: LimbChoice) -> dict[str, Any]
     weight = (half**2).sum(axis=1)
     matrix = (np.eye(len(rows)) - rows @ rows.T) * (half @ half.T)
     spectrum = np.linalg.eigvalsh(matrix)
-    beside = matrix[~np.eye(len(matrix), dtype=bool)]
+    off_diagonal = matrix[~np.eye(len(matrix), dtype=bool)]
     return {
         "reconstructibility_vector": reconstructibility_of(choice, trial.relative).ratio,
         "reconstructibility_angle": reconstructibility(
@@ -119,13 +123,13 @@ def _compared_with_truth(trial: LimbTrial, choice: LimbChoice) -> dict[str, Any]
         "truth_objective": outside(rows, truth[used]) ** 2,
         "impostor_objective": outside(rows, impostor[used]) ** 2,
         "confidence": confidence_of_mirror_margin(solution.margin),
-        # Whether most of the chosen candidates are the impostor's.
+        # True if most of the chosen candidates are the impostor's.
         "taken_impostor": bool((weight * solution.signs * signs[used]).sum() < 0),
         **baselines.limb_errors(trial),
-        # Where the basis alone says little, rounding is amplified: six digits are those of any processor.
+        # An ill-conditioned basis amplifies rounding: six digits are the same on every processor.
         "basis_alone_error": float(f"{distance(alone, trial.relative[used]) / trial.length:.6g}"),
-        # Of the programme's matrix: its elements beside the diagonal, and its smallest to largest eigenvalue.
-        "positive_off_diagonal": (beside > ROUNDING * np.abs(matrix).max()).mean(),
+        # Matrix of the programme: off-diagonal elements, and ratio of smallest to largest eigenvalue.
+        "positive_off_diagonal": (off_diagonal > ROUNDING * np.abs(matrix).max()).mean(),
         "numerically_singular": bool(spectrum[-1] <= 0 or spectrum[0] / spectrum[-1] < SINGULAR),
         "paths": np.stack([trial.relative, impostor, choice.relative]) / trial.length,
     }
@@ -134,11 +138,11 @@ def _compared_with_truth(trial: LimbTrial, choice: LimbChoice) -> dict[str, Any]
 def _from_each_start(
     trial: LimbTrial, choice: LimbChoice, *, noise_px: float, seed: int
 ) -> list[dict[str, Any]]:
-    """Return a row to each of `STARTS` of the refinement."""
+    """Return a row for each of `STARTS` of the refinement."""
     generator = derive_generator(seed, f"sweep:starts:{trial.number}:{trial.camera}")
     frames = len(choice.used)
     tossed = np.where(generator.random(choice.used.sum()) < 0.5, -1, 1)
-    # The mirror of a solution is whatever signs it says.
+    # The mirror of a choice uses any signs in `mirror_signs`.
     by_coin = replace(choice, solution=replace(choice.solution, mirror_signs=tossed), mirrored=False).mirror
     mean = choice.hits.middle[choice.used].mean(axis=0)
     towards = mean if np.linalg.norm(mean) > 0 else choice.hits.half_chord[choice.used][0]
@@ -163,9 +167,9 @@ def _from_each_start(
             "camera": trial.camera,
             "trial": trial.number,
             "clip": trial.clip,
-            "limb_error": distance(found.relative[:, 0], trial.relative) / trial.length,
-            "reprojection_error_px": found.reprojection_error_px,
-            "converged": found.converged,
+            "limb_error": distance(refinement.relative[:, 0], trial.relative) / trial.length,
+            "reprojection_error_px": refinement.reprojection_error_px,
+            "converged": refinement.converged,
         }
-        for start, found in zip(STARTS, refined, strict=True)
+        for start, refinement in zip(STARTS, refined, strict=True)
     ]

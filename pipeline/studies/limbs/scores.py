@@ -10,7 +10,7 @@ from pipeline.core.reconstructibility import Reconstructibility, reconstructibil
 from pipeline.studies.limbs.trials import ROOT, LimbTrial
 
 SUCCESS = 0.1
-"""Of a limb's length: a mean error below it counts as success."""
+"""Mean error, relative to a limb's length, below which a reconstruction is a success."""
 
 MIN_DRAWN = 1e-3
 """Smallest error that is drawn on a logarithmic axis, over the limb's length; smaller ones are clamped."""
@@ -26,7 +26,7 @@ def limb_errors(
     trial : LimbTrial
     choice : LimbChoice
     parent : (F, 3), optional
-        Trajectory that was taken for the parent's, mm; the true one by default.
+        Assumed trajectory of the parent, mm; the true one by default.
 
     Returns
     -------
@@ -47,7 +47,7 @@ def limb_errors(
 
 
 def certificate(choice: LimbChoice) -> dict[str, float]:
-    """Return what is known of the best signs, as `BinarySolution`: objective and bound in mm²."""
+    """Return the certificate of the signs, as in `BinarySolution`: objective and bound in mm²."""
     return {name: getattr(choice.solution, name) for name in ("proved", "objective", "lower_bound")}
 
 
@@ -56,13 +56,13 @@ def distance(a: np.ndarray, b: np.ndarray) -> float:
 
     Notes
     -----
-    To nine decimals: smaller differences are rounding, and errors are ranked.
+    The result is rounded to nine decimals, so that rounding errors do not change ranks.
     """
     return round(float(np.linalg.norm(a - b, axis=-1).mean()), 9)
 
 
 def true_signs(choice: LimbChoice, relative: np.ndarray) -> np.ndarray:
-    """Return -1 or +1 (F,), the candidate that is nearer to the truth; +1 where there is no choice."""
+    """Return the sign -1 or +1 (F,) of the candidate nearer to the truth; +1 if both are the same."""
     along = ((relative - choice.hits.middle) * choice.hits.rays.direction).sum(axis=1)
     return np.where(along < 0, -1, 1)
 
@@ -76,16 +76,16 @@ def reconstructibility_of(choice: LimbChoice, relative: np.ndarray) -> Reconstru
 
 
 def better_of_mirrors(truth: np.ndarray, skeleton: Reconstruction) -> np.ndarray:
-    """Return positions (F, 15, 3), mm, with of every limb and its mirror the one nearer to the truth, not refined.
+    """Return positions (F, 15, 3), mm, with the better of every limb and its mirror, not refined.
 
-    The error that is left does not come from the choice between the two.
+    The remaining error does not come from the choice between the two.
 
     Parameters
     ----------
     truth : (F, 15, 3)
         mm.
     skeleton : Reconstruction
-        What is known of it; limbs as they are chosen there.
+        Reconstruction whose choices of limbs are used.
     """
     tree = LimbTree(WALKER14, skeleton.root)
     for limb, (parent, child) in zip(WALKER14.limbs, WALKER14.ends, strict=True):
@@ -96,7 +96,7 @@ def better_of_mirrors(truth: np.ndarray, skeleton: Reconstruction) -> np.ndarray
 
 
 def acceleration_ratio(positions: np.ndarray, truth: np.ndarray) -> np.ndarray:
-    """Return the rms acceleration (…) of reconstructions (…, F, 15, 3) about the pelvis, over that of truths."""
+    """Return the rms acceleration (…) of reconstructions (…, F, 15, 3) about the pelvis, relative to the truth."""
     power = [
         np.square(np.diff(p - p[..., [ROOT], :], n=2, axis=-3)).mean(axis=(-3, -2, -1))
         for p in (positions, truth)
@@ -105,12 +105,12 @@ def acceleration_ratio(positions: np.ndarray, truth: np.ndarray) -> np.ndarray:
 
 
 def length_changes(positions: np.ndarray) -> np.ndarray:
-    """Return the largest relative change of the length of each limb (14,); to twelve decimals, the rest is rounding."""
+    """Return the largest relative change of the length of each limb (14,), rounded to twelve decimals."""
     sizes = np.linalg.norm(relative_trajectories(WALKER14, positions), axis=-1)
     return np.abs(sizes / sizes.mean(axis=0) - 1.0).max(axis=0).round(12)
 
 
 def error_about_root(positions: np.ndarray, truth: np.ndarray) -> np.ndarray:
     """Return the distance (F, 15) of joints from the truth, both relative to the pelvis, mm."""
-    apart = positions - positions[:, [ROOT]] - (truth - truth[:, [ROOT]])
-    return np.linalg.norm(apart, axis=-1)
+    difference = positions - positions[:, [ROOT]] - (truth - truth[:, [ROOT]])
+    return np.linalg.norm(difference, axis=-1)

@@ -1,4 +1,4 @@
-"""Random limbs of random stretches before cameras on random sides: park2011 section 5.1."""
+"""Trials: random limbs of random stretches, seen by cameras on random sides: park2011 section 5.1."""
 
 from __future__ import annotations
 
@@ -32,23 +32,23 @@ ROOT = WALKER14.joints.index(WALKER14.root)
 
 @dataclass(frozen=True)
 class LimbTrial:
-    """One limb of one stretch before one camera.
+    """One limb of one stretch in front of one camera.
 
     Attributes
     ----------
     number, limb : int
-        Of the trial, and in ``WALKER14.limbs``.
+        Number of the trial, and of the limb in ``WALKER14.limbs``.
     clip : str
     camera : Camera
     view : Pinhole
     images : (F, 2)
-        px, without noise.
+        Images without noise, px.
     noise : (F, 2)
-        Standard normal.
+        Standard normal noise.
     parent, child : (F, 3)
         True trajectories of both ends, mm.
     length : float
-        Mean over the whole stretch, mm.
+        Mean length over the whole stretch, mm.
     """
 
     number: int
@@ -64,7 +64,7 @@ class LimbTrial:
 
     @property
     def keys(self) -> dict[str, Any]:
-        """Which trial a row is of."""
+        """Columns that identify the trial."""
         limb = WALKER14.limbs[self.limb]
         return {"trial": self.number, "clip": self.clip, "limb": limb, "camera": self.camera}
 
@@ -75,11 +75,13 @@ class LimbTrial:
 
 
 class LimbSweep(CameraSweep):
-    """A sweep over limbs, the same ones at every point."""
+    """Sweep over limbs, the same limbs at every point."""
 
-    trials: Annotated[int, bounded(at_least=1, at_most=1_000_000)] = scaled(value="trials")  # of every point
-    cameras: Distinct[Camera] = [Camera.shaky, Camera.still]  # the first is drawn
-    time_limit_s: NonNegative = 5.0  # nominal, of each certificate: a count of operations, as `minimise` says
+    trials: Annotated[int, bounded(at_least=1, at_most=1_000_000)] = scaled(
+        value="trials"
+    )  # number at every point
+    cameras: Distinct[Camera] = [Camera.shaky, Camera.still]  # cameras; figures show the first
+    time_limit_s: NonNegative = 5.0  # nominal, per certificate (see `minimise`)
 
     def trial(self, stretches: LimbStretches, number: int, camera: Camera, seed: int) -> LimbTrial:
         """Return a trial by its number: stretch, limb and side are the same for every camera."""
@@ -106,7 +108,7 @@ class LimbSweep(CameraSweep):
         )
 
     def every_trial(self, inputs: LimbInputs) -> list[LimbTrial]:
-        """Return all trials before each camera in turn."""
+        """Return all trials, camera by camera."""
         return [
             self.trial(inputs.dataset, number, camera, inputs.seed)
             for camera in self.cameras
@@ -124,7 +126,7 @@ class LimbSweep(CameraSweep):
         scale: float = 1.0,
         time_limit_s: float | None = None,
     ) -> LimbChoice:
-        """Return what the programme makes of a trial.
+        """Return the choice of the programme for a trial.
 
         Parameters
         ----------
@@ -132,13 +134,13 @@ class LimbSweep(CameraSweep):
         basis : TrajectoryBasis
         adjust : Adjustment
         noise_px : float
-            Of the images.
+            Noise of the images.
         parent : (F, 3), optional
-            Trajectory that is taken for the parent's, mm; the true one by default.
+            Assumed trajectory of the parent, mm; the true one by default.
         scale : float
-            Of the length that is assumed; 1 is the true one.
+            Assumed length relative to the true one.
         time_limit_s : float, optional
-            That of the sweep by default.
+            Nominal time for the certificate; that of the sweep by default.
         """
         return choose_limb(
             trial.view.matrix,
@@ -163,7 +165,7 @@ def wrong_trajectory(
     frames : int
     size_mm : float
     components : int or None
-        Of the basis; None for white noise.
+        Number of cosines of the basis; None for white noise.
     """
     if components is None:
         error = generator.standard_normal((frames, 3))
@@ -173,14 +175,14 @@ def wrong_trajectory(
 
 
 def stacked(rows: Sequence[Mapping[str, Any]], shape: Sequence[int]) -> dict[str, np.ndarray]:
-    """Return what was found at every point of a grid, by name, as arrays whose first axes are those of the grid.
+    """Return the results at every point of a grid, by name, as arrays whose first axes are those of the grid.
 
     Parameters
     ----------
     rows : sequence of mapping
-        Of the points of the grid, the last axis fastest.
+        Results at the points of the grid, the last axis fastest.
     shape : sequence of int
-        Of the grid.
+        Shape of the grid.
 
     Examples
     --------

@@ -1,6 +1,6 @@
-"""Experiment 1: every walker reconstructed from every known view by the model that has not seen it.
+"""Experiment 1: reconstruction of every walker from every known view, with a model learnt without that walker.
 
-Section 4.2 of both papers.  Folds, view angles and sigma² are axes of arrays here; folds run in processes.
+Section 4.2 of both papers.  Folds, view angles and sigma² are axes of arrays; folds run in parallel processes.
 """
 
 from __future__ import annotations
@@ -27,24 +27,24 @@ from pipeline.validation import Distinct, Finite, Positive
 
 Inputs = SweepInputs[object, FourierSamples, Eigenwalkers]
 BLOCKS = 250
-"""At most, of walkers whose errors at every view and sigma² are summed, a megabyte of each block."""
+"""Largest number of blocks of walkers.  A block returns a megabyte: its summed errors at every view and sigma²."""
 
 
 class Truth(StrEnum):
-    """What a reconstruction is compared with."""
+    """Ground truth of the errors."""
 
     motion = "motion"
-    """The recorded motion, what two harmonics leave of it included."""
+    """Recorded motion, including the residual that two harmonics leave."""
     fourier = "fourier"
 
 
 class MissingVariance(StrEnum):
-    """What the relative error is relative to."""
+    """Denominator of the relative error."""
 
     temporal = "temporal"
-    """The variance over time of each joint, averaged over joints."""
+    """Variance over time of each joint, averaged over joints."""
     overall = "overall"
-    """The variance of all joints and instants about their common mean."""
+    """Variance of all joints and instants about their common mean."""
 
 
 @dataclass(frozen=True)
@@ -54,11 +54,12 @@ class MapErrors:
     Attributes
     ----------
     walker_mm2 : (R, S)
-        For every walker, mean over views; no columns if MAP was not tried.
+        Error of each walker, mean over views; no columns without MAP.
     view_mm2 : (A, S)
-        At every view, mean over walkers.
+        Error at each view, mean over walkers.
     nested : (R,) or (0,) int
-        Which sigma² others choose for each walker, on models without that walker; empty where people are too few.
+        Index of the sigma² that other people choose for each walker, with models without that walker; empty if people
+        are too few.
     """
 
     walker_mm2: np.ndarray
@@ -68,16 +69,16 @@ class MapErrors:
 
 @dataclass(frozen=True)
 class KnownViewErrors:
-    """Errors of both approaches and of baselines from every view, and what they reconstruct.
+    """Errors of both approaches and of baselines from every view, with their reconstructions.
 
     Attributes
     ----------
     rows, joints, demonstrations : DataFrame
-        A row to each walker, method or baseline, and view; joint, mean over views (NaN if it was not measured); and
-        demonstration view.
+        Errors of each walker by method or baseline, and by view (`rows`), joint (`joints`: mean over views, NaN if the
+        joint was not measured) and demonstration view (`demonstrations`).
     coefficients : DataFrame
-        A row to each walker and method: the share of coefficients, over views and eigenwalkers, that exceed the largest
-        of training; the share of views at which one exceeds it twofold; and the same of the walker seen whole.
+        A row for each walker and method: share of coefficients, over views and eigenwalkers, that exceed the largest of
+        training; share of views with a coefficient above twice the largest; both again for the full 3D walk.
     person : (R,) text
     map_errors : MapErrors
     methods : (M,) text
@@ -87,13 +88,13 @@ class KnownViewErrors:
     missing : (M, R, V, 1 + 2H, 15)
         Fourier coefficients of the missing dimension at the demonstration views, at phase zero.
     average_walker : (R, V, 1 + 2H, 15)
-        The same of the average walker.
+        The same for the average walker.
     unmeasured : (R, 15) bool
         Joints that are estimated or dropped; they have no errors.
     original : (R, 1 + 2H, 15, 3)
         Fourier representations of the walks that the demonstrations reconstruct.
     stride_hz : (R,)
-        Their fundamental frequencies.
+        Fundamental frequencies of the walks.
     """
 
     rows: pd.DataFrame
@@ -126,13 +127,13 @@ class KnownViewErrors:
         )
 
     def chosen(self, walker: Sequence[str]) -> pd.DataFrame:
-        """Return the rows of `sigma2` that others choose for each of these walkers (R,)."""
+        """Return the rows of `sigma2` with the sigma² that other people choose for each of these walkers (R,)."""
         nested = self.map_errors.nested
         return self.sigma2(walker).iloc[np.arange(len(nested)) * len(self.sigma2_mm2) + nested]
 
 
-class _SeenWalker:
-    """Errors of one walk of a data set seen from A known views, phase and frequency known from the 3D motion.
+class _WalkErrors:
+    """Errors of one walk from A known views, with phase and frequency from the 3D motion.
 
     Joints that were not measured are neither observed nor compared: errors that contain them are NaN.
 
@@ -141,7 +142,7 @@ class _SeenWalker:
     data : FourierSamples
     walk : Walk
     view : (A,)
-        rad.
+        View angles, rad.
     """
 
     def __init__(self, data: FourierSamples, walk: Walk, view: np.ndarray) -> None:
@@ -153,11 +154,11 @@ class _SeenWalker:
         self, temporal: np.ndarray, average: np.ndarray, kind: str, of_motion: bool
     ) -> np.ndarray:
         """Variance (A,) of the missing dimension of measured joints: of the motion, or of its Fourier part."""
-        covariance, seen = temporal if of_motion else temporal - self._residual, self._walk.measured
-        return errors.missing_variance(covariance[seen], average[seen], self._view, kind=kind)
+        covariance, measured = temporal if of_motion else temporal - self._residual, self._walk.measured
+        return errors.missing_variance(covariance[measured], average[measured], self._view, kind=kind)
 
     def error_path(self, fold: Fold, noise_variances: np.ndarray) -> np.ndarray:
-        """E_a of MAP for every view and sigma², residual left out; mean over the joints that were measured."""
+        """Error E_a of MAP for every view and sigma², without the residual; mean over the measured joints."""
         measured = self._walk.measured
         model = linear_model.of_measured(fold.model, measured)
         path = reconstruction.NoisePath(model, self._view, noise_variances).error(self._walk.sample)
@@ -168,14 +169,12 @@ class KnownView(Sweep):
     """Reconstruction at a known view angle."""
 
     view_angle_deg: Swept = scaled(start=-90, stop=90, step="view_step_deg")  # true views
-    sigma2_mm2: Swept = scaled(
-        start=1, stop=625, step="sigma2_step_mm2"
-    )  # noise variances that approach II is tried with
-    methods: Methods = list(PUBLISHED)  # that are compared
+    sigma2_mm2: Swept = scaled(start=1, stop=625, step="sigma2_step_mm2")  # noise variances of approach II
+    methods: Methods = list(PUBLISHED)  # methods to compare
     noise_variance_mm2: Positive = 70.0  # sigma² of approach II
     truth: Truth = Truth.motion
     missing_variance: MissingVariance = MissingVariance.temporal
-    demonstration_views_deg: Distinct[Finite] = [0.0, 30.0, 90.0]  # views whose reconstructions are kept
+    demonstration_views_deg: Distinct[Finite] = [0.0, 30.0, 90.0]  # views whose reconstructions are stored
 
     def with_methods(self, names: Sequence[str]) -> KnownView:
         """Return the sweep with further methods."""
@@ -187,7 +186,7 @@ class KnownView(Sweep):
         return methods.modules(self.methods)
 
     def measure(self, inputs: Inputs) -> KnownViewErrors:
-        """Return what both approaches reconstruct from every view, and how far it is off."""
+        """Return the reconstructions by all methods from every view, and their errors."""
         view_deg = self.view_angle_deg.values("sweep.view_angle_deg")
         sigma2 = self.sigma2_mm2.values("sweep.sigma2_mm2")
         data, options = inputs.dataset, inputs.model_options
@@ -201,19 +200,19 @@ class KnownView(Sweep):
         total: np.ndarray = np.zeros((1, 1))
 
         def block(walkers: range) -> list[Any]:
-            """Return what `_fold` does, but of all these walkers the sum of the errors of MAP and each one's mean."""
+            """Return the results of `_fold` for these walkers; MAP's errors are averaged by walker and summed."""
             folds = [self._fold(inputs, r, compared, prepared, (view_deg, sigma2)) for r in walkers]
             *others, paths = zip(*folds, strict=True)
             return [*others, [path.mean(axis=0) for path in paths], sum(paths)]
 
-        for frames, shown, mean, of_walker, path in map_processes(block, blocks, inputs.workers):
+        for frames, depths, mean, of_walker, path in map_processes(block, blocks, inputs.workers):
             for of_frames in frames:
                 for name, rows in of_frames.items():
                     parts[name] += rows
-            missing += shown
+            missing += depths
             average += mean
             of_walkers += of_walker
-            total = total + path  # (A, S), no S if MAP is not tried
+            total = total + path  # (A, S); S is 0 without MAP
         nested = np.empty(0, int)
         if total.shape[1]:
             nested = nested_choice(data, options, np.radians(view_deg), sigma2, inputs.workers)
@@ -249,25 +248,29 @@ class KnownView(Sweep):
         view_deg, sigma2 = grids
         fold, walk = methods.held_out(data, model, r, self.noise_variance_mm2)
         views = [np.radians(angles) for angles in (view_deg, self.demonstration_views_deg)]
-        everywhere, demonstration = (_SeenWalker(data, walk, view) for view in views)
-        power, shown_power = (s.residual_power * of_motion for s in (everywhere, demonstration))
+        everywhere, demonstration = (_WalkErrors(data, walk, view) for view in views)
+        power, demonstration_power = (s.residual_power * of_motion for s in (everywhere, demonstration))
         variance = everywhere.missing_variance(
             data.temporal_covariance[r], data.coefficients[r, 0], self.missing_variance.value, of_motion
         )
         limit = linear_model.largest_coefficients(fold.model, model.samples[data.person != data.person[r]])
-        own = linear_model.coefficients(fold.model, model.samples[r : r + 1], measured=walk.measured)
-        own = np.abs(own[0]) / limit
+        reference = linear_model.coefficients(fold.model, model.samples[r : r + 1], measured=walk.measured)
+        reference = np.abs(reference[0]) / limit
         walker = {"person": data.person[r], "walker": data.clip[r]}
         rows: dict[str, list[dict[str, Any]]] = defaultdict(list)
         missing: dict[str, np.ndarray] = {}
-        for method in sorted(methods.with_baselines(compared), key=lambda each: each.name):  # as tables are
-            own_fold = replace(fold, prepared=prepared.get(method.name))
-            here, there = (method.apply(own_fold, walk, angles) for angles in views)
-            missing[method.name] = there.missing
-            of_joints = errors.absolute_error(here.delta, power)
+        for method in sorted(
+            methods.with_baselines(compared), key=lambda each: each.name
+        ):  # in the order of the tables
+            prepared_fold = replace(fold, prepared=prepared.get(method.name))
+            reconstruction, demonstrated = (method.apply(prepared_fold, walk, angles) for angles in views)
+            missing[method.name] = demonstrated.missing
+            of_joints = errors.absolute_error(reconstruction.delta, power)
             absolute = errors.walker_error(of_joints)
             relative = errors.relative_error(of_joints, variance[:, None])
-            shown = errors.walker_error(errors.absolute_error(there.delta, shown_power))
+            demonstration_error = errors.walker_error(
+                errors.absolute_error(demonstrated.delta, demonstration_power)
+            )
             measured: dict[str, dict[str, Any]] = {
                 "rows": {
                     "view_angle_deg": view_deg,
@@ -279,16 +282,16 @@ class KnownView(Sweep):
                 "joints": {"joint": WALKER15.joints, "absolute_error_mm2": of_joints.mean(axis=0)},
                 "demonstrations": {
                     "view_angle_deg": self.demonstration_views_deg,
-                    "rms_error_mm": np.sqrt(shown),
+                    "rms_error_mm": np.sqrt(demonstration_error),
                 },
             }
             if method in compared:
-                over = np.abs(here.coefficients) / limit
+                over = np.abs(reconstruction.coefficients) / limit
                 measured["coefficients"] = {
                     "coefficients_beyond": [(over > 1).mean()],
-                    "own_coefficients_beyond": (own > 1).mean(),
+                    "own_coefficients_beyond": (reference > 1).mean(),
                     "views_far_beyond": (over > 2).any(axis=1).mean(),
-                    "own_far_beyond": float((own > 2).any()),
+                    "own_far_beyond": float((reference > 2).any()),
                 }
             for name, columns in measured.items():
                 rows[name].append({**walker, "method": method.name, **columns})

@@ -1,4 +1,4 @@
-"""Measures that only the tables of walks ask for: zhang2004 and zhang2007."""
+"""Measures for the tables of walks: zhang2004 and zhang2007."""
 
 from __future__ import annotations
 
@@ -9,16 +9,15 @@ from pipeline.studies.measures import Count, distinct, mean, ratio_percent
 from pipeline.studies.rows import Expression, Number, Rows, Table, require_columns, rows_of, values, whole
 
 BANDS_DEG = {"frontal": (0.0, 10.0), "oblique": (30.0, 60.0), "profile": (80.0, 90.0)}
-"""Bands of the view angle, degrees either side of the frontal view, the same for every claim: the papers name these
-views without limits."""
+"""Bands of the view angle, degrees on either side of the frontal view; the papers name these views without limits."""
 
 
 def representation_length(
     joints_table: Table, harmonics_table: Table, coordinates: int, frequency: bool = False
 ) -> Count:
-    """Length of a Fourier representation: joints × coordinates × (1 + 2 harmonics), as the tables name them.
+    """Length of a Fourier representation: joints × coordinates × (1 + 2 harmonics), counted in the tables.
 
-    With `frequency` one more where the table of harmonics has a column ``frequency_hz``.
+    With `frequency` the length is one more if the table of harmonics has a column ``frequency_hz``.
     """
     blocks = 1.0 + 2.0 * distinct(harmonics_table, ["harmonic"])
     return Count(
@@ -35,32 +34,32 @@ def mean_in_band(table: Table, column: str, method: str, band: str) -> Number:
 
 
 def lowest_mean(table: Table, column: str, by: str, where: Expression) -> Number:
-    """Lowest of the means of a column over the rows of each group, as one column of labels has them."""
+    """Lowest of the group means of a column; groups are rows with the same label in another column."""
     rows = rows_of(table, where)
     require_columns(rows.frame, by)
-    found = values(rows.frame, column)
-    if not whole(found):
+    numbers = values(rows.frame, column)
+    if not whole(numbers):
         return rows.no_number
     labels, group = np.unique(rows.frame[by].astype(str).to_numpy(), return_inverse=True)
-    means, _ = rows.group_means(found, group, len(labels))
+    means, _ = rows.group_means(numbers, group, len(labels))
     return rows.number(means.min(axis=1))
 
 
 def asymmetry_percent(table: Table, column: str, method: str) -> Number:
     """Mean |f(−α) − f(α)| over the oblique pairs (0 < α < 90), in per cent of the mean of f over them."""
     rows = rows_of(table, f"method == {method!r}")
-    found = values(rows.frame, column)
+    numbers = values(rows.frame, column)
     views, group = np.unique(values(rows.frame, "view_angle_deg"), return_inverse=True)
-    curve, times = rows.group_means(found, group, len(views))
+    curve, times = rows.group_means(numbers, group, len(views))
     if rows.plain and (times > 1).any():
-        return rows.no_number  # an angle stands twice
-    place = {view: number for number, view in enumerate(views)}
-    pairs = [(place[-view], place[view]) for view in views if 0.0 < view < 90.0 and -view in place]
+        return rows.no_number  # an angle occurs twice
+    index = {view: number for number, view in enumerate(views)}
+    pairs = [(index[-view], index[view]) for view in views if 0.0 < view < 90.0 and -view in index]
     if not pairs:
         return rows.no_number
     left, right = (curve[:, list(side)] for side in zip(*pairs, strict=True))
-    apart, level = np.abs(left - right).mean(axis=1), 0.5 * (left + right).mean(axis=1)
-    return rows.number(np.asarray(ratio_percent(apart, level)))
+    difference, level = np.abs(left - right).mean(axis=1), 0.5 * (left + right).mean(axis=1)
+    return rows.number(np.asarray(ratio_percent(difference, level)))
 
 
 def _mean_vectors(table: Table, method: str) -> tuple[Rows, np.ndarray]:

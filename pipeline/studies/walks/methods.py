@@ -1,7 +1,7 @@
 """Methods that reconstruct a walk from one view: the papers' two approaches, baselines, and those of plug-ins.
 
-A method is a value with a name, its words and style, and ``reconstruct(fold, walk, views)``.  Sweeps, tables, pictures
-and recordings loop over the chosen ones; options name them, and a name that is not registered is an error.
+A method is a value with a name, a style and a function ``reconstruct(fold, walk, views)``.  Options name methods; an
+unregistered name is an error.  Sweeps, tables, pictures and recordings loop over the chosen methods.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from pipeline.validation import InvalidInput, require_choice, require_distinct
 
 @dataclass(frozen=True)
 class Reconstruction:
-    """One walk reconstructed from A views.
+    """Reconstructions of one walk from A views.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class Walk:
     Attributes
     ----------
     number : int
-        Row of the data set.
+        Row number in the data set.
     sample : (D,)
         Fourier representation, flattened; 0 at joints that were not measured.
     measured : (15,) bool
@@ -67,16 +67,16 @@ class Walk:
 
 @dataclass(frozen=True)
 class Fold:
-    """What a method may learn from: the walks of all people but the one whose walk is held out.
+    """Training data of a method: the walks of all people except the held-out person.
 
     Attributes
     ----------
     model : LinearModel
         Average walker and eigenwalkers, learnt without the person.
     data : FourierSamples
-        Data set; `training` has the walks of the other people.
+        Whole data set; `training` contains only the walks of the other people.
     person : str
-        Person who is held out.
+        Held-out person.
     noise_variance_mm2 : float
         sigma² of approach II.
     prepared : Any
@@ -91,12 +91,12 @@ class Fold:
 
     @cached_property
     def training(self) -> np.ndarray:
-        """Fourier representations (n, 5, 15, 3) of the other people's walks of which every joint was measured, mm."""
+        """Fourier representations (n, 5, 15, 3) of the other people's walks with all joints measured, mm."""
         return self.data.coefficients[(self.data.person != self.person) & ~self.data.unmeasured.any(axis=1)]
 
     @cached_property
     def with_one_eigenwalker(self) -> Fold:
-        """The fold with the first eigenwalker alone."""
+        """Fold with only the first eigenwalker."""
         return replace(self, model=linear_model.truncated(self.model, 1))
 
 
@@ -113,26 +113,26 @@ def held_out(
 class Method:
     """A method that reconstructs a walk from one view.
 
-    Attributes
-    ----------
-    name : str
-        Name in options, tables and recordings.
-    style : Style
-        Label, colour and line in pictures and recordings.
-    reconstruct : callable
-        Given the `Fold`, the `Walk` and views (A,) in rad, returns the missing dimension (A, 5, 15) in mm at phase
-        zero, or a `Reconstruction`.
-    estimate : callable, optional
-        Given the `Fold`, the `Walk` and views (A,) in rad that it must not read from its arguments except through
-        `Walk.observed`, returns a `ViewEstimate`; without it the method needs a known view.
-    title : str
-        Short title of panels; the style's label by default.
-    baseline : str
-        Name of the baseline that replaces it in claims; empty for none.
-    prepare : callable, optional
-        Given the data set, returns what all folds share, before they are divided among processes.
-    source : str
-        Module of the plug-in that brings the method: results are computed again if it changes.
+        Attributes
+        ----------
+        name : str
+            Name in options, tables and recordings.
+        style : Style
+            Label, colour and line in pictures and recordings.
+        reconstruct : callable
+    Takes the `Fold`, the `Walk` and views (A,) in rad; returns the missing dimension (A, 5, 15) in mm at phase
+            zero, or a `Reconstruction`.
+        estimate : callable, optional
+            Takes the `Fold`, the `Walk` and views (A,) in rad, which it may use only through `Walk.observed`; returns a
+            `ViewEstimate`.  A method without this function needs a known view.
+        title : str
+            Short title of panels; the style's label by default.
+        baseline : str
+            Name of the baseline that claims compare the method with; empty for none.
+        prepare : callable, optional
+            Takes the data set; returns the data that all folds share, before the folds are divided among processes.
+        source : str
+            Module of the plug-in with the method; results are recomputed if the module changes.
     """
 
     name: str
@@ -151,7 +151,7 @@ class Method:
         return [*filter(None, (self.source, *(getattr(part, "__module__", "") for part in parts)))]
 
     def prepared(self, data: FourierSamples) -> Any:
-        """Return what all folds of a data set share."""
+        """Return the data that all folds of a data set share."""
         return self.prepare(data) if self.prepare else None
 
     def apply(self, fold: Fold, walk: Walk, views: np.ndarray) -> Reconstruction:
@@ -195,8 +195,10 @@ class Method:
 
 def _from_image(fold: Fold, walk: Walk, views: np.ndarray, noise_variance: float | None) -> Reconstruction:
     """Return the estimate [zhang2007 3.5, 3.6], with the model's expectation at joints that were not measured."""
-    seen = linear_model.of_measured(fold.model, walk.measured)
-    estimate = reconstruction.from_known_views(seen, walk.sample, views, noise_variance=noise_variance)
+    measured_model = linear_model.of_measured(fold.model, walk.measured)
+    estimate = reconstruction.from_known_views(
+        measured_model, walk.sample, views, noise_variance=noise_variance
+    )
     missing = estimate.missing
     if not walk.measured.all():
         walkers = unflatten(fold.model.mean + estimate.coefficients @ fold.model.components)
@@ -216,10 +218,10 @@ def _map(fold: Fold, walk: Walk, views: np.ndarray) -> Reconstruction:
 def _average_walker(fold: Fold, walk: Walk, views: np.ndarray) -> Reconstruction:
     """Return the depth of the average walker: the mean alone, without an estimator [zhang2007 3.16]."""
     turned = views[:, None, None]
-    seen = linear_model.of_measured(fold.model, walk.measured)
+    measured_model = linear_model.of_measured(fold.model, walk.measured)
     return Reconstruction(
         missing=camera.missing_dimension(unflatten(fold.model.mean), turned),
-        delta=camera.missing_dimension(unflatten(walk.sample - seen.mean), turned),
+        delta=camera.missing_dimension(unflatten(walk.sample - measured_model.mean), turned),
         coefficients=np.empty((len(views), 0)),
     )
 
@@ -239,7 +241,7 @@ MAP = Method(
     baseline="map_1",
 )
 PUBLISHED = {method.name: method for method in (LEAST_SQUARES, MAP)}
-"""The papers' own approaches: the default of every sweep."""
+"""Approaches of the papers: the default of every sweep."""
 
 
 def _with_one_eigenwalker(method: Method, label: str, colour: str) -> Method:
@@ -247,7 +249,7 @@ def _with_one_eigenwalker(method: Method, label: str, colour: str) -> Method:
     return Method(
         method.baseline,
         Style(label, colour, line="dotted", banded=False, interval=False),
-        lambda fold, *seen: method.reconstruct(fold.with_one_eigenwalker, *seen),
+        lambda fold, *arguments: method.reconstruct(fold.with_one_eigenwalker, *arguments),
     )
 
 
@@ -264,13 +266,13 @@ BASELINES = {
         _with_one_eigenwalker(MAP, "one eigenwalker, MAP", "sky"),
     )
 }
-"""Baselines: they are evaluated with the methods that they are compared with."""
+"""Baselines, evaluated together with the methods that they are compared with."""
 
 
 # --- the registry -----------------------------------------------------------------------------------------
 
 _FREE_COLOURS = [colour for colour in CYCLE if colour not in ("black", "orange", "blue", "green")]
-"""Colours of methods whose style names none, in this order."""
+"""Colours of methods whose style names no colour, in this order."""
 
 
 def registered() -> dict[str, Method]:
@@ -279,7 +281,7 @@ def registered() -> dict[str, Method]:
     Raises
     ------
     InvalidInput
-        If a plug-in's method has the name of another, is not a `Method`, or has a colour that there is not.
+        If a plug-in's method has the name of another, is not a `Method`, or has an unknown colour.
     """
     methods = dict(PUBLISHED)
     for origin, method in plugins.contributions("methods"):
@@ -292,7 +294,7 @@ def registered() -> dict[str, Method]:
             )
         if method.name in methods or method.name in BASELINES:
             raise InvalidInput(
-                f"there is another method {method.name!r}",
+                f"a method named {method.name!r} exists already",
                 origin.name,
                 "another name",
                 code="duplicate_name",
@@ -305,12 +307,12 @@ def registered() -> dict[str, Method]:
 
 
 def chosen(names: Sequence[str], name: str = "sweep.methods") -> list[Method]:
-    """Return the methods of these names.  Raises InvalidInput if one is not registered; the sentence lists them."""
+    """Return the methods with these names.  Raises InvalidInput with a list of all methods if one is not registered."""
     methods = registered()
     if plugins.failures() and (unknown := [each for each in names if each not in methods]):
         lacking = ", ".join(plugins.failures())
         raise InvalidInput(
-            f"must be a method that is loaded; the plug-in {lacking} is not",
+            f"must be a loaded method; loading failed for the plug-in {lacking}",
             name,
             received=unknown[0],
             code="unknown_choice",
@@ -320,7 +322,7 @@ def chosen(names: Sequence[str], name: str = "sweep.methods") -> list[Method]:
 
 
 def with_baselines(methods: Sequence[Method]) -> list[Method]:
-    """Return methods, the average walker, and the baseline of each that has one."""
+    """Return methods, the average walker and the methods' baselines."""
     return [*methods, AVERAGE_WALKER, *(BASELINES[each.baseline] for each in methods if each.baseline)]
 
 
@@ -331,8 +333,8 @@ def modules(names: Sequence[str]) -> list[str]:
 
 def styles(names: Sequence[str]) -> dict[str, Style]:
     """Return the styles of methods and then of all baselines, by name."""
-    tried = chosen([name for name in names if name not in BASELINES])
-    return {each.name: each.style for each in (*tried, *BASELINES.values())}
+    compared = chosen([name for name in names if name not in BASELINES])
+    return {each.name: each.style for each in (*compared, *BASELINES.values())}
 
 
 def _require_registered(name: str, names: Sequence[str]) -> None:
@@ -341,20 +343,20 @@ def _require_registered(name: str, names: Sequence[str]) -> None:
 
 
 Methods = Annotated[list[str], _require_registered]
-"""Names of methods, each once."""
+"""Names of methods, without duplicates."""
 
 
 VIEW: dict[str, Any] = {"x": "view_angle_deg", "abscissa": Axis(ticks=30)}
 """Abscissa of charts over the view angle."""
 
 STRIP_DEG = 10.0
-"""Width of a strip of view angles; the bands of frontal, oblique and profile views end on it."""
+"""Width of a strip of view angles; the bands of frontal, oblique and profile views end on multiples of it."""
 
 
 def middles_of_strips(views: Grid) -> Grid:
-    """Return the middles of strips of a grid of view angles, or itself if its steps are as wide.
+    """Return the middles of strips of a grid of view angles, or the grid itself if its steps are as wide.
 
-    Each strip weighs the same, as in the whole grid: a mean over its views and one over the middles are one quantity.
+    All strips have the same weight, as in the whole grid, so that means over the middles estimate means over all views.
 
     Examples
     --------

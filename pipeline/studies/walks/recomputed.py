@@ -1,7 +1,7 @@
-"""Errors of known views computed anew from the recorded walks: folds, projections and both estimators as printed.
+"""Errors from known views, recomputed from the recorded walks: folds, projections and both estimators as printed.
 
-Nothing here passes through the model, the cameras or the solvers of the sweep, so that an error in one of them, or a
-person who is in his own model, moves the sweep's numbers and not these.
+This code does not use the model, the cameras and the solvers of the sweep.  An error in one of these, or a fold that
+includes the held-out person, changes the numbers of the sweep but not these.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.walks.known_view import KnownView, Truth
 from pipeline.studies.walks.methods import MAP, PUBLISHED
 
-VIEWS, MOST_WALKERS = 5, 200
-"""Views and, if there are more, walkers, evenly from the first to the last."""
+VIEWS, MAX_WALKERS = 5, 200
+"""Largest numbers of views and of walkers, spread evenly from the first to the last."""
 
 
 def recomputed(
-    data: FourierSamples, model: EigenwalkersModel, options: KnownView, rows: pd.DataFrame, kept: int
+    data: FourierSamples, model: EigenwalkersModel, options: KnownView, rows: pd.DataFrame, count: int
 ) -> pd.DataFrame:
-    """Return the sweep's mean error over walkers, or 200 of them, beside the one computed anew, by method and view.
+    """Return the mean error over at most 200 walkers, from the sweep and recomputed, by method and view.
 
-    ``relative_difference`` is the largest of all walkers, to nine decimals, since less is rounding.  No rows if
-    mirrored walkers are in training, which is not the papers'.
+    ``relative_difference`` is the largest over walkers, to nine decimals: smaller differences are rounding errors.  The
+    table has no rows if mirrored walkers are in training, which the papers do not use.
 
     Parameters
     ----------
@@ -34,31 +34,31 @@ def recomputed(
     model, options : EigenwalkersModel, KnownView
     rows : DataFrame
         Errors of the sweep of the same data.
-    kept : int
-        Eigenwalkers of each fold.
+    count : int
+        Number of eigenwalkers of each fold.
     """
     angles = np.unique(rows["view_angle_deg"])
     views = angles[evenly(VIEWS, len(angles))]
-    walkers = evenly(MOST_WALKERS, len(data.clip))
+    walkers = evenly(MAX_WALKERS, len(data.clip))
     methods = [m for m in PUBLISHED if m in options.methods and not model.mirror]
-    learnt = {r: _learnt(data, model, r, kept) for r in (walkers if methods else ())}
+    learnt = {r: _learnt(data, model, r, count) for r in (walkers if methods else ())}
     compared = []
     for method in methods:
         noise = options.noise_variance_mm2 if method == MAP.name else None
         for view in views:
             of_sweep = rows[(rows["method"] == method) & (rows["view_angle_deg"] == view)]
-            theirs = of_sweep.set_index("walker")["absolute_error_mm2"].loc[data.clip[walkers]].to_numpy()
+            sweep_mm2 = of_sweep.set_index("walker")["absolute_error_mm2"].loc[data.clip[walkers]].to_numpy()
             residual, angle = options.truth is Truth.motion, np.radians(view)
-            anew = np.array(
+            recomputed_mm2 = np.array(
                 [_error(data, r, fold, angle, noise, residual=residual) for r, fold in learnt.items()]
             )
             compared.append(
                 {
                     "method": method,
                     "view_angle_deg": view,
-                    "absolute_error_mm2": theirs.mean(),
-                    "recomputed_mm2": anew.mean(),
-                    "relative_difference": round(float(np.abs(theirs / anew - 1.0).max()), 9),
+                    "absolute_error_mm2": sweep_mm2.mean(),
+                    "recomputed_mm2": recomputed_mm2.mean(),
+                    "relative_difference": round(float(np.abs(sweep_mm2 / recomputed_mm2 - 1.0).max()), 9),
                 }
             )
     columns = ["method", "view_angle_deg", "absolute_error_mm2", "recomputed_mm2", "relative_difference"]
@@ -66,21 +66,21 @@ def recomputed(
 
 
 def _learnt(
-    data: FourierSamples, model: EigenwalkersModel, r: int, kept: int
+    data: FourierSamples, model: EigenwalkersModel, r: int, count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return a walker less the mean of the other people's walks, their eigenwalkers and variances."""
+    """Return a walker minus the mean of the other people's walks, and their eigenwalkers and variances."""
     rows = data.coefficients.reshape(len(data.coefficients), -1)
     if data.frequency:
         rows = np.column_stack([rows, 2.0 * np.pi * data.frequency_hz])
     others = rows[data.person != data.person[r]]
-    if data.frequency:  # as much as the other numbers vary on average, unless the scale is given
+    if data.frequency:  # scaled to the mean variance of the other numbers, unless an option gives the scale
         varied = others.var(axis=0)
         scale = model.omega_scale_mm or np.sqrt(varied[:-1].mean() / varied[-1])
         others, rows = (np.column_stack([part[:, :-1], scale * part[:, -1]]) for part in (others, rows))
     mean = others.mean(axis=0)
     _, singular, axes = np.linalg.svd(others - mean, full_matrices=False)
-    variances = singular[:kept] ** 2 / (len(others) - (model.divisor.value == "R-1"))
-    return rows[r : r + 1] - mean, axes[:kept], variances
+    variances = singular[:count] ** 2 / (len(others) - (model.divisor.value == "R-1"))
+    return rows[r : r + 1] - mean, axes[:count], variances
 
 
 def _error(
@@ -93,21 +93,23 @@ def _error(
     residual: bool,
 ) -> float:
     """Return the mean square error in depth of one walker, mm², from the walks of the other people."""
-    (own, eigenwalkers, variances), (blocks, joints) = learnt, data.coefficients.shape[1:3]
+    (walker, eigenwalkers, variances), (blocks, joints) = learnt, data.coefficients.shape[1:3]
     # Image: cos x + sin y, and z; depth: -sin x + cos y.
     image = np.array([[np.cos(view), np.sin(view), 0.0], [0.0, 0.0, 1.0]])
     depth = np.array([[-np.sin(view), np.cos(view), 0.0]])
-    seen, numbers = ~data.unmeasured[r], 3 * blocks * joints
+    measured, numbers = ~data.unmeasured[r], 3 * blocks * joints
 
-    def along(of: np.ndarray, axes: np.ndarray, *, whole: bool = False) -> np.ndarray:
-        points = of[:, :numbers].reshape(-1, blocks, joints, 3)[:, :, seen] @ axes.T
-        return np.column_stack([points.reshape(len(of), -1), of[:, numbers:] if whole else of[:, :0]])
+    def along(vectors: np.ndarray, axes: np.ndarray, *, complete: bool = False) -> np.ndarray:
+        points = vectors[:, :numbers].reshape(-1, blocks, joints, 3)[:, :, measured] @ axes.T
+        return np.column_stack(
+            [points.reshape(len(vectors), -1), vectors[:, numbers:] if complete else vectors[:, :0]]
+        )
 
-    d, E = along(own, image, whole=True)[0], along(eigenwalkers, image, whole=True)
+    d, E = along(walker, image, complete=True)[0], along(eigenwalkers, image, complete=True)
     prior = np.diag(1.0 / variances)
     k = np.linalg.pinv(E.T) @ d if noise is None else np.linalg.solve(E @ E.T + noise * prior, E @ d)
-    off = along(own, depth)[0] - k @ along(eigenwalkers, depth)
+    off = along(walker, depth)[0] - k @ along(eigenwalkers, depth)
     errors = np.array([1.0] + [0.5] * (blocks - 1)) @ np.square(off.reshape(blocks, -1))
     if residual:
-        errors = errors + (depth @ data.residual_covariance[r][seen] @ depth.T).ravel()
+        errors = errors + (depth @ data.residual_covariance[r][measured] @ depth.T).ravel()
     return errors.mean()

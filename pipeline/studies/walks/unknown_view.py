@@ -1,4 +1,4 @@
-"""Experiment 2: the view angle of every walker estimated from every view by the model that has not seen it.
+"""Experiment 2: estimate of the view angle of every walker from every view, with a model learnt without that walker.
 
 zhang2007 4.5, 4.6, zhang2004 14.
 """
@@ -32,33 +32,33 @@ from pipeline.studies.walks.methods import (
 from pipeline.validation import InvalidInput, Positive
 
 Solver = StrEnum("Solver", {"global": "global", "published": "published"})
-Solver.__doc__ = """How the view angle is found: over the whole range, or as appendix B has it."""
+Solver.__doc__ = """Search for the view angle: over the whole range, or as in appendix B."""
 
 
 RANDOM_VIEW = "random_view"
-"""A view drawn on the whole circle, one for every walker and view: no estimator, which knows nothing."""
+"""Name of the baseline that draws a view on the whole circle for every walker and view, without using the image."""
 
 
 WHOLE_CIRCLE_DEG = [-180.0, 180.0]
 IMAGE_IGNORED_MM2 = 1e15
-"""Noise variance at which MAP ignores the image and gives the average walker, to rounding."""
+"""Noise variance at which MAP ignores the image and gives the average walker, up to rounding."""
 
 
 @dataclass(frozen=True)
 class ViewAngles:
-    """The view angles that both approaches and baselines find, and the costs behind them.
+    """View angles that both approaches and baselines estimate, with their costs.
 
     Attributes
     ----------
     rows : DataFrame
-        A row to each walker, method or baseline, and true view: estimate less truth; cost of the fit, and of the best
-        fit at another local minimum (of the anatomical method: 1, and by how much the angle is likelier than that of
-        the next mode; of a view drawn at random none).
+        A row for each walker, method or baseline, and true view: estimate minus truth, cost of the fit, and cost of the
+        best fit at another local minimum.  The anatomical method has 1 and the factor by which the angle is likelier
+        than the next mode; a random view has no costs.
     published : DataFrame
-        The same by the solver of appendix B, on some views; no rows if it is not tried.
+        The same for the solver of appendix B at some views; no rows if it is not used.
     methods : (M,) text
     failure_deg : float
-        An estimate that is further off is a failure.
+        Error above which an estimate is a failure.
     remarks : list of str
     """
 
@@ -70,19 +70,19 @@ class ViewAngles:
 
 
 class UnknownView(Sweep):
-    """The view angle estimated together with the motion."""
+    """Estimation of the view angle together with the motion."""
 
     draws_random_numbers = True
 
     view_angle_deg: Swept = scaled(start=-90, stop=90, step="view_step_deg")  # true views
-    methods: Methods = list(PUBLISHED)  # that are compared
+    methods: Methods = list(PUBLISHED)  # methods to compare
     noise_variance_mm2: Positive = 70.0  # sigma² of approach II
     solver: Solver = Solver["global"]
-    angle_range_deg: list[float] = WHOLE_CIRCLE_DEG  # in which the angle is sought
-    published_views_deg: list[float] = [  # on which it is tried beside the global one
+    angle_range_deg: list[float] = WHOLE_CIRCLE_DEG  # range of the search
+    published_views_deg: list[float] = [  # views at which the solver of appendix B is used as well
         -90.0, -60.0, -30.0, 0.0, 30.0, 60.0, 90.0,
     ]  # fmt: skip
-    failure_deg: Positive = 30.0  # an estimate that is further off is a failure
+    failure_deg: Positive = 30.0  # error above which an estimate is a failure
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
@@ -124,14 +124,14 @@ class UnknownView(Sweep):
         return methods.modules(self.methods)
 
     def of_populations(self) -> UnknownView:
-        """Return the sweep at the middles of strips of views, and without the published solver beside it.
+        """Return the sweep at the middles of strips of views, without the published solver.
 
-        Its tables have a row for every walker and view.
+        Fewer views limit the size of its tables, which have a row for every walker and view.
         """
         return replace(self, view_angle_deg=middles_of_strips(self.view_angle_deg), published_views_deg=[])
 
     def measure(self, inputs: SweepInputs[object, FourierSamples, Eigenwalkers]) -> ViewAngles:
-        """Return the view angles that both approaches find, and the costs behind them."""
+        """Return the view angles that all methods estimate, with their costs."""
         data, model = inputs.dataset, inputs.model
         compared = methods.with_baselines(methods.chosen(self.methods))
         prepared = {method.name: method.prepared(data) for method in compared}
@@ -142,11 +142,11 @@ class UnknownView(Sweep):
         walkers, generator = range(len(model.samples)), inputs.generator("random view")
         drawn = [generator.uniform(-180.0, 180.0, (len(walkers), len(view_deg))) for view_deg in views]
 
-        def one(r: int) -> list[list[dict[str, Any]]]:
+        def rows_of_walker(r: int) -> list[list[dict[str, Any]]]:
             fold, walk = methods.held_out(data, model, r, self.noise_variance_mm2)
             folds = {name: replace(fold, prepared=shared) for name, shared in prepared.items()}
 
-            found = []
+            rows_by_solver = []
             for view_deg, at_random, solver in zip(
                 views, drawn, (self.solver, Solver["published"]), strict=True
             ):
@@ -167,11 +167,11 @@ class UnknownView(Sweep):
                 ]
                 unknown = {"cost": np.nan, "runner_up_cost": np.nan, "converged": True}
                 rows.append({"method": RANDOM_VIEW, "angle_deg": at_random[r], **unknown})
-                of = {"person": data.person[r], "walker": data.clip[r], "view_angle_deg": view_deg}
-                found.append([{**of, **row} for row in rows])
-            return found
+                labels = {"person": data.person[r], "walker": data.clip[r], "view_angle_deg": view_deg}
+                rows_by_solver.append([{**labels, **row} for row in rows])
+            return rows_by_solver
 
-        of_walkers = zip(*map_processes(one, walkers, inputs.workers), strict=True)
+        of_walkers = zip(*map_processes(rows_of_walker, walkers, inputs.workers), strict=True)
         rows, published = (stacked([row for walker in each for row in walker]) for each in of_walkers)
         for frame in (rows, published):
             off = statistics.angle_difference_deg(frame.pop("angle_deg"), frame["view_angle_deg"])
@@ -189,7 +189,7 @@ class UnknownView(Sweep):
     def _estimate(
         self, method: Method, fold: Fold, walk: Walk, views: np.ndarray, solver: Solver
     ) -> viewpoint.ViewEstimate:
-        """Return the view angles that fit best [zhang2007 4.5] [zhang2004 14]; plug-ins have a search of their own."""
+        """Return the best-fitting view angles [zhang2007 4.5] [zhang2004 14]; a plug-in uses its own search."""
         if method.estimate:
             estimate: viewpoint.ViewEstimate = method.estimate(fold, walk, views)
             return estimate

@@ -51,7 +51,7 @@ def test_both_computations_give_one_error(model: EigenwalkersModel, data: Any) -
 
 
 def test_of_more_walkers_some_are_computed_anew(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pipeline.studies.walks.recomputed.MOST_WALKERS", 3)
+    monkeypatch.setattr("pipeline.studies.walks.recomputed.MAX_WALKERS", 3)
     model = EigenwalkersModel(components=4)
     assert largest_difference(model, SWEEP) < 1e-6
     learnt = model.learn(DATA, workers=1)

@@ -1,1 +1,1 @@
-"""Figures of mozerov2006, and three of our own after it."""
+"""Figures of mozerov2006, and three figures of our own."""

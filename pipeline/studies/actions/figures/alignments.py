@@ -1,4 +1,4 @@
-"""What the figures of mozerov2006 share: performances in every common time as rows, lines and skeletons."""
+"""Shared parts of the figures of mozerov2006: performances in every alignment as rows, lines and skeletons."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def options_of(inputs: Inputs) -> ActionSpaceModel:
 
 
 def sequence_rows(inputs: Inputs, components: Sequence[int]) -> pd.DataFrame:
-    """Return a row for each sample of each performance in each alignment, in components counted from 1."""
+    """Return a row for each alignment, performance, sample and component of the aSpace (counted from 1)."""
     return pd.concat(
         [
             pd.DataFrame(
@@ -52,9 +52,9 @@ def sequence_rows(inputs: Inputs, components: Sequence[int]) -> pd.DataFrame:
 
 
 def mean_variance_left(performances: Sequence[np.ndarray]) -> float:
-    """Return the variance between performances over all samples, each with the weight of those that reach it.
+    """Return the variance between performances, a mean over samples weighted by the number of performances.
 
-    Performances of unequal lengths are compared frame by frame from their first, as long as two of them last.
+    Performances of unequal lengths are compared frame by frame, while at least two of them last.
     """
     lengths = np.sort([len(x) for x in performances])
     frames = np.arange(lengths[-2])
@@ -68,8 +68,8 @@ def skeleton(
 ) -> np.ndarray:
     """Return joints (T, 15, 3) mm of points (T, b) of the aSpace, with a performer's limbs, standing on the ground.
 
-    `aside_mm` moves the person to where they face at first, +y, so that two who bend forwards are seen apart from the
-    side.
+    `aside_mm` moves the person along the first heading, +y, so that two people who bend forwards do not overlap when
+    seen from the side.
     """
     dataset = inputs.dataset
     postures = inputs.model.space.postures(coordinates)

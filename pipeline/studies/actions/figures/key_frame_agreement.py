@@ -1,16 +1,16 @@
-"""How close a way of synchronizing comes to the key-frames: "the results are very similar", mozerov2006 section 4.
+"""Agreement of alignments with synchronization by key-frames: "the results are very similar", mozerov2006 section 4.
 
-Two results can agree on which postures belong together and still run along another common time: key-frames come to
-lie at their mean relative times, automatic synchronization keeps the time of the median sequence.  That time is
-arbitrary and is not to count, so the comparison is made in two ways that do not see it:
+Two results can match the same postures and still have different common times: key-frames are placed at their mean
+relative times, automatic synchronization keeps the time of the median sequence.  The common time is arbitrary, so two
+comparisons are made that do not depend on it:
 
 Sequences
-    The key-frame result is brought to the alignment's time as a whole: one disparity function, that of its mean
-    performance onto the alignment's, is applied to all of its performances.  The root mean square of the difference
-    that is left, over samples and dimensions, is in units of the aSpace.
+    One disparity function, from the mean performance by key-frames to that of the alignment, is applied to all
+    performances by key-frames.  The remaining root mean square difference, over samples and dimensions, is in units
+    of the aSpace.
 Correspondences
-    While the median sequence shows a sample, each performance shows a frame: by the one synchronization and by the
-    other.  Their distance is in frames of the performance; the median sequence, whose frame is its own, is left out.
+    Each synchronization matches a sample of the median sequence with a frame of every performance.  The distance
+    between both frames is in frames of the performance.  The median sequence, which matches itself, is left out.
 """
 
 from __future__ import annotations
@@ -28,28 +28,28 @@ from pipeline.studies.figure_inputs import sd
 def sequence_differences(
     action: Action, options: ActionSpaceModel, alignment: str
 ) -> tuple[np.ndarray, float]:
-    """Return the rms difference of each performance (M,) from its key-frame result, and of the mean performances."""
-    ours, theirs = np.stack(action.sequences(alignment)), action.keyframe
+    """Return the rms difference of each performance (M,) from its alignment by key-frames, and that of the means."""
+    aligned, by_key_frames = np.stack(action.sequences(alignment)), action.keyframe
     common = synchronization.synchronize(
-        ours.mean(axis=0), theirs.mean(axis=0), smoothness=action.smoothness, **options.path_options
+        aligned.mean(axis=0), by_key_frames.mean(axis=0), smoothness=action.smoothness, **options.path_options
     ).disparity
-    theirs = synchronization.warp(theirs, np.broadcast_to(common, theirs.shape[:2]))
-    each = ((ours - theirs) ** 2).mean(axis=(1, 2))
-    means = ((ours.mean(axis=0) - theirs.mean(axis=0)) ** 2).mean()
+    by_key_frames = synchronization.warp(by_key_frames, np.broadcast_to(common, by_key_frames.shape[:2]))
+    each = ((aligned - by_key_frames) ** 2).mean(axis=(1, 2))
+    means = ((aligned.mean(axis=0) - by_key_frames.mean(axis=0)) ** 2).mean()
     return np.sqrt(each), np.sqrt(means)
 
 
 def correspondence_differences(action: Action, alignment: str) -> np.ndarray:
-    """Return the mean distance in frames (M - 1,), over samples, of the frames matched with the median sequence."""
+    """Return the mean distance (M - 1,), in frames, between matches of an alignment and matches by key-frames."""
     off = np.abs(action.matched_frames(alignment) - action.matched_frames("keyframe")).mean(axis=1)
     return np.delete(off, action.median)
 
 
 def alignments_compared(action: Action, options: ActionSpaceModel) -> pd.DataFrame:
-    """Return ``table_stages``: what each alignment leaves, what it accepts, how far it is from key-frames.
+    """Return ``table_stages``: variance left, acceptance and difference from key-frames, for each alignment.
 
-    Empty where a number means nothing: raw performances have no samples in common, and one person alone cannot be
-    left out.
+    Cells are empty where a number is undefined: raw performances have no common samples, and a single person cannot
+    be left out.
     """
     linear = mean_variance_left(list(action.linear))
     deviation = np.sqrt(mean_squared_deviation(action.linear) / action.linear.shape[2])

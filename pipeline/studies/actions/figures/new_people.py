@@ -1,6 +1,6 @@
-"""What holds of a person who was not learnt from: the pattern, the modes; and the spectrum of people drawn again.
+"""Generalisation to new people: pattern and modes of a held-out person, and the spectrum of resampled people.
 
-Each is given beside its baseline: a pattern taken at random, numbers of a posture that are not correlated.
+Each result has a baseline: a pattern chosen at random, and numbers of a posture without correlation.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from pipeline.studies.replicated import DRAW
 MODES = 4
 """Dimensions of the aSpace that mozerov2006 figure 3 shows."""
 
-HELD, PRINTED = 0.95, 16
-"""Share of the variance that the aSpace holds, and the eigenvectors that the paper needs for it."""
+COVERED, PRINTED = 0.95, 16
+"""Share of the variance that the aSpace covers, and the number of eigenvectors that the paper needs for it."""
 
 
 @dataclass(frozen=True)
 class Moments:
-    """Sums over all postures of each person, of which the covariance of any people follows.
+    """Sums over the postures of each person, which give the covariance for any sample of people.
 
     Attributes
     ----------
     count : (C,)
-        Postures.
+        Number of postures.
     total : (C, 37)
     squares : (C, 37, 37)
     """
@@ -40,7 +40,7 @@ class Moments:
     squares: np.ndarray
 
     def covariances(self, weights: np.ndarray) -> np.ndarray:
-        """Return the covariance (B, 37, 37) of postures of people counted so often (B, C)."""
+        """Return the covariance (B, 37, 37) of postures, with weights (B, C) of the people."""
         count = (weights @ self.count)[:, None]
         mean = weights @ self.total / count
         return (
@@ -49,7 +49,7 @@ class Moments:
 
 
 def moments(performances: Sequence[np.ndarray], person: np.ndarray) -> Moments:
-    """Return the moments of the postures (F_i, 37) of each person, the people in alphabetical order."""
+    """Return the moments of the postures (F_i, 37) of each person, with people in alphabetical order."""
     middle = np.concatenate(performances).mean(axis=0)  # against cancellation
     groups = [
         np.concatenate([p for p, who in zip(performances, person, strict=True) if who == label]) - middle
@@ -63,42 +63,43 @@ def moments(performances: Sequence[np.ndarray], person: np.ndarray) -> Moments:
 
 
 def space_tables(performances: Sequence[np.ndarray], person: np.ndarray) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return ``table_space`` and ``table_space_draws``: size of the aSpace, of all and of people drawn again.
+    """Return ``table_space`` and ``table_space_draws``: size of the aSpace, for all and for resampled people.
 
-    Uncorrelated: the same numbers of a posture, each shuffled over time by itself, so that the covariance is left
-    with its diagonal.  The eigenvectors that hold a share are those of all people: drawn again, they would always
-    hold more, since fewer people are different ones.
+    The uncorrelated baseline shuffles each number of a posture over time, so that only the diagonal of the covariance
+    remains.  The paper's number of eigenvectors is taken from all people: eigenvectors of a resample would cover
+    more, because it has fewer different people.
     """
-    found = moments(performances, person)
-    people = len(found.count)
+    sums = moments(performances, person)
+    people = len(sums.count)
     weights = bootstrap.resampling_weights(people, derive_generator(0, "people"))
-    whole = found.covariances(np.ones((1, people), int))
-    everyone = _sizes(whole, whole[0])
-    drawn = _sizes(found.covariances(weights), whole[0]) if people > 1 else everyone.iloc[:0]
+    covariance = sums.covariances(np.ones((1, people), int))
+    everyone = _sizes(covariance, covariance[0])
+    drawn = _sizes(sums.covariances(weights), covariance[0]) if people > 1 else everyone.iloc[:0]
     return everyone, pd.concat(
         [pd.DataFrame({DRAW: np.arange(1, len(drawn) + 1)}), drawn.reset_index(drop=True)], axis=1
     )
 
 
 def _sizes(covariances: np.ndarray, of_all: np.ndarray) -> pd.DataFrame:
-    """Return how many eigenvectors hold the variance (B,), and how much the paper's number of those of all holds."""
+    """Return the number of eigenvectors that cover the variance (B,), and the share that the paper's number covers."""
     columns = {}
     for suffix, correlated in {"": True, "_uncorrelated": False}.items():
-        of, whole = (x if correlated else x * np.eye(x.shape[-1]) for x in (covariances, of_all))
-        spectra, total = np.linalg.eigvalsh(of)[:, ::-1], np.trace(of, axis1=1, axis2=2)
+        matrices, reference = (x if correlated else x * np.eye(x.shape[-1]) for x in (covariances, of_all))
+        spectra, total = np.linalg.eigvalsh(matrices)[:, ::-1], np.trace(matrices, axis1=1, axis2=2)
         columns[f"components{suffix}"] = [
-            aspace.smallest_dimensions(values, sum_, HELD)
+            aspace.smallest_dimensions(values, sum_, COVERED)
             for values, sum_ in zip(spectra, total, strict=True)
         ]
-        first = np.linalg.eigh(whole)[1][:, -PRINTED:]
-        columns[f"held_by_{PRINTED}{suffix}"] = np.einsum("ik,bij,jk->b", first, of, first) / total
+        first = np.linalg.eigh(reference)[1][:, -PRINTED:]
+        columns[f"held_by_{PRINTED}{suffix}"] = np.einsum("ik,bij,jk->b", first, matrices, first) / total
     return pd.DataFrame(columns)
 
 
 def patterns_of_others(distances: np.ndarray, person: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distance of each performance (M,) from the median of the other people's, and from any of theirs.
+    """Return each performance's distance (M,) from the other people's median sequence, and from all their sequences.
 
-    The median is chosen by distances among the others alone.  NaN where no two performances of others are left.
+    The median sequence is chosen by distances among the others.  The second distance is a mean.  NaN if fewer than two
+    performances of others remain.
 
     Parameters
     ----------
@@ -106,16 +107,16 @@ def patterns_of_others(distances: np.ndarray, person: np.ndarray) -> tuple[np.nd
         C(n, m) of pattern n and performance m.
     person : (M,)
     """
-    chosen, arbitrary = np.full((2, len(person)), np.nan)
+    from_median, from_any = np.full((2, len(person)), np.nan)
     for label in np.unique(person):
         out = person == label
         if (~out).sum() < 2:
             continue
         others = np.flatnonzero(~out)
         pattern = others[median_sequence(distances[np.ix_(others, others)])]
-        chosen[out] = distances[pattern, out]
-        arbitrary[out] = distances[np.ix_(others, np.flatnonzero(out))].mean(axis=0)
-    return chosen, arbitrary
+        from_median[out] = distances[pattern, out]
+        from_any[out] = distances[np.ix_(others, np.flatnonzero(out))].mean(axis=0)
+    return from_median, from_any
 
 
 def variance_along_modes(
@@ -123,22 +124,22 @@ def variance_along_modes(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the share of each performance's variance (M,) along the first modes of other people, and its baseline.
 
-    The baseline are as many single numbers of a posture, those that vary most in the other people.  NaN for one person
-    alone.
+    The baseline uses as many single numbers of a posture, those that vary most in the other people.  NaN for a single
+    person.
     """
     along, baseline = np.full((2, len(person)), np.nan)
     labels = np.unique(person)
-    found = moments(performances, person)
+    sums = moments(performances, person)
     for number, label in enumerate(labels):
         if len(labels) < 2:
             break
         others = (np.arange(len(labels)) != number).astype(int)
-        (covariance,) = found.covariances(others[None])
+        (covariance,) = sums.covariances(others[None])
         vectors = np.linalg.eigh(covariance)[1][:, ::-1][:, :modes]
         numbers = np.argsort(-np.diag(covariance), kind="stable")[:modes]
         for m in map(int, np.flatnonzero(person == label)):
-            away = performances[m] - performances[m].mean(axis=0)
-            whole = (away**2).sum()
-            along[m] = ((away @ vectors) ** 2).sum() / whole
-            baseline[m] = (away[:, numbers] ** 2).sum() / whole
+            deviations = performances[m] - performances[m].mean(axis=0)
+            total = (deviations**2).sum()
+            along[m] = ((deviations @ vectors) ** 2).sum() / total
+            baseline[m] = (deviations[:, numbers] ** 2).sum() / total
     return along, baseline

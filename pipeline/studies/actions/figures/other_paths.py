@@ -1,4 +1,4 @@
-"""Other paths through a trellis than the optimal one, and what they cost: the test of mozerov2006 figure 2.
+"""Other paths through a trellis, and their costs, as a test of the optimal path: mozerov2006 figure 2.
 
 Symbols: ``p`` sample, ``d`` disparity, ``k`` step of the recurrence, from d + k at p - 1 to d at p.
 """
@@ -36,7 +36,7 @@ def single_corner_changes(nodes: Trellis, path: np.ndarray) -> np.ndarray:
 
 
 def random_paths(nodes: Trellis, count: int, generator: np.random.Generator) -> np.ndarray:
-    """Admissible paths (N, P): from the end backwards, each step drawn among those that still lead to the start."""
+    """Admissible random paths (N, P): from the end backwards, each step is drawn among those that lead to the start."""
     least = nodes.low.min()
     reached = _reached(nodes, least)
     steps = np.array(nodes.steps)
@@ -44,16 +44,16 @@ def random_paths(nodes: Trellis, count: int, generator: np.random.Generator) -> 
     for p in range(len(nodes.low) - 1, 0, -1):
         towards = paths[:, p, None] + steps
         column = towards - least
-        there = (column >= 0) & (column < reached.shape[1])
-        leads_on = there & reached[p - 1][np.where(there, column, 0)]
-        # The largest of as many random numbers as there are steps that lead on.
-        chosen = np.where(leads_on, generator.random(leads_on.shape), -1.0).argmax(axis=1)
-        paths[:, p - 1] = towards[np.arange(count), chosen]
+        inside = (column >= 0) & (column < reached.shape[1])
+        leads_on = inside & reached[p - 1][np.where(inside, column, 0)]
+        # The step with the largest of random numbers, one for each step that leads on.
+        drawn_step = np.where(leads_on, generator.random(leads_on.shape), -1.0).argmax(axis=1)
+        paths[:, p - 1] = towards[np.arange(count), drawn_step]
     return paths
 
 
 def _reached(nodes: Trellis, least: int) -> np.ndarray:
-    """Whether a path from the start leads to each node (P, disparities from `least` up)."""
+    """Mask of the nodes (P, disparities from `least` up) that a path from the start reaches."""
     disparities = np.arange(least, nodes.high.max() + 1)
     inside = (disparities >= nodes.low[:, None]) & (disparities <= nodes.high[:, None])
     reached = inside.copy()

@@ -1,4 +1,4 @@
-"""Squared distances of all pairs of performances: the variance between them, of any people drawn again.
+"""Squared distances of all pairs of performances, which give the variance between them for any resample of people.
 
 The variance between performances (divisor M - 1) is half the mean squared distance over pairs, so a replicate that
 counts people differently needs no sequences, only these distances.
@@ -20,16 +20,16 @@ BASELINES = ("linear", "keyframe", "synchronized")
 
 
 def squared_distances(performances: Sequence[np.ndarray]) -> np.ndarray:
-    """Return the mean squared distance (M, M) of each two performances (F_i, b), over the frames that both have."""
+    """Return the mean squared distance (M, M) of each pair of performances (F_i, b), over their common frames."""
     lengths = np.array([len(x) for x in performances])
     if (lengths == lengths[0]).all():
         flat = np.stack(performances).reshape(len(performances), -1)
         return np.stack([((flat - x) ** 2).sum(axis=1) for x in flat]) / lengths[0]
     result = np.zeros((len(performances), len(performances)))
-    for n, one in enumerate(performances):
-        for m, other in enumerate(performances[:n]):
-            both = min(len(one), len(other))
-            result[n, m] = result[m, n] = ((one[:both] - other[:both]) ** 2).sum() / both
+    for n, first in enumerate(performances):
+        for m, second in enumerate(performances[:n]):
+            both = min(len(first), len(second))
+            result[n, m] = result[m, n] = ((first[:both] - second[:both]) ** 2).sum() / both
     return result
 
 

@@ -1,4 +1,4 @@
-"""Each performance by itself, and what its postures are made of: mozerov2006 section 2 and figure 3."""
+"""Tables of single performances and of their postures: mozerov2006 section 2 and figure 3."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ Inputs = FigureInputs[Postures, Action, Any]
 
 
 def performances_table(inputs: Inputs) -> pd.DataFrame:
-    """Each performance by itself, and as one of a person who was not learnt from."""
+    """Table of single performances, with results for each of them as that of a held-out person."""
     action, data = inputs.model, inputs.dataset
     postures = data.split(data.postures)
-    chosen, arbitrary = patterns_of_others(action.distances, data.person)
+    from_median, from_any = patterns_of_others(action.distances, data.person)
     along, baseline = variance_along_modes(postures, data.person)
     unseen = np.full((len(data.person), 1), np.nan)
     deviation = action.linear - action.linear.mean(axis=(0, 1))
@@ -42,8 +42,8 @@ def performances_table(inputs: Inputs) -> pd.DataFrame:
             f"acceptance_person_{s}": action.accepted.people.get(s, unseen).mean(axis=1)
             for s in ALIGNMENTS[1:]
         },
-        "distance_from_median_of_others": chosen,
-        "distance_from_any_of_others": arbitrary,
+        "distance_from_median_of_others": from_median,
+        "distance_from_any_of_others": from_any,
         "variance_along_modes_of_others": along,
         "variance_along_numbers_of_others": baseline,
         **{
@@ -65,9 +65,9 @@ def _explained(postures: list[np.ndarray], action: Action) -> list[np.ndarray]:
     all_in_step = synchronization.warp(normalised, action.disparity)  # (M, P, 37)
     others = (all_in_step.sum(axis=0) - all_in_step) / (len(all_in_step) - 1)
     left = ((all_in_step - others) ** 2).mean(axis=1)
-    whole = all_in_step.var(axis=1)
+    total = all_in_step.var(axis=1)
     return [
-        1.0 - left[:, numbers].sum(axis=1) / whole[:, numbers].sum(axis=1)
+        1.0 - left[:, numbers].sum(axis=1) / total[:, numbers].sum(axis=1)
         for numbers in (slice(1), slice(1, None))
     ]
 
@@ -78,23 +78,23 @@ def _cosines(postures: np.ndarray) -> np.ndarray:
 
 
 def _angle_change_max(cosines: np.ndarray) -> float:
-    """Largest change from frame to frame of a limb's azimuth, as a share of half a turn: from 0 to 2 as of cosines."""
+    """Largest change of a limb's azimuth between frames, in half turns: its range, 0 to 2, is that of cosines."""
     azimuth = np.arctan2(cosines[..., 1], cosines[..., 0])
     return np.abs(np.diff(azimuth, axis=0)).max() / np.pi
 
 
 def posture_table(inputs: Inputs) -> pd.DataFrame:
-    """What a posture is made of, how smoothly its cosines run, and how unequal C(n, m) and C(m, n) are."""
+    """Table with the size of a posture, the smoothness of its cosines, and the difference of C(n, m) and C(m, n)."""
     data, distances = inputs.dataset, inputs.model.distances
     cosines = _cosines(data.postures)
     within = np.delete(np.arange(1, len(cosines)), data.first[1:-1] - 1)  # not from one clip to the next
-    apart = ~np.eye(len(distances), dtype=bool)
+    off_diagonal = ~np.eye(len(distances), dtype=bool)
     row = {
         "limbs": len(POSTURE12.limbs),
         "joints": len(WALKER15.joints),
         "numbers": PARAMETERS,
         "numbers_per_limb": cosines.shape[2],
-        "asymmetry": np.abs(distances - distances.T)[apart].mean() / distances[apart].mean(),
+        "asymmetry": np.abs(distances - distances.T)[off_diagonal].mean() / distances[off_diagonal].mean(),
         "limb_norm_error_max": np.abs(np.linalg.norm(cosines, axis=-1) - 1.0).max(),
         "cosine_change_max": np.abs(cosines[within] - cosines[within - 1]).max(),
     }

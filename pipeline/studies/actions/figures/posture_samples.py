@@ -19,16 +19,16 @@ from pipeline.studies.study import Figure, Picture, Recorder, Tables
 from pipeline.validation import require_range
 
 MEAN_COLOUR, SAMPLE_COLOUR = "orange", "blue"
-"""Of the mean performance, and of accepted samples, in the recording."""
+"""Colours of the mean performance and of accepted samples, in the recording."""
 
 VIEW_DEG = -55.0
 """Three-quarter view of the picture, from the left."""
 
-BESIDE = 4
-"""Samples of a frame that the picture shows one by one."""
+EXAMPLES = 4
+"""Number of samples of a frame that the picture shows one by one."""
 
-APART_MM = 750.0
-"""Between neighbours in the recording, which stand in a row across this view."""
+SPACING_MM = 750.0
+"""Distance between neighbours in the recording, in a row across this view."""
 
 Inputs = FigureInputs[Postures, Action, SampledPostures]
 
@@ -40,15 +40,15 @@ class PostureSamples(Figure):
     sweep = PostureSampling
 
     def validate(self, experiment: Experiment) -> None:
-        """Raise InvalidInput if the mean performance has no such frame."""
-        samples = getattr(experiment.model, "samples")  # noqa: B009 - of the model above
+        """Raise InvalidInput if a frame of the sweep is outside the mean performance."""
+        samples = getattr(experiment.model, "samples")  # noqa: B009 - the model above has it
         for frame in getattr(experiment.sweep, "frames"):  # noqa: B009
             require_range("sweep.frames", frame, at_least=1, at_most=samples)
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``: joints of mean postures (draw -1) and of the samples shown; ``table_samples``: all.
+        """Return ``table``: joints of mean postures (draw -1) and displayed samples; ``table_samples``: distances.
 
-        ``table_samples_draws``: the same by models learnt of people drawn again.
+        ``table_samples_draws``: distances by models of resampled people.
         """
         sweep = inputs.sweep
         joints = {
@@ -64,7 +64,7 @@ class PostureSamples(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """No chart, but what the caption says of the samples."""
+        """No charts, only a caption with the distances of the samples."""
         accepted = tables["table_samples"].query("kind == 'accepted'")
         measured = "; ".join(
             f"frame {row.frame}: {row.spread_mm:.0f} mm from the mean posture, "
@@ -82,20 +82,20 @@ class PostureSamples(Figure):
     def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
         """Draw a row for each frame: the mean posture with accepted samples, then those that differ most."""
         order = np.argsort(inputs.sweep.frames)
-        seen = camera.project(inputs.sweep.bodies[order], np.radians(VIEW_DEG))
+        images = camera.project(inputs.sweep.bodies[order], np.radians(VIEW_DEG))
         rows = [
             SkeletonRow(
                 label=f"({'abcdefgh'[n % 8]}) frame {frame}",
-                centre=seen[n, 0],
-                others=seen[n, 1:],
-                beside=farthest_apart(inputs.sweep.bodies[order[n]], BESIDE),
+                centre=images[n, 0],
+                others=images[n, 1:],
+                beside=farthest_apart(inputs.sweep.bodies[order[n]], EXAMPLES),
             )
             for n, frame in enumerate(inputs.sweep.frames[order])
         ]
         picture.skeletons(rows, WALKER15.bones, legend=("mean posture", "accepted by the action model"))
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Log the mean performance, playing; at each of the frames the mean posture and its samples side by side."""
+        """Record the mean performance over time, and each frame's mean posture and samples side by side."""
         performance = inputs.sweep.mean_performance
         angle = np.radians(VIEW_DEG)
         # The eye is in front of the row, where the image's horizontal runs to the left.
@@ -118,12 +118,12 @@ class PostureSamples(Figure):
                 zip(inputs.sweep.frames, inputs.sweep.bodies, strict=True), key=lambda row: row[0]
             ):
                 middle = (len(bodies) - 1) / 2
-                reach = 0.5 * len(bodies) * APART_MM + 500.0
+                reach = 0.5 * len(bodies) * SPACING_MM + 500.0
                 for draw, joints in enumerate(bodies):
                     name = f"accepted_{draw}" if draw else "mean"
                     rec.skeleton(
                         f"world/frame_{frame}/{name}",
-                        (joints + (draw - middle) * APART_MM * to_right)[None],
+                        (joints + (draw - middle) * SPACING_MM * to_right)[None],
                         at=[1],
                         colour=SAMPLE_COLOUR if draw else "original",
                     )
@@ -140,18 +140,19 @@ class PostureSamples(Figure):
             rec.blueprint(layout, playing=True)
 
 
-def farthest_apart(bodies: np.ndarray, wanted: int) -> list[int]:
-    """Return which of the others (n, J, 3) of some bodies, the first a reference, lie farthest from it and each other.
+def farthest_apart(bodies: np.ndarray, count: int) -> list[int]:
+    """Return the numbers of the bodies that lie farthest from a reference and from each other.
 
-    One after the other, each as far as possible from the nearest of those before it.
+    The first of the bodies (n, J, 3) is the reference; the others are numbered from 0.  Each body is chosen as far as
+    possible from the nearest of those chosen before.
 
     Examples
     --------
     >>> farthest_apart(np.array([0.0, 1.0, 5.0, 4.5, -3.0]).reshape(5, 1, 1), 2)
     [1, 3]
     """
-    apart = np.linalg.norm(bodies[:, None] - bodies[None], axis=-1).mean(axis=-1)
-    chosen = [0]
-    while len(chosen) <= min(wanted, len(bodies) - 1):
-        chosen.append(int(apart[chosen].min(axis=0).argmax()))
-    return [number - 1 for number in chosen[1:]]
+    distances = np.linalg.norm(bodies[:, None] - bodies[None], axis=-1).mean(axis=-1)
+    numbers = [0]
+    while len(numbers) <= min(count, len(bodies) - 1):
+        numbers.append(int(distances[numbers].min(axis=0).argmax()))
+    return [number - 1 for number in numbers[1:]]

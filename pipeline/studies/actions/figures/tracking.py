@@ -22,14 +22,14 @@ METHODS = {
     "mean_best_phase": Style("mean, best phase", "green", line="dashed", interval=False),
 }
 RECORDED = METHODS | {"mean_linear_phase": replace(METHODS["mean_linear_phase"], colour="yellow")}
-"""Told apart from the silver of the truth."""
+"""Styles in the recording: yellow is easier to distinguish from the silver truth than grey."""
 
 PANELS = {
     "particles": ("particles", "particles"),
     "noise": ("noise_mm", "noise of the image"),
     "occlusion": ("occluded", "share of joints hidden"),
 }
-"""Column and label of what is varied."""
+"""Column and label of each varied quantity."""
 
 CONDITION = ["leave_out", "varied", "particles", "noise_mm", "occluded", "method"]
 
@@ -37,7 +37,7 @@ Inputs = FigureInputs[Postures, Action, TrackingErrors]
 
 
 class TrackingError(Figure):
-    """Error against particles, noise and occlusion, with the prior, without it, and of the mean alone."""
+    """Error of tracking against particles, noise and occlusion: with the prior, without it, and by the mean alone."""
 
     model = ActionSpaceModel
     sweep = HeldOutTracking
@@ -68,7 +68,7 @@ class TrackingError(Figure):
         return {"table": table, "table_performances": each}
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """A row for each way of leaving out: error against particles, noise and occlusion."""
+        """Charts of the error against particles, noise and occlusion, a row for each kind of leaving out."""
         table, sweep = tables["table"], inputs.sweep
         top = 1.05 * table[["error_mm", "error_mm_high"]].max(axis=None)
         charts = []
@@ -107,7 +107,7 @@ class TrackingError(Figure):
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Log one performance: true, tracked with the prior and without, the mean alone; the image; errors."""
+        """Record one performance: truth, tracks with and without the prior, the mean alone, image and errors."""
         sweep, methods = inputs.sweep, list(map(str, inputs.sweep.methods))
         with begin(
             f"\nPerformance `{inputs.samples[sweep.shown[0]]}`, by the model learnt without "
@@ -121,7 +121,7 @@ class TrackingError(Figure):
         ) as rec:
             rec.skeleton("world/original", sweep.shown_true)
             for method, joints, error in zip(methods, sweep.shown_joints, sweep.shown_error_mm, strict=True):
-                # Laid on the recorded pelvis, as the error is.
+                # Moved to the recorded pelvis, as for the error.
                 moved = joints - joints[:, [8]] + sweep.shown_true[:, [8]]
                 style = RECORDED[method]
                 rec.skeleton(f"world/tracked/{method}", moved, colour=style.colour)

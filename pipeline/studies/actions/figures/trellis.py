@@ -1,8 +1,8 @@
 """The disparity space image of one pair and the optimal path through its trellis: mozerov2006 figure 2.
 
 "The sum of the cost values along this path plus the weighted length of the path is minimal among all other possible
-paths": besides the proof, which is dynamic programming, other paths are tried, those that turn at one sample another
-way and many drawn at random.
+paths": dynamic programming proves this.  As a test, the path is compared with paths that differ from it at one sample
+and with many random paths.
 
 Symbols: ``p`` sample of the median sequence, ``d`` disparity, ``E`` squared distance of the postures matched.
 """
@@ -33,7 +33,7 @@ OUTLINE_COLOUR = "grey"
 RANDOM_PATHS = 10_000
 
 DIMENSION = 1
-"""Of the aSpace, shown before and after."""
+"""Dimension of the aSpace in the charts before and after."""
 
 COMPARED = {"linear": "before", "synchronized": "after"}
 
@@ -43,13 +43,10 @@ class OptimalPath(Figure):
 
     model = ActionSpaceModel
 
-    # Brought to the rate of the median sequence; -1: the one with the largest disparity.
-    performance: Annotated[
-        int, bounded(at_least=-1)
-    ] = -1  # by number, brought to the rate of the median sequence; -1: of the largest disparity
+    performance: Annotated[int, bounded(at_least=-1)] = -1  # synchronized performance; -1: largest disparity
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``: E of every node; ``table_path``: the path; ``table_pair``: its distance, that of others."""
+        """Return ``table``: E of every node; ``table_path``: path; ``table_pair``: its distance, least of others."""
         (n, m), nodes, names = self._pair(inputs), _nodes(inputs), inputs.samples
         x_n, x_m = (inputs.model.linear[k] for k in (n, m))
         path = np.asarray(inputs.model.disparity[m], int)
@@ -90,7 +87,7 @@ class OptimalPath(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Both sequences, before and after; the disparity and the distance so far."""
+        """Charts of both sequences, before and after, and of the disparity and the distance along the path."""
         path, facts = tables["table_path"], tables["table_pair"].iloc[0]
         charts = []
         for letter, (alignment, word) in zip("bc", COMPARED.items(), strict=True):
@@ -131,7 +128,7 @@ class OptimalPath(Figure):
         )
 
     def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
-        """Draw the image with the rhombus and the path; beside it both sequences, before and after."""
+        """Draw the image with the rhombus and the path, next to both sequences, before and after."""
         values, disparities = _image(tables["table"])
         path = tables["table_path"]
         picture.heat_map(
@@ -151,7 +148,7 @@ class OptimalPath(Figure):
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Log the image with the path; over samples, the disparity, its distance so far, and both sequences."""
+        """Record the image with the path and, over samples, the disparity, the distance so far and both sequences."""
         values, disparities = _image(tables["table"])
         path, facts, top = tables["table_path"], tables["table_pair"].iloc[0], disparities[-1]
         samples, disparity = path["sample"].to_numpy(), path["disparity"].to_numpy()
@@ -177,18 +174,18 @@ class OptimalPath(Figure):
             rec.blueprint(Columns(left, Rows(*rec.plots)))
 
     def _pair(self, inputs: Inputs) -> tuple[int, int]:
-        """The median sequence, and the performance that is brought to its rate."""
+        """Numbers of the median sequence and of the performance that is brought to its rate."""
         median, count = inputs.model.median, len(inputs.samples)
-        chosen = inputs.model.farthest if self.performance == -1 else self.performance
-        if chosen >= count or chosen == median:
+        performance = inputs.model.farthest if self.performance == -1 else self.performance
+        if performance >= count or performance == median:
             raise InvalidInput(
-                "there is no such performance to synchronize",
+                "no such performance to synchronize",
                 "figure.performance",
-                f"0 to {count - 1} but for {median}, the median sequence, or -1",
+                f"0 to {count - 1} except {median} (the median sequence), or -1",
                 self.performance,
                 code="unknown_performance",
             )
-        return median, chosen
+        return median, performance
 
     def _dimension(self, inputs: Inputs, alignment: str) -> tuple[np.ndarray, np.ndarray]:
         """One dimension of both performances (P,)."""
@@ -198,13 +195,13 @@ class OptimalPath(Figure):
 
 
 def _nodes(inputs: Inputs) -> Trellis:
-    """The trellis that the model searched."""
+    """Trellis that the model searched."""
     options = options_of(inputs)
     return allowed_disparities(options.samples, smoothness=inputs.model.smoothness, **options.path_options)
 
 
 def _outline(inputs: Inputs) -> np.ndarray:
-    """Corners (K, 2) of the admissible region as (sample, disparity), once around."""
+    """Corners (K, 2) of the admissible region as (sample, disparity), in order around it."""
     nodes = _nodes(inputs)
     samples = np.arange(len(nodes.low))
     lower, upper = (np.column_stack([samples, side]) for side in (nodes.low, nodes.high))
@@ -212,7 +209,7 @@ def _outline(inputs: Inputs) -> np.ndarray:
 
 
 def _image(table: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
-    """E (disparities, P) out of the table, NaN outside of the trellis, and the disparities from -D to D."""
+    """E (disparities, P) from the table, NaN outside of the trellis, and the disparities from -D to D."""
     band = table["disparity"].abs().max()
     disparities = np.arange(-band, band + 1)
     image = table.pivot(index="disparity", columns="sample", values="cost").reindex(disparities)

@@ -1,4 +1,4 @@
-"""One dimension of the aSpace, raw, linear, by key-frames and synchronized: mozerov2006 figure 1, with our (d)."""
+"""Performances in one dimension of the aSpace, in four alignments: mozerov2006 figure 1 and our panel (d)."""
 
 from __future__ import annotations
 
@@ -26,32 +26,32 @@ from pipeline.studies.study import Figure, Recorder, Tables
 from pipeline.validation import Count, InvalidInput
 
 PERFORMANCE_COLOURS = ("orange", "blue", "green", "purple", "amber", "sky", "grey")
-"""Of the performances that are drawn beside the median sequence."""
+"""Colours of the performances that are drawn with the median sequence."""
 
 SIDE_BY_SIDE_MM = 650.0
-"""From the middle to either of two people who are shown together."""
+"""Distance of each of two displayed people from the middle."""
 
 COMPARED = {"linear": "before: linearly synchronized", "synchronized": "after: synchronized automatically"}
-"""What the recording shows."""
+"""Alignments in the recording, with their titles."""
 
 
 class Warp(Figure):
-    """One dimension of the aSpace, unsynchronized, linear, by key-frames, automatically."""
+    """Performances in one dimension of the aSpace, in four alignments."""
 
     model = ActionSpaceModel
 
-    dimension: Count = 1  # of the aSpace that is drawn
-    performances: Count = 6  # drawn; the table has all
+    dimension: Count = 1  # dimension of the aSpace that is drawn
+    performances: Count = 6  # number of performances that are drawn; the table has all
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``: all performances in one dimension; ``table_rates``: how far their rates are from constant;
-        ``table_pairs``: squared distance of each two in that dimension.
+        """Return ``table``: all performances in one dimension; ``table_rates``: deviations from constant rate;
+        ``table_pairs``: squared distance of each pair in that dimension.
 
-        Samples of ``table`` are timed by the performance itself if raw, else by the mean duration.
+        Times in ``table`` are those of the performance if raw, otherwise relative to the mean duration.
         """
-        if self.dimension > (most := inputs.model.space.dimensions):
+        if self.dimension > (dimensions := inputs.model.space.dimensions):
             raise InvalidInput(
-                f"must be at most {most}, the dimensions of the aSpace",
+                f"must be at most {dimensions}, the number of dimensions of the aSpace",
                 "figure.dimension",
                 received=self.dimension,
                 code="out_of_range",
@@ -59,8 +59,8 @@ class Warp(Figure):
             )
         rows = sequence_rows(inputs, [self.dimension])
         duration = dict(zip(inputs.samples, inputs.dataset.duration_s, strict=True))
-        own = rows["performance"].map(duration)
-        rows["time_s"] = own.where(rows["stage"] == "raw", inputs.dataset.duration_s.mean())
+        durations = rows["performance"].map(duration)
+        rows["time_s"] = durations.where(rows["stage"] == "raw", inputs.dataset.duration_s.mean())
         last = rows.groupby(["stage", "performance"])["sample"].transform("max")
         rows["time_s"] *= rows["sample"] / last
         columns = ["performance", "stage", "component", "sample", "time_s", "value"]
@@ -72,7 +72,7 @@ class Warp(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Each alignment, with the median sequence among some performances; the two that the recording compares."""
+        """Charts of each alignment with the median sequence and some performances, and of the pair in the recording."""
         median, *others = self._drawn(inputs)
         styles = {median: Style("median sequence", "original", width=1.2)} | {
             name: Style("", colour, width=0.75)
@@ -122,17 +122,17 @@ class Warp(Figure):
         )
 
     def _drawn(self, inputs: Inputs) -> list[str]:
-        """The median sequence, then from the shortest to the longest of the others, evenly."""
+        """Names of the median sequence and of some others, spread evenly from the shortest to the longest."""
         names, median = inputs.samples, inputs.model.median
         others = [names[m] for m in np.argsort(inputs.dataset.duration_s, kind="stable") if m != median]
-        wanted = min(self.performances - 1, len(others))
+        count = min(self.performances - 1, len(others))
         return [
             names[median],
-            *(others[i] for i in np.linspace(0, len(others) - 1, wanted).round().astype(int)),
+            *(others[i] for i in np.linspace(0, len(others) - 1, count).round().astype(int)),
         ]
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Log the median sequence and the performance farthest from it in time, linear above, synchronized below."""
+        """Record the median sequence and the performance farthest from it in time, linear above, synchronized below."""
         action, names = inputs.model, inputs.samples
         people = {"pattern": action.median, "performance": action.farthest}
         with begin(
@@ -172,9 +172,9 @@ class Warp(Figure):
 def _rates(inputs: Inputs, baseline: WithoutMistiming) -> pd.DataFrame:
     """Rates of each rate-to-rate function, relative to the median sequence and a constant rate.
 
-    A sample is at the rate limit if time runs as fast there as the steps of the trellis allow, twice as fast as at a
-    constant rate [mozerov2006 13]; where it stands still is the limit of any monotone function.  `_baseline`: the same
-    of performances without mistiming.
+    A sample is at the rate limit if time runs as fast as the steps of the trellis allow, twice as fast as at a constant
+    rate [mozerov2006 13].  Standstill is not counted: it limits any monotone function.  Columns that end in
+    ``_baseline`` are for performances without mistiming.
     """
     action = inputs.model
     disparity = np.asarray(action.disparity, int)
@@ -202,6 +202,6 @@ def _rates(inputs: Inputs, baseline: WithoutMistiming) -> pd.DataFrame:
 
 
 def _longest_run(true: np.ndarray) -> int:
-    """The most samples in a row at which something holds."""
+    """Length of the longest run of True in a mask (n,)."""
     changes = np.flatnonzero(np.diff(np.concatenate([[0], true.astype(int), [0]])))
     return (changes[1::2] - changes[::2]).max() if len(changes) else 0

@@ -1,8 +1,8 @@
-"""Error of the recovered time against smoothness, for both readings of the penalty; after mozerov2006, ours.
+"""Error of the recovered time against smoothness, for both readings of the penalty in mozerov2006.
 
-[mozerov2006 12] punishes changes of disparity, mu |k|; [mozerov2006 16] as printed its size, mu |d + k|.  Synthetic
-performances have a true course, so the time that each recovers can be judged, beside linear normalisation and
-key-frames.  The median sequence, whose time is its own, is left out of means and standard deviations.
+[mozerov2006 12] penalises changes of disparity, mu |k|; [mozerov2006 16], as printed, penalises its size, mu |d + k|.
+Synthetic performances have a true course, so that the error of the recovered time is known, also for linear
+normalisation and key-frames.  The median sequence defines the time and is left out of means and standard deviations.
 """
 
 from __future__ import annotations
@@ -36,28 +36,28 @@ PORTIONS = {
     "left leg": ("left_thigh", "left_leg"),
     "right leg": ("right_thigh", "right_leg"),
 }
-"""Four portions of the body, synchronized each by itself as the work that the paper differs from does (its portions
-are not told); the pelvis height goes with the trunk."""
+"""Four portions of the body for separate synchronization, as in earlier work that the paper contrasts itself with (its
+portions are not published).  The height of the pelvis belongs to the trunk."""
 
 Inputs = FigureInputs[Postures, Action, TimeErrors]
 
 
 class WarpError(Figure):
-    """How far the recovered time is from the true one, in frames."""
+    """Error of the recovered time, in frames."""
 
     model = ActionSpaceModel
     sweep = Smoothness
     traits = Traits(timeline="log10_smoothness_per_mille")
 
     def validate(self, experiment: Experiment) -> None:
-        """Raise InvalidInput, with ``data`` as its `where`, if the data set does not know the true course."""
+        """Raise InvalidInput, with ``data`` as its `where`, if the data set has no true course."""
         require_true_course(experiment.data.knows_true_course)
 
     def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: error of each alignment and smoothness; ``table_starts``: with free and fixed start.
 
-        ``table_performances`` has the errors of each performance at the model's own smoothness and penalty, and the
-        mean error of four portions of the body synchronized each by itself.
+        ``table_performances`` has the errors of each performance at the model's smoothness and penalty, and the mean
+        error of four separately synchronized portions of the body.
         """
         sweep, action = inputs.sweep, inputs.model
         off = {
@@ -99,14 +99,14 @@ class WarpError(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """The error where the pattern moves, and everywhere, against smoothness; others and mu = 0 as lines across."""
+        """Charts of the error against smoothness, where the pattern moves and everywhere, with other alignments."""
         table = tables["table"]
         synchronized = table[table["stage"] == "synchronized"]
         top = 1.25 * synchronized[[f"{error}_frames" for error in ERRORS]].max(axis=None)
         charts = []
         for error, label in ERRORS.items():
             column = f"{error}_frames"
-            # Without a penalty its two readings are the same.
+            # Both readings of the penalty are equal for mu = 0.
             levels = {"µ = 0": table.loc[table["smoothness"] == 0, column][:1]}
             levels |= {words: table.loc[table["stage"] == name, column] for name, words in REFERENCES.items()}
             charts.append(
@@ -140,22 +140,22 @@ class WarpError(Figure):
 
 
 def _frames_by_portions(inputs: Inputs) -> np.ndarray:
-    """Frame of each performance matched with each sample of the pattern, by each portion of the body, (4, M, P)."""
+    """Frames (4, M, P) of each performance that each portion of the body matches with the samples of the pattern."""
     options, data, median = options_of(inputs), inputs.dataset, inputs.model.median
     samples = inputs.model.linear.shape[1]
-    whole = np.stack([synchronization.normalise(x, samples) for x in data.split(data.postures)])
+    normalised = np.stack([synchronization.normalise(x, samples) for x in data.split(data.postures)])
     per_sample = ((np.diff(data.first) - 1) / (samples - 1))[:, None]
-    found = []
+    frames = []
     for limbs in PORTIONS.values():
         cosines = [1 + 3 * POSTURE12.limbs.index(limb) + k for limb in limbs for k in range(3)]
-        part = whole[:, :, [0, *cosines] if "hip" in limbs else cosines]
+        part = normalised[:, :, [0, *cosines] if "hip" in limbs else cosines]
         mu = options.smoothness * mean_squared_deviation(part)
         disparity = [
             synchronization.synchronize(part[median], x, smoothness=mu, **options.path_options).disparity
             for x in part
         ]
-        found.append(synchronization.rate_to_rate(np.stack(disparity)) * per_sample)
-    return np.stack(found)
+        frames.append(synchronization.rate_to_rate(np.stack(disparity)) * per_sample)
+    return np.stack(frames)
 
 
 def _summary(inputs: Inputs, everywhere: np.ndarray, moving: np.ndarray) -> dict[str, float]:

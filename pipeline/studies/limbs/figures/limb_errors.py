@@ -1,6 +1,6 @@
-"""Error of the trials against what is swept, with bands: park2011 figures 3b, 3c and 3d.
+"""Error of the trials against the swept quantity, with bands: park2011 figures 3b, 3c and 3d.
 
-Root error and radius scale, of one limb, are here; a whole skeleton with missing points is in `missing_data`.
+This module has the figures of one limb; whole skeletons with missing points are in `missing_data`.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from pipeline.studies.replicated import aggregate, interval_words
 from pipeline.studies.study import Figure, Recorder, Tables
 
 BASELINES = ("hanging_error", "mean_pose_error")
-"""Errors of baselines, as `baselines.limb_errors`."""
+"""Errors of baselines, as in `baselines.limb_errors`."""
 
 ADJUSTED_BASELINE = "adjusted_hanging_error"
-"""The first of them with the length that rays ask for, as the figure of the radius gives it to the method."""
+"""Error of the hanging baseline with the length that the rays require, as for the method with adjusted radius."""
 
 BASELINE_MEDIANS = {f"{name}_median": (name, "median") for name in BASELINES}
 
@@ -56,7 +56,7 @@ class RootErrorFigure(Figure):
     sweep = RootErrorSweep
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``, ``table_points``: before the first camera; ``table_cameras``: before all."""
+        """Return the tables of trials and of statistics over them, for the first camera and for all."""
         rows = inputs.sweep.rows
         above = rows.assign(above_parent=rows["child_error_ratio"] > rows["parent_error_ratio"])
         cameras = aggregate(
@@ -76,7 +76,7 @@ class RootErrorFigure(Figure):
         return _tables(rows, cameras, ["root_error_ratio"], errors)
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """The error against that of the parent, and its standard deviation over trials."""
+        """Charts of the error against that of the parent, and of its standard deviation over trials."""
         options = cast(RootErrorSweep, inputs.experiment.sweep)
         first, *others = options.cameras
         styles = {
@@ -113,7 +113,7 @@ class RootErrorFigure(Figure):
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Log the median error from every camera and the error of the parent, and the limb that is shown."""
+        """Record the median error from every camera, the error of the parent, and the displayed limb."""
         record_on_sphere(inputs, begin, "root_error_per_mille", ROOT)
 
 
@@ -124,7 +124,7 @@ class RadiusScaleFigure(Figure):
     sweep = RadiusScaleSweep
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``, ``table_points``: before the first camera; ``table_cameras``: before all."""
+        """Return the tables of trials and of statistics over them, for the first camera and for all."""
         rows, swept = inputs.sweep.rows, ["radius_scale", "adjust"]
         medians = {**BASELINE_MEDIANS, f"{ADJUSTED_BASELINE}_median": (ADJUSTED_BASELINE, "median")}
         cameras = aggregate(
@@ -142,7 +142,7 @@ class RadiusScaleFigure(Figure):
         return _tables(rows, cameras, swept, errors)
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """The error against the scale of the radius, a panel to a camera."""
+        """Charts of the error against the scale of the radius, a panel for each camera."""
         options = cast(RadiusScaleSweep, inputs.experiment.sweep)
         first = options.ways[0]
         styles = {way: STYLES[way] for way in options.ways}
@@ -174,19 +174,19 @@ class RadiusScaleFigure(Figure):
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Log the median error before the first camera over the scale, and the limb that is shown."""
+        """Record the median error from the first camera over the scale, and the displayed limb."""
         record_on_sphere(inputs, begin, "log10_scale_per_mille", "radius_scale")
 
 
 def _quartile_columns(name: str, column: str) -> dict[str, Any]:
-    """Return how a table is aggregated: columns with median, lower and upper quartile of another.
+    """Return the aggregation of a column: its median, lower and upper quartile.
 
     Parameters
     ----------
     name : str
-        Of the columns, before ``_median``, ``_low`` and ``_high``.
+        Name of the new columns, before ``_median``, ``_low`` and ``_high``.
     column : str
-        What is aggregated.
+        Column that is aggregated.
     """
     quartiles = {"low": 0.25, "high": 0.75}
     return {
@@ -196,7 +196,7 @@ def _quartile_columns(name: str, column: str) -> dict[str, Any]:
 
 
 def _tables(rows: pd.DataFrame, cameras: pd.DataFrame, swept: Sequence[str], errors: Sequence[str]) -> Tables:
-    """Every trial before the first camera, errors before all; over trials before the first, and before all."""
+    """Tables of trials and of their statistics, for the first camera and for all cameras."""
     every, first = tidy(rows, by=["trial", *swept]), rows["camera"][0]
     return {
         "table": every[every["camera"] == first],
@@ -207,7 +207,7 @@ def _tables(rows: pd.DataFrame, cameras: pd.DataFrame, swept: Sequence[str], err
 
 
 def _baseline_lines(names: Sequence[str] = BASELINES, **rows: Any) -> list[Lines]:
-    """Medians of baselines over what is swept: one that hangs, and one in its mean pose."""
+    """Lines of the medians of baselines over the swept quantity: hanging limb and mean pose."""
     return [
         Lines(
             **{"table": "table_points", **rows},
@@ -219,13 +219,13 @@ def _baseline_lines(names: Sequence[str] = BASELINES, **rows: Any) -> list[Lines
 
 
 def _interval_words(tables: Mapping[str, pd.DataFrame]) -> str:
-    """What the bands are that lie close to the medians, for captions."""
+    """Sentence of a caption on the bands along the medians."""
     clips = tables["table_trials"]["clip"].nunique()
     return interval_words(clips, of="median", over="clips", bands="Bands along the lines")
 
 
 def _trials(sweep: RootErrorSweep | RadiusScaleSweep) -> str:
-    """How many trials, before which camera, without noise or with it, for captions."""
+    """Number of trials, distance of the camera and noise, for captions."""
     noise = f"noise of {sweep.noise_px:g} px" if sweep.noise_px else "no noise"
     return (
         f"{sweep.trials} limbs at every point, {sweep.distance_mm / 1000:g} m from the camera, {noise}. Error: mean "

@@ -1,4 +1,4 @@
-"""Recording of what is swept over one limb: the error as curves, and the limb as a path on its sphere."""
+"""Recording of a sweep over one limb: the error as curves, and the limb as a path on its sphere."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ Inputs = FigureInputs[LimbStretches, BasisFit, SweptErrors]
 
 
 RADIUS_MM = 1000.0
-"""Of the sphere in a recording, whatever the length of the limb."""
+"""Radius of the sphere in a recording, for limbs of any length."""
 
 EYE_MM = (2100.0, 1500.0, 1000.0)
-"""From where the sphere is looked at."""
+"""Position from which the sphere is seen."""
 
 OUTSIDE = 1.03
-"""Estimates are drawn a little outside of the sphere, or they would hide what they agree with."""
+"""Scale of the estimate's path: slightly outside the sphere, so that it does not hide the truth."""
 
 TRUTH_COLOUR, ESTIMATE_COLOUR = "green", "orange"
 
 
 def sphere() -> tuple[np.ndarray, list[tuple[int, int]]]:
-    """Return the points (1, J, 3), mm, of a sphere of wire, and the pairs of them that are joined."""
+    """Return the points (1, J, 3), mm, of a wire sphere, and the pairs of connected points."""
     meridians, parallels, steps = 8, 5, 48  # circles through the poles, around them, and points to a circle
     turn = np.linspace(0.0, 2.0 * np.pi, steps, endpoint=False)
     circles = []
@@ -54,15 +54,15 @@ def record_on_sphere(
     timeline: str,
     swept: str,
 ) -> None:
-    """Log the charts over a column that is swept, on a timeline, and the limb that is shown."""
+    """Record the charts over a swept column, on a timeline, and the displayed limb."""
     sweep = inputs.sweep
-    shown = sweep.rows[sweep.rows["trial"] == sweep.shown].iloc[0]
-    truth, found = RADIUS_MM * sweep.paths[:, 0], RADIUS_MM * OUTSIDE * sweep.paths[:, 1]
+    trial = sweep.rows[sweep.rows["trial"] == sweep.shown].iloc[0]
+    truth, estimate = RADIUS_MM * sweep.paths[:, 0], RADIUS_MM * OUTSIDE * sweep.paths[:, 1]
     globe, wires = sphere()
     at = np.unique(on_timeline(timeline, sweep.rows[swept].to_numpy()))
     bones = path_bones(truth.shape[1])
     with begin(
-        f"\nThe limb shown is `{shown['limb']}` of `{shown['clip']}`, {Camera(shown['camera']).words}: the trial whose"
+        f"\nThe limb shown is `{trial['limb']}` of `{trial['clip']}`, {Camera(trial['camera']).words}: the trial whose"
         " errors are nearest to the medians. Its end moves on the sphere of the limb, drawn with a radius of "
         f"{RADIUS_MM / 1000.0:g} m: {TRUTH_COLOUR} the truth, {ESTIMATE_COLOUR} the estimate at the value at the "
         f"cursor, drawn {100 * (OUTSIDE - 1):.0f} % outside. Drag the cursor.\n",
@@ -70,7 +70,7 @@ def record_on_sphere(
         at=at,
     ) as rec:
         rec.skeleton("world/original", truth, bones, colour=TRUTH_COLOUR, thickness_mm=6.0)
-        rec.skeleton("world/reconstructed", found, bones, colour=ESTIMATE_COLOUR, thickness_mm=6.0)
+        rec.skeleton("world/reconstructed", estimate, bones, colour=ESTIMATE_COLOUR, thickness_mm=6.0)
         rec.skeleton("world/sphere", globe, wires, at=at[:1], thickness_mm=1.0)
         sphere_view = Space3D(name="truth and estimate", eye_mm=EYE_MM, target_mm=(0.0, 0.0, 0.0))
         rec.blueprint(Columns(sphere_view, Rows(*rec.plots, Notes())))

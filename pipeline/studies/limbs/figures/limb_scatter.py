@@ -27,16 +27,16 @@ from pipeline.studies.limbs.scores import MIN_DRAWN, SUCCESS
 from pipeline.studies.replicated import interval_over_clusters, interval_words
 from pipeline.studies.study import Figure, Recorder, Tables
 
-MOST = 1000.0
-"""Of reconstructibility, which is without bound where the truth lies in the basis."""
+MAX_RECONSTRUCTIBILITY = 1000.0
+"""Upper limit of reconstructibility, which is unbounded if the truth lies in the basis."""
 
 WINDOW = 8
-"""The running median is over the n / 8 trials that are nearest in rank, 5 at least."""
+"""Divisor of the window: the running median is over the n / 8 trials nearest in rank, at least 5."""
 
 PUBLISHED = Reference(x="park2011_accuracy_is_high_above_one", label="η = 1")
 
 RANGE = (1e-2, 1e3)
-"""Of reconstructibility, as the recording shows it."""
+"""Displayed range of reconstructibility."""
 
 PATHS = {"original": ("green", 1.0), "impostor": ("orange", 1.0), "reconstructed": ("amber", OUTSIDE)}
 """Colour and scale of the paths in the recording, in the order of `LimbReconstructibilities.paths`."""
@@ -54,13 +54,13 @@ class LimbScatter(Figure):
     sweep = ReconstructibilitySweep
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``: every trial; ``table_running``: of all cameras, over reconstructibility.
+        """Return ``table``: every trial; ``table_running``: running median over reconstructibility.
 
-        ``table_correlation``: rank correlation of error and what might predict it; ``table_refinement``: of direct
-        optimisation from other starts, ``table_starts``: its trials.
+        ``table_correlation``: rank correlation of the error with its predictors; ``table_refinement``: direct
+        optimisation from other starts; ``table_starts``: its trials.
         """
         rows, starts = inputs.sweep.rows, inputs.sweep.starts
-        eta = rows["reconstructibility"].clip(upper=MOST).to_numpy()
+        eta = rows["reconstructibility"].clip(upper=MAX_RECONSTRUCTIBILITY).to_numpy()
         error = rows["limb_error"].to_numpy()
         refinement = starts.groupby("start", sort=False).agg(
             limb_error_median=("limb_error", "median"),
@@ -78,7 +78,7 @@ class LimbScatter(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """The error of every trial against reconstructibility and the mirror margin; the running median."""
+        """Charts of every trial's error against reconstructibility and mirror margin, and of the running median."""
         options = _options(inputs)
         table, correlation = tables["table"], tables["table_correlation"]
         cameras = options.cameras
@@ -131,15 +131,15 @@ class LimbScatter(Figure):
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Log the running median over log eta, and the limb at the cursor, a good and a bad one on their spheres."""
+        """Record the running median over log eta, and limbs on their spheres: at the cursor, a good and a bad one."""
         trials = inputs.sweep.rows
         eta = trials["reconstructibility"].clip(*RANGE).to_numpy()
         paths, error = RADIUS_MM * inputs.sweep.paths, trials["limb_error"].to_numpy()
         at, rows = increasing(1000.0 * np.log10(eta))
         bones = path_bones(paths.shape[2])
-        # The good one has the lowest error of those that are clearly reconstructible, or of all where none is.
+        # The good limb has the lowest error among the clearly reconstructible ones, or among the top tenth.
         clear = eta >= min(GREEN_ABOVE, np.quantile(eta, 0.9))
-        shown = {
+        examples = {
             "good": np.flatnonzero(clear)[np.argmin(error[clear])],
             "impostor": np.argmax(error),
         }
@@ -155,18 +155,21 @@ class LimbScatter(Figure):
             "\nRelative trajectories on the sphere of their limb, which is drawn with a radius of "
             f"{RADIUS_MM / 1000.0:g} m: {PATHS['original'][0]} the truth, {PATHS['impostor'][0]} the impostor, "
             f"{PATHS['reconstructed'][0]} the estimate, drawn "
-            f"{100 * (OUTSIDE - 1):.0f} % outside.\n\n- good: {words(shown['good'])}\n- impostor: "
-            f"{words(shown['impostor'])}\n- at the cursor: the trial with that reconstructibility.\n\n"
+            f"{100 * (OUTSIDE - 1):.0f} % outside.\n\n- good: {words(examples['good'])}\n- impostor: "
+            f"{words(examples['impostor'])}\n- at the cursor: the trial with that reconstructibility.\n\n"
             "The cursor counts thousandths of log10 of eta: "
             f"{1000.0 * np.log10(GREEN_ABOVE):.0f} is {GREEN_ABOVE:g}.\n",
             timeline="log10_eta_per_mille",
         ) as rec:
             globe, wires = sphere()
-            for where, chosen in {**{k: np.array([v]) for k, v in shown.items()}, "cursor": rows}.items():
+            for where, selected in {
+                **{k: np.array([v]) for k, v in examples.items()},
+                "cursor": rows,
+            }.items():
                 for part, (name, (colour, scale)) in enumerate(PATHS.items()):
                     rec.skeleton(
                         f"world/{where}/{name}",
-                        scale * paths[chosen, part],
+                        scale * paths[selected, part],
                         bones,
                         at=at if where == "cursor" else at[:1],
                         colour=colour,
@@ -190,9 +193,9 @@ def _options(inputs: Inputs) -> ReconstructibilitySweep:
 
 
 def _running(values: np.ndarray, error: np.ndarray, clip: np.ndarray) -> pd.DataFrame:
-    """Median and quartiles of the error of the trials that are nearest in rank, at every trial.
+    """Running median and quartiles of the error, over the trials nearest in rank to each trial.
 
-    The interval of the median is over the clips that these trials are of.
+    The interval of the median is over the clips of these trials.
     """
     order = np.argsort(values, kind="stable")
     count = len(values)
@@ -200,7 +203,7 @@ def _running(values: np.ndarray, error: np.ndarray, clip: np.ndarray) -> pd.Data
     starts = np.clip(np.arange(count) - width // 2, 0, count - width)
     rows = order[starts[:, None] + np.arange(width)]
     low, middle, high = np.quantile(error[rows], [0.25, 0.5, 0.75], axis=1)
-    # Neighbours share their trials at both ends.
+    # Trials near either end have the same window.
     windows, window = np.unique(starts, return_inverse=True)
     ends = [
         interval_over_clusters(clip[at], error[at], weighted_medians)
@@ -220,7 +223,7 @@ def _running(values: np.ndarray, error: np.ndarray, clip: np.ndarray) -> pd.Data
 
 
 def _correlations(rows: pd.DataFrame) -> pd.DataFrame:
-    """One row to each camera, and one to all."""
+    """Table of rank correlations and successes: a row for each camera, and one for all."""
     predictors = {
         "spearman_vector": "reconstructibility_vector",
         "spearman_angle": "reconstructibility_angle",
@@ -230,19 +233,19 @@ def _correlations(rows: pd.DataFrame) -> pd.DataFrame:
         {
             "camera": camera,
             **{
-                name: rank_correlation(here[by].to_numpy(), here["limb_error"].to_numpy())
+                name: rank_correlation(trials[by].to_numpy(), trials["limb_error"].to_numpy())
                 for name, by in predictors.items()
             },
-            "success": (here["limb_error"] < SUCCESS).mean(),
-            "success_up_to_mirror": (here["error_up_to_mirror"] < SUCCESS).mean(),
-            "trials": len(here),
+            "success": (trials["limb_error"] < SUCCESS).mean(),
+            "success_up_to_mirror": (trials["error_up_to_mirror"] < SUCCESS).mean(),
+            "trials": len(trials),
         }
-        for camera, here in sorted([("all", rows), *rows.groupby("camera")], key=lambda pair: pair[0])
+        for camera, trials in sorted([("all", rows), *rows.groupby("camera")], key=lambda pair: pair[0])
     )
 
 
 def increasing(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return whole numbers that increase, and the places of the values next to them, the first of equal ones."""
+    """Return increasing whole numbers, and the indices of the values that round to them (the first of several)."""
     order = np.argsort(values, kind="stable")
-    whole, first = np.unique(np.rint(values[order]).astype(int), return_index=True)
-    return whole, order[first]
+    rounded, first = np.unique(np.rint(values[order]).astype(int), return_index=True)
+    return rounded, order[first]

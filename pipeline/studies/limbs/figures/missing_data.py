@@ -23,8 +23,8 @@ PATTERN_NAMES = {Pattern.random: "one by one at random", Pattern.block: "runs of
 PATTERN_LABELS = {Pattern.random: "random", Pattern.block: "runs"}
 PATTERN_COLOURS = {Pattern.random: "blue", Pattern.block: "orange"}
 
-FOUND_COLOUR, IMPUTED_COLOUR = "blue", "orange"
-"""Of the skeleton, and of the points that were imputed, in the recording."""
+ESTIMATE_COLOUR, IMPUTED_COLOUR = "blue", "orange"
+"""Colours of the skeleton and of the imputed points, in the recording."""
 
 PUBLISHED = Reference(x=0.05, y="park2011_error_with_missing_data", label="published")
 
@@ -32,7 +32,7 @@ BANDED = (
     "relative_error_mean", "relative_error_up_to_mirror_mean", "hanging_relative_error_mean",
     "mean_pose_relative_error_mean", "imputed_error_mm_median", "seen_error_mm_median",
 )  # fmt: skip
-"""Means and medians over skeletons that have an interval over clips."""
+"""Means and medians over skeletons with an interval over clips."""
 
 Inputs = FigureInputs[LimbStretches, BasisFit, MissingDataErrors]
 
@@ -70,13 +70,13 @@ class MissingDataFigure(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """The relative error as in the paper, and the error of points that were seen and that were not."""
+        """Charts of the relative error, as in the paper, and of the errors of observed and imputed points."""
         options = cast(MissingDataSweep, inputs.experiment.sweep)
         table, first = tables["table_points"], options.patterns[0]
         points: dict[str, Any] = {"table": "table_points", "by": "pattern"}
 
         def styles(label: str = "", line: str = "solid") -> dict[str, Style]:
-            """Patterns are told apart by colour; `label` names what the lines of the first are of."""
+            """Return styles that distinguish patterns by colour; `label` names the lines of the first."""
             return {
                 str(p): Style((label if p is first else "") if label else PATTERN_LABELS[p], PATTERN_COLOURS[p],
                 line=line,
@@ -135,39 +135,39 @@ class MissingDataFigure(Figure):
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Log one skeleton with its missing points imputed, and errors over time and fractions."""
+        """Record one skeleton with its imputed points, and errors over time and fractions."""
         sweep, table = inputs.sweep, tables["table_points"]
         options = cast(MissingDataSweep, inputs.experiment.sweep)
-        true, found, imputed = sweep.shown_true, sweep.shown_found, sweep.shown_imputed
+        true, estimate, imputed = sweep.shown_true, sweep.shown_found, sweep.shown_imputed
         times = np.arange(len(true)) / inputs.dataset.frame_rate_hz
-        # Its place in the world is where it was recorded: brought to the middle of the view, on the ground.
+        # Moves the skeleton from its recorded position to the middle of the view, on the ground.
         ground = lift(true) - true[:, ROOT].mean(axis=0) * [1.0, 1.0, 0.0]
-        error = np.linalg.norm(found - true, axis=-1)
-        seen = ~imputed & (np.arange(true.shape[1]) != ROOT)
+        error = np.linalg.norm(estimate - true, axis=-1)
+        observed = ~imputed & (np.arange(true.shape[1]) != ROOT)
         with begin(
             f"\n`{sweep.shown_clip}` with {100 * sweep.shown_fraction:g} % of its points missing "
             f"({PATTERN_NAMES[Pattern(sweep.shown_pattern)]}), the one of median error. "
-            f"{name_on_dark('original').capitalize()}: recorded; {FOUND_COLOUR}: reconstructed; {IMPUTED_COLOUR}: "
+            f"{name_on_dark('original').capitalize()}: recorded; {ESTIMATE_COLOUR}: reconstructed; {IMPUTED_COLOUR}: "
             "points that were imputed. In the image missing points are not there. Bars: mean "
             "relative error in percent over percent of missing points.\n",
             at=times,
         ) as rec:
             rec.skeleton("world/original", true + ground)
-            rec.skeleton("world/reconstructed", found + ground, colour=FOUND_COLOUR)
+            rec.skeleton("world/reconstructed", estimate + ground, colour=ESTIMATE_COLOUR)
             if imputed.any():
                 # Points alone: a bone needs both its ends, so none is drawn between a joint and itself.
                 rec.skeleton(
                     "world/imputed",
-                    np.where(imputed[..., None], found + ground, np.nan),
+                    np.where(imputed[..., None], estimate + ground, np.nan),
                     [(j, j) for j in range(true.shape[1])],
                     colour=IMPUTED_COLOUR,
                     thickness_mm=16.0,
                 )
             rec.image_points("image/observed", options.upright_mm(sweep.shown_image))
-            for part, here, colour in (("imputed", imputed, "orange"), ("seen", seen, "blue")):
-                has = here.any(axis=1)
+            for part, mask, colour in (("imputed", imputed, "orange"), ("seen", observed, "blue")):
+                has = mask.any(axis=1)
                 if has.any():
-                    mean = np.where(here, error, 0.0).sum(axis=1)[has] / here.sum(axis=1)[has]
+                    mean = np.where(mask, error, 0.0).sum(axis=1)[has] / mask.sum(axis=1)[has]
                     rec.curve(
                         f"curves/error_mm/{part}", times[has], mean, label=f"{part} points", colour=colour
                     )

@@ -33,10 +33,10 @@ LIMBS = WALKER14.limbs
 PUBLISHED = Reference(y="park2011_humaneva_mean_error", label="published")
 
 ASIDE_RAD = np.pi / 2
-"""How far around the camera's own azimuth the picture's other view stands."""
+"""Angle between the camera's azimuth and the picture's other view."""
 
 STEPS = {"hangs straight down": "baseline", "reconstructed": "orange", "mirrors tried": "blue"}
-"""What is compared, from nothing known on, and its colour."""
+"""Compared skeletons, beginning with the baseline, and their colours."""
 
 TRACED = ("left_wrist", "right_wrist", "left_ankle", "right_ankle")
 """Joints whose whole trajectories are drawn."""
@@ -50,9 +50,9 @@ class MotionsFigure(Figure):
     model = TrajectoryBasisModel
     sweep = MotionsSweep
 
-    mirrors: bool = False  # show the reconstructions in which mirrors of limbs in doubt were tried
-    instants: Count = 4  # of each motion that are drawn
-    shown: list[str] = [  # the first clip whose action says so is drawn
+    mirrors: bool = False  # show the reconstructions with mirrors of doubtful limbs tried
+    instants: Count = 4  # number of instants of each motion that are drawn
+    shown: list[str] = [  # words of actions; the first clip of each is drawn
         "dance", "jump", "cartwheel", "signals", "walk", "bending", "smooth angles",
     ]  # fmt: skip
 
@@ -63,36 +63,38 @@ class MotionsFigure(Figure):
     def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: each joint of each clip and camera; ``table_clips``; ``table_limbs``.
 
-        ``table_steps``: each clip and camera, from nothing known on; ``table_papers``: of clips in the paper's
-        conditions, beside the first figure alone.
+        ``table_steps``: each clip and camera by step of `STEPS`; ``table_papers``: clips in the paper's conditions,
+        only without trials of mirrors.
         """
         sweep, order = inputs.sweep, ["clip", "camera"]
-        made = {"table": sweep.joints, "table_clips": sweep.clips, "table_limbs": sweep.limbs}
-        beside = {} if self.mirrors else {"table_papers": tidy(sweep.papers, by=order)}
-        shown = {
+        sweep_tables = {"table": sweep.joints, "table_clips": sweep.clips, "table_limbs": sweep.limbs}
+        further = {} if self.mirrors else {"table_papers": tidy(sweep.papers, by=order)}
+        displayed = {
             name: rows[rows["mirrors_tried"] == self.mirrors].drop(columns="mirrors_tried")
-            for name, rows in made.items()
+            for name, rows in sweep_tables.items()
         }
-        first, tried = (made["table_clips"].query(f"mirrors_tried == {one}") for one in (False, True))
-        errors = (first["hanging_error_mm"], first["error_mm"], tried["error_mm"])
+        first, second = (
+            sweep_tables["table_clips"].query(f"mirrors_tried == {variant}") for variant in (False, True)
+        )
+        errors = (first["hanging_error_mm"], first["error_mm"], second["error_mm"])
         steps = [
             rows[["clip", "camera"]].assign(step=step, error_mm=error)
-            for step, rows, error in zip(STEPS, (first, first, tried), errors, strict=True)
+            for step, rows, error in zip(STEPS, (first, first, second), errors, strict=True)
         ]
-        beside["table_steps"] = tidy(pd.concat(steps if self.mirrors else steps[:2]), by=order)
-        return {**beside, **{name: tidy(rows, by=order) for name, rows in shown.items()}}
+        further["table_steps"] = tidy(pd.concat(steps if self.mirrors else steps[:2]), by=order)
+        return {**further, **{name: tidy(rows, by=order) for name, rows in displayed.items()}}
 
     def chosen(self, inputs: Inputs) -> list[int]:
-        """Return which clips are drawn: of each word the first whose action says so; if none does, the first."""
+        """Return the numbers of the drawn clips: the first clip for each word in `shown`, or clip 0 if none matches."""
         actions = [str(action).lower() for action in inputs.dataset.action[self._of(inputs).stretch]]
-        found = [
+        first_clips = [
             next((n for n, action in enumerate(actions) if word.lower() in action), None)
             for word in self.shown
         ]
-        return list(dict.fromkeys(n for n in found if n is not None)) or [0]
+        return list(dict.fromkeys(n for n in first_clips if n is not None)) or [0]
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Error of every clip, with the paper's number: by camera on the page, from step to step in the picture."""
+        """Charts of every clip's error, with the paper's number: by camera on the page, by step in the picture."""
         options, sweep = _options(inputs), self._of(inputs)
         table, steps = tables["table_clips"], tables["table_steps"]
         cameras = {str(name): Style(f"{name} camera", Camera(name).colour) for name in sweep.cameras}
@@ -132,12 +134,12 @@ class MotionsFigure(Figure):
         )
 
     def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
-        """Draw one clip before the first camera, before and after; the cameras from above; errors of all clips."""
+        """Draw one clip from the first camera, by step; the cameras from above; errors of all clips."""
         sweep, n = self._of(inputs), self.chosen(inputs)[0]
         middles = (np.arange(self.instants) + 0.5) * (sweep.truth.shape[1] - 1) / self.instants
         instants = np.unique(np.rint(middles).astype(int))
         truth, lengths = sweep.truth[n], inputs.dataset.lengths_mm[sweep.stretch[n]]
-        known = [baselines.hanging(truth[:, ROOT], lengths), inputs.sweep.as_chosen.positions[n, 0]]
+        compared = [baselines.hanging(truth[:, ROOT], lengths), inputs.sweep.as_chosen.positions[n, 0]]
         aside = sweep.azimuth_rad[n, 0] + ASIDE_RAD
         of_clip = tables["table_steps"].set_index(["clip", "camera", "step"])["error_mm"]
         of_clip = of_clip.loc[(inputs.dataset.clip[sweep.stretch[n]], sweep.cameras[0])]
@@ -148,7 +150,7 @@ class MotionsFigure(Figure):
                 across(truth[instants], aside),
                 STEPS[step],
             )
-            for step, positions in zip(STEPS, [*known, sweep.positions[n, 0]], strict=True)
+            for step, positions in zip(STEPS, [*compared, sweep.positions[n, 0]], strict=True)
             if step in of_clip.index
         ]
         cameras = [
@@ -164,7 +166,7 @@ class MotionsFigure(Figure):
         picture.motion(scene, WALKER15.bones)
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Log every clip shown from every camera: truth, reconstruction by confidence, image, whole trajectories."""
+        """Record every drawn clip from every camera: truth, reconstruction by confidence, image, trajectories."""
         sweep, options = self._of(inputs), _options(inputs)
         numbers, cameras = self.chosen(inputs), [str(camera) for camera in sweep.cameras]
         confidence = np.vectorize(confidence_of_mirror_margin, otypes=[str])(sweep.mirror_margin)
@@ -236,8 +238,8 @@ def _from_above(matrix: np.ndarray, image: np.ndarray, truth: np.ndarray) -> tup
     inverse = np.linalg.inv(matrix[..., :3])
     centre = -(inverse @ matrix[..., 3:])[..., 0]
     middle = len(centre) // 2
-    seen = image[middle, np.isfinite(image[middle]).all(axis=-1)]
-    ends = [(float(u), seen[:, 1].mean(), 1.0) for u in (seen[:, 0].min(), seen[:, 0].max())]
+    points = image[middle, np.isfinite(image[middle]).all(axis=-1)]
+    ends = [(float(u), points[:, 1].mean(), 1.0) for u in (points[:, 0].min(), points[:, 0].max())]
     rays = np.array([inverse[middle] @ end for end in ends])
     depth = 1.15 * np.linalg.norm(truth[middle].mean(axis=0) - centre[middle])
     reached = centre[middle] + depth * rays / np.linalg.norm(rays, axis=1, keepdims=True)
@@ -255,18 +257,18 @@ def _limbs_of(
     which: np.ndarray,
     colour: str,
 ) -> None:
-    """Add those limbs (14,) of a skeleton of one confidence, if there are any."""
+    """Record the limbs (14,) that `which` selects, if there are any."""
     if not which.any():
         return
     bones = [(int(parent), int(child)) for parent, child in WALKER14.ends[which]]
-    apart = np.full_like(positions, np.nan)
-    held = sorted({joint for bone in bones for joint in bone})
-    apart[:, held] = positions[:, held]
-    rec.skeleton(entity, apart, bones, colour=colour, thickness_mm=9.0)
+    selected = np.full_like(positions, np.nan)
+    joints = sorted({joint for bone in bones for joint in bone})
+    selected[:, joints] = positions[:, joints]
+    rec.skeleton(entity, selected, bones, colour=colour, thickness_mm=9.0)
 
 
 def _trace(rec: Recording, entity: str, positions: np.ndarray, colour: str) -> None:
-    """Add whole trajectories of wrists and ankles: one row at the beginning, which stands for all times."""
+    """Record whole trajectories of wrists and ankles as one row at the beginning, valid at all times."""
     frames = len(positions)
     points = np.concatenate([positions[:, WALKER15.index(joint)] for joint in TRACED])
     steps = [(k * frames + t, k * frames + t + 1) for k in range(len(TRACED)) for t in range(frames - 1)]

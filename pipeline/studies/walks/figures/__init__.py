@@ -1,1 +1,1 @@
-"""studies.walks.figures."""
+"""Figures of zhang2004 and zhang2007."""

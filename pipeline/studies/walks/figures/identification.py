@@ -1,4 +1,4 @@
-"""Whether people are told apart by what is reconstructed from different views: zhang2004 sections 4.3 and 5."""
+"""Identification of people from reconstructions of different views: zhang2004 sections 4.3 and 5."""
 
 from __future__ import annotations
 
@@ -19,37 +19,37 @@ Inputs = FigureInputs[FourierSamples, Eigenwalkers, KnownViewErrors]
 
 
 def missing_dimensions(sweep: KnownViewErrors) -> dict[str, np.ndarray]:
-    """What each method and the average walker have at the demonstration views, (R, V, 5, 15) each."""
+    """Missing dimension by each method and by the average walker at the demonstration views, (R, V, 5, 15) each."""
     reconstructed = dict(zip(sweep.methods.tolist(), sweep.missing, strict=True))
     return {**reconstructed, AVERAGE_WALKER.name: sweep.average_walker}
 
 
 def identification_table(inputs: Inputs) -> pd.DataFrame:
-    """Whether the nearest of all reconstructions from another view is the same person's, for every pair of views.
+    """Identification for every pair of views: 1 if the nearest reconstruction from the other view is the same person's.
 
-    The same walk is seen from both views: identification over walks of a person is harder.
+    Both views show the same walk; identification across different walks of a person is harder.
     """
     sweep, data = inputs.sweep, inputs.dataset
     person = np.unique(data.person, return_inverse=True)[1]
     views = sweep.demonstration_view_deg
     turned = np.radians(views)[None, :, None, None]
-    seen = camera.project(data.coefficients[:, None], turned)
+    images = camera.project(data.coefficients[:, None], turned)
     blocks = []
     for name, depth in missing_dimensions(sweep).items():
-        walkers = camera.combine(seen, depth, turned)
+        walkers = camera.combine(images, depth, turned)
         flat = walkers.reshape(*walkers.shape[:2], -1)
-        for one, other in permutations(range(len(views)), 2):
-            apart = ((flat[:, one, None] - flat[None, :, other]) ** 2).sum(axis=-1)
+        for first, second in permutations(range(len(views)), 2):
+            distances = ((flat[:, first, None] - flat[None, :, second]) ** 2).sum(axis=-1)
             blocks.append(
                 {
                     "person": data.person,
                     "walker": inputs.samples,
                     "method": name,
-                    "view_angle_deg": views[one],
-                    "among_view_angle_deg": views[other],
-                    "identified": (person[apart.argmin(axis=1)] == person).astype(int),
+                    "view_angle_deg": views[first],
+                    "among_view_angle_deg": views[second],
+                    "identified": (person[distances.argmin(axis=1)] == person).astype(int),
                 }
             )
     by = ["walker", "method", "view_angle_deg", "among_view_angle_deg"]
-    # Of a single view there are no pairs: a table without rows.
+    # A single view has no pairs; the table then has no rows.
     return tidy(stacked(blocks).reindex(columns=["person", *by, "identified"]), by=by)

@@ -35,17 +35,17 @@ class NoiseVariance(Figure):
         sweep = experiment.sweep
         if isinstance(sweep, KnownView) and MAP.name not in sweep.methods:
             raise InvalidInput(
-                "σ² is swept for approach II alone",
+                "the sweep over σ² needs approach II",
                 "sweep.methods",
                 "map among the methods",
                 code="needs_map",
             )
 
     def tables(self, inputs: Inputs) -> Tables:
-        """``table``: mean over walkers and views; ``table_views``: per view; ``table_people``: per walker.
+        """Return ``table``: mean over walkers and views; ``table_views``: per view; ``table_people``: per walker.
 
-        ``table_paired``: what each σ² adds to the error of the best one, walker by walker; ``table_nested``: σ² that
-        others choose for each walker, on models without that walker, and the average walker.
+        ``table_paired``: error that each σ² adds to that of the best σ², walker by walker; ``table_nested``: error with
+        the σ² that other people choose for each walker, and error of the average walker.
         """
         sweep, by = inputs.sweep, ["person", "walker", "method"]
         curve = {
@@ -53,9 +53,9 @@ class NoiseVariance(Figure):
             "absolute_error_se_mm2": ("absolute_error_mm2", lambda each: sd(each) / np.sqrt(len(each))),
         }
         walkers = sweep.rows.groupby(by, as_index=False)["absolute_error_mm2"].mean()
-        sigma2, chosen = sweep.sigma2(inputs.samples), sweep.chosen(inputs.samples)
+        sigma2, nested = sweep.sigma2(inputs.samples), sweep.chosen(inputs.samples)
         average = walkers[
-            (walkers["method"] == AVERAGE_WALKER.name) & walkers["walker"].isin(chosen["walker"])
+            (walkers["method"] == AVERAGE_WALKER.name) & walkers["walker"].isin(nested["walker"])
         ]
         errors = sigma2.pivot(index=["person", "walker"], columns="sigma2_mm2", values="absolute_error_mm2")
         added = errors.sub(errors[errors.mean().idxmin()], axis=0).stack().rename("added_error_mm2")
@@ -73,14 +73,14 @@ class NoiseVariance(Figure):
                 },
                 by=["view_angle_deg", "sigma2_mm2"],
             ),
-            "table_nested": tidy(pd.concat([chosen, average]), by=["walker", "method"]),
+            "table_nested": tidy(pd.concat([nested, average]), by=["walker", "method"]),
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Mean error against σ², the optimum and the published one marked; what σ² adds; the error of single views."""
+        """Charts against σ²: mean error with our and the published optimum, added error, and error of single views."""
         table, views = tables["table"], inputs.sweep.view_angle_deg
         best = table["absolute_error_mm2"].to_numpy().argmin()
-        here = table["sigma2_mm2"][best]
+        best_sigma2 = table["sigma2_mm2"][best]
         inside = 0 < best < len(table) - 1
         sigma2 = partial(
             Chart,
@@ -92,7 +92,10 @@ class NoiseVariance(Figure):
         mean = sigma2(
             label="mean square error",
             styles={"map": Style("", "map")},
-            references=[*([Reference(x=here, label=f"here {here:g}")] if inside else []), PUBLISHED],
+            references=[
+                *([Reference(x=best_sigma2, label=f"here {best_sigma2:g}")] if inside else []),
+                PUBLISHED,
+            ],
         )
         added = sigma2(
             table="table_paired",
@@ -102,22 +105,23 @@ class NoiseVariance(Figure):
             references=[PUBLISHED],
         )
         half = views[views >= 0] if (views >= 0).any() else views
-        shown = half[np.unique(np.linspace(0, len(half) - 1, len(_COLOURS)).astype(int))]
+        some_views = half[np.unique(np.linspace(0, len(half) - 1, len(_COLOURS)).astype(int))]
         of_views = sigma2(
             label="error of single views",
             name="absolute_error_of_views_mm2",
             table="table_views",
             by="view_angle_deg",
             styles={
-                str(v): Style(f"{v:g}°".replace("-", "−"), of) for v, of in zip(shown, _COLOURS, strict=False)
+                str(v): Style(f"{v:g}°".replace("-", "−"), colour)
+                for v, colour in zip(some_views, _COLOURS, strict=False)
             },
         )
-        at_end = f" No optimum inside the range: the lowest error is at its end, {here:g} mm²."
+        at_end = f" No optimum inside the range: the lowest error is at its end, {best_sigma2:g} mm²."
         caption = f"Bands: {inputs.banded}; in (b) {OVER_PEOPLE}." + ("" if inside else at_end)
         return Sheet(charts=[mean, added, of_views], columns=3, panel_size=(2.5, 2.2), caption=caption)
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """The curves over sigma², and the error of every view at every sigma² with its valley."""
+        """Record the curves over sigma², and the error of every view and sigma² with the best sigma² of each view."""
         views = inputs.sweep.map_errors.view_mm2
         valley = np.column_stack([np.arange(len(views)), views.argmin(axis=1)])
         with begin(timeline="sigma2_mm2") as rec:

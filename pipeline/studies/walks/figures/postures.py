@@ -30,7 +30,7 @@ Inputs = FigureInputs[FourierSamples, Eigenwalkers, KnownViewErrors]
 
 
 def reconstructed(inputs: Inputs, method: int, walker: int, view: int) -> np.ndarray:
-    """Fourier representation (5, 15, 3) put together from the observed view and the missing dimension."""
+    """Fourier representation (5, 15, 3) combined from the observed view and the missing dimension."""
     truth = inputs.dataset.coefficients[walker]
     angle = np.radians(inputs.sweep.demonstration_view_deg[view])
     return camera.combine(camera.project(truth, angle), inputs.sweep.missing[method, walker, view], angle)
@@ -46,14 +46,14 @@ class Postures(Figure):
         ranked_by=("table_demonstrations", "rms_error_least_squares_mm"),
     )
 
-    walker: CountOrAll = 0  # that is drawn, by number
-    instants: Count = 5  # of the cycle that are drawn
-    recorded: Count = 24  # walkers of the recording, spread over all; 80 of them would take 14 MB
+    walker: CountOrAll = 0  # number of the walker that is drawn
+    instants: Count = 5  # number of instants of the cycle that are drawn
+    recorded: Count = 24  # number of walkers in the recording, spread evenly; 80 would take 14 MB
 
     def tables(self, inputs: Inputs) -> Tables:
-        """``table``: joints of one walker at each instant; ``table_demonstrations``: every walker, every view.
+        """Return ``table``: joints of one walker at each instant; ``table_demonstrations``: every walker, every view.
 
-        ``table_identification``: whether a walker seen from one view is told among all seen from another.
+        ``table_identification``: identification of a walker from one view among all walkers from another.
         """
         sweep, data = inputs.sweep, inputs.dataset
         names = inputs.sweep.methods.tolist()
@@ -70,27 +70,29 @@ class Postures(Figure):
                 for m in range(len(names))
             ]
         )  # (M, V, T, 15, 3)
-        # What the paper tries has its columns, empty where this run leaves it out: the ledger then knows why.
+        # Methods of the paper always have columns (empty if this run leaves a method out), so the ledger can say why.
         published = list(PUBLISHED) if inputs.experiment.paper == "zhang2007" else [LEAST_SQUARES.name]
-        tried = dict.fromkeys([*PUBLISHED, *names])
-        shown = [name for name in tried if name in names or name in published]
+        compared = dict.fromkeys([*PUBLISHED, *names])
+        listed = [name for name in compared if name in names or name in published]
         missing, rows = missing_dimensions(sweep), dict(iter(sweep.demonstrations.groupby("method")))
 
-        def apart(one: str, other: str) -> np.ndarray | float:
-            if not {one, other} <= missing.keys():
+        def rms_between(first: str, second: str) -> np.ndarray | float:
+            if not {first, second} <= missing.keys():
                 return np.nan
-            return np.sqrt(errors.walker_error(errors.absolute_error(missing[one] - missing[other]))).ravel()
+            return np.sqrt(
+                errors.walker_error(errors.absolute_error(missing[first] - missing[second]))
+            ).ravel()
 
         average = rows[AVERAGE_WALKER.name]
         demonstrations = {name: average[name] for name in ("person", "walker", "view_angle_deg")}
-        for method in shown:
+        for method in listed:
             error = rows[method]["rms_error_mm"].to_numpy() if method in rows else np.nan
             demonstrations[f"rms_error_{method}_mm"] = error
-        if set(PUBLISHED) <= set(shown):
-            demonstrations["rms_between_methods_mm"] = apart(*PUBLISHED)
+        if set(PUBLISHED) <= set(listed):
+            demonstrations["rms_between_methods_mm"] = rms_between(*PUBLISHED)
         demonstrations["rms_error_average_walker_mm"] = average["rms_error_mm"]
-        for method in shown:
-            demonstrations[f"rms_{method}_from_average_walker_mm"] = apart(method, AVERAGE_WALKER.name)
+        for method in listed:
+            demonstrations[f"rms_{method}_from_average_walker_mm"] = rms_between(method, AVERAGE_WALKER.name)
         return {
             "table": tidy(
                 {
@@ -112,20 +114,20 @@ class Postures(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """RMS error of every walker from the middle view, on the page."""
-        tried = methods.chosen(inputs.sweep.methods.tolist())
+        """Chart of the RMS error of every walker from the middle view, for the page only."""
+        compared = methods.chosen(inputs.sweep.methods.tolist())
         views = inputs.sweep.demonstration_view_deg
         middle = views[len(views) // 2]
-        found: list[dict[str, Any]] = [
+        lines: list[dict[str, Any]] = [
             {"table": "table_demonstrations", "y": f"rms_error_{m.name}_mm", "styles": {m.name: m.style},
              "where": {"view_angle_deg": middle}}
-            for m in tried
+            for m in compared
         ]  # fmt: skip
         chart = Chart(
-            **found[0], x="walker",
+            **lines[0], x="walker",
             abscissa=Axis(label=f"walker, seen from {middle:g}°", words={name: name for name in inputs.samples}),
             label="RMS error", zero=True,
-            also=[Lines(**one) for one in found[1:]], picture=False,
+            also=[Lines(**line) for line in lines[1:]], picture=False,
         )  # fmt: skip
         return Sheet(
             charts=[chart],
@@ -134,39 +136,41 @@ class Postures(Figure):
         )
 
     def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
-        """Rows of postures, each seen along the observed horizontal, so that across the page runs what was missing."""
+        """Draw rows of postures along the observed axis, so that the missing dimension runs across the page."""
         columns = columns_of(tables["table"])
-        tried = methods.chosen(inputs.sweep.methods.tolist())
+        compared = methods.chosen(inputs.sweep.methods.tolist())
         shape = (self.instants, len(WALKER15.joints))
         groups = []
-        for m, method in enumerate(tried):
+        for m, method in enumerate(compared):
             rows = []
             for view in inputs.sweep.demonstration_view_deg:
-                here = (columns["method"] == method.name) & (columns["view_angle_deg"] == view)
-                seen = []
+                selected = (columns["method"] == method.name) & (columns["view_angle_deg"] == view)
+                projections = []
                 for which in ("original", "reconstructed"):
                     space = np.stack(
-                        [columns[f"{which}_{a}_mm"][here].reshape(shape) for a in "xyz"], axis=-1
+                        [columns[f"{which}_{a}_mm"][selected].reshape(shape) for a in "xyz"], axis=-1
                     )
                     across = camera.missing_dimension(space, np.radians(view))
-                    seen.append(np.stack([across, space[..., 2]], axis=-1))
+                    projections.append(np.stack([across, space[..., 2]], axis=-1))
                 rows.append(
                     PostureRow(
                         label=f"{view:g}°",
-                        original=seen[0],
-                        reconstructed=seen[1],
+                        original=projections[0],
+                        reconstructed=projections[1],
                         estimated=inputs.dataset.unmeasured[self.walker],
                     )
                 )
-            title = f"({ascii_lowercase[m]}) {method.title or method.style.label}" if len(tried) > 1 else ""
+            title = (
+                f"({ascii_lowercase[m]}) {method.title or method.style.label}" if len(compared) > 1 else ""
+            )
             groups.append((title, rows))
         picture.postures(groups, WALKER15.bones)
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Walkers, original and reconstructed from every demonstration view, walking in place."""
+        """Record walkers, original and reconstructed from every demonstration view, walking in place."""
         data, views = inputs.dataset, inputs.sweep.demonstration_view_deg
-        tried = methods.chosen(inputs.sweep.methods.tolist())
-        chosen = entity_name(inputs.samples[self.walker])
+        compared = methods.chosen(inputs.sweep.methods.tolist())
+        displayed = entity_name(inputs.samples[self.walker])
         middle = 1 if len(views) > 1 else 0
         seconds = 1.0 / np.median(data.frequency_hz)
         times = np.arange(0.0, seconds, 1.0 / _PLAYED_HZ)
@@ -177,7 +181,7 @@ class Postures(Figure):
             "`world/original/<walker>`, `world/reconstructed/<method>/view_<angle>/<walker>`. "
             f"{name_on_dark('original').capitalize()}: original; spheres of wire, and rings in the image: "
             "joints that no marker gave. "
-            + ", ".join(f"{name_on_dark(m.style.colour)}: {m.style.label}" for m in tried)
+            + ", ".join(f"{name_on_dark(m.style.colour)}: {m.style.label}" for m in compared)
             + ".\n",
             at=times,
         ) as rec:
@@ -197,7 +201,7 @@ class Postures(Figure):
                         fourier.synthesise(camera.project(truth, np.radians(view)), 1.0 / seconds, times),
                         estimated=estimated,
                     )
-                    for m, method in enumerate(tried):
+                    for m, method in enumerate(compared):
                         rec.skeleton(
                             f"world/reconstructed/{method.name}/view_{view:g}/{word}",
                             fourier.synthesise(reconstructed(inputs, m, r, v), 1.0 / seconds, times) + ground,
@@ -209,11 +213,11 @@ class Postures(Figure):
                     name=f"{view:g}°: original and reconstructions",
                     contents=(
                         "world/original",
-                        *(f"world/reconstructed/{m.name}/view_{view:g}" for m in tried),
+                        *(f"world/reconstructed/{m.name}/view_{view:g}" for m in compared),
                     ),
                     shown=(
-                        f"world/original/{chosen}",
-                        *(f"world/reconstructed/{m.name}/view_{view:g}/{chosen}" for m in tried),
+                        f"world/original/{displayed}",
+                        *(f"world/reconstructed/{m.name}/view_{view:g}/{displayed}" for m in compared),
                     ),
                 )
                 for view in views
@@ -224,7 +228,7 @@ class Postures(Figure):
                     Image2D(
                         name=f"observed at {views[middle]:g}°",
                         contents=(f"image/observed/view_{views[middle]:g}",),
-                        shown=(f"image/observed/view_{views[middle]:g}/{chosen}",),
+                        shown=(f"image/observed/view_{views[middle]:g}/{displayed}",),
                         beside=spaces[middle],
                     ),
                     Notes(),

@@ -17,8 +17,8 @@ from pipeline.studies.study import Figure, NoResult, Recorder, Tables, Traits
 
 EIGENWALKERS_SHOWN = 3
 
-LEAST_LEFT_PERCENT = 1e-3
-"""Where the curve of what is left ends: below are the last people of the training set."""
+MIN_LEFT_PERCENT = 1e-3
+"""Lower end of the curve of remaining variance, per cent; only the last people of the training set are below."""
 
 PUBLISHED = {
     "zhang2004": Reference(
@@ -64,17 +64,17 @@ class Spectrum(Figure):
                     "variance_fraction": data.variance_fractions,
                     "residual_fraction": data.residual_fraction[:, None],
                     "frequency_hz": data.frequency_hz[:, None],
-                    "legs_apart_periods": _legs_apart(data.coefficients)[:, None],
+                    "legs_apart_periods": _ankle_phase(data.coefficients)[:, None],
                 },
                 by=["walker", "harmonic"],
             ),
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """The variance that a number of components leaves."""
-        kept, table = inputs.model.kept, tables["table"]
-        reached = 100 * table["cumulative_fraction"][kept - 1]
-        here = Reference(x=float(kept), label=f"{kept}: {reached:.1f} %")
+        """Chart of the variance that remains after a number of components."""
+        count, table = inputs.model.kept, tables["table"]
+        reached = 100 * table["cumulative_fraction"][count - 1]
+        reference = Reference(x=float(count), label=f"{count}: {reached:.1f} %")
         fractions = {
             "": "cumulative_fraction",
             "_low": "cumulative_fraction_high",
@@ -82,12 +82,12 @@ class Spectrum(Figure):
         }
         left = {
             f"variance_left_percent{end}": np.maximum(
-                100.0 * (1.0 - table[name].to_numpy()), LEAST_LEFT_PERCENT
+                100.0 * (1.0 - table[name].to_numpy()), MIN_LEFT_PERCENT
             )
             for end, name in fractions.items()
             if name in table
         }
-        some = left["variance_left_percent"] > LEAST_LEFT_PERCENT
+        some = left["variance_left_percent"] > MIN_LEFT_PERCENT
         chart = Chart(
             table={
                 name: part[some]
@@ -99,12 +99,12 @@ class Spectrum(Figure):
             label="variance that is left",
             log_y=True,
             styles=Style("", "black"),
-            references=[here, PUBLISHED[inputs.experiment.paper]],
+            references=[reference, PUBLISHED[inputs.experiment.paper]],
         )
         return Sheet(charts=[chart], caption=f"Band: {inputs.banded}." * (len(left) > 1))
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Log the average walker and the first eigenwalkers, walking, beside the spectrum."""
+        """Record the average walker and the first eigenwalkers, walking, next to the spectrum."""
         table, model = tables["table"], inputs.model
         frequency = inputs.dataset.frequency_hz.mean()
         times = np.arange(0, 1.0 / frequency, 1.0 / 60.0)
@@ -146,7 +146,7 @@ class Spectrum(Figure):
             )
 
 
-def _legs_apart(coefficients: np.ndarray) -> np.ndarray:
+def _ankle_phase(coefficients: np.ndarray) -> np.ndarray:
     """Phase (R,) between the fundamentals of left and right ankle along the walk, in periods, 0 to 0.5."""
     ankles = [WALKER15.index(f"{side}_ankle") for side in ("left", "right")]
     left, right = (coefficients[:, 2, ankle, 1] + 1j * coefficients[:, 1, ankle, 1] for ankle in ankles)

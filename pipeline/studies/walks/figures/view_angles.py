@@ -21,8 +21,8 @@ from pipeline.studies.walks.unknown_view import UnknownView, ViewAngles
 
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, ViewAngles]
 
-LEAST_RANGE_DEG = 5.0
-"""Of the axis of the residual, either way."""
+MIN_RANGE_DEG = 5.0
+"""Smallest range of the axis of errors on either side of 0, degrees."""
 
 
 class ViewAngleEstimates(Figure):
@@ -43,14 +43,14 @@ class ViewAngleEstimates(Figure):
         """Return ``table``: per method and view; ``table_people``: the error of every walker at every view.
 
         ``table_walkers``: per walker and method, mean over views.  ``table_published``: the error of every walker by
-        the solver of appendix B, where it was tried.
+        the solver of appendix B, if it was used.
         """
         by, of_walker = ["method", "view_angle_deg"], ["person", "walker", "method"]
-        # Every walker is seen from every view: rows in order of their groups are groups of one length.
+        # Every walker is seen from every view, so the sorted rows are groups of equal length.
         rows = inputs.sweep.rows.sort_values(by)
         errors = rows["error_deg"].to_numpy().reshape(rows.groupby(by).ngroups, -1)
         mean = statistics.circular_mean_deg(errors)
-        # The interval is of the same mean: errors on the other side of the circle are near it, not 360 degrees off.
+        # Errors are unwrapped about the circular mean, so that the interval belongs to the same mean.
         turns = np.round((errors - mean[:, None]) / 360.0)
         rows = rows.assign(
             absolute_error_deg=rows["error_deg"].abs(), near_deg=(errors - 360.0 * turns).ravel()
@@ -63,8 +63,8 @@ class ViewAngleEstimates(Figure):
         table = aggregate(rows, by, columns, ["estimated_mean_deg"], cluster="person", count="walkers")
         table["walkers"] = table.pop("walkers")
         table["estimated_mean_deg"] = mean
-        place = list(table).index("absolute_angle_error_median_deg")
-        table.insert(place, "estimated_sd_deg", statistics.circular_sd_deg(errors))
+        position = list(table).index("absolute_angle_error_median_deg")
+        table.insert(position, "estimated_sd_deg", statistics.circular_sd_deg(errors))
         for name in ("estimated_mean_deg", "estimated_mean_deg_low", "estimated_mean_deg_high"):
             table[name] += table["view_angle_deg"]
         of_methods = rows[rows["method"].isin(inputs.sweep.methods)]
@@ -80,22 +80,22 @@ class ViewAngleEstimates(Figure):
         )
         errors = of_methods.sort_values(of_walker)["error_deg"].to_numpy().reshape(len(walkers), -1)
         walkers.insert(3, "mean_error_deg", statistics.circular_mean_deg(errors))
-        made = {"table": table, "table_walkers": tidy(walkers, by=["walker", "method"])}
+        summaries = {"table": table, "table_walkers": tidy(walkers, by=["walker", "method"])}
         each = ["person", "walker", *by, "error_deg", "failed"]
         every = {"table_people": rows, "table_published": inputs.sweep.published}
-        return made | {
-            name: tidy(found[each], by=["walker", *by]) for name, found in every.items() if len(found)
+        return summaries | {
+            name: tidy(frame[each], by=["walker", *by]) for name, frame in every.items() if len(frame)
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Estimated against true angle, what is left of it, and the median of its size."""
+        """Charts against the true angle: estimated angle, its error, and the median absolute error."""
         styles = methods.styles(inputs.sweep.methods.tolist())
         abscissa = replace(VIEW["abscissa"], label="true view angle")
         view = partial(Chart, **VIEW | {"abscissa": abscissa}, by="method", styles=styles)
         estimate = partial(view, y="estimated_mean_deg", band="estimated_sd_deg")
         drawn = tables["table"][tables["table"]["method"].isin(styles)]
         left = drawn["estimated_mean_deg"] - drawn["view_angle_deg"]
-        most = max(LEAST_RANGE_DEG, 1.1 * left.abs().max())
+        limit = max(MIN_RANGE_DEG, 1.1 * left.abs().max())
         charts = [
             estimate(label="estimated view angle", references=[Reference(slope=1.0)]),
             estimate(
@@ -103,7 +103,7 @@ class ViewAngleEstimates(Figure):
                 less="view_angle_deg",
                 name="error_deg",
                 references=[Reference(y=0.0)],
-                limits=(-most, most),
+                limits=(-limit, limit),
             ),
             view(y="absolute_angle_error_median_deg", label="median error", zero=True),
         ]
@@ -119,7 +119,7 @@ class ViewAngleEstimates(Figure):
 
 
 def _note(table: pd.DataFrame, method: methods.Method, failure_deg: float) -> str:
-    """Return what the caption says of a method."""
+    """Return the sentence of the caption on a method."""
     rows = table[table["method"] == method.name]
     off = (rows["estimated_mean_deg"] - rows["view_angle_deg"]).abs().mean()
     return (

@@ -30,7 +30,7 @@ THIRTY_PERCENT = Reference(
 )
 
 _INSTANT = 0.25
-"""Fraction of the cycle at which the recording shows the walker: the left ankle is farthest ahead of the right."""
+"""Fraction of the cycle in the recording, at which the left ankle is farthest ahead of the right."""
 
 
 RELATIVE = (0.01, 10.0)
@@ -58,12 +58,11 @@ class ViewErrors(Figure):
     )
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``, per method and view, and the tables beside it.
+        """Return ``table``, errors per method and view, and tables with more detail.
 
-        ``table_people``: the same of every walker; ``table_walkers``: per walker and method, mean over views;
+        ``table_people``: the same for every walker; ``table_walkers``: per walker and method, mean over views;
         ``table_summary``: mean, median and worst walker; ``table_joints``: per joint; ``table_coefficients``: how often
-        they leave the range of training; ``table_recomputed``: the errors computed anew.  Baselines are methods like
-        the approaches.
+        they exceed the range of training; ``table_recomputed``: recomputed errors.  Baselines count as methods.
         """
         sweep, seed = inputs.sweep, inputs.experiment.seed
         people = _sides_at_random(sweep.rows, sweep.view_angle_deg, seed)
@@ -71,7 +70,7 @@ class ViewErrors(Figure):
         columns: dict[str, tuple[str, Any]] = {}
         for name in people.columns.difference(["person", "walker", "method", "view_angle_deg"], sort=False):
             columns |= {name: (name, "mean")} | ({_SD[name]: (name, SD)} if name in _SD else {})
-        made = {
+        figure_tables = {
             "table": over_walkers(people, ["method", "view_angle_deg"], columns),
             "table_people": tidy(people, by=["walker", "method", "view_angle_deg"]),
             "table_walkers": tidy(walkers, by=["walker", "method"]),
@@ -94,25 +93,25 @@ class ViewErrors(Figure):
                 },
             ),
         }
-        if inputs.model is not None:  # further populations are not computed anew
+        if inputs.model is not None:  # not for further populations
             model, options = (cast(Any, part) for part in (inputs.experiment.model, inputs.experiment.sweep))
-            made["table_recomputed"] = recomputed(
+            figure_tables["table_recomputed"] = recomputed(
                 inputs.dataset, model, options, sweep.rows, inputs.model.kept
             )
-        return made
+        return figure_tables
 
     def arrays(self, inputs: Inputs) -> dict[str, np.ndarray]:
-        """Return the walkers themselves: the report makes each fold of them, and reconstructs from any view.
+        """Return the samples of all walkers, from which the report computes every fold and reconstructs from any view.
 
-        Beside them errors by walker, method or baseline, and joint, mean over views: (R, M, 15), NaN if not measured.
+        Errors by walker, method or baseline, and joint are included: means over views (R, M, 15), NaN if not measured.
         """
         data, joints = inputs.dataset, inputs.sweep.joints
-        tried = np.unique(joints["method"].to_numpy(dtype=str))
+        method_names = np.unique(joints["method"].to_numpy(dtype=str))
         return {
-            "joint_error_methods": tried,
+            "joint_error_methods": method_names,
             "joint_error_mm2": joints["absolute_error_mm2"]
             .to_numpy()
-            .reshape(len(data.person), len(tried), -1),
+            .reshape(len(data.person), len(method_names), -1),
             "samples": inputs.model.samples,
             "residual_covariance_mm2": data.residual_covariance,
             "temporal_covariance_mm2": data.temporal_covariance,
@@ -121,13 +120,13 @@ class ViewErrors(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Absolute error, relative error, variance of the missing dimension."""
+        """Charts of absolute error, relative error and variance of the missing dimension."""
         names = inputs.sweep.methods.tolist()
         view = partial(Chart, **VIEW, zero=True)
         styles = methods.styles(names)
-        shown = {name: styles[name] for name in (*names, AVERAGE_WALKER.name)}
-        error = partial(view, by="method", styles=shown)
-        # The average walker is the same in both papers, and so are axes that are measured by it.
+        drawn_styles = {name: styles[name] for name in (*names, AVERAGE_WALKER.name)}
+        error = partial(view, by="method", styles=drawn_styles)
+        # The average walker scales the axes, which are then the same in both papers.
         average = tables["table"].query("method == 'average_walker'")["absolute_error_mm2"].max()
         absolute = error(
             limits=(0.0, 500.0 * np.ceil(1.5 * average / 500.0)),
@@ -151,7 +150,7 @@ class ViewErrors(Figure):
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """The curves over view angle; one walker, seen and reconstructed from the angle at the cursor."""
+        """Record the curves over view angle, and one walker, original and reconstructed, at the cursor's angle."""
         sweep, data, model = inputs.sweep, inputs.dataset, inputs.model
         views, angles = np.rint(sweep.view_angle_deg).astype(int), np.radians(sweep.view_angle_deg)
         of_first = sweep.rows[sweep.rows["method"] == sweep.methods[0]]
@@ -171,10 +170,12 @@ class ViewErrors(Figure):
             at=views,
         ) as rec:
             for method in methods.chosen(sweep.methods.tolist()):
-                own_fold = replace(fold, prepared=method.prepared(data))
+                prepared_fold = replace(fold, prepared=method.prepared(data))
                 postures = [
                     fourier.synthesise(camera.combine(camera.project(truth, a), missing, a), 1.0, instant)[0]
-                    for a, missing in zip(angles, method.apply(own_fold, walk, angles).missing, strict=True)
+                    for a, missing in zip(
+                        angles, method.apply(prepared_fold, walk, angles).missing, strict=True
+                    )
                 ]
                 rec.skeleton(
                     f"world/reconstructed/{method.name}",
@@ -185,8 +186,8 @@ class ViewErrors(Figure):
                 "world/original",
                 np.repeat(posture[None] + ground, len(views), axis=0),
             )
-            seen = np.stack([camera.project(posture, a) for a in angles])
-            rec.image_points("image/observed", seen)
+            images = np.stack([camera.project(posture, a) for a in angles])
+            rec.image_points("image/observed", images)
             space = Space3D(name="original and reconstructed")
             scene = Columns(space, Image2D(name="observed", beside=space), shares=(3, 2))
             rec.blueprint(Columns(Rows(*rec.plots), Rows(scene, Notes(), shares=(3, 1))))
@@ -196,15 +197,17 @@ SIDES_AT_RANDOM = "_sides_at_random"
 
 
 def over_walkers(rows: pd.DataFrame, by: list[str], columns: Mapping[str, tuple[str, Any]]) -> pd.DataFrame:
-    """What is asked for of the rows of all walkers, means with their intervals over people."""
+    """Statistics over the rows of all walkers; means have intervals over people."""
     banded = [
-        name for name, (of, how) in columns.items() if how == "mean" and not of.endswith(SIDES_AT_RANDOM)
+        name
+        for name, (column, how) in columns.items()
+        if how == "mean" and not column.endswith(SIDES_AT_RANDOM)
     ]
     return aggregate(rows, by, columns, banded, cluster="person", count="")
 
 
 def _sides_at_random(rows: pd.DataFrame, views: np.ndarray, seed: int) -> pd.DataFrame:
-    """Add curves over view angle with left and right exchanged for half of the people: symmetric but for chance.
+    """Add curves over view angle with left and right exchanged for half of the people, symmetric except for chance.
 
     Nothing is added if the view angles are not symmetric.
     """
@@ -213,11 +216,11 @@ def _sides_at_random(rows: pd.DataFrame, views: np.ndarray, seed: int) -> pd.Dat
     people, person = np.unique(rows["person"], return_inverse=True)
     generator = derive_generator(seed, f"sides of {people[0]} to {people[-1]}")
     exchanged = (generator.random(len(people)) < 0.5)[person]
-    here = np.arange(len(rows))
-    there = here.reshape(-1, len(views))[:, ::-1].ravel()
+    positions = np.arange(len(rows))
+    mirrored = positions.reshape(-1, len(views))[:, ::-1].ravel()
     return rows.assign(
         **{
-            name + SIDES_AT_RANDOM: rows[name].to_numpy()[np.where(exchanged, there, here)]
+            name + SIDES_AT_RANDOM: rows[name].to_numpy()[np.where(exchanged, mirrored, positions)]
             for name in ("absolute_error_mm2", "missing_variance_mm2")
         }
     )
