@@ -242,7 +242,7 @@ def test_numbers_over_data_sets_stand_beside_full_results_only(tmp_path: Path, r
     assert len(page.values("id")) == len(set(page.values("id")))
     # Every data set with the commit of its numbers, which here are not those of the page's figures.
     assert re.search(
-        r"synthetic at commit [0-9a-f]{12} \(the figures here are of another commit\)", page.text
+        r"synthetic at commit [0-9a-f]{12} \(the figures on this page come from another commit\)", page.text
     )
     assert "Numbers, by data set" not in page_of(results)[1].text
 
