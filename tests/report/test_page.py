@@ -156,8 +156,8 @@ def test_kinds_intervals_and_both_answers_are_shown_where_they_are_known(tmp_pat
     for words in (
         "25 to 32",
         "the average walker: 12.12; it knows nothing of the person",
-        "one sample gives the paper's number: yes",
-        "Help that the paper's method did not have: the true heading.",
+        "one sample can give the paper's number: yes",
+        "Information that the paper's method did not have: the true heading.",
         "The same number as zhang2007_other",
     ):
         assert words in page.text, words

@@ -4,7 +4,7 @@ const Agreement = (() => {
   const JOINTS = JSON.parse(document.getElementById("joints").textContent);
   const rad = degrees => degrees * Math.PI / 180, column = (table, name) => table.header.indexOf(name);
   const keyOf = name => name === "average_walker" ? "baseline" : name;
-  const methodsOf = table => [...new Set(table.rows.map(row => ofMethod(row[column(table, "method")])))].filter(m => m in Gait.METHODS);
+  const methodsOf = table => [...new Set(table.rows.map(row => keyOf(row[column(table, "method")])))].filter(m => m in Gait.METHODS);
   const rest = () => new Promise(done => setTimeout(done));
 
   // Largest relative difference between a table and the means over walkers of `each` (fold, method, view).
@@ -23,7 +23,7 @@ const Agreement = (() => {
     }
     let worst = 0, compared = 0;
     for (const row of table.rows) {
-      const sum = sums.get(`${ofMethod(row[column(table, "method")])} ${Number(row[column(table, "view_angle_deg")])}`);
+      const sum = sums.get(`${keyOf(row[column(table, "method")])} ${Number(row[column(table, "view_angle_deg")])}`);
       for (const [name, value] of sum ? keyed(row) : []) { worst = Math.max(worst, Math.abs(sum[name] / value - 1)); compared++; }
     }
     return { worst, compared, methods };
