@@ -35,7 +35,7 @@ PANEL_SIZE = (3.7, 2.35)
 """Width and height of a panel with its labels, inches."""
 
 PAGE_WIDTH = 7.3
-"""Width of a picture without such panels, inches."""
+"""Width of a picture that has no chart panels, inches."""
 
 MAX_WIDTH = 7.5
 """Largest width of a picture, inches: the width of a page's text."""

@@ -21,7 +21,7 @@ PAGE = "index.html"
 """File name of the page."""
 
 MAX_BYTES = 2_500_000
-"""Size limit of the page: larger ones are slow to open and too large for mail."""
+"""Size limit of the page, bytes: larger ones are slow to open and too large for mail."""
 TUTORIAL = "tutorial"
 """Folder of the tutorial's pictures, in ``results`` and in a light archive."""
 

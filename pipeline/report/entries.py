@@ -23,7 +23,7 @@ PICTURE_WIDTH = 1400
 """Largest width of a raster picture in the page, px."""
 
 MAX_VECTOR_BYTES = 120_000
-"""Size limit of a vector picture in the page, compressed; larger ones become raster pictures."""
+"""Size limit of a compressed vector picture in the page, bytes; larger ones become raster pictures."""
 
 MAX_HIGHLIGHTS = 4
 """Number of claims of each verdict that a paper's summary lists; the ledger has all."""

@@ -25,13 +25,13 @@ from pipeline.storage.publishing import publish
 from pipeline.validation import InvalidInput
 
 MAX_BYTES, METADATA_BYTES = 10_000_000, 500_000
-"""Size limits of the archive, and of the metadata in it."""
+"""Size limits of the archive, and of the metadata in it, bytes."""
 
 RECORDINGS_BYTES = 1_000_000
 """Space that the tables leave to recordings, bytes."""
 
 PLAIN_BYTES = 20_000
-"""Size above which tables are compressed."""
+"""Size above which tables are compressed, bytes."""
 
 WIDTH = 1100
 """Largest width of the pictures, px."""

@@ -15,7 +15,7 @@ MAX_DOTS = 2000
 
 
 class Noise(StrEnum):
-    """Motion of noise dots."""
+    """Kinds of noise dots, by their motion."""
 
     scrambled_walker = "scrambled_walker"
     """Each noise dot moves like a dot of the walker, at a random position and phase."""
@@ -87,7 +87,7 @@ def _starting_at(trajectories: np.ndarray, first: np.ndarray) -> np.ndarray:
 def limited_lifetime(
     lights: PointLights, generator: np.random.Generator, *, lifetime_frames: int, shown: int
 ) -> PointLights:
-    """Return a display of fewer dots, each of which moves to another joint after its lifetime.
+    """Return a display of fewer dots; each dot moves to another joint after its lifetime.
 
     In every frame each dot is at a different joint.  Changes are staggered evenly over the lifetime.
 

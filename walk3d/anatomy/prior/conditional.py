@@ -62,7 +62,7 @@ def unknown_coefficients(hidden: np.ndarray, blocks: int) -> np.ndarray:
 
 
 NOTHING_HIDDEN = np.zeros(JOINTS, bool)
-"""Mask of hidden joints without any."""
+"""Mask of hidden joints, (15,), in which no joint is hidden."""
 
 
 def inverse(matrix: np.ndarray) -> np.ndarray:

@@ -33,7 +33,7 @@ from walk3d.anatomy.prior.prior import JOINTS, Prior, by_joint
 WORTH = 4.0
 """Weight of the assumed differences, as a number of contrasts between laboratories."""
 COMMON = 0.5
-"""Share of L that is common to all people of a laboratory; the rest differs by person, as markers are placed anew."""
+"""Share of a laboratory's difference L that is common to its people; marker placement varies the rest by person."""
 _HAS_OFFSET = np.array([joint != "pelvis" for joint in WALKER15.joints])
 _OUTWARDS = np.array([-1.0 if joint.startswith("left") else 1.0 for joint in WALKER15.joints])
 

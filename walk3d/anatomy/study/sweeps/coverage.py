@@ -65,7 +65,7 @@ class Coverage(Sweep):
     draws_random_numbers = True
 
     seen_from_deg: MirroredViews = scaled(start=-90, stop=90, step={"full": 6, "smoke": 90})  # true views
-    partners: Choosers = scaled(value=PARTNERS)  # number of people on whom sigma² of MAP is selected
+    partners: Choosers = scaled(value=PARTNERS)  # number of other people for the selection of sigma² of MAP
 
     def measure(self, inputs: AnatomicalInputs) -> Bars:
         """Return coverage and half widths of every method's bars."""

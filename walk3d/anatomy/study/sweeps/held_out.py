@@ -160,8 +160,8 @@ class People:
     ) -> np.ndarray:
         """Return mean errors (P, C) of candidate settings on other people than each person, mm².
 
-        The models are trained without that person and without the people on whom they are tested.  `requested` (P, C)
-        bool selects the candidates of each person, by default all; the others are infinite.  Harmonics of the truth
+        The models are trained without that person and without the people in the test.  `requested` (P, C) bool selects
+        the candidates of each person, by default all; the others are infinite.  Harmonics of the truth
         that a candidate lacks are part of its error.
         """
         pairs = self.pairs(partners)
@@ -399,6 +399,6 @@ def require_mirrored_grid(name: str, grid: Grid) -> None:
 
 MirroredViews = Annotated[Grid, require_mirrored_grid]
 Choosers = Several
-"""Option type: number of people on whom the settings of each person are selected."""
+"""Option type: number of other people for the selection of each person's settings."""
 PARTNERS = {"full": 16, "smoke": 2}
-"""Number of people on whom the settings of each person are selected, by scale."""
+"""Number of other people for the selection of each person's settings, by scale."""

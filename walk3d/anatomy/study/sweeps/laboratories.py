@@ -33,7 +33,7 @@ from walk3d.anatomy.study.sweeps.setting import Setting, anatomical_setting
 from walk3d.anatomy.study.sweeps.structure import errors_of
 
 PERSON, LABORATORY = "all but the person", "all other laboratories"
-"""Training data of a fold; each other laboratory alone is a further kind."""
+"""Kinds of training data for a person; each other laboratory alone is a further kind."""
 METHODS = ("average_walker", "map_tuned", "anatomical", "anybody")
 """Methods; ``anatomical`` ignores differences between laboratories, ``anybody`` models them."""
 KNOWN = (1, 3, 8)
@@ -94,7 +94,7 @@ class Laboratories(Sweep):
 
     draws_random_numbers = True
 
-    partners: Choosers = scaled(value=PARTNERS)  # number of people on whom sigma² of MAP is selected
+    partners: Choosers = scaled(value=PARTNERS)  # number of other people for the selection of sigma² of MAP
 
     def measure(self, inputs: AnatomicalInputs) -> LaboratoryErrors:
         """Return errors and bars of all people; people of a single source are split into two simulated laboratories."""

@@ -68,7 +68,7 @@ class Occlusion(Sweep):
     """Hidden joints at known view angles."""
 
     seen_from_deg: Swept = scaled(start=0, stop=90, step={"full": 30, "smoke": 90})  # true views
-    partners: Choosers = scaled(value=PARTNERS)  # number of people on whom sigma² of MAP is selected
+    partners: Choosers = scaled(value=PARTNERS)  # number of other people for the selection of sigma² of MAP
 
     def measure(self, inputs: AnatomicalInputs) -> HiddenJoints:
         """Return errors and coverage of every method, with each set of joints hidden."""

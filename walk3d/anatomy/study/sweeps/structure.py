@@ -1,7 +1,7 @@
 """Ablation of the anatomical reconstruction: parts added in turn, parts removed, and variations that do not help.
 
 Settings of each person are selected on other people, by models that are trained without that person and without the
-people on whom they are tested.  Selected are sigma² of MAP and the tolerance of lengths; one row selects all settings.
+people in the test.  Selected are sigma² of MAP and the tolerance of lengths; one row selects all settings.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Structure(Sweep):
     """Ablation of the anatomical reconstruction at known view angles."""
 
     seen_from_deg: MirroredViews = scaled(start=-90, stop=90, step={"full": 6, "smoke": 90})  # true views
-    partners: Choosers = scaled(value=PARTNERS)  # number of people on whom the settings are selected
+    partners: Choosers = scaled(value=PARTNERS)  # number of other people for the selection of settings
 
     def measure(self, inputs: AnatomicalInputs) -> StructureErrors:
         """Return the errors of every method."""
