@@ -122,9 +122,7 @@ def recording(source: Path, options: Export) -> Motion:
     if not own_axes and not options.skeleton:
         points = with_z_up(points, options.up)
     if not options.skeleton and read.units_assumed:
-        sentence = (
-            f"The file states no unit; its numbers are read as {read.units}. If this is wrong, add units=…."
-        )
+        sentence = f"The file states no unit; its numbers are taken as {read.units}, unless you add units=…."
         fit = mappings.suggest(read, mappings.shipped().values())
         if fit.usable:
             legs = walking.leg_length(map_joints(read, fit.mapping)[0])

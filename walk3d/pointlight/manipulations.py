@@ -108,7 +108,7 @@ def limited_lifetime(
     """
     frames, joints = lights.positions.shape[:2]
     require_count("lifetime_frames", lifetime_frames)
-    require_count("dots at a time", shown, at_most=joints - 1)
+    require_count("dots that are shown at a time", shown, at_most=joints - 1)
     at = generator.permutation(joints)[:shown]
     joints_shown = np.empty((frames, shown), int)
     for frame in range(frames):

@@ -323,9 +323,10 @@ def expect_from_walks(
     InvalidInput
         If a noise variance is so small that the system is numerically singular.
 
-    Notes ----- With C_oo = X_o^T X_o and C_uo = X_u^T X_o, mu is ``m_u + X_u^T (X_o X_o^T + sigma² I)^-1 X_o (o -
-    m_o)``.  This is a system with one unknown per walk, whose products are shared by all sigma²; no covariance is
-    needed.
+    Notes
+    -----
+    With C_oo = X_o^T X_o and C_uo = X_u^T X_o, mu is ``m_u + X_u^T (X_o X_o^T + sigma² I)^-1 X_o (o - m_o)``.  This
+    system has one unknown per walk, and all sigma² share its products; no covariance is needed.
     """
     expected = np.empty((len(noise_variances), *observed.shape[:2], int(unknown.sum())))
     rows = np.concatenate([mean[None], walks]).reshape(len(walks) + 1, JOINTS, 3, -1)

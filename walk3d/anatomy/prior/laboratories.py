@@ -140,9 +140,11 @@ def learn_differences(
     worth : float
         Weight of the assumption, as a number of contrasts between laboratories with many people.
 
-    Notes ----- Method of moments of DerSimonian and Laird: variance of the laboratories' means, less the part that the
-    sampling of people explains.  The weight of a laboratory is the share of its mean's variance that is due to the
-    laboratory, if the assumption holds.  Left and right are averaged, as with mirror images among the training walks.
+    Notes
+    -----
+    Method of moments of DerSimonian and Laird: variance of the laboratories' means, less the part that the sampling of
+    people explains.  The weight of a laboratory is the share of its mean's variance that is due to the laboratory, if
+    the assumption holds.  Left and right are averaged, as with mirror images among the training walks.
     """
     constant = (coefficients[:, 0] + fourier.mirrored(coefficients)[:, 0]) / 2.0
     who, first = np.unique(people, return_index=True)
