@@ -1,17 +1,17 @@
-"""3D walks from one camera: what this project builds on the methods of the four papers.
+"""3D walks from one camera: our own work, based on the methods of the four papers.
 
 anatomy/      the anatomical prior, with error bars; its studies and claims
-film/         keypoints or a film of one camera to a walk in 3D; detectors' formats; its studies and claims
+film/         a film or keypoints of one camera to a walk in 3D; detectors' formats; its studies and claims
 pointlight/   walks as moving dots, for experiments
 export/       motion as C3D, TRC, BVH, CSV and NPZ
-page/         scripts of the page over all figures, and the page of one walk
-api           the library
-plugin        what the package adds to `pipeline`
+page/         scripts for the page of all figures, and the page of one walk
+api           functions of the library
+plugin        additions of this package to `pipeline`
 """
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # typing takes a while to load
+TYPE_CHECKING = False  # `typing` is slow to import
 if TYPE_CHECKING:
     from typing import Any
 
@@ -22,7 +22,7 @@ __all__ = ["calibrate", "from_view", "pointlight", "reconstruct", "walkers", "wr
 
 
 def __getattr__(name: str) -> Any:
-    """Return a function of `walk3d.api` or the package `pointlight`, loaded when it is needed."""
+    """Return a function of `walk3d.api` or the package `pointlight`, imported at its first use."""
     import importlib
 
     if name == "pointlight":

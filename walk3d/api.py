@@ -1,4 +1,4 @@
-"""The library: films and keypoints to 3D walks, one view of a walk with error bars, motion as files."""
+"""Functions of the library: 3D walks from films and keypoints, error bars for one view, and motion as files."""
 
 from __future__ import annotations
 
@@ -36,17 +36,17 @@ if TYPE_CHECKING:
     from walk3d.film.reconstruct.clip import Walk
 
 BLOCKS, SIZE = 5, 225
-"""Coefficients of a coordinate, and of a walk of two harmonics."""
+"""Number of coefficients of a coordinate, and of a walk, with two harmonics."""
 
 
 @shortened
 class CalibratedModel(WalkersModel):
-    """Average walker and eigenwalkers for people of another laboratory.
+    """Average walker and eigenwalkers, calibrated for people of another laboratory.
 
     Attributes
     ----------
     laboratory : sequence of (5, 15, 3)
-        Mean walks of some of its people, mm.
+        Mean walk of each person of that laboratory, mm.
     """
 
     laboratory: Sequence[np.ndarray] = field(default=(), kw_only=True)
@@ -54,14 +54,14 @@ class CalibratedModel(WalkersModel):
 
 @shortened
 class ShippedWalkers(LinearModel):
-    """Average walker and eigenwalkers of the model that ships.
+    """Average walker and eigenwalkers of the model that is part of this package.
 
     Attributes
     ----------
     prior : Prior
         Anatomical prior of the same people.
     share : float
-        Share of the differences between laboratories that the model lacks.
+        Share of the differences between laboratories that the model does not cover.
     """
 
     prior: Prior = field(kw_only=True)
@@ -76,21 +76,22 @@ def reconstruct(
     Parameters
     ----------
     path : str or Path
+        Film, file of keypoints, or folder of such files.
     model_folder : str or Path, optional
-        Folder of a model of one's own, by ``make model``; by default the model that ships.
+        Folder of a model that ``make model`` trained; by default the model of this package.
     **known
-        Facts about the film: the fields of `walk3d.film.reconstruct.clip.Input`, as ``frame_rate_hz=30``.
+        Known facts about the film: fields of `walk3d.film.reconstruct.clip.Input`, e.g. ``frame_rate_hz=30``.
 
     Returns
     -------
     walk : Walk
     summary : dict
-        Verdict, view angle, cadence, joint angles, as in ``summary.json``.
+        Verdict, view angle, cadence and joint angles, as in ``summary.json``.
 
     Raises
     ------
     InvalidInput
-        If the input cannot be used.
+        If the input is unusable.
     """
     from walk3d.film.reconstruct.clip import Input, reconstruct_clip
     from walk3d.film.reconstruct.model_file import SHIPPED
@@ -106,31 +107,31 @@ def reconstruct(
 def calibrate(
     model: WalkersModel, walks: Sequence[FourierRepresentation], people: Sequence[str] = ()
 ) -> CalibratedModel:
-    """Return the model for people of another laboratory, of whom a few are known in 3D.
+    """Return a model that is calibrated for another laboratory by a few of its walks in 3D.
 
-    Where that laboratory puts its joints, and how tall its people are, is what these walks differ by from the model's
-    average walker, as far as persons do not differ by as much.  `from_view` then reconstructs its other people.
+    The walks show that laboratory's joint definitions and body sizes: their difference from the model's average walker,
+    beyond the differences between people.  `from_view` then reconstructs other people of that laboratory.
 
     Parameters
     ----------
     model : WalkersModel
-        Of other laboratories.
+        Model of other laboratories.
     walks : sequence of FourierRepresentation
     people : sequence of str
-        Whose each walk is; if not given, everybody's own.
+        Person of each walk; by default each walk is of a different person.
 
     Raises
     ------
     InvalidInput
-        If there is no walk, not a name to each, one of the model's own or not as `from_view` needs it, or the model is
-        not from `fit`.
+        If there is no walk, the number of names differs, a walk is one of the model's or unfit for `from_view`, or the
+        model does not come from `fit`.
     """
     if not isinstance(model, WalkersModel):
         raise InvalidInput(
             "must be what fit(walks) returns", "model", received=repr(model), code="wrong_type"
         )
     if not walks:
-        raise InvalidInput("needs a walk or more", "walks", received="none", code="no_walks")
+        raise InvalidInput("needs at least one walk", "walks", received="none", code="no_walks")
     if isinstance(model, CalibratedModel):
         raise InvalidInput(
             "is calibrated already", "model", "what fit(walks) returns", code="calibrated_already"
@@ -138,7 +139,11 @@ def calibrate(
     names = np.array([*people] or range(len(walks)))
     if len(names) != len(walks):
         raise InvalidInput(
-            "must be a name to each walk", "people", received=len(names), code="wrong_count", count=len(names)
+            "must have one name for each walk",
+            "people",
+            received=len(names),
+            code="wrong_count",
+            count=len(names),
         )
     for walk in walks:
         require_other(model, walk)
@@ -158,16 +163,16 @@ def from_view(
     noise_variance_mm2: float = 70.0,
     laboratory: str = "known",
 ) -> Reconstruction:
-    """Return a walk reconstructed from one view, with error bars.
+    """Return the reconstruction of a walk from one view, with error bars.
 
     Parameters
     ----------
     model, walk, view_angle_deg, hidden, noise_variance_mm2
-        As for `pipeline.from_view`.
+        Arguments of `pipeline.from_view`.
     laboratory : {"known", "unknown"}
-        Whether the walker was measured as those of the model; ``unknown``: joints may lie elsewhere and people be of
-        another size, and bones keep their lengths (the anatomical method, with a noise of its own).  A model that
-        was calibrated is for its own laboratory, and always so.
+        ``known``: the walker was measured like those of the model.  ``unknown``: joint definitions and body size may
+        differ, and bones keep their lengths (the anatomical method, with its default noise).  A calibrated model
+        ignores this option.
 
     Returns
     -------
@@ -177,65 +182,73 @@ def from_view(
     Raises
     ------
     InvalidInput
-        As `pipeline.from_view`, or if an unknown laboratory is asked of a model that is not from `fit` or `walkers`.
+        If `pipeline.from_view` raises one, or an unknown laboratory needs a model from `fit` or `walkers`.
 
     Notes
     -----
-    Bars are of the Fourier representation of two harmonics.  Of a known laboratory the method is MAP, whose posterior
-    is too narrow: of synthetic people its 95 % bars hold 87 % of the truth (zhang2007_coverage).  They are therefore
-    widened by what the model's own walkers show, each left out in turn, if the model is from `fit` and has ten walkers
-    or more; its walks are taken to be of different people.  Otherwise, and of an unknown or calibrated laboratory,
-    bars are as the posterior has them; those of the anatomical method hold 95 to 97 % of the truth of other recorded
-    laboratories (zhang2007_sources).
+    Error bars are of the Fourier representation with two harmonics.
+
+    For a known laboratory the method is MAP, whose posterior is too narrow: its 95 % bars cover 87 % of the truth for
+    synthetic people (zhang2007_coverage).  If the model comes from `fit` and has at least ten walkers, the bars are
+    widened by leaving out each of its walkers in turn.  This assumes that its walks are of different people.
+
+    In all other cases the bars are those of the posterior.  Bars of the anatomical method cover 95 to 97 % of the truth
+    for other recorded laboratories (zhang2007_sources).
     """
     unknown = require_choice("laboratory", laboratory, ("known", "unknown")) == "unknown"
-    known = api.from_view(model, walk, view_angle_deg, hidden=hidden, noise_variance_mm2=noise_variance_mm2)
-    angle, unseen = float(np.radians(view_angle_deg)), np.isin(WALKER15.joints, list(hidden))
+    walk_from_view = api.from_view(
+        model, walk, view_angle_deg, hidden=hidden, noise_variance_mm2=noise_variance_mm2
+    )
+    angle, hidden_joints = float(np.radians(view_angle_deg)), np.isin(WALKER15.joints, list(hidden))
     if not (unknown or isinstance(model, CalibratedModel)):
         multipliers, walkers_left_out = np.full(len(WALKER15.joints), NORMAL_95), 0
         if isinstance(model, WalkersModel):
             multipliers, walkers_left_out = calibrated_multipliers(
-                model.samples, len(model.components), angle, unseen, noise_variance_mm2
+                model.samples, len(model.components), angle, hidden_joints, noise_variance_mm2
             )
-        covariance = covariance_of_map(model, angle, unseen, noise_variance_mm2)
-        return Reconstruction(known, covariance, multipliers, walkers_left_out)
+        covariance = covariance_of_map(model, angle, hidden_joints, noise_variance_mm2)
+        return Reconstruction(walk_from_view, covariance, multipliers, walkers_left_out)
     if isinstance(model, ShippedWalkers):
-        return of_unknown_laboratory(model.prior, walk.coefficients, angle, unseen, share=model.share)
+        return of_unknown_laboratory(model.prior, walk.coefficients, angle, hidden_joints, share=model.share)
     if not isinstance(model, WalkersModel):
         raise InvalidInput(
             "must be what fit(walks) or walkers() returns", "model", received=repr(model), code="wrong_type"
         )
-    theirs = getattr(model, "laboratory", ())
-    if any(abs(each.ravel() - sample_of(walk)).max() < SAME_WALK_MM for each in theirs):
+    laboratory_walks = getattr(model, "laboratory", ())
+    if any(abs(each.ravel() - sample_of(walk)).max() < SAME_WALK_MM for each in laboratory_walks):
         raise InvalidInput(
-            "must be learnt from other walks", "model", received="this one among them", code="same_walk"
+            "must not contain the walk to reconstruct",
+            "model",
+            received="a model with this walk",
+            code="same_walk",
         )
-    return of_unknown_laboratory(learnt_prior(model.samples), walk.coefficients, angle, unseen, known=theirs)
+    return of_unknown_laboratory(
+        learnt_prior(model.samples), walk.coefficients, angle, hidden_joints, known=laboratory_walks
+    )
 
 
 def walkers(
     height_mm: float = HEIGHT_MM, components: int = 30, *, model_folder: str | Path | None = None
 ) -> ShippedWalkers:
-    """Return average walker and eigenwalkers of the model that ships, for `from_view` without walks of one's own.
+    """Return average walker and eigenwalkers of the model that is part of this package, for `from_view`.
 
-    They are of two harmonics, about the mean pelvis as `pipeline.represent` has walks.  Its card,
-    ``walk3d/film/reconstruct/walkers/CARD.md``, says who is in it.  A walker of another laboratory needs
+    They have two harmonics and the mean pelvis as origin, like walks from `pipeline.represent`.  The model's card,
+    ``walk3d/film/reconstruct/walkers/CARD.md``, lists its people.  Walkers of another laboratory need
     ``from_view(…, laboratory="unknown")``.
 
     Parameters
     ----------
     height_mm : float
-        Height of the centre of the head above the ankles to which the walkers are scaled.
+        Height of the head's centre above the ankles, to which the walkers are scaled.
     components : int
         Number of eigenwalkers, at most 225.
     model_folder : str or Path, optional
-        Folder of a model of one's own, by ``make model``; by default the model that ships.
+        Folder of a model that ``make model`` trained; by default the model of this package.
 
     Raises
     ------
     InvalidInput
-        If the height is not above 0, there is no model in the folder, or the number of eigenwalkers is not from 1 to
-        225.
+        If the height is not above 0, the folder has no model, or the number of eigenwalkers is not 1 to 225.
 
     Examples
     --------
@@ -253,11 +266,11 @@ def walkers(
     covariance = square * split[:, :, :BLOCKS, :, :, :BLOCKS]
     flat = covariance.transpose(2, 0, 1, 5, 3, 4).reshape(SIZE, SIZE)
     eigenvalues, vectors = np.linalg.eigh(flat)
-    kept = vectors[:, ::-1].T[:components]
-    largest = np.abs(kept).argmax(axis=1)
+    leading = vectors[:, ::-1].T[:components]
+    largest = np.abs(leading).argmax(axis=1)
     return ShippedWalkers(
         mean=by_block(mean).ravel(),
-        components=kept * np.sign(kept[np.arange(len(kept)), largest])[:, None],
+        components=leading * np.sign(leading[np.arange(len(leading)), largest])[:, None],
         eigenvalues=eigenvalues[::-1][:components],
         total_variance=float(eigenvalues.sum()),
         prior=Prior(
@@ -271,25 +284,25 @@ def walkers(
 
 
 def write(motion: MotionCapture, path: str | Path, *, skeleton: str = "", replace: bool = False) -> Path:
-    """Write a recording in the format that the suffix of the file names, and return the file.
+    """Write a recording in the format of the file's suffix; return the path.
 
     Parameters
     ----------
     motion : MotionCapture
-        As `pipeline.read` returns it.
+        Recording from `pipeline.read`.
     path : str or Path
         File to write: ``.c3d``, ``.trc``, ``.bvh``, ``.csv`` (a row for each frame and point) or ``.npz``.
     skeleton : str
-        Empty: the points of the recording, in its own axes; otherwise the joints, z up, by a mapping as in
-        `pipeline.joints`.  TRC is then y up and x forward, BVH y up and z forward.
+        Empty: the points of the recording, in its axes.  Otherwise a mapping as in `pipeline.joints`: the joints, with
+        z up; TRC is then y up and x forward, BVH y up and z forward.
     replace : bool
-        Whether a file that exists may be replaced.
+        Replace an existing file.
 
     Raises
     ------
     InvalidInput
-        If this is not a recording, there is no writer of this suffix, the file exists, or its format cannot hold the
-        motion, as BVH a missing sample.
+        If `motion` is not a recording, the suffix has no writer, the file exists, or the format cannot store the motion
+        (BVH has no missing samples).
     """
     if not isinstance(motion, MotionCapture):
         raise InvalidInput(

@@ -1,4 +1,4 @@
-"""The studies of this package."""
+"""Studies of this package."""
 
 from walk3d import author
 from walk3d.anatomy import study as anatomy

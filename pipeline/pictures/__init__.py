@@ -1,16 +1,16 @@
 """Printed pictures of the figures, each as an SVG and a PNG; the only package that imports matplotlib.
 
 The same input gives the same bytes on every run.  All sizes, letters and line widths are in `pipeline.pictures.style`,
-all colours in `pipeline.palette`; what is drawn is described by `pipeline.charts` and `pipeline.scenes`.  Matplotlib
-takes long to import, and few commands draw: each module is imported by its own name, where something is drawn.
+all colours in `pipeline.palette`; `pipeline.charts` and `pipeline.scenes` describe the content.  Matplotlib is slow to
+import and few commands draw, so each module is imported where it draws.
 
 ================  ==================================================================================
-`picture`         what the `draw` of a figure is given
+`picture`         the argument of a figure's `draw`
 `charts`          charts in panels, from tidy tables
 `postures`        rows of stick figures, original and reconstructed
-`walking`         a walker who walks: what a camera sees, and his reconstruction turning (SVG)
-`tallies`         counts in rows of bars, a colour to each kind
-`embedding`       a picture that is drawn, reduced: as text inside a page, or its bytes
+`walking`         an animated walker: the camera's image, and the turning reconstruction (SVG)
+`tallies`         counts in rows of bars, a colour for each kind
+`embedding`       finished pictures, reduced: as text inside a page, or as bytes
 ================  ==================================================================================
 
 >>> from pipeline.charts import Axis, Chart, Sheet

@@ -18,8 +18,8 @@ from pipeline.palette import hex_colour
 from pipeline.pictures import style as look
 from pipeline.validation import InvalidInput, require_range
 
-_MOST_OF_LINES = 2.0
-"""Height of an ordinate from zero over that of its lines, at most: wider bands leave the axes."""
+_MAX_OVER_LINES = 2.0
+"""Largest ratio of an ordinate from zero to the highest line; wider bands leave the axes."""
 
 
 def draw_charts(canvas: look.Canvas) -> None:
@@ -28,7 +28,7 @@ def draw_charts(canvas: look.Canvas) -> None:
     Raises
     ------
     InvalidInput
-        If there is nothing to draw, a column is missing, or a number has no place on the axes.
+        If the sheet has no charts, a column is missing, or a number cannot be shown on a logarithmic axis.
     """
     sheet, count = canvas.sheet, len(canvas.drawn)
     require_range(f"{canvas.path_stem}, charts", count, at_least=1)
@@ -41,7 +41,7 @@ def draw_charts(canvas: look.Canvas) -> None:
 
 
 def add_charts(figure: Figure, canvas: look.Canvas, grid: Any) -> list[Line2D]:
-    """Add charts to a figure, each at its place in a grid; return the entries of their legend."""
+    """Add charts to a figure, each in a cell of a grid; return the entries of their legend."""
     sheet, charts, columns = canvas.sheet, canvas.drawn, canvas.sheet.columns
     drawn: list[tuple[Axes, Chart, list[Line]]] = []
     for number, chart in enumerate(charts):
@@ -58,7 +58,7 @@ def add_charts(figure: Figure, canvas: look.Canvas, grid: Any) -> list[Line2D]:
             and number % columns
             and charts[number - 1].abscissa.words == chart.abscissa.words
         )
-        if shared is not None or named:  # said once, at the left
+        if shared is not None or named:  # labels appear once, on the left
             axes.tick_params(labelleft=False)
             axes.set_ylabel("")
         drawn.append((axes, chart, lines))
@@ -86,9 +86,7 @@ def _checked(chart: Chart, lines: list[Line]) -> list[Line]:
     for line in lines:
         if chart.log_y and line.y.min() <= 0:
             where = f"{chart.quantity}, {line.key}"
-            raise InvalidInput(
-                "numbers without a logarithm on a logarithmic axis", where, code="not_positive"
-            )
+            raise InvalidInput("zero or negative numbers on a logarithmic axis", where, code="not_positive")
     return lines
 
 
@@ -98,10 +96,10 @@ def _draw_lines(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
     for line in lines:
         style, colour = line.style, hex_colour(line.style.colour)
         look_of: dict[str, Any] = {"linewidth": style.width * look.LINE_WIDTH, "alpha": style.opacity}
-        points = style.line == "points" or line.x.size == 1  # a line of one would not be seen
+        points = style.line == "points" or line.x.size == 1  # a line of one point would be invisible
         if line.strands is not None:
             at = np.column_stack([line.x, line.y])
-            strands = [at[line.strands == one] for one in dict.fromkeys(line.strands.tolist())]
+            strands = [at[line.strands == strand] for strand in dict.fromkeys(line.strands.tolist())]
             axes.add_collection(
                 LineCollection(strands, colors=colour, linestyles=[look.LINE_STYLES[style.line]], **look_of)
             )
@@ -123,17 +121,17 @@ def _draw_lines(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
 
 
 def _draw_rows(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
-    """Draw a row to each name, from the top, and numbers across."""
+    """Draw a row for each name, from the top, with numbers along the abscissa."""
     axes.set_xscale("log" if chart.log_y else "linear")
     for line in lines:
         look_of: dict[str, Any] = {"color": hex_colour(line.style.colour), "alpha": line.style.opacity}
         if ends := line.interval or line.band:
             axes.hlines(line.x, *ends, linewidth=line.style.width * look.LINE_WIDTH, **look_of)
         strands = np.zeros(len(line.x)) if line.strands is None else line.strands
-        for one in dict.fromkeys(strands.tolist()):
-            of = strands == one
+        for strand in dict.fromkeys(strands.tolist()):
+            members = strands == strand
             axes.plot(
-                line.y[of], line.x[of], linestyle="none" if line.strands is None else "-", marker="o",
+                line.y[members], line.x[members], linestyle="none" if line.strands is None else "-", marker="o",
                 linewidth=line.style.width * look.LINE_WIDTH, **look_of,
             )  # fmt: skip
     axes.margins(x=0.06)
@@ -143,14 +141,16 @@ def _draw_rows(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
     axes.set_ylim(len(chart.abscissa.words) - 0.5, -0.5)
     axes.set_yticks(range(len(chart.abscissa.words)), list(chart.abscissa.words.values()))
     rows = {at for line in lines for at in np.rint(line.x)}
-    for at, name in enumerate(axes.get_yticklabels()):  # a name without numbers heads those below it
+    for at, name in enumerate(
+        axes.get_yticklabels()
+    ):  # a name without numbers is the heading of the names below it
         name.set_fontweight("normal" if at in rows else "bold")
     axes.tick_params(axis="y", length=0)
     axes.grid(axis="y", linewidth=0.3, color=look.NOTE_COLOUR, alpha=0.3)
 
 
 def _turned(chart: Chart, lines: Sequence[Line]) -> tuple[Chart, list[Line]]:
-    """Return a chart of rows and its lines as they lie on the axes, for what is written beside them."""
+    """Return a chart of rows and its lines with abscissa and ordinate exchanged, as they are drawn."""
     references = [replace(reference, x=reference.y, y=None) for reference in chart.references]
     return replace(chart, references=references), [replace(line, x=line.y, y=line.x) for line in lines]
 
@@ -160,8 +160,8 @@ def _limit_abscissa(axes: Axes, abscissa: Axis) -> None:
         axes.set_xlim(*abscissa.limits)
     if isinstance(abscissa.ticks, Sequence | np.ndarray):
         axes.set_xticks(list(abscissa.ticks))
-        if abscissa.log:  # plain numbers, and none beside the ticks that were asked for
-            axes.set_xticklabels([f"{place:g}" for place in abscissa.ticks])
+        if abscissa.log:  # plain numbers, at the requested ticks only
+            axes.set_xticklabels([f"{tick:g}" for tick in abscissa.ticks])
             axes.xaxis.set_minor_formatter(NullFormatter())
     elif abscissa.ticks is not None:
         low, high = (limit / abscissa.ticks for limit in axes.get_xlim())
@@ -171,15 +171,15 @@ def _limit_abscissa(axes: Axes, abscissa: Axis) -> None:
 
 
 def _limit_ordinate(drawn: Sequence[tuple[Axes, Chart, list[Line]]]) -> None:
-    """Limit the ordinate of some axes that have it in common."""
+    """Set the limits of the ordinate that some axes share."""
     axes = drawn[0][0]
     if limits := next((chart.limits for _, chart, _ in drawn if chart.limits), None):
         axes.set_ylim(*limits)
     elif any(chart.zero for _, chart, _ in drawn):
-        # A band that is much wider than its line is high would press the lines onto the abscissa.
+        # A band much higher than the lines would flatten them onto the abscissa.
         tops = [
             min(np.nanmax([line.y, *(ends[1] for ends in (line.band, line.interval) if ends)]),
-                _MOST_OF_LINES * line.y.max())
+                _MAX_OVER_LINES * line.y.max())
             for _, _, lines in drawn
             for line in lines
         ]  # fmt: skip
@@ -188,7 +188,7 @@ def _limit_ordinate(drawn: Sequence[tuple[Axes, Chart, list[Line]]]) -> None:
 
 
 def _name_at_ends(axes: Axes, lines: Sequence[Line]) -> None:
-    """Write the names of lines after their right ends, above one another where these lie close."""
+    """Write the names of lines at their right ends, one above the other where the ends are close."""
     below = -np.inf
     for line in sorted(lines, key=lambda line: line.y[-1]):
         below = max(_fraction(axes, line.y[-1], 1), below + 0.08)
@@ -209,43 +209,44 @@ def _handle(line: Line, *, points: bool) -> Line2D:
 
 
 def _in_axes(axes: Axes, lines: Sequence[Line]) -> np.ndarray:
-    """Points of all lines as fractions of the axes, (N, 2), filled in between the points given."""
-    found = []
+    """Return points (N, 2) along all lines as fractions of the axes, interpolated between the data."""
+    points = []
     for line in lines:
         data = axes.transData.transform(np.column_stack([line.x, line.y]))
         places = axes.transAxes.inverted().transform(data)
-        fine, own = np.linspace(0, len(places) - 1, max(len(places), 200)), np.arange(len(places))
-        found.append(np.stack([np.interp(fine, own, places[:, k]) for k in (0, 1)], axis=-1))
-    return np.concatenate(found)
+        fine, numbers = np.linspace(0, len(places) - 1, max(len(places), 200)), np.arange(len(places))
+        points.append(np.stack([np.interp(fine, numbers, places[:, k]) for k in (0, 1)], axis=-1))
+    return np.concatenate(points)
 
 
 def _draw_notes(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
-    """Draw the references, each with its words at the end that lies farther from the data."""
+    """Draw the references, each with its label at the end that is farther from the data."""
     data = _in_axes(axes, lines)
     across = [r for r in chart.references if r.y is not None and r.x is None]
     heights = [_fraction(axes, float(r.y), 1) for r in across if r.y is not None and r.label]
     upright = [_fraction(axes, float(r.x), 0) for r in chart.references if r.x is not None and r.y is None]
     for reference in chart.references:
         look_of = _look_of(reference)
-        of = {"color": look_of["colour"], "linestyle": look_of["line"], "linewidth": look_of["width"]}
+        line_look = {"color": look_of["colour"], "linestyle": look_of["line"], "linewidth": look_of["width"]}
         x, y = (None if v is None else float(v) for v in (reference.x, reference.y))
         if reference.slope is not None or reference.below:
             line = next((line for line in lines if line.key == reference.below), lines[0])
             share = 1.0 - float(reference.percent) / 100.0
             ends = np.array(axes.get_xlim())
             points = (line.x, share * line.y) if reference.below else (ends, (reference.slope or 0.0) * ends)
-            axes.plot(*points, zorder=1.5, scalex=False, scaley=False, **of)
+            axes.plot(*points, zorder=1.5, scalex=False, scaley=False, **line_look)
         elif x is not None and y is not None:
-            axes.plot([x], [y], marker="D", markerfacecolor="white", markeredgecolor=of["color"], linestyle="none",
+            axes.plot([x], [y], marker="D", markerfacecolor="white", markeredgecolor=line_look["color"],
+            linestyle="none",
                       markersize=1.3 * look.POINT_SIZE, zorder=5, clip_on=False)  # fmt: skip
             at = (_fraction(axes, x, 0), _fraction(axes, y, 1))
             right, high = at[0] > 0.6, at[1] > 0.5
             _write(axes, (at[0] + (-0.025 if right else 0.025), at[1]), reference.label, right, high)
         elif x is not None:
-            axes.axvline(x, zorder=0.5, **of)
+            axes.axvline(x, zorder=0.5, **line_look)
             at_x = _fraction(axes, x, 0)
             far = _farther(data, 0, at_x, (0.05, 0.95))
-            # Words after the line, or before it where there is no space after it.
+            # The label is to the right of the line, or to the left if there is no space.
             inward = at_x < 0.7 and not any(0 < other - at_x < 0.25 for other in upright)
             _write(
                 axes,
@@ -255,40 +256,40 @@ def _draw_notes(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
                 far,
             )
         elif y is not None:
-            axes.axhline(y, zorder=0.5, **of)
+            axes.axhline(y, zorder=0.5, **line_look)
             at_y = _fraction(axes, y, 1)
             far = _farther(data, 1, at_y, (0.14, 0.86))
-            # Words above the line, or below it where there is no space above: the edge, or the next line.
+            # The label is above the line, or below it if an edge or another line leaves no space.
             above = at_y < 0.9 and not any(0 < other - at_y < 0.17 for other in heights)
-            place = (0.985 if far else 0.015, at_y + (0.015 if above else -0.015))
-            _write(axes, place, reference.label, far, not above)
+            corner = (0.985 if far else 0.015, at_y + (0.015 if above else -0.015))
+            _write(axes, corner, reference.label, far, not above)
 
 
 def _look_of(reference: Reference) -> dict[str, Any]:
-    """Colour, pattern and width of a reference's line."""
+    """Return the colour, pattern and width of a reference's line."""
     published = reference.published
     dashes = look.PUBLISHED_DASHES if published else look.REFERENCE_DASHES
     colour = hex_colour("published" if published else "reference")
     return {"colour": colour, "line": dashes, "width": look.REFERENCE_WIDTH}
 
 
-def _write(axes: Axes, place: tuple[float, float], words: str, right: bool, top: bool) -> None:
-    """Write words at a place, in fractions of the axes, which is their right or left and upper or lower end."""
+def _write(axes: Axes, corner: tuple[float, float], words: str, right: bool, top: bool) -> None:
+    """Write words at a corner of their box, in fractions of the axes; `right` and `top` say which corner."""
     align: dict[str, Any] = {"ha": "right" if right else "left", "va": "top" if top else "bottom"}
     axes.text(
-        *place, words, transform=axes.transAxes, fontsize=look.NOTE_SIZE, color=look.NOTE_COLOUR, **align
+        *corner, words, transform=axes.transAxes, fontsize=look.NOTE_SIZE, color=look.NOTE_COLOUR, **align
     )
 
 
 def _farther(data: np.ndarray, along: int, at: float, ends: tuple[float, float]) -> bool:
-    """Whether the upper, or right, end of a line across the axes lies farther from the data than the other."""
+    """Return True if the upper or right end of a line across the axes is farther from the data than the other end."""
     near = data[np.abs(data[:, along] - at) < 0.12][:, 1 - along]
     gaps = [np.abs(near - end).min() if near.size else 1.0 for end in ends]
     return gaps[1] >= gaps[0]
 
 
 def _fraction(axes: Axes, value: float, along: int) -> float:
-    """Where a value of the abscissa (0) or the ordinate (1) lies, as a fraction of the axes."""
+    """Return the position of a value of the abscissa (0) or the ordinate (1), as a fraction of the axes."""
     corner = np.array([axes.get_xlim()[0], axes.get_ylim()[0]])
     corner[along] = value
     return float(axes.transAxes.inverted().transform(axes.transData.transform(corner))[along])

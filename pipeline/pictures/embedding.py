@@ -1,4 +1,4 @@
-"""Pictures as text inside a page: reduced to a width, WebP, base64."""
+"""Pictures as text inside a page: reduced in width, encoded as WebP and base64."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ from pipeline.reading import read_file
 from pipeline.validation import InvalidInput
 
 _QUALITY = 74
+"""Quality of WebP, 0 to 100."""
 _SIZE = re.compile(rb'<svg [^>]*?width="([\d.]+)pt" height="([\d.]+)pt"')
 
 
 def reduced(path: Path, width: int) -> tuple[bytes, int, int]:
-    """Return a PNG as WebP, at most so many pixels wide, with its width and height."""
+    """Return a PNG as WebP, at most `width` pixels wide, with its width and height."""
     try:
         with Image.open(io.BytesIO(read_file(path)), formats=["PNG"]) as stored:
             picture = stored.convert("RGB")
@@ -31,7 +32,7 @@ def reduced(path: Path, width: int) -> tuple[bytes, int, int]:
         Image.DecompressionBombWarning,
     ) as error:
         raise InvalidInput(
-            "the picture cannot be read", path, "the figure, made again", error, code="unreadable"
+            "the picture cannot be read; make the figure again", path, "a PNG", error, code="unreadable"
         ) from error
     if picture.width > width:
         size = (width, round(picture.height * width / picture.width))
@@ -42,7 +43,7 @@ def reduced(path: Path, width: int) -> tuple[bytes, int, int]:
 
 
 def embedded(path: Path, width: int) -> dict[str, Any]:
-    """Return a picture as a data address with its size in pixels: ``uri``, ``width``, ``height``.
+    """Return a picture as a data URI with its size in pixels: ``uri``, ``width``, ``height``.
 
     Parameters
     ----------
@@ -56,14 +57,14 @@ def embedded(path: Path, width: int) -> dict[str, Any]:
     return {"uri": f"data:image/webp;base64,{text}", "width": wide, "height": high}
 
 
-def packed_vector(path: Path, most_bytes: int) -> dict[str, Any] | None:
-    """Return an SVG, compressed, as base64 with its size in points: ``packed``, ``width``, ``height``.
+def packed_vector(path: Path, max_bytes: int) -> dict[str, Any] | None:
+    """Return a compressed SVG as base64 with its size in points: ``packed``, ``width``, ``height``.
 
-    None if it would be larger.
+    None if its text is longer than `max_bytes`.
     """
     content = read_file(path)
     size = _SIZE.search(content)
     text = base64.b64encode(gzip.compress(content, mtime=0)).decode()
-    if size is None or len(text) > most_bytes:
+    if size is None or len(text) > max_bytes:
         return None
     return {"packed": text, "width": round(float(size[1])), "height": round(float(size[2]))}

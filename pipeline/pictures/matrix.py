@@ -1,4 +1,4 @@
-"""A matrix as a heat map with a path through it, and charts beside it."""
+"""A matrix as a heat map with a path through it, and charts next to it."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from pipeline.pictures.charts import add_charts
 from pipeline.scenes import HeatMap
 
 _HEIGHT = 3.4
-"""Without the legend, inches."""
+"""Height of the picture without the legend, inches."""
 
 
 def draw_heat_map(canvas: look.Canvas, matrix: HeatMap) -> None:
-    """Draw a heat map with its path, and the charts above one another beside it.
+    """Draw a heat map with its path, and a column of charts to the right of it.
 
-    Colours go by the square root, so that small misfits are told apart.
+    Colours follow the square root, so that small misfits can be distinguished.
     """
     count = len(canvas.drawn)
     with look.applied_style():
@@ -53,10 +53,13 @@ def _draw_matrix(axes: Axes, matrix: HeatMap) -> list[Line2D]:
         (matrix.outline_label, closed.T, "reference", look.OUTLINE_WIDTH),
         (matrix.path_label, (matrix.x, matrix.path), "optimal_path", look.PATH_OVER_MATRIX_WIDTH),
     ]
-    drawn = [axes.plot(*points, color=hex_colour(of), lw=width)[0] for _, points, of, width in lines]
-    # A white rim keeps the path apart from colours as dark as its own.
+    drawn = [axes.plot(*points, color=hex_colour(colour), lw=width)[0] for _, points, colour, width in lines]
+    # A white rim separates the path from matrix colours that are as dark.
     rim = patheffects.Stroke(linewidth=2 * look.PATH_OVER_MATRIX_WIDTH, foreground="white")
     drawn[-1].set_path_effects([rim, patheffects.Normal()])
     axes.set(xlabel=matrix.xlabel, ylabel=matrix.ylabel, xlim=edges[:2], ylim=edges[2:], title=matrix.title)
     axes.figure.colorbar(image, ax=axes, label=matrix.bar, pad=0.02, aspect=28)
-    return [look.legend_handle(label, hex_colour(of), width=width) for label, _, of, width in reversed(lines)]
+    return [
+        look.legend_handle(label, hex_colour(colour), width=width)
+        for label, _, colour, width in reversed(lines)
+    ]

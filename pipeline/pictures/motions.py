@@ -1,4 +1,4 @@
-"""One motion before a camera: what it saw, reconstructions from aside, the cameras from above; errors below."""
+"""One motion in front of a camera: its image, reconstructions from the side, cameras from above, and errors."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from pipeline.scenes import MotionScene
 from pipeline.validation import require_finite
 
 _STRIP_WIDTH, _STRIP_HEIGHT, _CHARTS_HEIGHT = 5.0, 1.3, 1.5
-"""Inches: a row of skeletons, and the charts below all rows."""
+"""Width and height of a row of skeletons, and height of the charts below all rows, inches."""
 
 _TRUTH: dict[str, Any] = {"colour": "silver", "width": look.BONE_WIDTHS["broad"]}
+"""Colour and line width of the true skeletons."""
 
 
 def draw_motion(canvas: look.Canvas, scene: MotionScene, bones: Bones) -> None:
-    """Draw a motion, and the charts side by side under it; all rows have one scale.
+    """Draw a motion in rows of one scale, with the charts side by side below them.
 
     Parameters
     ----------
@@ -54,18 +55,18 @@ def draw_motion(canvas: look.Canvas, scene: MotionScene, bones: Bones) -> None:
 
 
 def _draw_strip(axes: Axes, body: np.ndarray, truth: np.ndarray | None, bones: Bones, colour: str) -> None:
-    """Draw skeletons at every instant, side by side, each about the middle of the truth, which lies under it."""
+    """Draw the skeletons of all instants side by side, over the true ones, centred on the mean of the truth."""
     axes.set_axis_off()
     axes.set_aspect("equal")
     middle = np.nanmean(body if truth is None else truth, axis=1, keepdims=True)
     bodies = (
         [body - middle]
         if truth is None
-        else [require_finite("a motion", one) - middle for one in (truth, body)]
+        else [require_finite("a motion", motion) - middle for motion in (truth, body)]
     )
     across, up = np.nanmax(np.abs(np.concatenate(bodies)), axis=(0, 1))
     tall = 2.1 * up
-    # The strip is filled: wide postures make all of them smaller, narrow ones stand farther apart.
+    # The skeletons fill the strip: wide postures make all of them smaller, narrow ones increase their spacing.
     step = max(1.9 * across, tall * _STRIP_WIDTH / (_STRIP_HEIGHT * len(body)))
     shift = np.column_stack([step * np.arange(len(body)), np.zeros(len(body))])[:, None]
     if truth is not None:
@@ -76,19 +77,21 @@ def _draw_strip(axes: Axes, body: np.ndarray, truth: np.ndarray | None, bones: B
 
 
 def _draw_plan(axes: Axes, scene: MotionScene) -> None:
-    """Draw the path of the body and the cameras from above, each with its place in the middle and what it saw."""
+    """Draw the body's path and the cameras from above, with each camera's middle position and field of view."""
     axes.set_axis_off()
     axes.set_aspect("equal")
     axes.set_anchor("N")
     axes.set_title("from above", fontsize=look.NOTE_SIZE, pad=1)
     broad: dict[str, Any] = {"color": hex_colour("silver"), "linewidth": 1.6 * look.BONE_WIDTHS["broad"]}
     axes.plot(*scene.ground.T, solid_capstyle="round", **broad)
-    for number, (label, colour, path, seen) in enumerate(scene.cameras):
-        of = hex_colour(colour)
-        axes.plot(*path.T, color=of, linewidth=look.LINE_WIDTH)
-        axes.fill(*seen.T, color=of, alpha=look.BAND_OPACITY, linewidth=0)
-        axes.plot(*seen[0], marker="o", color=of, linestyle="none")
-        # A moving camera is named at an end of its path, one after the other.
-        place = seen[0] if np.ptp(path, axis=0).max() < 1.0 else path[-(number % 2)]
-        axes.annotate(label, place, (8, 6), textcoords="offset points", color=of, fontsize=look.SMALL_SIZE)
+    for number, (label, colour, path, footprint) in enumerate(scene.cameras):
+        stroke = hex_colour(colour)
+        axes.plot(*path.T, color=stroke, linewidth=look.LINE_WIDTH)
+        axes.fill(*footprint.T, color=stroke, alpha=look.BAND_OPACITY, linewidth=0)
+        axes.plot(*footprint[0], marker="o", color=stroke, linestyle="none")
+        # A moving camera is labelled at an end of its path, alternately first and last.
+        label_position = footprint[0] if np.ptp(path, axis=0).max() < 1.0 else path[-(number % 2)]
+        axes.annotate(
+            label, label_position, (8, 6), textcoords="offset points", color=stroke, fontsize=look.SMALL_SIZE
+        )
     axes.margins(0.12)

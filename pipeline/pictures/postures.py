@@ -1,4 +1,4 @@
-"""Rows of stick figures: original postures broad and light, reconstructed ones as thin lines over them."""
+"""Rows of stick figures: original postures as broad light lines, with reconstructed ones as thin lines over them."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ _LOOKS: tuple[dict[str, Any], ...] = (
     {"colour": "silver", "width": look.BONE_WIDTHS["broad"]},
     {"colour": "reconstruction", "width": look.BONE_WIDTHS["usual"]},
 )
-"""How the original and the reconstruction are drawn: both are seen where one lies on the other."""
+"""Line styles of the original and the reconstruction; both stay visible where they overlap."""
 
-_GROUP_WIDTH, _TALLEST_ROW = 3.5, 1.35
-"""Width of a group of rows and height of a row, inches at most."""
+_GROUP_WIDTH, _MAX_ROW_HEIGHT = 3.5, 1.35
+"""Largest width of a group of rows, and largest height of a row, inches."""
 
 
 def draw_postures(
@@ -28,8 +28,8 @@ def draw_postures(
 ) -> None:
     """Draw rows of stick figures, groups side by side.
 
-    All figures have one scale; the original and the reconstruction of a posture share one origin, so that
-    a displacement is seen as one.
+    All figures have one scale.  The original and the reconstruction of a posture share one origin, so that a
+    displacement is visible.
 
     Parameters
     ----------
@@ -42,21 +42,21 @@ def draw_postures(
     Raises
     ------
     InvalidInput
-        If numbers are not finite.
+        If a posture has numbers that are not finite.
     """
-    every = [row for _, rows in groups for row in rows]
-    figures = [_centred(row) for row in every]
-    count = len(every[0].original)
+    all_rows = [row for _, rows in groups for row in rows]
+    figures = [_centred(row) for row in all_rows]
+    count = len(all_rows[0].original)
     reach = max(np.abs(f[..., 0]).max() for f in figures)
     low, high = (pick([pick(f[..., 1]) for f in figures]) for pick in (np.min, np.max))
-    # Neighbours may overlap a little; half a step is then less than the reach, so the ends get the reach itself.
+    # Neighbours may overlap a little.  Half a step is then less than the reach, so the ends get the full reach.
     step, drop = max(1.8 * reach, 0.45 * (high - low)), 1.12 * (high - low)
     end = max(0.5 * step, 1.02 * reach)
-    names = 0.12 + 0.065 * max(len(row.label) for row in every)  # inches that the labels take on the left
-    wide = min(_GROUP_WIDTH, look.MOST_WIDTH / len(groups) - 0.1)
+    names = 0.12 + 0.065 * max(len(row.label) for row in all_rows)  # inches of the labels on the left
+    wide = min(_GROUP_WIDTH, look.MAX_WIDTH / len(groups) - 0.1)
     inches = min(
-        (wide - names) / ((count - 1) * step + 2 * end), _TALLEST_ROW / drop
-    )  # per millimetre, one scale for all
+        (wide - names) / ((count - 1) * step + 2 * end), _MAX_ROW_HEIGHT / drop
+    )  # per millimetre, the same for all figures
     deepest, margin = max(len(rows) for _, rows in groups), names / inches
     with look.applied_style():
         width, height = names + inches * ((count - 1) * step + 2 * end), inches * deepest * drop
@@ -72,21 +72,27 @@ def draw_postures(
                 axes.text(-end - margin, 0.5 * (low + high) - i * drop, row.label, va="center")
                 shift = np.column_stack([step * np.arange(count), np.full(count, -i * drop)])[:, None]
                 for which in (0, 1):
-                    bodies, of = _centred(row)[which] + shift, _LOOKS[which]
-                    add_bones(axes, bodies, bones, **of)
+                    bodies, figure_look = _centred(row)[which] + shift, _LOOKS[which]
+                    add_bones(axes, bodies, bones, **figure_look)
                     if row.estimated is not None and row.estimated.any():
-                        add_rings(axes, bodies, row.estimated, colour=of["colour"], width=of["width"])
+                        add_rings(
+                            axes,
+                            bodies,
+                            row.estimated,
+                            colour=figure_look["colour"],
+                            width=figure_look["width"],
+                        )
         handles = [
-            look.legend_handle(name, hex_colour(of["colour"]), width=of["width"])
-            for name, of in zip(("original", "reconstructed"), _LOOKS, strict=True)
+            look.legend_handle(name, hex_colour(figure_look["colour"]), width=figure_look["width"])
+            for name, figure_look in zip(("original", "reconstructed"), _LOOKS, strict=True)
         ]
-        if any(row.estimated is not None and row.estimated.any() for row in every):
-            handles.append(look.ring_handle("joint that nobody measured", RING_SIZE))
+        if any(row.estimated is not None and row.estimated.any() for row in all_rows):
+            handles.append(look.ring_handle("joint that was not measured", RING_SIZE))
         look.finish(figure, canvas, handles)
 
 
 def _centred(row: PostureRow) -> np.ndarray:
-    """(2, n, J, 2): original and reconstruction, each posture about its original's horizontal mean."""
+    """Return original and reconstruction (2, n, J, 2), each posture centred on its original's horizontal mean."""
     pair = require_finite(f"postures {row.label}", np.stack([row.original, row.reconstructed]).astype(float))
     pair[..., 0] -= pair[0, :, :, 0].mean(axis=-1)[:, None]
     return pair

@@ -1,4 +1,4 @@
-"""Rows of skeletons, each about one posture: that posture under all others, then some of them one by one."""
+"""Rows of skeletons: the central posture with all others over it, then some of the others one by one."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from pipeline.pictures.stick_figures import Bones, add_bones
 from pipeline.scenes import SkeletonRow
 from pipeline.validation import require_finite
 
-_TALLEST = 2.2
-"""Height of a skeleton, inches at most."""
+_MAX_HEIGHT = 2.2
+"""Largest height of a skeleton, inches."""
 
-_LEAST_WIDTH = 3.6
-"""Of the picture, inches: what the legend takes."""
+_MIN_WIDTH = 3.6
+"""Smallest width of the picture, inches: that of its legend."""
 
 
 def draw_skeletons(
@@ -28,16 +28,16 @@ def draw_skeletons(
     ----------
     canvas : Canvas
     rows : sequence of SkeletonRow
-        From the top; all with as many postures.
+        Rows from the top, all with the same number of postures.
     bones : sequence of (int, int)
         Pairs of joints.
     legend : (str, str)
-        What the posture of a row is, and what the others are.
+        Names of a row's central posture and of the other postures.
 
     Raises
     ------
     InvalidInput
-        If numbers are not finite.
+        If a skeleton has numbers that are not finite.
     """
     bodies = np.stack(
         [require_finite(f"skeletons {row.label}", np.stack([row.centre, *row.others])) for row in rows]
@@ -45,14 +45,14 @@ def draw_skeletons(
     low, tops = min(0.0, bodies[..., 1].min()), bodies[..., 1].max(axis=(1, 2))
     left, right = bodies[..., 0].min(), bodies[..., 0].max()
     count, step = 1 + len(rows[0].beside), 1.04 * (right - left)
-    # Inches per millimetre, one scale for all.
-    inches = min((look.PAGE_WIDTH - look.FRAME) / (count * step), _TALLEST / (tops.max() - low))
+    # Inches per millimetre, the same for all skeletons.
+    inches = min((look.PAGE_WIDTH - look.FRAME) / (count * step), _MAX_HEIGHT / (tops.max() - low))
     head, foot = 0.24 / inches, 0.03 / inches
     heights = inches * (tops + head - low + foot)
     looks = (("original", look.BONE_WIDTHS["strong"]), ("reconstruction", look.BONE_WIDTHS["light"]))
     (mean, strong), (sampled, light) = looks
     with look.applied_style():
-        width = max(inches * count * step + 2 * look.FRAME, _LEAST_WIDTH)
+        width = max(inches * count * step + 2 * look.FRAME, _MIN_WIDTH)
         figure = look.new_figure(width, heights.sum() + look.FRAME * len(rows) + look.LEGEND_LINE)
         grid = figure.add_gridspec(len(rows), 1, height_ratios=heights)
         for number, (row, body, high) in enumerate(zip(rows, bodies, tops, strict=True)):
@@ -67,11 +67,13 @@ def draw_skeletons(
             add_bones(axes, body[1:], bones, colour=sampled, width=light)
             add_bones(axes, body[:1] + shift[:1], bones, colour=mean, width=strong)
             add_bones(axes, body[:1] + shift[1:], bones, colour="silver", width=look.BONE_WIDTHS["broad"])
-            beside = row.others[list(row.beside)] + shift[1:]
-            add_bones(axes, beside, bones, colour=sampled, width=strong)
+            samples = row.others[list(row.beside)] + shift[1:]
+            add_bones(axes, samples, bones, colour=sampled, width=strong)
         kinds = [
             *zip(legend, looks, strict=True),
             (f"{legend[0]}, to compare", ("silver", look.BONE_WIDTHS["broad"])),
         ]
-        handles = [look.legend_handle(name, hex_colour(of), width=thick) for name, (of, thick) in kinds]
+        handles = [
+            look.legend_handle(name, hex_colour(colour), width=thick) for name, (colour, thick) in kinds
+        ]
         look.finish(figure, canvas, handles)

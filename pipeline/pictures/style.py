@@ -1,4 +1,4 @@
-"""The style of every printed picture: letters, line widths, sizes, resolution; the legend, both files.
+"""Style of every printed picture: letters, line widths, sizes and resolution; also the legend and the two files.
 
 To change how pictures look, change this module; colours are those of `pipeline.palette`.
 """
@@ -27,21 +27,21 @@ from pipeline.palette import hex_colour
 PNG_DPI = 200
 
 TITLE_SIZE, NOTE_SIZE, SMALL_SIZE = 9, 8, 7.5
-"""Letters of titles, of notes inside the axes and of names beside small parts, points."""
+"""Letter sizes of titles, of notes inside the axes and of labels of small parts, points."""
 
 NOTE_COLOUR = "#404040"
 
 PANEL_SIZE = (3.7, 2.35)
-"""Width and height of one panel with its labels, inches."""
+"""Width and height of a panel with its labels, inches."""
 
 PAGE_WIDTH = 7.3
-"""Width of a picture that is not made of such panels, inches."""
+"""Width of a picture that has no chart panels, inches."""
 
-MOST_WIDTH = 7.5
-"""Of a picture, inches: the text of a page."""
+MAX_WIDTH = 7.5
+"""Largest width of a picture, inches: the width of a page's text."""
 
 FRAME = 0.1
-"""Added to the width and the height of a picture for the edges, inches."""
+"""Margin that is added to the width and the height of a picture, inches."""
 
 LEGEND_LINE = 0.24
 """Height of one line of a legend above the picture, inches."""
@@ -49,22 +49,22 @@ LEGEND_LINE = 0.24
 LINE_STYLES: dict[str, Any] = {"solid": "-", "dashed": "--", "dotted": ":", "points": "none"}
 
 LINE_WIDTH, REFERENCE_WIDTH, LEGEND_WIDTH = 1.2, 0.7, 0.9
-"""Of a series, of a reference line, and the least of a line in a legend, points."""
+"""Line widths of a series and a reference, and the smallest width of a line in a legend, points."""
 
 REFERENCE_DASHES, PUBLISHED_DASHES = (0, (1, 1.6)), (0, (5, 2))
-"""Of lines to compare with, and of those that a paper prints."""
+"""Dash patterns of reference lines, and of values that a paper prints."""
 
 POINT_SIZE = 3.2
 """Diameter of a point, points."""
 
 BAND_OPACITY, INTERVAL_OPACITY = 0.12, 0.25
-"""Of bands of the spread, and of intervals."""
+"""Opacities of bands that show the spread, and of intervals."""
 
 BONE_WIDTHS = {"broad": 3.6, "strong": 1.3, "usual": 1.2, "light": 0.8, "ground": 0.4}
-"""Of bones of stick figures and of the line that they stand on, points."""
+"""Line widths of the bones of stick figures and of the ground line, points."""
 
 OUTLINE_WIDTH, PATH_OVER_MATRIX_WIDTH = 0.9, 1.6
-"""Of lines drawn over a matrix, points."""
+"""Line widths over a matrix, points."""
 
 TICK_STEPS = (1, 2, 5, 10)
 """Leading digits of the intervals between ticks of an abscissa."""
@@ -72,7 +72,7 @@ TICK_STEPS = (1, 2, 5, 10)
 MATRIX_COLOURS = "viridis"
 
 STYLE: dict[Any, Any] = {
-    "font.family": "STIXGeneral",  # comes with the library, so every machine draws the same letters
+    "font.family": "STIXGeneral",  # part of matplotlib, so every machine draws the same letters
     "mathtext.fontset": "stix",
     "font.size": TITLE_SIZE,
     "axes.labelsize": TITLE_SIZE,
@@ -107,17 +107,17 @@ STYLE: dict[Any, Any] = {
 
 @dataclass(frozen=True)
 class Canvas:
-    """Where a picture goes, ``path_stem.svg`` and ``path_stem.png``, and the charts of its figure.
+    """Files of a picture, ``path_stem.svg`` and ``path_stem.png``, and the charts of its figure.
 
     Attributes
     ----------
     path_stem : Path
-        Without a suffix; the folder must exist.
+        Path without a suffix; the folder must exist.
     sheet : Sheet
     tables : mapping of str to table
         Tidy tables of the charts by name.
     caption : str
-        Kept in both files as their description; what is read stands as text beside the picture.
+        Description in the metadata of both files; it is not drawn.
     """
 
     path_stem: Path
@@ -127,13 +127,13 @@ class Canvas:
 
     @property
     def drawn(self) -> list[Chart]:
-        """The charts that the picture shows."""
+        """Charts that the picture shows."""
         return [chart for chart in self.sheet.charts if chart.picture]
 
 
 @contextmanager
 def applied_style() -> Iterator[None]:
-    """Apply the style whatever the user's own settings say, and restore those afterwards."""
+    """Apply the style instead of the user's settings, and restore them afterwards."""
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(STYLE)
@@ -141,21 +141,21 @@ def applied_style() -> Iterator[None]:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """Create an empty figure, width and height in inches, at most `MOST_WIDTH`; call inside `applied_style`."""
-    figure = Figure(figsize=(min(width, MOST_WIDTH), height), dpi=PNG_DPI, layout="constrained")
+    """Return an empty figure of a width (at most `MAX_WIDTH`) and a height in inches; call inside `applied_style`."""
+    figure = Figure(figsize=(min(width, MAX_WIDTH), height), dpi=PNG_DPI, layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 
 
 def legend_handle(label: str, colour: str, *, line: Any = "-", width: float = LINE_WIDTH) -> Line2D:
-    """Return what a legend shows of a series; `line` is one of `LINE_STYLES` or a pattern of dashes."""
+    """Return the legend entry of a series; `line` is one of `LINE_STYLES` or a dash pattern."""
     marker = "o" if line == "points" else "none"
     line = LINE_STYLES.get(line, line) if isinstance(line, str) else line
     return Line2D([], [], label=label, color=colour, linestyle=line, marker=marker, linewidth=width)
 
 
 def ring_handle(label: str, size: float) -> Line2D:
-    """Return what a legend shows of rings, `size` points wide."""
+    """Return the legend entry of rings that are `size` points wide."""
     return Line2D(
         [], [], label=label, linestyle="none", marker="o", markersize=size, markerfacecolor="white",
         markeredgecolor=hex_colour("original"), markeredgewidth=LINE_WIDTH / 2,
@@ -163,7 +163,7 @@ def ring_handle(label: str, size: float) -> Line2D:
 
 
 def _legend_above(figure: Figure, handles: Sequence[Line2D]) -> float:
-    """Put one legend at the upper right of a figure; return the inches that it takes."""
+    """Add a legend at the upper right of a figure; return its height in inches."""
     entries = [
         _width(str(h.get_label()), NOTE_SIZE) + NOTE_SIZE * (2.4 + 0.8 + 1.2) for h in handles
     ]  # points
@@ -177,30 +177,32 @@ def _legend_above(figure: Figure, handles: Sequence[Line2D]) -> float:
 
 
 def finish(figure: Figure, canvas: Canvas, handles: Sequence[Line2D], *, room: bool = False) -> None:
-    """Put the legend above a figure and write ``.svg`` and ``.png``, the same bytes for the same input.
+    """Add the legend above a figure and write ``.svg`` and ``.png``, with the same bytes for the same input.
 
     Parameters
     ----------
     figure : Figure
     canvas : Canvas
     handles : sequence of Line2D
-        Entries of the legend; none without any.
+        Entries of the legend; without entries there is no legend.
     room : bool
-        Whether the figure becomes higher by the legend, for which it has no room of its own.
+        Increase the figure's height by that of the legend.
     """
     engine = figure.get_layout_engine()
     assert isinstance(engine, ConstrainedLayoutEngine)
     header = _legend_above(figure, handles) if handles else 0.0
-    # A legend of many lines leaves room for axes.
+    # A legend with many lines must leave space for the axes.
     figure.set_figheight(max(figure.get_figheight() + header * room, 2.5 * header))
     engine.set(rect=(0, 0, 1, 1 - header / figure.get_figheight()))
-    # The solver of the layout leaves the last bits of a place to chance, and the vector file would show them.
+    # The last bits of the solver's positions vary between runs, so they are rounded away for the vector file.
     engine.execute(figure)
-    figure.set_layout_engine(None)  # not "none", which stands for an engine: every file would be drawn twice
+    figure.set_layout_engine(
+        None
+    )  # not "none", which installs a placeholder engine and draws every file twice
     for axes in figure.axes:
         left, low, wide, high = (round(float(side), 6) for side in axes.get_position(original=True).bounds)
         axes.set_position((left, low, wide, high))
-    # Neither dates nor versions in the files; temporary names first, so that no reader sees half a figure.
+    # Files contain no dates or versions.  They get temporary names first, so that no reader sees half a figure.
     for suffix, without in (("svg", ("Date", "Creator")), ("png", ("Software",))):
         metadata = {"Description": canvas.caption or None} | dict.fromkeys(without)
         stem = canvas.path_stem
@@ -211,6 +213,6 @@ def finish(figure: Figure, canvas: Canvas, handles: Sequence[Line2D], *, room: b
 
 @cache
 def _width(text: str, size: float) -> float:
-    """Width of a text in points, measured in its own letters."""
+    """Return the width of a text in points, in the letters of the style."""
     font = FontProperties(family=STYLE["font.family"], size=size)
     return text_to_path.get_text_width_height_descent(text, font, ismath="$" in text)[0]

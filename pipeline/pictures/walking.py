@@ -1,6 +1,6 @@
-"""A walker who walks, as an animated SVG: the points that a camera sees, and his reconstruction turning beside them.
+"""Animated SVG of a walker: the points that a camera sees, and the turning reconstruction next to them.
 
-The file needs no script: paths of points and bones go through their places by ``<animate>`` while it is shown.
+The file has no script: ``<animate>`` elements move the points and bones.
 """
 
 from __future__ import annotations
@@ -16,12 +16,13 @@ from pipeline.pictures.stick_figures import Bones
 from pipeline.validation import InvalidInput, require_finite
 
 _WIDTH, _HEIGHT, _MARGIN, _HEADING = 880, 372, 14, 58
-"""Of the picture, of its edges, and height of the words above each half, pixels."""
+"""Width, height and margin of the picture, and height of the words above each half, pixels."""
 
-_FILLED = 0.9
-"""Share of the height of its half that a walker fills."""
+_FILL_SHARE = 0.9
+"""Share of the height of a half that the walker fills."""
 
 _NIGHT, _PAPER, _INK, _QUIET = "#14171a", "#ffffff", "#1b1d20", "#595f66"
+"""Colours of the dark half, of the background, of titles and of the lines below them."""
 
 
 def draw_walking(
@@ -36,9 +37,9 @@ def draw_walking(
     words: Sequence[tuple[str, str]],
     still: int | None = None,
 ) -> None:
-    """Write an SVG of a walker: points alone on the left, original (dashed) and reconstruction on the right.
+    """Write an SVG of a walker: points on the left, original (dashed) and reconstruction on the right.
 
-    Projections are in mm, the second axis up; the frames go around in a loop.
+    Projections are in mm, with the second axis up; the frames repeat in a loop.
 
     Parameters
     ----------
@@ -47,35 +48,40 @@ def draw_walking(
     bones : sequence of (int, int)
         Pairs of joints.
     seen : (F, J, 2) float
-        What the camera sees.
+        Points in the camera's image.
     original, reconstructed : (K, J, 2) float
-        From a view that turns, so that K may be a multiple of F.
+        Points from a view that turns; K is a multiple of F.
     seconds : float
         Duration of the F frames of `seen`.
     estimated : (J,) bool
-        Joints that nobody measured: drawn hollow.
+        Unmeasured joints, which are drawn hollow.
     words : sequence of (str, str)
         A title and a line below it, for the left and the right half.
     still : int, optional
-        Draw this frame only, for readers who want no movement.
+        Draw this frame only, for readers who prefer reduced motion.
 
     Raises
     ------
     InvalidInput
-        If cycles are not whole or numbers are not finite.
+        If K is not a multiple of F, or numbers are not finite.
     """
-    seen, original, again = (
+    seen, original, body = (
         require_finite(f"{path}, walker", part) for part in (seen, original, reconstructed)
     )
     if len(original) % len(seen):
-        raise InvalidInput("a walker that does not go around", path, "whole cycles", code="not_whole_cycles")
+        raise InvalidInput(
+            "the turning view does not cover whole cycles",
+            path,
+            "a multiple of the frames in a cycle",
+            code="not_whole_cycles",
+        )
     pairs = np.asarray(bones)
     if still is not None:
-        seen, original, again = seen[[still % len(seen)]], original[[still]], again[[still]]
-    high = max(part[..., 1].max() for part in (seen, original, again))
-    low = min(part[..., 1].min() for part in (seen, original, again))
-    scale = _FILLED * (_HEIGHT - _HEADING - 2 * _MARGIN) / (high - low)
-    floor = _HEIGHT - _MARGIN - 0.5 * (1 - _FILLED) * (_HEIGHT - _HEADING - 2 * _MARGIN)
+        seen, original, body = seen[[still % len(seen)]], original[[still]], body[[still]]
+    high = max(part[..., 1].max() for part in (seen, original, body))
+    low = min(part[..., 1].min() for part in (seen, original, body))
+    scale = _FILL_SHARE * (_HEIGHT - _HEADING - 2 * _MARGIN) / (high - low)
+    floor = _HEIGHT - _MARGIN - 0.5 * (1 - _FILL_SHARE) * (_HEIGHT - _HEADING - 2 * _MARGIN)
 
     def placed(postures: np.ndarray, middle: float) -> np.ndarray:
         return np.stack(
@@ -85,7 +91,7 @@ def draw_walking(
     half = 0.42 * _WIDTH
     left, right = 0.5 * half + _MARGIN, 0.5 * (half + _WIDTH)
     turning = seconds * len(original) / len(seen)
-    body, truth = placed(again, right), placed(original, right)
+    body, truth = placed(body, right), placed(original, right)
     blue, grey = hex_colour("reconstruction"), hex_colour("reference")
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_WIDTH} {_HEIGHT}" width="{_WIDTH}"'
@@ -118,7 +124,7 @@ def _headings(words: Sequence[tuple[str, str]], places: tuple[float, float]) -> 
 
 
 def _dots(points: np.ndarray) -> list[str]:
-    """Paths of lines without length, whose round ends are dots: one path for each frame of (F, J, 2)."""
+    """Return a path for each frame of points (F, J, 2): lines of zero length, whose round ends are dots."""
     return ["".join(f"M{x:.1f} {y:.1f}h0" for x, y in frame) for frame in points]
 
 
@@ -129,7 +135,7 @@ def _lines(points: np.ndarray, pairs: np.ndarray) -> list[str]:
 
 
 def _moving(frames: Sequence[str], seconds: float, look: str) -> str:
-    """Return a path that goes through its frames and back to the first; one that stays if there is one frame."""
+    """Return a path that is animated through its frames in a loop; a static path if there is one frame."""
     if len(frames) == 1:
         return f'<path d="{frames[0]}" {look}/>'
     return (

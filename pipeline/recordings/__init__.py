@@ -1,21 +1,21 @@
 """Recordings of the figures for the rerun viewer; the only package that imports rerun.
 
-A `Recording` is a view of results, not their record: it can be made again from the tables.
+A `Recording` shows results; it can be made again from the tables, which are their record.
 
 Conventions
 -----------
-Callers give millimetres; the file holds metres, which is what the viewer's grid and camera assume.
-World: right-handed, x right, y forward, z up: the viewer's default, so it is not stated in the file.
-Images: the viewer's vertical axis points down, so the file holds minus the vertical coordinate.
+Arguments are in millimetres; the file has metres, which the viewer's grid and camera assume.
+World: right-handed, x right, y forward, z up.  This is the viewer's default, so the file does not state it.
+Images: the viewer's vertical axis points down, so the file has the negative vertical coordinate.
 A timeline called ``time`` is a duration in seconds; every other one is a sequence of integers (``view_angle_deg``,
-``sigma2_mm2``, ``frame``).  The viewer plots against the open timeline and shows only what has rows on it, hence
-one recording for each abscissa: everything that moves has rows on the recording's timeline.
+``sigma2_mm2``, ``frame``).  The viewer plots against the open timeline and shows only entities with rows on it.
+Hence each abscissa needs a recording, and every moving entity has rows on the recording's timeline.
 Colours are those of `pipeline.palette`.
 
 How to record a figure
 ----------------------
-The charts of a figure whose abscissa is the recording's timeline are curves ``curves/<quantity>/<series>`` without
-further words; skeletons, images, bars and matrices are added one by one; the layout (`pipeline.scenes`) comes last.
+Charts whose abscissa is the recording's timeline are added automatically, as curves ``curves/<quantity>/<series>``.
+Skeletons, images, bars and matrices are added one by one.  The layout (`pipeline.scenes`) comes last.
 
 >>> from pipeline.charts import Chart
 >>> from pipeline.recordings import Recording

@@ -1,7 +1,7 @@
 """Columns of a recording's file, validated where rerun does not raise an error.
 
-In rerun, a partition that does not cover its values drops the rest, a sequence truncates fractions, a timeline with two
-types makes a file that does not verify, and without the strict mode a wrong shape logs nothing.  Here each is an error.
+Rerun drops values outside a partition and truncates fractions of a sequence.  A timeline with two types makes an
+invalid file, and without the strict mode a wrong shape logs nothing.  Here each of these is an error.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def body(
     Parameters
     ----------
     entity : str
-        For messages.
+        Name of the entity in messages.
     positions_mm : (T, J, space) float
         Millimetres, NaN where missing; in an image the second coordinate points up.
     bones : sequence of (int, int)
@@ -51,12 +51,12 @@ def body(
     x = require_shape(f"{entity}, positions", positions_mm, ("T", "J", space)).astype(float)
     if not x.size or np.isinf(x).any() or np.isnan(x).all():
         raise InvalidInput(
-            "positions infinite or all missing", entity, received=f"shape {x.shape}", code="not_finite"
+            "positions are infinite or all missing", entity, received=f"shape {x.shape}", code="not_finite"
         )
     pairs = np.asarray(bones)
     if pairs.ndim != 2 or pairs.shape[1] != 2 or pairs.min() < 0 or pairs.max() >= x.shape[1]:
         raise InvalidInput(
-            "bones that are not pairs of joints", entity, f"0…{x.shape[1] - 1}", code="not_pairs_of_joints"
+            "bones are not pairs of joints", entity, f"0…{x.shape[1] - 1}", code="not_pairs_of_joints"
         )
     joints = (x * METRES * ([1, -1] if space == 2 else [1, 1, 1])).astype(np.float32)
     low, high = (tuple(f(joints, axis=(0, 1)).tolist()) for f in (np.nanmin, np.nanmax))
@@ -64,13 +64,18 @@ def body(
 
 
 def time_column(entity: str, timeline: str, values: Any, rows: int) -> rr.TimeColumn:
-    """Return the values of a timeline, whose type depends on its name alone."""
+    """Return the column of a timeline: seconds for ``time``, integers for any other name."""
     where = f"{entity} on {timeline}"
     v = vector(where, values)
     if len(v) != rows or (np.diff(v) <= 0).any():
         expected, received = f"{rows} increasing values", f"{len(v)} values"
         raise InvalidInput(
-            "an index that does not fit", where, expected, received, code="not_increasing", rows=rows
+            "the values of the timeline do not fit",
+            where,
+            expected,
+            received,
+            code="not_increasing",
+            rows=rows,
         )
     if timeline == "time":
         nanoseconds = np.rint(v * 1e9).astype(np.int64).astype("timedelta64[ns]")
@@ -78,7 +83,7 @@ def time_column(entity: str, timeline: str, values: Any, rows: int) -> rr.TimeCo
     cut = v[np.abs(v - np.rint(v)) > 1e-6]  # rerun would truncate these silently
     if cut.size:
         raise InvalidInput(
-            "a sequence that is not of integers", where, received=f"{cut[0]:g}", code="not_whole"
+            "the values of the timeline are not integers", where, received=f"{cut[0]:g}", code="not_whole"
         )
     return rr.TimeColumn(timeline, sequence=np.rint(v).astype(np.int64))
 
@@ -94,9 +99,10 @@ def vector(where: str, values: Any) -> np.ndarray:
 def band(
     entity: str, places: np.ndarray, low: np.ndarray, high: np.ndarray
 ) -> tuple[np.ndarray, Extent, list[Any]] | None:
-    """Return which rows have both ends of an interval, the box around them, and the columns of the band between them.
+    """Return the mask of rows with both ends of an interval, the box around them, and the columns of their band.
 
-    It is a measurement at its middle, whose deviation is half its width; None if no row has both ends.
+    A band is stored as a measurement at its middle, with half its width as the standard deviation.  The result is None
+    if no row has both ends.
     """
     ends = np.stack(
         [
@@ -104,22 +110,22 @@ def band(
             for name, end in (("low", low), ("high", high))
         ]
     )
-    known = np.isfinite(ends).all(axis=0)
-    if not known.any():
+    finite = np.isfinite(ends).all(axis=0)
+    if not finite.any():
         return None
-    ends = ends[:, known]
-    first, last = (places[known][k] for k in (0, -1))
+    ends = ends[:, finite]
+    first, last = (places[finite][k] for k in (0, -1))
     extent = Extent((first, ends.min()), (last, ends.max()))
     half = 0.5 * (ends[1] - ends[0])
     columns = rr.Measurements.columns(values=ends.mean(axis=0), variances=half**2)
-    return known, extent, partitioned(columns, ends.shape[1], 1)
+    return finite, extent, partitioned(columns, ends.shape[1], 1)
 
 
 def rgb(where: str, colour: str) -> tuple[int, int, int]:
-    """Return red, green and blue of a colour of `pipeline.palette` on the viewer's dark ground."""
+    """Return red, green and blue of a colour of `pipeline.palette`, for the viewer's dark background."""
     return rgb_colour(require_choice(f"{where}, colour", colour, NAMES), dark_ground=True)
 
 
 def partitioned(columns: Any, rows: int, each: int) -> list[Any]:
-    """Return columns of ``rows * each`` values, partitioned into `rows`."""
+    """Return columns of ``rows * each`` values, partitioned into rows of `each` values."""
     return [*columns.partition([each] * rows)]

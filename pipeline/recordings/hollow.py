@@ -1,4 +1,4 @@
-"""Joints that nobody measured, drawn hollow: spheres of wire in space, rings in an image."""
+"""Unmeasured joints, drawn hollow: wire spheres in space, rings in an image."""
 
 from __future__ import annotations
 
@@ -11,21 +11,22 @@ from pipeline.recordings.columns import body, partitioned, rgb
 from pipeline.recordings.layout import GROUND, METRES, Extent
 
 RING = 2.6
-"""Radius of such a joint in an image, over that of the bones."""
+"""Radius of a ring in an image, relative to that of the bones."""
 
 _INSIDE, _ABOVE = 0.6, 40.0
-"""Share of a ring's radius that is hollow; the order in which insides are drawn: after points, whose order is 30."""
+"""Share of a ring's radius that is hollow, and the drawing order of the insides (points have the order 30)."""
 
 _SPHERE = 4.5
-"""Radius of a sphere of wire, over that of the bones."""
+"""Radius of a wire sphere, relative to that of the bones."""
 
 
 def hollow_joints(
     entity: str, positions_mm: np.ndarray, colour: str, thickness_mm: float
 ) -> tuple[Any, list[Any], Extent]:
-    """Return the static style, the columns of all rows and the box around joints that are drawn hollow.
+    """Return the static style, the columns and the box of joints that are drawn hollow.
 
-    Of positions (T, J, 3) spheres of wire, of points (T, J, 2) discs of the ground's colour, which make rings of them.
+    Positions (T, J, 3) become wire spheres.  Points (T, J, 2) become discs in the background's colour, which turn the
+    points below them into rings.
     """
     space = positions_mm.shape[-1]
     centres, _, extent = body(entity, positions_mm, [(0, 0)], space)

@@ -1,4 +1,4 @@
-"""The viewer's blueprint of a layout, which `pipeline.scenes` describes as plain values."""
+"""Blueprint of the viewer for a layout, which `pipeline.scenes` describes as plain values."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ METRES = 1e-3
 """Metres in one millimetre."""
 
 _HALF_VIEW = 0.49
-"""Tangent of half the angle of the viewer's eye, measured on its screen."""
+"""Tangent of half the viewer's field of view, measured on the screen."""
 
-_FILLED = 0.84
-"""Share of a view that what it shows fills."""
+_FILL_SHARE = 0.84
+"""Share of a view that its content fills."""
 
 GROUND = (24, 26, 31)
 """Background of skeleton views, the same in a light and a dark theme."""
@@ -38,7 +38,7 @@ GROUND = (24, 26, 31)
 
 @dataclass(frozen=True)
 class Extent:
-    """Box around what an entity draws: (abscissa, ordinate); in an image (right, down) and in space, metres."""
+    """Box around an entity: (abscissa, ordinate) in a plot; metres in an image (right, down) and in space."""
 
     low: tuple[float, ...]
     high: tuple[float, ...]
@@ -54,11 +54,11 @@ def blueprint(layout: View | Split, *, timeline: str, extents: Extents, playing:
     ----------
     layout : View or Split
     timeline : str
-        The one that the viewer opens.
+        Timeline that the viewer opens.
     extents : mapping
-        Entity → the box around what it draws, or None if it needs none.
+        Entity → box around it, or None for entities without one.
     playing : bool
-        Whether the viewer starts by playing in a loop.
+        Start the viewer by playing in a loop.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def blueprint(layout: View | Split, *, timeline: str, extents: Extents, playing:
             play_state="playing" if playing else "paused",
             loop_mode="all" if playing else None,
         ),
-        rrb.BlueprintPanel(state="collapsed"),  # its tree switches hidden skeletons on
+        rrb.BlueprintPanel(state="collapsed"),  # hidden skeletons can be shown in its tree
         rrb.SelectionPanel(state="collapsed"),
         auto_views=False,
         auto_layout=False,
@@ -102,7 +102,7 @@ def _view(view: View, timeline: str, extents: Extents) -> rrb.View:
     for path in (*(view.contents or (view.origin,)), *getattr(view, "shown", ())):
         if not _below(path, extents):
             raise InvalidInput(
-                f"nothing to show at {path!r}",
+                f"the recording has no entity at {path!r}",
                 view.name,
                 received=", ".join(sorted(extents)[:8]),
                 code="nothing_to_show",
@@ -143,18 +143,18 @@ def _view(view: View, timeline: str, extents: Extents) -> rrb.View:
 
 
 def framed(view: Space3D, extents: Extents) -> tuple[np.ndarray, np.ndarray]:
-    """Return where the eye is and what it looks at, metres, so that what is shown fills the view, at any time."""
+    """Return the position and the target of the viewer's eye, metres, such that the content fills the view."""
     low, high = _box(view, extents, margin=0.0, paths=view.shown)
     target, (across, along, height) = (low + high) / 2.0, high - low
     way = np.array(view.eye_mm) - np.array(view.target_mm)
     way = way / np.linalg.norm(way)
-    distance = max(height, np.hypot(across, along) / view.aspect) / (2.0 * _HALF_VIEW * _FILLED)
+    distance = max(height, np.hypot(across, along) / view.aspect) / (2.0 * _HALF_VIEW * _FILL_SHARE)
     return target + distance * way, target
 
 
 def image_bounds(view: Image2D, extents: Extents) -> tuple[np.ndarray, np.ndarray]:
-    """Return the upper left and the lower right corner of what an image shows, metres."""
-    low, high = _box(view, extents, margin=(1.0 / _FILLED - 1.0) / 2.0, paths=view.shown)
+    """Return the upper left and the lower right corner of an image's view, metres."""
+    low, high = _box(view, extents, margin=(1.0 / _FILL_SHARE - 1.0) / 2.0, paths=view.shown)
     if view.beside is None:
         return low, high
     position, target = framed(view.beside, extents)
@@ -164,7 +164,7 @@ def image_bounds(view: Image2D, extents: Extents) -> tuple[np.ndarray, np.ndarra
 
 
 def _hidden(view: Space3D | Image2D) -> dict[Any, Any] | None:
-    """Return overrides that hide all but the chosen entities; visibility is inherited."""
+    """Return overrides that hide all but the shown entities; visibility is inherited."""
     if not view.shown:
         return None
     tops = view.contents or (view.origin,)
@@ -173,13 +173,13 @@ def _hidden(view: Space3D | Image2D) -> dict[Any, Any] | None:
 
 
 def _ordered(view: View, limits: tuple[float, float]) -> tuple[float, float]:
-    """Return the limits of an axis, which reaches by one to either side of a single value."""
+    """Return the limits of an axis; a single value gets a margin of one on either side."""
     low, high = limits
     if low == high:
         return low - 1.0, high + 1.0
     if not (np.isfinite([low, high]).all() and low < high):
         raise InvalidInput(
-            "a range that is empty", view.name, "low < high", f"{low}, {high}", code="empty_range"
+            "the range of an axis is empty", view.name, "low < high", f"{low}, {high}", code="empty_range"
         )
     return low, high
 
@@ -187,16 +187,18 @@ def _ordered(view: View, limits: tuple[float, float]) -> tuple[float, float]:
 def _box(
     view: View, extents: Extents, *, margin: float, paths: tuple[str, ...] = ()
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return two corners of the box around all that a view draws, or some of it, widened by a fraction of its size."""
+    """Return two corners of the box around a view's content, or part of it, widened by a fraction of its size."""
     paths = paths or view.contents or (view.origin,)
-    axes = 3 if isinstance(view, Space3D) else 2  # of a camera in space, its image is no part
+    axes = 3 if isinstance(view, Space3D) else 2  # the image of a camera in space is not part of the box
     below = (extents[entity] for path in paths for entity in _below(path, extents))
     boxes = [box for box in below if box and len(box.low) == axes]
     if not boxes:
-        raise InvalidInput(f"nothing that a {type(view).__name__} can show", view.name, code="nothing_shown")
+        raise InvalidInput(
+            f"the view has no entity that a {type(view).__name__} can show", view.name, code="nothing_shown"
+        )
     low = np.min([box.low for box in boxes], axis=0)
     high = np.max([box.high for box in boxes], axis=0)
-    size = np.where(high > low, high - low, np.maximum(1.0, np.abs(high)))  # a constant still gets an axis
+    size = np.where(high > low, high - low, np.maximum(1.0, np.abs(high)))  # a constant needs an axis, too
     return low - margin * size, high + margin * size
 
 

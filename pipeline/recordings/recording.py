@@ -1,4 +1,4 @@
-"""Writing a recording for the rerun viewer: skeletons, curves, bars and matrices, a layout and a description."""
+"""Recordings for the rerun viewer: skeletons, curves, bars and matrices, a layout and a description."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput, require_finite, require_shape
 
 _FOOTER = b"RRF2FOOT"
-"""Precedes the version at the end of every complete file."""
+"""Marker before the version at the end of every complete file."""
 
 _HEADROOM = 0.25
-"""Above the curves of a chart, for the legend, as a share of their height."""
+"""Space for the legend above the curves of a chart, as a share of their height."""
 
 _FRUSTUM = 0.3
 """Length of a camera's frustum, as a share of the distance at which its image is measured."""
@@ -34,14 +34,14 @@ _LINE_WIDTH = 2.0
 
 
 class Recording:
-    """A recording being written, in a folder that is published when it is complete.
+    """Writer of a recording, in a folder that is published when it is complete.
 
     Parameters
     ----------
     path : Path
-        Where the ``.rrd`` goes; the folder must exist.
+        Path of the ``.rrd``; the folder must exist.
     words : str
-        What follows `about`.
+        Text after `about`.
     name : str
         Letters, digits and underscores; recordings of the same name share a layout in the viewer.
     about : str
@@ -49,18 +49,18 @@ class Recording:
     timeline : str
         Timeline of everything that moves: the abscissa.
     at : (T,) array
-        Its values where a body stands, if they are not given with it.
+        Values of the timeline for skeletons that have none.
     edition : str
-        Distinguishes recordings of the same name (data set, scale).
+        Text that distinguishes recordings of the same name (data set, scale).
     charts : sequence of Chart
-        Those whose abscissa is `timeline` are added as curves; their plots are `plots`.
+        Charts; those whose abscissa is `timeline` are added as curves, and their plots are in `plots`.
     tables : mapping of str to table
-        Of these charts.
+        Tables of the charts, by name.
 
     Raises
     ------
     InvalidInput
-        On leaving, if there is no layout or the file was cut short.
+        When the context ends, if there is no layout or the file is truncated.
     """
 
     def __init__(
@@ -78,13 +78,13 @@ class Recording:
     ) -> None:
         self.path, self.name, self.timeline, self._at = path, name, timeline, at
         self._about, self._edition = about + words, edition
-        self._extents: dict[str, Extent | None] = {}  # every entity, with the box around what it draws
+        self._extents: dict[str, Extent | None] = {}  # box around each entity
         self._charts, self._tables = charts, tables or {}
         self.plots: list[Plot] = []
         self._layout = False
 
     def __enter__(self) -> Recording:
-        # Fixed ids and no properties: with a time or a random id equal recordings would differ.
+        # Fixed ids and no properties, since a time or a random id would make equal recordings differ.
         identity = f"{self.name} {self._edition}".strip()
         self._stream = rr.RecordingStream(self.name, recording_id=identity, send_properties=False)
         self._stream.set_log_time_enabled(False)
@@ -108,13 +108,13 @@ class Recording:
             return
         if not self._layout:
             raise InvalidInput(
-                "the recording has no layout", self.name, "a call of blueprint", code="no_layout"
+                "blueprint() was not called", self.name, "a layout of the recording", code="no_layout"
             )
         with self.path.open("rb") as written:
             written.seek(-min(self.path.stat().st_size, len(_FOOTER) + 4), os.SEEK_END)
-            # The library only logs that the disk is full.
+            # If the disk is full, the library only logs it.
             if _FOOTER not in written.read():
-                what = "cannot write results: the recording was cut short"
+                what = "cannot write results: the recording is truncated"
                 raise InvalidInput(what, self.path.name, "space on the disk", code="truncated")
 
     def skeleton(
@@ -139,20 +139,20 @@ class Recording:
         bones : sequence of (int, int)
             Pairs of joints.
         at : (T,) array, optional
-            Strictly increasing values of the timeline: seconds for ``time``, integers for any other; those of the
-            recording, if it is left out.
+            Strictly increasing values of the timeline: seconds for ``time``, integers for any other.  By default
+            those of the recording.
         colour : str
-            Name or role of `pipeline.palette`; lines in space cannot be dashed, so colour alone tells methods apart.
+            Name or role of `pipeline.palette`; lines in space cannot be dashed, so only colour distinguishes methods.
         thickness_mm : float
-            Radius of the bones; the joints' is half as large again.
+            Radius of the bones; joints are half as large again.
         estimated : (J,) bool, optional
-            Joints that nobody measured, drawn hollow on the entity ``<entity>/estimated``: spheres of wire, in an
-            image rings, which are discs with one of the ground's colour over them.
+            Unmeasured joints, drawn hollow on the entity ``<entity>/estimated``: wire spheres in space, rings in an
+            image.
 
         Raises
         ------
         InvalidInput
-            If shapes, bones or timelines do not fit, or the entity has been used.
+            If shapes, bones or timelines do not fit, or the entity exists already.
         """
         space = 2 if np.shape(positions_mm)[-1:] == (2,) else 3
         points: Any = rr.Points2D if space == 2 else rr.Points3D
@@ -161,7 +161,7 @@ class Recording:
         at = self._at if at is None else at
         colours, radius = rgb(entity, colour), thickness_mm * METRES
         radii: float | np.ndarray = 1.5 * radius
-        if estimated is not None:  # in space, only the ends of the bones are left of those nobody measured
+        if estimated is not None:  # in space, unmeasured joints have no point under their wire sphere
             flags = require_shape(f"{entity}, estimated", estimated, (joints.shape[1],)).astype(bool)
             radii = np.where(flags, 0.0 if space == 3 else RING * radius, radii)
         looks = (
@@ -177,7 +177,7 @@ class Recording:
             self._add(part, style, extent=extent, at=at, columns=columns, rows=len(joints))
 
     image_points = skeleton
-    """The same, where it is said that the points are those of an image."""
+    """Alias of `skeleton` for points of an image."""
 
     def camera(
         self,
@@ -187,17 +187,17 @@ class Recording:
         *,
         distance_mm: float,
     ) -> None:
-        """Add a camera in space, and on ``<entity>/seen`` the skeleton that it saw; its image has `entity` as origin.
+        """Add a camera in space, and its skeleton image on ``<entity>/seen``; the image's origin is `entity`.
 
         Parameters
         ----------
         entity : str
         matrix : (T, 3, 4) float
-            A homogeneous point of the world, mm, to one of the image, whose middle is the origin.
+            Matrix from a homogeneous point of the world, mm, to one of the image; the image's origin is its middle.
         image_mm : (T, J, 2) float
-            What it saw, right and up, at a distance.
+            Skeleton in the image, right and up, measured at `distance_mm`.
         distance_mm : float
-            That distance.
+            Distance at which the image is measured.
         """
         half = 1.1 * np.nanmax(np.abs(image_mm), axis=(0, 1))
         self.skeleton(f"{entity}/seen", image_mm + half * [1.0, -1.0])
@@ -238,11 +238,11 @@ class Recording:
             Strictly increasing; integers unless the timeline is ``time`` (seconds).
         y : (N,) array
         label : str
-            What the legend says.
+            Name in the legend.
         sd : (N,) array, optional
-            Standard deviation, drawn as a band of one on either side.
+            Standard deviation, drawn as a band of ±1 standard deviation.
         interval : ((N,) array, (N,) array), optional
-            Lower and upper ends, drawn as a band on the entity ``<entity>/interval`` where both are known (finite).
+            Lower and upper ends, drawn as a band on the entity ``<entity>/interval`` where both are finite.
         colour : str
             Name or role of `pipeline.palette`.
         width : float
@@ -251,14 +251,14 @@ class Recording:
         Raises
         ------
         InvalidInput
-            If lengths differ, numbers are not finite, or the entity has been used.
+            If lengths differ, numbers are not finite, or the entity exists already.
         """
         values, places = vector(entity, y), vector(entity, x)
         half = np.zeros(len(values)) if sd is None else vector(f"{entity}, sd", sd)
         if half.shape != values.shape or half.min() < 0:
             expected = f"{len(values)} numbers of at least 0"
             raise InvalidInput(
-                "a standard deviation that does not fit", entity, expected, code="invalid_deviation"
+                "the standard deviation does not fit", entity, expected, code="invalid_deviation"
             )
         low, high = (values - half).min(), (values + half).max()
         extent = Extent((places[0], low), (places[-1], high))
@@ -275,14 +275,14 @@ class Recording:
             where = f"{entity}/interval"
             drawn = band(where, places, *interval)
             if drawn is not None:
-                known, extent, parts = drawn
+                finite, extent, parts = drawn
                 look = rr.Measurements.from_fields(**{**style, "widths": 0.0})
-                self._add(where, look, extent=extent, at=places[known], columns=parts, rows=known.sum())
+                self._add(where, look, extent=extent, at=places[finite], columns=parts, rows=finite.sum())
 
     def _chart(self, chart: Chart, tables: Mapping[str, Any]) -> None:
-        """Add the lines of a chart as ``curves/<quantity>/<series>``, and its plot to `plots`; none twice."""
+        """Add the lines of a chart as ``curves/<quantity>/<series>``, and its plot to `plots`; skip existing ones."""
         top = f"curves/{'log10_' if chart.log_y else ''}{chart.quantity}"
-        known: np.ndarray | None = None
+        abscissa: np.ndarray | None = None
         for line in lines_of(chart, tables):
             entity = f"{top}/{_path(line.key)}"
             at, rows = np.unique(on_timeline(self.timeline, line.x), return_index=True)
@@ -302,8 +302,8 @@ class Recording:
                 colour=line.style.colour,
                 width=line.style.width,
             )
-            known = at if known is None else np.union1d(known, at)
-        if known is None:
+            abscissa = at if abscissa is None else np.union1d(abscissa, at)
+        if abscissa is None:
             return
         for reference in chart.references:
             entity = f"{top}/{_path(reference.label)}"
@@ -313,8 +313,8 @@ class Recording:
                 and reference.label
                 and entity not in self._extents
             ):
-                level = _ordinate(chart, np.full(len(known), reference.y))
-                self.curve(entity, known, level, label=reference.label, colour="reference", width=0.5)
+                level = _ordinate(chart, np.full(len(abscissa), reference.y))
+                self.curve(entity, abscissa, level, label=reference.label, colour="reference", width=0.5)
         name = ": ".join(filter(None, [chart.title, chart.axes[1]]))
         plot = Plot(name=f"log10 of {name}" if chart.log_y else name, origin=top, headroom=_HEADROOM)
         if plot not in self.plots:
@@ -336,19 +336,19 @@ class Recording:
         entity : str
             E.g. ``"matrices/distances"``.
         array : (R, C) float
-            Row 0 is shown at the top; finite, since the viewer draws NaN like the lowest number.
+            Finite values, since the viewer draws NaN like the lowest number; row 0 is at the top.
         paths : mapping of str to ((N, 2) array, colour), optional
             Name → (row, column) of each point of a line, and its colour.
 
         Raises
         ------
         InvalidInput
-            If shapes do not fit or the entity has been used.
+            If shapes do not fit or the entity exists already.
         """
         a = require_finite(entity, require_shape(entity, array, ("R", "C"))).astype(np.float32)
         if not a.size:
             raise InvalidInput(
-                "a matrix without numbers", entity, received=f"shape {a.shape}", code="no_values"
+                "the matrix has no numbers", entity, received=f"shape {a.shape}", code="no_values"
             )
         span = (float(a.min()), float(a.max()))
         self._add(entity, rr.DepthImage(a, colormap="viridis", depth_range=span))
@@ -359,21 +359,21 @@ class Recording:
             self._add(where, rr.LineStrips2D([middle], colors=rgb(where, colour), radii=0.15))
 
     def blueprint(self, layout: View | Split, *, playing: bool = False) -> None:
-        """Set what the viewer opens on; call once, after everything has been added.
+        """Set the layout that the viewer opens; call once, after all entities have been added.
 
         Parameters
         ----------
         layout : View or Split
         playing : bool
-            Start by playing in a loop (a walker that walks), not paused at the first row.
+            Start by playing in a loop, instead of paused at the first row.
 
         Raises
         ------
         InvalidInput
             If a view would be empty.
         """
-        made = blueprint(layout, timeline=self.timeline, extents=self._extents, playing=playing)
-        self._stream.send_blueprint(made)
+        viewer_blueprint = blueprint(layout, timeline=self.timeline, extents=self._extents, playing=playing)
+        self._stream.send_blueprint(viewer_blueprint)
         self._layout = True
 
     def _add(
@@ -385,14 +385,17 @@ class Recording:
         columns: Iterable[Any] = (),
         rows: int = 0,
     ) -> None:
-        """Add an entity, which may be used only once: what stays of it would hide the rest."""
+        """Add an entity; each may be added only once, since static data would hide later rows."""
         if not re.fullmatch(r"[\w.-]+(/[\w.-]+)*", entity, re.ASCII):
-            expected = "words with / between"
+            expected = "letters, digits, '_', '-' and '.', with / between the parts"
             raise InvalidInput(
-                "the path of an entity is not safe", repr(entity), expected, code="unsafe_path"
+                "the path of an entity has characters that are not allowed",
+                repr(entity),
+                expected,
+                code="unsafe_path",
             )
         if entity in self._extents:
-            raise InvalidInput("the entity has been used already", entity, code="duplicate_name")
+            raise InvalidInput("the entity exists already", entity, code="duplicate_name")
         times = [time_column(entity, self.timeline, at, rows)] if rows else []
         self._extents[entity] = extent
         for look in looks:
@@ -402,11 +405,11 @@ class Recording:
 
 
 def _path(words: str) -> str:
-    """Words as a part of an entity's path."""
+    """Return words as a part of an entity's path."""
     words = re.sub(r"-(?=[0-9])", "minus_", words.replace("µ", "mu"))
     return re.sub(r"[^A-Za-z0-9]+", "_", words).strip("_")
 
 
 def _ordinate(chart: Chart, values: np.ndarray) -> np.ndarray:
-    """Values as the recording shows them: their logarithm where the chart's ordinate is logarithmic."""
+    """Return the values that the recording shows: their log10 if the chart's ordinate is logarithmic."""
     return np.log10(values) if chart.log_y else values

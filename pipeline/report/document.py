@@ -1,6 +1,6 @@
-"""Putting the page together: what each paper and each figure shows, from the published folders.
+"""Assembly of the page from the published folders: an entry for each paper and each figure.
 
-`pipeline/report/page` has the template, the style and the scripts; ``conf/paper`` the sentences on the papers.
+`pipeline/report/page` has the template, the style and the scripts.  ``conf/paper`` has the sentences on the papers.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from pipeline.validation import InvalidInput
 PAGE = "index.html"
 """File name of the page."""
 
-MOST_BYTES = 2_500_000
-"""Largest page: larger ones are slow to open and refused by mail."""
+MAX_BYTES = 2_500_000
+"""Size limit of the page, bytes: larger ones are slow to open and too large for mail."""
 TUTORIAL = "tutorial"
-"""Folder of the tutorial's pictures, beside those of the data sets and in a light archive."""
+"""Folder of the tutorial's pictures, in ``results`` and in a light archive."""
 
 _TITLE, _HEAD_BYTES = b"<title>3D motion from 2D motion: ", 1000
-"""What a page of ours has in its first bytes: any other is not replaced."""
+"""Text in the first bytes of every page that this module wrote; other files are not replaced."""
 
-LEAST_WIDTH = 700
-"""Least width of the pictures on it, px, however large the rest is."""
+MIN_PICTURE_WIDTH = 700
+"""Smallest width of the pictures on the page, px, even if the page is then too large."""
 
 _SCRIPTS = (
     "walker.js",
@@ -40,7 +40,7 @@ _SCRIPTS = (
     "agreement.js",
 )
 _LAST_SCRIPTS = ("theme.js", "page.js")
-"""Run behind those of plug-ins: the second begins the page."""
+"""Scripts that run after those of plug-ins; the second starts the page."""
 
 
 def write_page(
@@ -50,18 +50,23 @@ def write_page(
     to: Path | None = None,
     motion: bool = True,
 ) -> Path:
-    """Write ``index.html`` beside the published figures, pictures smaller if it would be too large; return its path.
+    """Write ``index.html`` next to the published figures, with smaller pictures if it would be too large.
 
     Parameters
     ----------
     folder : Path
         ``results/<data>/<scale>``.
     figures : sequence of str
-        All figures that the data set could have; those not made are named on the page.
+        All figures that the data set could have; the page lists those that are missing.
     to : Path, optional
-        Folder of the page, if it is not that of the results: its files are those that the page links to.
+        Folder of the page and of the files that it links to; by default `folder`.
     motion : bool
-        Whether it has the players, with the motion of walkers and clips in them.
+        Include the players, which contain the motion of walkers and clips.
+
+    Returns
+    -------
+    Path
+        The page.
 
     Raises
     ------
@@ -72,19 +77,19 @@ def write_page(
     to, width = to or folder, entries.PICTURE_WIDTH
     with as_written(folder):
         text, pictures = _render(results, to, width, motion)
-        # Pictures become smaller until it fits; their bytes go with the area.
-        while len(text.encode()) > MOST_BYTES and pictures and width > LEAST_WIDTH:
-            room = pictures - (len(text.encode()) - MOST_BYTES)
+        # Shrink the pictures until the page fits; their bytes are proportional to their area.
+        while len(text.encode()) > MAX_BYTES and pictures and width > MIN_PICTURE_WIDTH:
+            room = pictures - (len(text.encode()) - MAX_BYTES)
             share = max(room, 1) / pictures
-            width = max(LEAST_WIDTH, int(0.97 * width * share**0.5))
+            width = max(MIN_PICTURE_WIDTH, int(0.97 * width * share**0.5))
             text, pictures = _render(results, to, width, motion)
     content = text.encode()
-    if len(content) > MOST_BYTES:
+    if len(content) > MAX_BYTES:
         raise InvalidInput(
             "the page would be too large to send",
             to / PAGE,
-            f"at most {MOST_BYTES} bytes",
-            f"{len(content)}, {pictures} of them of pictures",
+            f"at most {MAX_BYTES} bytes",
+            f"{len(content)}, including {pictures} of pictures",
             code="file_too_large",
         )
     with new_file(to / PAGE, replace=lambda old: _TITLE in old[:_HEAD_BYTES]) as path:
@@ -93,7 +98,7 @@ def write_page(
 
 
 def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str, int]:
-    """Return the page, and the bytes of the pictures in it."""
+    """Return the text of the page, and the number of its bytes that are pictures."""
     environment = templates.environment()
     environment.filters |= {
         "tone": verdicts.tone,
@@ -111,16 +116,18 @@ def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str
     else:
         walkers, clips = {}, {}
         no_walkers = no_clips = (
-            f"this page gives no recorded motion on; make sweeps DATA={results.data} makes one that plays"
+            f"this page may not pass recorded motion on; `make sweeps DATA={results.data}` makes a page with players"
         )
-    known = {**results.figures, **results.missing}
-    of_papers = {
-        key for key, paper in papers.all_papers().items() if known.keys() & {*paper.figures, *paper.beyond}
+    named_figures = {**results.figures, **results.missing}
+    paper_keys = {
+        key
+        for key, paper in papers.all_papers().items()
+        if named_figures.keys() & {*paper.figures, *paper.beyond}
     }
     reasons = [
         reason
         for key, reason in (("zhang2007", no_walkers), ("park2011", no_clips))
-        if reason and key in of_papers
+        if reason and key in paper_keys
     ]
     terms = entries.terms_of(results)
     figures = {}
@@ -128,19 +135,19 @@ def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str
         with as_written(figure.folder):
             figures[name] = entries.figure_entry(figure, results, terms, to, width)
     others = {} if results.recorded else ledger_picture.other_sets(results)
-    shown = [
+    paper_entries = [
         entries.paper_entry(papers.all_papers()[key], results, figures, others)
         for key in papers.all_papers()
-        if key in of_papers
+        if key in paper_keys
     ]
     ledger = ledger_picture.ledger_picture(results)
-    for paper in shown:  # a player, or curves of the figure that stands for it
-        played = {"zhang2004": walkers, "zhang2007": walkers, "park2011": clips}.get(paper["key"])
-        paper["shows_curves"] = bool(not played and paper["touch"] and paper["touch"]["charts"])
+    for paper in paper_entries:  # a player, or else the curves of the paper's main figure
+        player_data = {"zhang2004": walkers, "zhang2007": walkers, "park2011": clips}.get(paper["key"])
+        paper["shows_curves"] = bool(not player_data and paper["touch"] and paper["touch"]["charts"])
     text = environment.get_template("index.html.j2").render(
         results=results,
-        papers=shown,
-        whom="synthetic people, whose true motion is known"
+        papers=paper_entries,
+        people="synthetic people, whose true motion is known"
         if results.data == "synthetic"
         else f"recordings of real people ({results.data})",
         commits=sorted({figure.commit for figure in results.figures.values()}),
@@ -160,19 +167,19 @@ def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str
         walkers_packed=packed_json(walkers),
         clips_packed=packed_json(clips),
         tables={
-            name: packed_json(played)
+            name: packed_json(player_tables)
             for name, figure in results.figures.items()
-            if (played := entries.played_tables(figure))
+            if (player_tables := entries.played_tables(figure))
         },
     )
-    shown = [entry["picture"] for entry in figures.values() if entry["picture"]]
-    return text, sum(len(picture.get("uri") or picture["packed"]) for picture in shown)
+    pictures = [entry["picture"] for entry in figures.values() if entry["picture"]]
+    return text, sum(len(picture.get("uri") or picture["packed"]) for picture in pictures)
 
 
 def _packages(results: Published) -> str:
-    found = {
+    packages = {
         f"{name} {version}"
         for figure in results.figures.values()
         for name, version in figure.manifest.get("provenance", {}).get("packages", {}).items()
     }
-    return "Made with " + ", ".join(sorted(found)) + "." if found else ""
+    return "Made with " + ", ".join(sorted(packages)) + "." if packages else ""

@@ -1,4 +1,4 @@
-"""What the page shows of each paper, figure, claim and table, as plain values for its template."""
+"""Entries of the page for papers, figures, claims and tables, as plain values for its template."""
 
 from __future__ import annotations
 
@@ -20,12 +20,13 @@ from pipeline.studies.captions import filled_caption
 from pipeline.studies.published import filled
 
 PICTURE_WIDTH = 1400
+"""Largest width of a raster picture in the page, px."""
 
-MOST_VECTOR_BYTES = 120_000
-"""Largest vector picture in the page, compressed."""
+MAX_VECTOR_BYTES = 120_000
+"""Size limit of a compressed vector picture in the page, bytes; larger ones become raster pictures."""
 
-MOST_TOLD = 4
-"""Claims that the story of a paper tells of each answer; all are in the ledger."""
+MAX_HIGHLIGHTS = 4
+"""Number of claims of each verdict that a paper's summary lists; the ledger has all."""
 
 
 def paper_entry(
@@ -34,13 +35,13 @@ def paper_entry(
     entries: Mapping[str, dict[str, Any]],
     others: Mapping[str, Sequence[Mapping[str, Any]]] | None = None,
 ) -> dict[str, Any]:
-    """Return what the page shows of a paper: sentences with our numbers, a picture, verdicts, and its figures.
+    """Return the entry of a paper: sentences with our numbers, a picture, verdicts, and figures.
 
-    `others` are the claims of other data sets, whose counts stand before these.
+    `others` are the claims of other data sets, whose counts are shown for comparison.
     """
     made_for = {name: figure.manifest.get("paper", paper.key) for name, figure in results.figures.items()}
-    # Claims on a figure of another paper stand here, the figure stands there.
-    wanted = [n for n in (*paper.figures, *paper.beyond) if made_for.get(n, paper.key) == paper.key]
+    # A claim on another paper's figure is listed here; the figure itself is under the other paper.
+    figure_names = [n for n in (*paper.figures, *paper.beyond) if made_for.get(n, paper.key) == paper.key]
     claims = [row for row in results.claims_of(paper=paper.key) if not row.get("same_as")]
     counts = papers.count(claims, counted_kinds(paper))
     return {
@@ -53,11 +54,11 @@ def paper_entry(
         "question": paper.page.question,
         "sentences": [
             sentence.replace(" %", "\u00a0%").replace(" mm", "\u00a0mm")
-            for sentence in (_sentence(one, results) for one in paper.page.sentences)
+            for sentence in (_sentence(template, results) for template in paper.page.sentences)
         ],
         "touch": entries.get(paper.page.figure),
-        "holds": _told(claims, Agreement.AGREES),
-        "fails": _told(claims, Agreement.DIFFERS),
+        "holds": _highlights(claims, Agreement.AGREES),
+        "fails": _highlights(claims, Agreement.DIFFERS),
         "judged": counts.judged,
         "agree": counts.number(Agreement.AGREES),
         "differ": counts.number(Agreement.DIFFERS),
@@ -68,13 +69,13 @@ def paper_entry(
                 tally := papers.count((r for r in rows if r["paper"] == paper.key), counted_kinds(paper))
             ).judged
         ],
-        "figures": [entries[name] for name in wanted if name in entries],
-        "missing": [(name, results.missing[name]) for name in wanted if name in results.missing],
+        "figures": [entries[name] for name in figure_names if name in entries],
+        "missing": [(name, results.missing[name]) for name in figure_names if name in results.missing],
     }
 
 
 def _sentence(template: str, results: Published) -> str:
-    """Return a sentence with our numbers, and what each is under other assumptions."""
+    """Return a sentence with our numbers, and their values under other assumptions."""
     other = [
         run.filled(name, results.number(name))
         for name in papers.placeholders(template)
@@ -86,18 +87,18 @@ def _sentence(template: str, results: Published) -> str:
 
 
 def counted_kinds(paper: papers.Paper) -> tuple[papers.Kind, ...]:
-    """Return the kinds of claims that are counted: results and sentences of a paper, targets of what is ours."""
+    """Return the kinds of claims that are counted: results and sentences of a paper, targets for our own work."""
     return papers.OF_PAPERS if paper.figures else (papers.Kind.TARGET,)
 
 
-def _told(claims: Sequence[Mapping[str, Any]], agreement: Agreement) -> list[dict[str, Any]]:
-    """Return some claims of an answer, of those with the same quote the first."""
-    quoted = {row["quote"]: row for row in reversed(claims) if _answer(row, agreement)}
-    return [_claim_entry(row) for row in reversed(quoted.values())][:MOST_TOLD]
+def _highlights(claims: Sequence[Mapping[str, Any]], agreement: Agreement) -> list[dict[str, Any]]:
+    """Return the first claims with this agreement, one for each quote."""
+    quoted = {row["quote"]: row for row in reversed(claims) if _highlighted(row, agreement)}
+    return [_claim_entry(row) for row in reversed(quoted.values())][:MAX_HIGHLIGHTS]
 
 
-def _answer(row: Mapping[str, Any], agreement: Agreement) -> bool:
-    """Whether a claim has an answer that the story tells: what agrees is told if the method is needed for it."""
+def _highlighted(row: Mapping[str, Any], agreement: Agreement) -> bool:
+    """Return True if a claim, other than a condition, has this agreement; one that agrees must beat its baseline."""
     beyond = agreement != Agreement.AGREES or answers(row)[1] == papers.Beyond.YES
     return row.get("kind") != papers.Kind.CONDITION and row["agreement"] == agreement and beyond
 
@@ -114,13 +115,13 @@ def figure_entry(
     to: Path,
     width: int,
 ) -> dict[str, Any]:
-    """Return what the page shows of a figure; links are to the files that lie beside a page in `to`."""
+    """Return the entry of a figure; its links are relative to a page in the folder `to`."""
     claims = [_claim_entry(row) for row in results.claims_of(figure=figure.name)]
-    made = figure.manifest.get("provenance", {})
+    origin = figure.manifest.get("provenance", {})
     seconds = sum(stage.get("seconds", 0.0) for stage in figure.manifest.get("stages", {}).values())
-    dirty = " with changes" if made.get("dirty") is True else ""
+    dirty = " with changes" if origin.get("dirty") is True else ""
     curves = page_charts.charts_of(figure)
-    # A figure is shown once: the picture where it has more than the charts.
+    # Charts replace the picture, unless the picture shows more than they do.
     pictured = not curves or figure.manifest.get("picture_beside_charts", False)
     return {
         "name": figure.name,
@@ -144,10 +145,10 @@ def figure_entry(
         "has_baseline": any(claim["baseline"] for claim in claims),
         "tally": papers.count(claims).rows,
         "command": f"make {figure.name}{options_of(results.data, results.scale)}",
-        "sources": [f"{name}: {terms.get(name, 'terms not known here')}" for name in figure.sources]
+        "sources": [f"{name}: {terms.get(name, 'terms unknown')}" for name in figure.sources]
         or ["not stated"],
         "provenance": f"commit {figure.commit}{dirty}, seed {figure.manifest.get('seed', '?')}, Python"
-        f" {made.get('python', '?')} on {made.get('system', '?')} {made.get('machine', '?')},"
+        f" {origin.get('python', '?')} on {origin.get('system', '?')} {origin.get('machine', '?')},"
         f" {seconds:.1f} s to compute",
         "files": [
             {"name": name, "link": _link(to / figure.name, name), "size": _size(figure, name)}
@@ -187,9 +188,9 @@ def _interval(row: Mapping[str, Any], name: str) -> str:
 
 
 def within(value: Any, low: Any, high: Any) -> str:
-    """Return a number to the digits that its interval leaves, with a true minus; to three without an interval.
+    """Return a number rounded by the width of its interval, or to three digits without one, with a true minus.
 
-    Half of the interval is 2 to 20 of the last digit.
+    Half the width of the interval is 2 to 20 units of the last digit.
 
     Examples
     --------
@@ -205,24 +206,24 @@ def within(value: Any, low: Any, high: Any) -> str:
 
 
 def played_tables(figure: PublishedFigure) -> dict[str, str]:
-    """Return the columns of tables that the players compare with, by file name; numbers have six digits."""
-    found = {}
-    for name, wanted in players.columns_of(figure.name).items():
+    """Return the columns that the players compare with as CSV texts, by file name; numbers have six digits."""
+    texts_of = {}
+    for name, read_columns in players.columns_of(figure.name).items():
         table = figure.table(Path(name).stem) or {}
-        kept = [column for column in table if column in wanted]
+        columns = [column for column in table if column in read_columns]
         texts = [
             [f"{v:.6g}" if isinstance(v, float) else str(v) for v in table[column].tolist()]
-            for column in kept
+            for column in columns
         ]
-        if kept:
-            found[name] = "".join(f"{','.join(line)}\n" for line in (kept, *zip(*texts, strict=True)))
-    return found
+        if columns:
+            texts_of[name] = "".join(f"{','.join(line)}\n" for line in (columns, *zip(*texts, strict=True)))
+    return texts_of
 
 
 def _picture(figure: PublishedFigure, width: int) -> dict[str, Any] | None:
-    """Return the vector picture, or the raster one where it is large or is not there; None if there is neither."""
+    """Return the vector picture, or the raster one if the former is missing or too large; None without both."""
     vector = figure.folder / "figure.svg"
-    if vector.is_file() and (drawn := packed_vector(vector, MOST_VECTOR_BYTES)):
+    if vector.is_file() and (drawn := packed_vector(vector, MAX_VECTOR_BYTES)):
         return drawn
     raster = figure.folder / "figure.png"
     return embedded(raster, width) if raster.is_file() else None
@@ -233,15 +234,16 @@ PUBLISHED = "published.csv"
 
 
 def published_numbers(results: Published) -> dict[str, list[dict[str, Any]]]:
-    """Return tables of published numbers over data sets, and each set's commit: if these results are full-scale ones.
+    """Return the tables of published numbers of all data sets, and the commit of each set.
 
-    Their data set must be among them.  Beside a commit stands whether it made this page's figures.
+    Both are empty unless the results are full-scale and their data set is among the published ones.  A commit has a
+    note if the figures of this page come from another one.
     """
     listed = provenance.PROJECT / "results" / PUBLISHED
     rows = tables.read_rows(listed) if results.scale == "full" and listed.is_file() else []
     if results.data not in {row["data"] for row in rows}:
         return {"published": [], "published_commits": []}
-    here = {results.data: {figure.commit for figure in results.figures.values()}}
+    page_commits = {results.data: {figure.commit for figure in results.figures.values()}}
     layout = papers.read_mapping(provenance.PROJECT / "conf" / "readme.yaml")
     del layout["headline"]
     return {
@@ -255,8 +257,8 @@ def published_numbers(results: Published) -> dict[str, list[dict[str, Any]]]:
                 "data": data,
                 "commit": commit,
                 "other": ""
-                if commit in here.get(data, {commit})
-                else "the figures here are of another commit",
+                if commit in page_commits.get(data, {commit})
+                else "the figures on this page come from another commit",
             }
             for data, commit in sorted({(row["data"], row["commit"]) for row in rows})
         ],
@@ -264,17 +266,17 @@ def published_numbers(results: Published) -> dict[str, list[dict[str, Any]]]:
 
 
 def terms_of(results: Published) -> dict[str, str]:
-    """Return the terms of each source that some figure uses."""
+    """Return the terms of use of each data source of the figures."""
     listed = provenance.PROJECT / "data" / "sources.csv"
     rows = tables.read_rows(listed) if listed.is_file() else []
-    known = {row["source"]: row["terms"] for row in rows}
-    known["synthetic"] = "made by this software from its seed: no recording of anybody"
+    terms = {row["source"]: row["terms"] for row in rows}
+    terms["synthetic"] = "generated by this software from a seed, without recordings of people"
     used = sorted({source for figure in results.figures.values() for source in figure.sources})
-    return {source: known.get(source, "your own recordings") for source in used}
+    return {source: terms.get(source, "your own recordings") for source in used}
 
 
 def number(value: Any) -> str:
-    """Return a number to four digits, empty for none.
+    """Return a number to four digits, or an empty text for None.
 
     Examples
     --------
@@ -288,17 +290,19 @@ def number(value: Any) -> str:
 
 
 def options_of(data: str, scale: str) -> str:
-    """Return the options of a make command for results of a data set at a scale, with a space before each."""
+    """Return the options of the make command for a data set and a scale, with a space before each."""
     options = "" if data == "synthetic" else f" DATA={data}"
     return options + ("" if scale == "full" else f" SCALE={scale}")
 
 
 def _link(folder: Path, name: str) -> str:
-    """Return the address of a file, or of what is kept instead of it, relative to the page; empty if there is none."""
-    kept = (name, f"{name}.gz", name.replace(".png", ".webp"))
-    return next((f"{folder.name}/{one}" for one in kept if (folder / one).is_file()), "")
+    """Return the link to a file, or to its compressed version, relative to the page; empty without either."""
+    candidates = (name, f"{name}.gz", name.replace(".png", ".webp"))
+    return next(
+        (f"{folder.name}/{candidate}" for candidate in candidates if (folder / candidate).is_file()), ""
+    )
 
 
 def _size(figure: PublishedFigure, name: str) -> str:
     size = figure.manifest["files"].get(name, {}).get("bytes")
-    return "the record" if size is None else f"{size / 1e6:.1f} MB" if size >= 1e5 else f"{size / 1e3:.0f} kB"
+    return "manifest" if size is None else f"{size / 1e6:.1f} MB" if size >= 1e5 else f"{size / 1e3:.0f} kB"

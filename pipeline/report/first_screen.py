@@ -1,4 +1,4 @@
-"""The pictures that the README begins with: a walker, figure 5's curve and the verdicts, from published figures."""
+"""Pictures at the top of the README, from published figures: a walker, the curve of figure 5, and the verdicts."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ RECORDED = "optical"
 """Data set of recorded people."""
 
 FIGURE = "zhang2007_fig5"
-"""The figure that has walker and curve."""
+"""Name of the figure with the walker and the curve."""
 
 VIEW_DEG = 0.0
-"""From straight behind, where the depth is lost."""
+"""View of the walker: straight from behind, where the image contains least of the depth."""
 _FRAMES, _CYCLES, _FIRST = 20, 5, 12
-"""Frames of a cycle, cycles of a turn, and the frame of the still picture."""
+"""Frames of a gait cycle, cycles of one turn of the walker, and the frame of the still picture."""
 
 _METHODS = {
     "average_walker": Style("average walker, the same for all", "baseline"),
@@ -57,9 +57,9 @@ _ANSWERS = {
     Agreement.DIFFERS: "orange",
     Agreement.UNTESTABLE: "grey",
 }
-"""Bars in their order: what agrees first, and within it what needs the method."""
+"""Colours of the bars, in order: claims that agree first, and among them those that beat their baseline."""
 _DARK = "<style>@media (prefers-color-scheme: dark) {:root {filter: invert(.93) hue-rotate(180deg)}}</style>"
-"""On a dark page: light on dark, hues as they are."""
+"""Style that inverts the lightness on a dark page and keeps the hues."""
 
 
 def draw_first_screen(results: Published, recorded: Published, to: Path) -> list[Path]:
@@ -76,13 +76,13 @@ def draw_first_screen(results: Published, recorded: Published, to: Path) -> list
     Raises
     ------
     InvalidInput
-        If the figure with the walkers is not made, or was not made with the view of the picture.
+        If the figure with the walkers is missing, or was made without the view of the picture.
     """
-    figure, curve_of = (one.figures.get(FIGURE) for one in (results, recorded))
+    figure, curve_of = (published.figures.get(FIGURE) for published in (results, recorded))
     if figure is None or curve_of is None:
         lacking = results if figure is None else recorded
         raise InvalidInput(
-            "the pictures need a figure that is not made", lacking.data, FIGURE, code="not_made"
+            "the first-screen pictures need a figure that is missing", lacking.data, FIGURE, code="not_made"
         )
     to.mkdir(parents=True, exist_ok=True)
     written = _walker(figure, to)
@@ -98,27 +98,28 @@ def draw_first_screen(results: Published, recorded: Published, to: Path) -> list
         unit="mm",
         zero=True,
     )
-    told = f"{FIGURE}, {recorded.data}: recorded walkers, each left out in turn; bands: 95 % intervals over people."
+    caption = (
+        f"{FIGURE}, {recorded.data}: recorded walkers, leave-one-out; bands: 95 % intervals over people."
+    )
     sheet = Sheet(charts=[curve], panel_size=(4.3, 2.45))
-    draw_charts(Canvas(to / "curve", sheet, {"table": table}, told))
-    told = (
-        f"Numbers and sentences of the papers, with our bounds; above {recorded.data}, recorded people, below"
-        f" {results.data}, generated people. Baseline: a simpler method, fixed by rule; what describes the data has"
-        " none."
+    draw_charts(Canvas(to / "curve", sheet, {"table": table}, caption))
+    caption = (
+        f"Verdicts on numbers and sentences of the papers. Upper rows: recorded people ({recorded.data}); lower rows:"
+        f" generated people ({results.data}). Baseline: a simpler method, fixed by rule; claims about data have none."
     )
     draw_tallies(
-        Canvas(to / "verdicts", caption=told),
+        Canvas(to / "verdicts", caption=caption),
         [
             (f"{name_of(paper)}, {words}", _counts(rows))
             for key, paper in papers.all_papers().items()
             if paper.figures
-            for words, of in (("recorded", recorded), ("generated", results))
-            if (rows := of.claims_of(paper=key))
+            for words, published_set in (("recorded", recorded), ("generated", results))
+            if (rows := published_set.claims_of(paper=key))
         ],
         _ANSWERS,
         width=4.3,
     )
-    for name in ("curve", "verdicts"):  # the vector files are as small and sharp at any size
+    for name in ("curve", "verdicts"):  # the vector files are small and sharp at any size
         (to / f"{name}.png").unlink()
         written.append(to / f"{name}.svg")
     for path in written:
@@ -128,19 +129,19 @@ def draw_first_screen(results: Published, recorded: Published, to: Path) -> list
 
 
 def _walker(figure: PublishedFigure, to: Path) -> list[Path]:
-    """Draw the walker whose errors from this view are nearest to the medians, by the ratio, of all methods."""
+    """Draw the walker whose errors from this view are nearest to the methods' medians, by their ratio."""
     arrays = figure.arrays
     views = np.flatnonzero(arrays["demonstration_view_deg"] == VIEW_DEG)
     methods = arrays["methods"].tolist()
     if not views.size or "map" not in methods:
-        raise InvalidInput("nobody was reconstructed from the picture's view", figure.name,
+        raise InvalidInput("no walker was reconstructed from the picture's view", figure.name,
                            f"map at {VIEW_DEG:g}°", ", ".join(methods), code="no_such_view")  # fmt: skip
     view, angle = views[0], np.radians(VIEW_DEG)
     method = methods.index("map")
-    of = errors_of_walkers(figure.table("table_people") or {}, arrays["walker"], VIEW_DEG)
-    r = nearest_to_medians(of)
+    error_mm = errors_of_walkers(figure.table("table_people") or {}, arrays["walker"], VIEW_DEG)
+    r = nearest_to_medians(error_mm)
     truth = arrays["original"][r]
-    again = camera.combine(camera.project(truth, angle), arrays["missing"][method, r, view], angle)
+    reconstruction = camera.combine(camera.project(truth, angle), arrays["missing"][method, r, view], angle)
     cycle = np.arange(_FRAMES) / _FRAMES
     turns = angle + np.arange(_FRAMES * _CYCLES) / (_FRAMES * _CYCLES) * 2.0 * np.pi
     times = np.tile(cycle, _CYCLES)
@@ -153,8 +154,8 @@ def _walker(figure: PublishedFigure, to: Path) -> list[Path]:
         ("What one camera sees", "fifteen points, flat: no depth"),
         (
             "Computed from these points alone",
-            f"dashed: the truth. {of['map'][r]:.0f} mm off in depth"
-            f" (average walker: {of['average_walker'][r]:.0f} mm)",
+            f"dashed: the truth. {error_mm['map'][r]:.0f} mm off in depth"
+            f" (average walker: {error_mm['average_walker'][r]:.0f} mm)",
         ),
     )
     files = [to / "walker.svg", to / "walker_still.svg"]
@@ -164,7 +165,7 @@ def _walker(figure: PublishedFigure, to: Path) -> list[Path]:
             WALKER15.bones,
             seen=fourier.synthesise(camera.project(truth, angle), 1.0, cycle),
             original=turning(truth),
-            reconstructed=turning(again),
+            reconstructed=turning(reconstruction),
             seconds=1.0 / arrays["stride_hz"][r],
             estimated=arrays["unmeasured"][r],
             words=words,
@@ -174,7 +175,7 @@ def _walker(figure: PublishedFigure, to: Path) -> list[Path]:
 
 
 def _counts(claims: Iterable[Mapping[str, Any]]) -> dict[str, int]:
-    """Return the length of each bar for the claims of a paper."""
+    """Return the number of a paper's claims in each bar."""
     tally = papers.count(claims, papers.OF_PAPERS)
     within = {Beyond.YES: _BEYOND, Beyond.NOT_APPLICABLE: _WITHOUT, Beyond.UNKNOWN: _UNKNOWN}
     bars: Counter[str] = Counter()

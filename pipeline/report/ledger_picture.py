@@ -1,8 +1,8 @@
-"""The ledger as a picture: where each claim lies between its bound, its baseline and what the paper says.
+"""Data of the ledger's picture: position of each claim relative to its bound, its baseline and the paper's value.
 
-All claims share one abscissa.  The bound is at 0, and to the right is as the paper says: of a one-sided bound the
-distance from it, over the largest distance of the baseline and of the published number from it; of two ends 1 less the
-distance from their middle, over half of theirs.  So an interval right of the line agrees, in whatever unit.
+All claims share one abscissa without a unit.  The bound is at 0, and values that agree with the paper are positive.
+For a one-sided bound, the position is the distance from the bound, divided by the larger of the baseline's and the
+published number's distances.  For two bounds, it is 1 less the distance from their middle over half their distance.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ CLAIMS, SWITCHES = "claims.csv", "sensitivity.csv"
 
 
 class Abscissa:
-    """Where the numbers of a claim lie.
+    """Axis of one claim: positions of its numbers, positive if they agree with the paper.
 
     Parameters
     ----------
     bounds : Interval
         Values that agree with the paper.
     close : Interval, optional
-        Wider bounds.
+        Wider bounds: values that are close to the paper's.
     others : sequence of float
-        Values of the baseline and of the paper.
+        Values of the baseline and of the paper, which set the unit of the axis.
 
     Examples
     --------
@@ -57,7 +57,7 @@ class Abscissa:
         self.unit = next((length for length in lengths if length > 0.0 and np.isfinite(length)), 1.0)
 
     def place(self, value: float) -> float:
-        """Return the place of a value."""
+        """Return the position of a value."""
         if np.isfinite(self.low) and np.isfinite(self.high):
             half = (self.high - self.low) / 2.0
             off = abs(value - (self.low + self.high) / 2.0)
@@ -65,22 +65,22 @@ class Abscissa:
         return ((value - self.low) if np.isfinite(self.low) else (self.high - value)) / self.unit
 
     def interval(self, low: float, high: float) -> tuple[float, float]:
-        """Return the least and the greatest place of an interval."""
+        """Return the smallest and the largest position of an interval."""
         ends = sorted((self.place(low), self.place(high)))
         middle = (self.low + self.high) / 2.0
         return ends[0], 1.0 if np.isfinite(middle) and low <= middle <= high else ends[1]
 
 
 def abscissae(rows: Sequence[Mapping[str, Any]]) -> dict[str, Abscissa]:
-    """Return the abscissa of each claim that has bounds, from the claims of this version by name.
+    """Return the abscissa of each claim with bounds, by name.
 
-    A row whose claim this version does not have, or has with other bounds, was judged by bounds that only its words
-    give: it has no abscissa.
+    The bounds come from the claims of this version.  A row whose claim is absent here, or has other bounds here, gets
+    no abscissa.
 
     Parameters
     ----------
     rows : sequence of mapping
-        Of ``claims.csv``.
+        Rows of ``claims.csv``.
     """
     claims = {claim.name: claim for paper in papers.all_papers().values() for claim in paper.claims}
     axes = {}
@@ -97,13 +97,13 @@ def abscissae(rows: Sequence[Mapping[str, Any]]) -> dict[str, Abscissa]:
 
 
 def ledger_picture(results: Published, *, listed: Path | None = None) -> dict[str, Any]:
-    """Return what the page's script draws of the ledger; empty if there are no claims.
+    """Return the data from which the page's script draws the ledger; empty without claims.
 
     Parameters
     ----------
     results : Published
     listed : Path, optional
-        ``sensitivity.csv``; that of the project by default.
+        Table of switches; by default the project's ``sensitivity.csv``.
     """
     if not results.claims:
         return {}
@@ -121,15 +121,15 @@ def ledger_picture(results: Published, *, listed: Path | None = None) -> dict[st
         ],
         "claims": [_words(row) for row in rows],
         "sets": {
-            data: {row["claim"]: found for row in of if (found := _placed(row, axes))}
-            for data, of in sets.items()
+            data: {row["claim"]: entry for row in claims if (entry := _placed(row, axes))}
+            for data, claims in sets.items()
         },
         "switches": _switches(results, axes, PROJECT / "results" / SWITCHES if listed is None else listed),
     }
 
 
 def name_of(paper: papers.Paper) -> str:
-    """Return the first author's surname and the year; ``ours`` of what is no paper."""
+    """Return the first author's surname and the year, or ``ours`` for our own work."""
     first = paper.authors.replace(" and ", ", ").split(",")[0]
     return f"{first.split()[-1]} {paper.year}" if paper.figures else "ours"
 
@@ -147,86 +147,86 @@ def _words(row: Mapping[str, Any]) -> dict[str, Any]:
         "help",
         "same_as",
     )
-    given = {name: row[name] for name in names if row.get(name)}
+    filled_cells = {name: row[name] for name in names if row.get(name)}
     return {
         "name": row["claim"],
         "short": row.get("short") or row["claim"],
         "kind": row.get("kind") or "",
         "published": row.get("published"),
-        **given,
+        **filled_cells,
         "why": reason(row),
     }
 
 
 def _placed(row: Mapping[str, Any], axes: Mapping[str, Abscissa]) -> dict[str, Any]:
-    """Return numbers, places and answers of a claim's row; nothing if it has no number, no places without an axis."""
+    """Return numbers, positions and verdicts of a claim's row; empty without a number, no positions without an axis."""
     value, axis = row.get("value"), axes.get(row["claim"])
     if not isinstance(value, int | float):
         return {}
     agreement, beyond = answers(row)
-    made = _numbers(axis, value, row.get("value_low"), row.get("value_high"), agreement)
+    entry = _numbers(axis, value, row.get("value_low"), row.get("value_high"), agreement)
     if beyond_tone(beyond):
-        made |= {"beyond": beyond}
+        entry |= {"beyond": beyond}
     if isinstance(simple := row.get("baseline_value"), int | float):
-        made |= {"simple": _short(simple)} | ({"ring": _at(axis.place(simple))} if axis else {})
-    return made
+        entry |= {"simple": _short(simple)} | ({"ring": _at(axis.place(simple))} if axis else {})
+    return entry
 
 
 def _numbers(axis: Abscissa | None, value: float, low: Any, high: Any, agreement: str) -> dict[str, Any]:
-    """Return a value, its interval if it has one, their places on the axis, and the verdict."""
-    made = {"value": _short(value), "said": agreement, "tone": tone(agreement)}
+    """Return a value, its interval if it has one, their positions on the axis, and the verdict."""
+    entry = {"value": _short(value), "said": agreement, "tone": tone(agreement)}
     if axis:
-        made["at"] = _at(axis.place(value))
+        entry["at"] = _at(axis.place(value))
     if isinstance(low, int | float) and isinstance(high, int | float):
-        made["ends"] = [_short(low), _short(high)]
+        entry["ends"] = [_short(low), _short(high)]
         if axis:
-            made["reach"] = list(map(_at, axis.interval(low, high)))
-    return made
+            entry["reach"] = list(map(_at, axis.interval(low, high)))
+    return entry
 
 
 def _short(value: float) -> float:
     return float(f"{value:.6g}")
 
 
-def _at(place: float) -> float:
-    """Return a place in per cent of the width, the bound at 45: far away is pressed together."""
-    squashed = place / (1.0 + abs(place))
-    return round(45.0 + (53.0 if squashed > 0 else 43.0) * squashed, 1)
+def _at(position: float) -> float:
+    """Return a position in per cent of the width, with the bound at 45; large distances are compressed."""
+    compressed = position / (1.0 + abs(position))
+    return round(45.0 + (53.0 if compressed > 0 else 43.0) * compressed, 1)
 
 
 def other_sets(results: Published) -> dict[str, Sequence[Mapping[str, Any]]]:
-    """Return the claims of other data sets: of published results next to these, else of the light archives."""
-    found: dict[str, Sequence[Mapping[str, Any]]] = {}
+    """Return the claims of other data sets, from neighbouring results or else from the light archives."""
+    claims_of: dict[str, Sequence[Mapping[str, Any]]] = {}
     light = visible(PROJECT / "results" / "archive" / "light", f"*/{CLAIMS}")
     near = visible(results.folder.parent.parent, f"*/{results.scale}/{CLAIMS}")
     for path in [*near, *(light if results.scale == "full" else ())]:
         data = path.parent.parent.name if path in near else path.parent.name
-        if data not in (results.data, *found):
-            found[data] = numbered_rows(path)
-    return found
+        if data not in (results.data, *claims_of):
+            claims_of[data] = numbered_rows(path)
+    return claims_of
 
 
 def _switches(results: Published, axes: Mapping[str, Abscissa], path: Path) -> list[dict[str, Any]]:
-    """Return each switch with what it makes of the claims that it moves, those that move most verdicts first."""
+    """Return the switches with the claims that each one changes; those that change most verdicts come first."""
     rows = tables.read_rows(path) if path.is_file() else []
-    of: dict[tuple[str, str], list[Mapping[str, str]]] = {}
+    rows_of: dict[tuple[str, str], list[Mapping[str, str]]] = {}
     for row in rows:
         if (row["data"], row["scale"]) == (results.data, results.scale) and row["claim"] in axes:
-            of.setdefault((row["group"], row["switch"]), []).append(row)
-    known = papers.read_mapping(PROJECT / "conf" / "sensitivity.yaml") if of else {}
-    made = [
+            rows_of.setdefault((row["group"], row["switch"]), []).append(row)
+    groups = papers.read_mapping(PROJECT / "conf" / "sensitivity.yaml") if rows_of else {}
+    switches = [
         {
             "name": name,
-            "options": " ".join(known.get(group, {}).get("switches", {}).get(name, {}).get("overrides", [])),
-            "verdicts": sum(row["answer_moves"] == "True" for row in own),
-            "moved": {row["claim"]: _moved(row, axes[row["claim"]]) for row in own},
+            "options": " ".join(groups.get(group, {}).get("switches", {}).get(name, {}).get("overrides", [])),
+            "verdicts": sum(row["answer_moves"] == "True" for row in switch_rows),
+            "moved": {row["claim"]: _moved(row, axes[row["claim"]]) for row in switch_rows},
         }
-        for (group, name), own in of.items()
+        for (group, name), switch_rows in rows_of.items()
     ]
-    return sorted(made, key=lambda one: (-one["verdicts"], -len(one["moved"]), one["name"]))
+    return sorted(switches, key=lambda entry: (-entry["verdicts"], -len(entry["moved"]), entry["name"]))
 
 
 def _moved(row: Mapping[str, str], axis: Abscissa) -> dict[str, Any]:
     low, high = (float(row[name]) if row[name] else None for name in ("value_low", "value_high"))
-    made = _numbers(axis, float(row["value"]), low, high, row["agreement"])
-    return {**made, "jumps": row["answer_moves"] == "True"}
+    entry = _numbers(axis, float(row["value"]), low, high, row["agreement"])
+    return {**entry, "jumps": row["answer_moves"] == "True"}

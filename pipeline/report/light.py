@@ -1,9 +1,9 @@
-"""The light archive: what a person needs of full-scale results, small enough for the repository or a mail.
+"""Light archive of full-scale results, small enough for the repository or a mail.
 
-It holds the page, the tables (large ones compressed), claims, reduced pictures, manifests, the lock file and its bill
-of materials, recordings and the tutorial's pictures, with ``SHA256SUMS``, ``digits.csv`` and
-``ro-crate-metadata.json``.  What does not fit, the largest tables and recordings, is named in ``left_out.csv``; so are
-all recordings of recorded people, whose motion is not ours to give on: their page has no players either.
+It contains the page, tables (large ones compressed), claims, reduced pictures, manifests, recordings and the tutorial's
+pictures.  It also has the lock file, its bill of materials, ``SHA256SUMS``, ``digits.csv`` and
+``ro-crate-metadata.json``. ``left_out.csv`` lists the files that do not fit: the largest tables and recordings.  The
+motion of recorded people may not be passed on: their archive has no recordings, and its page has no players.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ from pipeline.storage import sealed_folders as folders
 from pipeline.storage.publishing import publish
 from pipeline.validation import InvalidInput
 
-MOST_BYTES, METADATA_BYTES = 10_000_000, 500_000
-"""Of the archive, and of what describes its files."""
+MAX_BYTES, METADATA_BYTES = 10_000_000, 500_000
+"""Size limits of the archive, and of the metadata in it, bytes."""
 
 RECORDINGS_BYTES = 1_000_000
-"""Room that tables leave to recordings."""
+"""Space that the tables leave to recordings, bytes."""
 
 PLAIN_BYTES = 20_000
-"""Tables up to this size stay as they are; larger ones are compressed."""
+"""Size above which tables are compressed, bytes."""
 
 WIDTH = 1100
-"""Of the pictures, px."""
+"""Largest width of the pictures, px."""
 
 LEFT_OUT = "left_out.csv"
-"""Files of the figures that are not in the archive, with size and digest: the same are made by the commands again."""
+"""Table of the figures' files that are not in the archive, with size and digest."""
 
 
 def keep_light(folder: Path, target: Path, figures: Sequence[str], **traced: Any) -> dict[str, int]:
@@ -46,16 +46,16 @@ def keep_light(folder: Path, target: Path, figures: Sequence[str], **traced: Any
     Parameters
     ----------
     folder, target : Path
-        `target` may be there only as an earlier light archive, which is replaced.
+        Results and archive; an earlier light archive at `target` is replaced, any other folder is an error.
     figures : sequence of str
-        All must be made, by this commit or by sources that are the same.
+        Names of the figures; all must be made from this commit, or from identical sources.
     **traced
-        As for `archive.traced_files`.
+        Options of `archive.traced_files`.
 
     Raises
     ------
     InvalidInput
-        As `archive.traced_files`; and if it would be larger than 10 MB.
+        If `archive.traced_files` raises one, or the archive would be larger than 10 MB.
     """
     files = archive.traced_files(folder, figures, **traced)
     date, commit = traced["date"], traced["commit"]
@@ -66,12 +66,12 @@ def keep_light(folder: Path, target: Path, figures: Sequence[str], **traced: Any
         for name in results.figures:
             (inside / name).mkdir()
         texts, recordings = _smallest_first(results, folder)
-        left = MOST_BYTES - document.MOST_BYTES - METADATA_BYTES - _keep_pictures(results, folder, inside)
+        left = MAX_BYTES - document.MAX_BYTES - METADATA_BYTES - _write_pictures(results, folder, inside)
         room = 0 if results.recorded else RECORDINGS_BYTES
-        left, kept = _keep_all_that_fit(texts, inside, left - room)
+        left, written = _write_until_full(texts, inside, left - room)
         if not results.recorded:
-            kept |= _keep_all_that_fit(recordings, inside, left + room)[1]
-        _write_left_out(inside / LEFT_OUT, results, kept)
+            written |= _write_until_full(recordings, inside, left + room)[1]
+        _write_left_out(inside / LEFT_OUT, results, written)
         agreement.write_rule(inside, results.figures)
         drawn = folder.parent.parent / document.TUTORIAL
         for path in folders.visible(drawn, "*/*.svg") if results.data == "synthetic" else ():
@@ -100,11 +100,11 @@ def keep_light(folder: Path, target: Path, figures: Sequence[str], **traced: Any
         sealed = {"light": True, "data": results.data, "scale": results.scale, "commit": commit, "date": date}
         sizes = archive.seal(publication, sealed)
         total = sum(sizes.values()) + (inside / archive.CHECKSUMS).stat().st_size
-        if total > MOST_BYTES:
+        if total > MAX_BYTES:
             raise InvalidInput(
                 "the light archive would be too large",
                 target,
-                f"at most {MOST_BYTES} bytes",
+                f"at most {MAX_BYTES} bytes",
                 total,
                 code="file_too_large",
             )
@@ -115,11 +115,11 @@ def keep_light(folder: Path, target: Path, figures: Sequence[str], **traced: Any
 
 
 Files = list[tuple[str, bytes]]
-"""Names inside the archive, and contents."""
+"""Names in the archive, and contents."""
 
 
 def _smallest_first(results: Published, folder: Path) -> tuple[Files, Files]:
-    """Return tables and manifests, compressed where they are large, and recordings; each the smallest first."""
+    """Return tables with manifests, and recordings, each sorted by size; large tables are compressed."""
     texts: Files = []
     recordings: Files = []
     for name, figure in results.figures.items():
@@ -140,20 +140,20 @@ def _smallest_first(results: Published, folder: Path) -> tuple[Files, Files]:
     return sorted(texts, key=order), sorted(recordings, key=order)
 
 
-def _keep_all_that_fit(files: Files, inside: Path, room: int) -> tuple[int, set[str]]:
-    """Write files until the room is used up; return what is left of it, and the names without a suffix of packing."""
-    kept = set()
+def _write_until_full(files: Files, inside: Path, room: int) -> tuple[int, set[str]]:
+    """Write files while there is room; return the remaining bytes, and the names without ``.gz``."""
+    names = set()
     for name, content in files:
         if len(content) > room:
             break
         (inside / name).write_bytes(content)
         room -= len(content)
-        kept.add(name.removesuffix(".gz"))
-    return room, kept
+        names.add(name.removesuffix(".gz"))
+    return room, names
 
 
-def _keep_pictures(results: Published, folder: Path, inside: Path) -> int:
-    """Write the reduced pictures and return their bytes."""
+def _write_pictures(results: Published, folder: Path, inside: Path) -> int:
+    """Write the reduced pictures; return their total size in bytes."""
     total = 0
     for name in results.figures:
         if (folder / name / "figure.png").is_file():
@@ -164,7 +164,7 @@ def _keep_pictures(results: Published, folder: Path, inside: Path) -> int:
 
 
 def _write_left_out(path: Path, results: Published, kept: set[str]) -> None:
-    """Write which files of the figures are not here; their digests are those of the manifests."""
+    """Write the table of the figures' files that are not in the archive, with digests from the manifests."""
     rows = [
         (name, file, fact["bytes"], fact["sha256"])
         for name, figure in results.figures.items()

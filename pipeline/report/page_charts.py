@@ -1,4 +1,4 @@
-"""The charts of published figures on the page: their lines as the page's script draws them."""
+"""Charts of published figures as plain values, which the page's script draws."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ _RANGE = "range of all populations"
 
 
 def charts_of(figure: PublishedFigure) -> list[dict[str, Any]]:
-    """Return the charts of a figure whose tables are there, with their lines."""
-    found: list[dict[str, Any]] = []
+    """Return the charts of a figure with their lines; charts without a table are left out."""
+    plain_charts: list[dict[str, Any]] = []
     for chart in figure.charts:
         with suppress(InvalidInput):  # a table that an earlier version published without these columns
             tables = figure.tables_of(chart)
             note = _band_words(chart, tables, figure.manifest.get("caption", ""))
-            found.append({**_plain(chart, tables), "note": note})
-    return found
+            plain_charts.append({**_plain(chart, tables), "note": note})
+    return plain_charts
 
 
 def _plain(chart: Chart, tables: Mapping[str, Any]) -> dict[str, Any]:
@@ -67,14 +67,14 @@ def _series(chart: Chart, line: Line) -> dict[str, Any]:
 
 
 def _short(values: np.ndarray) -> list[float | int | None]:
-    """Return numbers of six digits; None where there is none."""
+    """Return the numbers with six digits; None where one is not finite."""
     return [
         None if not np.isfinite(v) else int(v) if v == int(v) else float(f"{v:.6g}") for v in values.tolist()
     ]
 
 
 def _band_words(chart: Chart, tables: Mapping[str, Any], caption: str) -> str:
-    """Return what the bands of the first lines are; of synthetic people often the range that the caption tells of."""
+    """Return the meaning of the bands; for synthetic people it may be the range that the caption names."""
     if isinstance(chart.table, str) and f"{chart.y}_low" in tables[chart.table]:
         return f"bands: {_RANGE if _RANGE in caption else '95 % interval'}"
     if not isinstance(chart.band, str):

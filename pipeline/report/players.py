@@ -1,10 +1,9 @@
-"""What the players of the page compute from: walkers, and clips with their cameras, in few bytes.
+"""Data of the page's players in few bytes: walkers, and clips with their cameras.
 
-`walkers` are the Fourier representations of all walkers in single precision, a tenth of the bytes of all folds.  The
-browser learns each fold from them, as `core.linear_model` does, and reconstructs as `core.reconstruction` does (methods
-of plug-ins as their scripts do): nothing that it shows was computed beforehand.  `clips` are clips of
-park2011's figure 4 in 16 bits: images, cameras and what was reconstructed from them, of which the browser intersects
-rays and spheres.
+`walkers` returns the Fourier representations of all walkers in single precision, a tenth of the bytes of all folds.
+The browser trains each fold from them like `core.linear_model`, and reconstructs like `core.reconstruction`; plug-ins
+bring scripts for their methods.  No result is computed beforehand.  `clips` returns clips of park2011's figure 4 in 16
+bits: images, cameras and reconstructions, from which the browser intersects rays and spheres.
 """
 
 from __future__ import annotations
@@ -38,9 +37,9 @@ CLIP_ARRAYS = (
     "stretch",
 )
 AS_CHOSEN = "as_chosen."
-"""What the names of figure 4's arrays begin with: each limb's mirror as the limb alone chooses it."""
+"""Prefix of the arrays of park2011's figure 4 in which each limb chooses its mirror image alone."""
 
-MOST_CLIPS = 4
+MAX_CLIPS = 4
 
 COLUMNS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
     "zhang2007_fig5": {
@@ -53,25 +52,25 @@ COLUMNS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
         )
     },
 }
-"""Columns of tables that the browser compares its own numbers with, by figure."""
+"""Columns of tables with which the browser compares its results, by figure and table."""
 
 
 def columns_of(figure: str) -> dict[str, set[str]]:
-    """Return the columns of a figure's tables that scripts read, those of plug-ins too, by file name of the table."""
-    found: dict[str, set[str]] = {}
+    """Return the columns that scripts, including those of plug-ins, read from a figure's tables, by file name."""
+    columns_by_table: dict[str, set[str]] = {}
     for columns in (COLUMNS, *(page.columns for page in plugins.pages())):
-        for name, wanted in columns.get(figure, {}).items():
-            found.setdefault(name, set()).update(wanted)
-    return found
+        for name, read_columns in columns.get(figure, {}).items():
+            columns_by_table.setdefault(name, set()).update(read_columns)
+    return columns_by_table
 
 
 def walkers(figure: PublishedFigure | None) -> tuple[dict[str, Any], str]:
-    """Return the walkers for the browser, or nothing and the reason.
+    """Return the walkers for the browser, or an empty dict and the reason.
 
     Parameters
     ----------
     figure : PublishedFigure, optional
-        zhang2007_fig5.
+        Figure ``zhang2007_fig5``.
     """
     if figure is None:
         return {}, "zhang2007_fig5 is not made yet"
@@ -79,13 +78,22 @@ def walkers(figure: PublishedFigure | None) -> tuple[dict[str, Any], str]:
     absent = [name for name in WALKER_ARRAYS if name not in arrays]
     if absent or people is None:
         lacking = (*absent, "table_people")[0]
-        return {}, f"zhang2007_fig5 was made before its walkers were published ({lacking}): make it again"
-    for option, wanted in _AS_COMPUTED.items():
+        return (
+            {},
+            f"zhang2007_fig5 was made before its walkers were published ({lacking}): make the figure again",
+        )
+    for option, expected in _AS_COMPUTED.items():
         group, name = option.split(".")
-        if (value := figure.option(group, name)) != wanted:
-            return {}, f"the browser computes with {option}={wanted}, these results have {value}"
+        if (value := figure.option(group, name)) != expected:
+            return (
+                {},
+                f"the browser computes with {option}={expected}, but these results have {option}={value}",
+            )
     if arrays["samples"].shape[1] != 225:
-        return {}, f"the browser computes with 225 numbers to a walker, not {arrays['samples'].shape[1]}"
+        return (
+            {},
+            f"the browser computes with 225 numbers per walker, but these results have {arrays['samples'].shape[1]}",
+        )
     _, person = np.unique(arrays["person"], return_inverse=True)
     return {
         "shown": nearest_to_medians(errors_of_walkers(people, arrays["walker"], 0.0)),
@@ -112,16 +120,16 @@ _AS_COMPUTED: Mapping[str, Any] = {
     "sweep.missing_variance": "temporal",
     "dataset.harmonics": 2,
 }
-"""Options that the browser's own computation takes for granted."""
+"""Values of options that the browser's computation assumes."""
 
 
 def _horizontal(covariance: np.ndarray) -> np.ndarray:
-    """Return xx, xy and yy (R, 15, 3) of covariances (R, 15, 3, 3)."""
+    """Return the entries xx, xy and yy (R, 15, 3) of covariances (R, 15, 3, 3)."""
     return np.stack([covariance[..., 0, 0], covariance[..., 0, 1], covariance[..., 1, 1]], axis=-1)
 
 
 def nearest_to_medians(errors_of: Mapping[str, np.ndarray]) -> int:
-    """Return the walk whose errors (R,) by each method are nearest to the medians, by the ratio: the one that is shown.
+    """Return the number of the most typical walk: its errors (R,) are nearest to each method's median, by the ratio.
 
     Examples
     --------
@@ -135,12 +143,12 @@ def nearest_to_medians(errors_of: Mapping[str, np.ndarray]) -> int:
 def errors_of_walkers(
     people: Mapping[str, np.ndarray], walkers: np.ndarray, view_deg: float
 ) -> dict[str, np.ndarray]:
-    """Return the errors (R,) in depth of walkers from the view nearest to one, mm, by method.
+    """Return the depth errors (R,) of walkers by method, mm, from the view nearest to a given one.
 
     Parameters
     ----------
     people : mapping of str to array
-        ``table_people`` of zhang2007_fig5.
+        Table ``table_people`` of zhang2007_fig5.
     walkers : (R,) str
     view_deg : float
     """
@@ -152,22 +160,25 @@ def errors_of_walkers(
 
 
 def clips(figure: PublishedFigure | None) -> tuple[dict[str, Any], str]:
-    """Return some clips of park2011_fig4 for the browser, one of each action, or nothing and the reason."""
+    """Return one clip of each action of park2011_fig4 for the browser, or an empty dict and the reason."""
     if figure is None:
         return {}, "park2011_fig4 is not made yet"
     if absent := [name for name in CLIP_ARRAYS if AS_CHOSEN + name not in figure.arrays]:
-        return {}, f"park2011_fig4 was made before its cameras were published ({absent[0]}): make it again"
+        return (
+            {},
+            f"park2011_fig4 was made before its cameras were published ({absent[0]}): make the figure again",
+        )
     arrays = {name: figure.arrays[AS_CHOSEN + name] for name in CLIP_ARRAYS}
     names = figure.arrays["clip_name"][arrays["stretch"]].tolist()
     action = _actions(figure)
-    chosen = list({action.get(name, name): n for n, name in reversed(list(enumerate(names)))}.values())
+    numbers = list({action.get(name, name): n for n, name in reversed(list(enumerate(names)))}.values())
     return {
         "cameras": arrays["cameras"].tolist(),
         "limbs": WALKER14.limbs,
         "ends": WALKER14.ends.tolist(),
         "clips": [
             {"name": names[n], "action": action.get(names[n], ""), **_clip(arrays, n)}
-            for n in sorted(chosen)[:MOST_CLIPS]
+            for n in sorted(numbers)[:MAX_CLIPS]
         ],
     }, ""
 
@@ -181,7 +192,7 @@ def _actions(figure: PublishedFigure) -> dict[str, str]:
 
 def _clip(arrays: Mapping[str, np.ndarray], n: int) -> dict[str, Any]:
     frames = arrays["truth"].shape[1]
-    seen = [
+    cameras = [
         {
             "positions": quantised(arrays["positions"][n, c].reshape(frames, -1)),
             "images": quantised(arrays["images"][n, c].reshape(frames, -1)),
@@ -192,4 +203,4 @@ def _clip(arrays: Mapping[str, np.ndarray], n: int) -> dict[str, Any]:
         for c, margins in enumerate(arrays["mirror_margin"][n].tolist())
     ]
     truth = quantised(arrays["truth"][n].reshape(frames, -1))
-    return {"frames": frames, "truth": truth, "seen": seen}
+    return {"frames": frames, "truth": truth, "seen": cameras}

@@ -1,7 +1,7 @@
-"""The published folders of a data set, as the page shows them.
+"""Published results of a data set, read for the page.
 
-Everything comes from the files of ``results/<data>/<scale>``: a page can be made of what an earlier commit published,
-or of an archive.  Columns that are not known here are shown as they are.
+All values come from the files of ``results/<data>/<scale>``, so a page can be made from the results of an earlier
+commit or from an archive.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from pipeline.validation import InvalidInput
 
 @dataclass(frozen=True)
 class PublishedFigure:
-    """A figure that is made.
+    """A figure with finished results.
 
     Attributes
     ----------
     name : str
-        Of figure and folder.
+        Name of the figure and of its folder.
     folder : Path
     manifest : dict
     """
@@ -41,62 +41,62 @@ class PublishedFigure:
 
     @property
     def title(self) -> str:
-        """What the figure shows, one sentence."""
+        """Content of the figure in one sentence."""
         return str(self.option("title") or self.manifest.get("title") or self.name)
 
     @property
     def expect(self) -> str:
-        """What the reader should see, one sentence."""
+        """Expected outcome in one sentence."""
         return str(self.manifest.get("expect") or "")
 
     @property
     def files(self) -> list[str]:
-        """Names of its files, the manifest included, sorted."""
+        """Sorted names of the figure's files, including the manifest."""
         return sorted([*self.manifest["files"], "manifest.json"])
 
     @property
     def commit(self) -> str:
-        """The commit that made it, twelve digits."""
+        """Commit that made the figure, twelve digits."""
         return str(self.manifest.get("provenance", {}).get("commit", "unknown"))[:12]
 
     def option(self, *path: str) -> Any:
-        """Return an option of the configuration, None if there is none."""
+        """Return the value of a configuration option, or None if it is absent."""
         value: Any = self.manifest.get("configuration", {})
         for name in path:
             value = value.get(name) if isinstance(value, Mapping) else None
-        # A choice is its class and its name.
+        # A choice is stored as its class and its name.
         return value["name"] if isinstance(value, Mapping) and value.keys() == {"<type>", "name"} else value
 
     @property
     def charts(self) -> list[Chart]:
-        """The charts that it was published with."""
+        """Charts with which the figure was published."""
         return [from_json(plain, self.name) for plain in self.manifest.get("charts", [])]
 
     def table(self, name: str) -> dict[str, np.ndarray] | None:
-        """Return the columns of a table by its name without suffix; None if there is none."""
+        """Return the columns of a table, by its name without suffix; None if the figure has no such table."""
         path = self.folder / f"{name}.csv"
         if name not in self._read and path.name in self.manifest["files"]:
             self._read[name] = tables.read(path)
         return self._read.get(name)
 
     def tables_of(self, chart: Chart) -> dict[str, dict[str, np.ndarray]]:
-        """Return the tables of a chart that are there, by name."""
+        """Return the available tables of a chart, by name."""
         names = [lines.table for lines in (chart, *chart.also) if isinstance(lines.table, str)]
         return {name: table for name in names if (table := self.table(name)) is not None}
 
     @cached_property
     def arrays(self) -> dict[str, np.ndarray]:
-        """The content of ``arrays.npz``."""
+        """Content of ``arrays.npz``."""
         return read_arrays(self.folder / "arrays.npz")
 
     @cached_property
     def sources(self) -> list[str]:
-        """Sources of its clips that are kept, sorted."""
+        """Sorted data sources of the clips that were ingested."""
         ingested = self.table("table_ingest")
         if ingested is None or "source" not in ingested:
             return []
-        kept = ingested["verdict"] == "kept" if "verdict" in ingested else slice(None)
-        return sorted(set(map(str, ingested["source"][kept])))
+        ingested_rows = ingested["verdict"] == "kept" if "verdict" in ingested else slice(None)
+        return sorted(set(map(str, ingested["source"][ingested_rows])))
 
 
 @dataclass(frozen=True)
@@ -109,11 +109,11 @@ class Published:
         ``results/<data>/<scale>``.
     data, scale : str
     figures : dict of str to PublishedFigure
-        Those that are made, in the order asked for.
+        Finished figures, in the requested order.
     missing : dict of str to str
-        Those that are not, with the reason.
+        Missing or damaged figures, with the reason.
     claims : list of dict
-        The rows of ``claims.csv``, numbers as numbers (None where a cell is empty), in the file's order.
+        Rows of ``claims.csv`` in the file's order; numbers as numbers, None where a cell is empty.
     """
 
     folder: Path
@@ -125,40 +125,40 @@ class Published:
 
     @property
     def recorded(self) -> bool:
-        """Whether any figure was made from files, of people who were recorded."""
+        """True if a figure was made from files with recorded people."""
         return any(figure.manifest.get("inputs") for figure in self.figures.values())
 
     @property
     def ours(self) -> dict[str, float]:
-        """Our value of each claim that has one."""
+        """Values that we computed, by the name of the claim."""
         return {
             row["claim"]: row["value"] for row in self.claims if isinstance(row.get("value"), int | float)
         }
 
     def number(self, name: str) -> float:
-        """Return our value of a claim, NaN if it has none."""
+        """Return the value that we computed for a claim; NaN without one."""
         return self.ours.get(name, math.nan)
 
     def claims_of(self, *, figure: str = "", paper: str = "") -> list[dict[str, Any]]:
-        """Return the rows of a figure or of a paper."""
+        """Return the claims of a figure or of a paper."""
         return [row for row in self.claims if row["figure"] == figure or (paper and row["paper"] == paper)]
 
 
 def read_published(folder: Path, figures: Sequence[str]) -> Published:
-    """Return the results below ``results/<data>/<scale>``.
+    """Return the results in the folder ``results/<data>/<scale>``.
 
     Parameters
     ----------
     folder : Path
     figures : sequence of str
-        All figures that could be there, in the order of the page.
+        Names of all figures to look for, in the order of the page.
 
     Raises
     ------
     InvalidInput
-        If none of them is there, or a table differs from what its manifest records.
+        If no figure is finished, or a table differs from its manifest.
     """
-    made: dict[str, PublishedFigure] = {}
+    finished: dict[str, PublishedFigure] = {}
     missing: dict[str, str] = {}
     for name in figures:
         if not (folder / name).is_dir():
@@ -166,18 +166,18 @@ def read_published(folder: Path, figures: Sequence[str]) -> Published:
         elif complaints := complaints_about(folder / name, hashes=False, needed=FIGURE):
             missing[name] = f"unfinished or damaged: {complaints[0]}"
         else:
-            made[name] = PublishedFigure(name, folder / name, read_manifest(folder / name))
-    if not made:
-        raise InvalidInput("nothing is published", folder, "one figure or more", code="nothing_published")
+            finished[name] = PublishedFigure(name, folder / name, read_manifest(folder / name))
+    if not finished:
+        raise InvalidInput("no figure is published", folder, "one or more", code="nothing_published")
     claims = folder / "claims.csv"
     files = [claims] if claims.is_file() else visible(folder, "*/claims.csv")
     with as_written(folder / "claims.csv"):
-        kept = [row for path in files for row in numbered_rows(path) if row["figure"] in made]
-    return Published(folder, folder.parent.name, folder.name, made, missing, kept)
+        rows = [row for path in files for row in numbered_rows(path) if row["figure"] in finished]
+    return Published(folder, folder.parent.name, folder.name, finished, missing, rows)
 
 
 def numbered_rows(path: Path) -> list[dict[str, Any]]:
-    """Return the rows of a table, numbers as numbers; None where a cell is empty."""
+    """Return the rows of a table; numbers as numbers, None where a cell is empty."""
     columns = tables.read(path)
     rows = zip(*(map(_cell, column.tolist()) for column in columns.values()), strict=True)
     return [dict(zip(columns, row, strict=True)) for row in rows]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import jinja2
 
 _LARGEST = 32767
-"""Of a signed integer of 16 bits."""
+"""Largest integer that `quantised` uses: 16 bits, signed."""
 _FOLDER = Path(__file__).resolve().parent / "page"
 
 _LIGHTER = {
@@ -31,12 +31,12 @@ _LIGHTER = {
     "sky": "#8CCDF2",
     "grey": "#A7ADB3",
 }
-"""The palette for thin lines on a dark ground."""
+"""Lighter colours of the palette, for thin lines on a dark background."""
 
 
 def environment() -> jinja2.Environment:
-    """Return the environment of the templates; an unknown name is an error."""
-    import jinja2  # the page of a walk is written without it
+    """Return the Jinja environment of the templates; an unknown name in a template is an error."""
+    import jinja2  # the page of a single walk does not need it
 
     return jinja2.Environment(
         loader=jinja2.FileSystemLoader(_FOLDER),
@@ -48,7 +48,7 @@ def environment() -> jinja2.Environment:
 
 
 def style(*further: Path) -> str:
-    """Return the style sheet, with the palette for light and dark grounds, and further ones from other folders."""
+    """Return the style sheet with the palette for light and dark backgrounds, followed by other sheets."""
     light = "".join(f"--c-{name}: {colour}; " for name, colour in COLOURS.items())
     dark = "".join(
         f"--c-{name}: {_LIGHTER.get(name, COLOURS[ON_DARK.get(name, name)])}; " for name in COLOURS
@@ -60,12 +60,12 @@ def style(*further: Path) -> str:
 
 
 def scripts(names: Sequence[str | Path]) -> str:
-    """Return scripts as one: those here by file name, others by path."""
+    """Return scripts joined into one; those of this package by file name, others by path."""
     return "\n".join((_FOLDER / name).read_text("utf-8") for name in names)
 
 
 def in_every_page(style: str, script: str) -> dict[str, Any]:
-    """Return what the templates of all pages are given: style and script, their policy, the palette, the bones."""
+    """Return the values that every page's template needs: style, script, their policy, palette and bones."""
     return {
         "policy": policy(style, script),
         "style": style,
@@ -77,7 +77,7 @@ def in_every_page(style: str, script: str) -> dict[str, Any]:
 
 
 def policy(style: str, script: str) -> str:
-    """Return the policy of a page that loads nothing: its own style and script by their digests, pictures inside it."""
+    """Return a content security policy that allows only this style and script, and pictures inside the page."""
 
     def digest(text: str) -> str:
         return base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
@@ -89,7 +89,7 @@ def policy(style: str, script: str) -> str:
 
 
 def packed_json(value: Any) -> str:
-    """Return JSON that may stand inside a ``<script>`` element: no ``<`` in it.
+    """Return JSON without ``<``, which is safe inside a ``<script>`` element.
 
     Examples
     --------
@@ -101,9 +101,9 @@ def packed_json(value: Any) -> str:
 
 
 def quantised(values: np.ndarray) -> dict[str, str]:
-    """Return values (N, …) as base64 texts: integers of 16 bits, and offset and scale of each place of the last axes.
+    """Return values (N, …) as base64 texts: integers of 16 bits, offsets and scales.
 
-    A value is ``offset + scale * integer``; each place has its own range.
+    A value is ``offset + scale * integer``; each position along the other axes has an offset and a scale.
     """
     low, high = values.min(axis=0), values.max(axis=0)
     offset = ((low + high) / 2.0).astype(np.float32)

@@ -1,7 +1,6 @@
-"""Variants of a multirun side by side: ``variants.csv``, and the curves of all over each other.
+"""Comparison of the variants of a multirun: the table ``variants.csv``, and the curves of all variants in one picture.
 
-A variant is a folder of the run with figures in it; what tells variants apart are the options in which their manifests
-differ.
+A variant is a folder of the run with figures in it.  Variants are named by the options in which their manifests differ.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from pipeline.storage.sealed_folders import MANIFEST, visible
 
 VARIANTS = "variants.csv"
 _ASIDE = {"name", "results", "workers"}
-"""Options that do not make a variant."""
+"""Options that are ignored when variants are compared."""
 
 _LINES = ("solid", "dashed", "dotted")
 
@@ -34,10 +33,10 @@ class Variant:
     Attributes
     ----------
     options : dict of str to str
-        Those that differ between the variants, by their dotted names.
+        Options that differ between the variants, by their dotted names.
     figure : PublishedFigure
     claims : list of dict
-        Rows of its ``claims.csv``.
+        Rows of the figure's ``claims.csv``.
     """
 
     options: dict[str, str]
@@ -46,20 +45,20 @@ class Variant:
 
     @property
     def name(self) -> str:
-        """The options with their last names: ``components=20``."""
+        """Differing options with short names, e.g. ``components=20``."""
         return ", ".join(f"{option.rpartition('.')[2]}={value}" for option, value in self.options.items())
 
 
 def variants_of(run: Path) -> dict[str, list[Variant]]:
-    """Return the finished variants of a run by figure, in the order of the jobs; figures with one are left out."""
-    found: dict[str, list[PublishedFigure]] = {}
+    """Return the finished variants of a run by figure, in the order of the jobs; two or more for each figure."""
+    figures_of: dict[str, list[PublishedFigure]] = {}
     claims: dict[Path, list[dict[str, Any]]] = {}
     for folder in sorted((path.parent.parent for path in visible(run, f"*/*/{MANIFEST}")), key=_job):
         for figure in sorted(path.parent.name for path in visible(folder, f"*/{MANIFEST}")):
             results = read_published(folder, [figure])
-            found.setdefault(figure, []).append(results.figures[figure])
+            figures_of.setdefault(figure, []).append(results.figures[figure])
             claims[folder / figure] = results.claims
-    several = {name: figures for name, figures in found.items() if len(figures) > 1}
+    several = {name: figures for name, figures in figures_of.items() if len(figures) > 1}
     return {
         name: [
             Variant(options, figure, claims[figure.folder])
@@ -70,16 +69,18 @@ def variants_of(run: Path) -> dict[str, list[Variant]]:
 
 
 def _job(folder: Path) -> tuple[int, str]:
-    """Order of variants: the number of the job, which begins the folder's name."""
+    """Return the sort key of a variant: the job number at the start of its folder's name."""
     number = folder.name.partition("_")[0]
     return (int(number) if number.isdigit() else 0, folder.name)
 
 
 def _differing(figures: Sequence[PublishedFigure]) -> list[dict[str, str]]:
     flat = [_flat(figure.manifest["configuration"]) for figure in figures]
-    names = sorted({name for one in flat for name in one})
-    differ = [n for n in names if len({one.get(n) for one in flat}) > 1 and n.split(".")[0] not in _ASIDE]
-    return [{name: one.get(name, "") for name in differ} for one in flat]
+    names = sorted({name for options in flat for name in options})
+    differ = [
+        n for n in names if len({options.get(n) for options in flat}) > 1 and n.split(".")[0] not in _ASIDE
+    ]
+    return [{name: options.get(name, "") for name in differ} for options in flat]
 
 
 def _flat(value: Any, path: str = "") -> dict[str, str]:
@@ -94,9 +95,8 @@ def _flat(value: Any, path: str = "") -> dict[str, str]:
 def compare_variants(run: Path) -> list[Path]:
     """Write ``variants.csv`` in the folder of a run, and a picture for each figure with curves; return the files.
 
-    The table has a row for each variant and claim: the options that differ, the paper's number, ours and both
-    answers.
-    Nothing is written for a run with fewer than two finished variants of a figure.
+    The table has a row for each variant and claim: differing options, published number, our number, and both verdicts.
+    No file is written unless some figure has two finished variants.
     """
     by_figure = variants_of(run)
     rows = [
@@ -130,7 +130,7 @@ def compare_variants(run: Path) -> list[Path]:
 
 
 def _draw(stem: Path, variants: Sequence[Variant], chart: Chart) -> list[Path]:
-    """Draw the lines of a chart of all variants over each other: a colour to each variant, a pattern to each series."""
+    """Draw the lines of all variants in one chart; each variant has a colour, each series a pattern."""
     tables_of, lines = {}, []
     for number, variant in enumerate(variants):
         table = variant.figure.table(str(chart.table))
@@ -138,20 +138,22 @@ def _draw(stem: Path, variants: Sequence[Variant], chart: Chart) -> list[Path]:
             return []
         tables_of[str(number)] = table
         rows = table[chart.by].astype(str) if chart.by else np.array([""])
-        known = chart.styles if isinstance(chart.styles, Mapping) else dict.fromkeys(rows.tolist(), Style())
+        styles_of_chart = (
+            chart.styles if isinstance(chart.styles, Mapping) else dict.fromkeys(rows.tolist(), Style())
+        )
         styles = {
             key: Style(
                 f"{variant.name} {style.label or key}".strip(),
                 CYCLE[number % len(CYCLE)],
-                line=_LINES[place % len(_LINES)],
+                line=_LINES[n % len(_LINES)],
                 banded=False,
                 interval=False,
             )
-            for place, (key, style) in enumerate(known.items())
+            for n, (key, style) in enumerate(styles_of_chart.items())
         }
-        of_table: dict[str, Any] = {"table": str(number), "y": chart.y, "by": chart.by, "where": chart.where}
-        lines.append({**of_table, "times": chart.times, "less": chart.less, "styles": styles})
-    also = [Lines(**one) for one in lines[1:]]
+        source: dict[str, Any] = {"table": str(number), "y": chart.y, "by": chart.by, "where": chart.where}
+        lines.append({**source, "times": chart.times, "less": chart.less, "styles": styles})
+    also = [Lines(**options) for options in lines[1:]]
     every = replace(chart, **lines[0], also=also, references=[], band="", strands="", title="")
     from pipeline.pictures.charts import draw_charts
     from pipeline.pictures.style import Canvas

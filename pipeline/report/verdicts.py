@@ -1,4 +1,4 @@
-"""Verdicts on the page: their signs, how many of each kind there are, and what they mean."""
+"""Verdicts on the page: their style classes and their meanings."""
 
 from __future__ import annotations
 
@@ -9,28 +9,31 @@ from pipeline.papers import Agreement, Beyond
 from pipeline.report.published import Published
 
 AGREEMENTS = {
-    Agreement.AGREES: ("good", "the whole interval of our value lies right of the line."),
-    Agreement.CLOSE: ("half", "the paper's direction, its size not for certain: within wider bounds."),
-    Agreement.UNDECIDED: ("open", "it reaches over an end of the wider bounds."),
-    Agreement.DIFFERS: ("bad", "it lies left of it, outside of the wider bounds."),
-    Agreement.MET: ("met", "a count or a setting of the paper's is ours as well."),
-    Agreement.NOT_MET: ("unmet", "it is not."),
-    Agreement.UNTESTABLE: ("none", "our data cannot decide."),
-    Agreement.NOT_JUDGED: ("none", "a small run decides nothing."),
+    Agreement.AGREES: ("good", "the whole interval of our value is to the right of the line."),
+    Agreement.CLOSE: (
+        "half",
+        "the direction agrees with the paper; the interval is within wider bounds for the size.",
+    ),
+    Agreement.UNDECIDED: ("open", "the interval crosses an end of the wider bounds."),
+    Agreement.DIFFERS: ("bad", "the interval is to the left of the line, outside the wider bounds."),
+    Agreement.MET: ("met", "our count or setting equals the paper's."),
+    Agreement.NOT_MET: ("unmet", "our count or setting differs from the paper's."),
+    Agreement.UNTESTABLE: ("none", "our data cannot test the claim."),
+    Agreement.NOT_JUDGED: ("none", "the run was too small to test the claim."),
 }
-"""The sign of each agreement, and what it means."""
+"""Style class and meaning of each agreement."""
 
 BEYOND = {
-    Beyond.YES: ("better", "the method is better than its baseline, a simpler method that is fixed by rule."),
-    Beyond.NO: ("even", "it is not told apart from its baseline, which agrees or differs as it does."),
-    Beyond.WORSE: ("worse", "it is worse than its baseline."),
-    Beyond.UNKNOWN: ("unsure", "no interval of its gap to the baseline is known."),
+    Beyond.YES: ("better", "the method beats its baseline, a simpler method that is fixed by rule."),
+    Beyond.NO: ("even", "the method cannot be distinguished from its baseline, which has the same verdict."),
+    Beyond.WORSE: ("worse", "the method is worse than its baseline."),
+    Beyond.UNKNOWN: ("unsure", "the interval of the gap to the baseline is unknown."),
 }
-"""The same of what is said about the baseline; not where there is none."""
+"""Style class and meaning of each verdict against the baseline; claims without a baseline have none."""
 
 
 def tone(verdict: str) -> str:
-    """Return the class of an agreement for the style.
+    """Return the style class of an agreement.
 
     Examples
     --------
@@ -41,17 +44,17 @@ def tone(verdict: str) -> str:
 
 
 def beyond_tone(verdict: str) -> str:
-    """Return the class of an answer about the baseline for the style, empty where there is no baseline."""
+    """Return the style class of a verdict against the baseline; empty without a baseline."""
     return BEYOND[Beyond(verdict)][0] if verdict in BEYOND else ""
 
 
 def answers(claim: Mapping[str, Any]) -> tuple[str, str]:
-    """Return both answers to a row of the claims."""
+    """Return both verdicts on a claim: the agreement, and the comparison with the baseline."""
     return str(claim["agreement"]), str(claim.get("beyond_baseline") or Beyond.NOT_APPLICABLE)
 
 
 def reason(claim: Mapping[str, Any]) -> str:
-    """Return why a claim has its bounds and its answer, without the numbers that stand before it.
+    """Return the reason for a claim's bounds and verdict, without the leading numbers.
 
     Examples
     --------
@@ -62,6 +65,10 @@ def reason(claim: Mapping[str, Any]) -> str:
 
 
 def legend(results: Published) -> list[tuple[str, str, str]]:
-    """Return sign, words and meaning of the agreements that the page has."""
-    there = {answers(claim)[0] for claim in results.claims}
-    return [(tone, str(one), words) for one, (tone, words) in AGREEMENTS.items() if one in there]
+    """Return style class, name and meaning of the agreements that occur on the page."""
+    present = {answers(claim)[0] for claim in results.claims}
+    return [
+        (tone, str(agreement), words)
+        for agreement, (tone, words) in AGREEMENTS.items()
+        if agreement in present
+    ]

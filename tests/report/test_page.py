@@ -20,7 +20,7 @@ from pipeline.charts import Axis, Chart, Lines, Reference, Sheet, from_json, lin
 from pipeline.palette import Style
 from pipeline.pictures.embedding import packed_vector, reduced
 from pipeline.report import templates, verdicts
-from pipeline.report.document import MOST_BYTES, PAGE, write_page
+from pipeline.report.document import MAX_BYTES, PAGE, write_page
 from pipeline.report.page_charts import _band_words, charts_of
 from pipeline.report.published import read_published
 from pipeline.storage.sealed_folders import read_manifest, write_manifest
@@ -75,7 +75,7 @@ def page_of(folder: Path) -> tuple[str, Elements]:
     """The page's source and what is in it."""
     path = write_page(folder, FIGURES)
     text = path.read_text(encoding="utf-8")
-    assert path.stat().st_size < MOST_BYTES
+    assert path.stat().st_size < MAX_BYTES
     return text, Elements(text)
 
 
@@ -156,8 +156,8 @@ def test_kinds_intervals_and_both_answers_are_shown_where_they_are_known(tmp_pat
     for words in (
         "25 to 32",
         "the average walker: 12.12; it knows nothing of the person",
-        "one sample gives the paper's number: yes",
-        "Help that the paper's method did not have: the true heading.",
+        "one sample can give the paper's number: yes",
+        "Information that the paper's method did not have: the true heading.",
         "The same number as zhang2007_other",
     ):
         assert words in page.text, words
@@ -242,7 +242,7 @@ def test_numbers_over_data_sets_stand_beside_full_results_only(tmp_path: Path, r
     assert len(page.values("id")) == len(set(page.values("id")))
     # Every data set with the commit of its numbers, which here are not those of the page's figures.
     assert re.search(
-        r"synthetic at commit [0-9a-f]{12} \(the figures here are of another commit\)", page.text
+        r"synthetic at commit [0-9a-f]{12} \(the figures on this page come from another commit\)", page.text
     )
     assert "Numbers, by data set" not in page_of(results)[1].text
 
@@ -260,7 +260,7 @@ def test_pictures_shrink_before_a_page_is_too_large(results: Path, monkeypatch: 
     kept = {k: v for k, v in read_manifest(figure).items() if k != "files"}
     write_manifest(figure, {**kept, "picture_beside_charts": True})
     whole = write_page(results, FIGURES).stat().st_size
-    monkeypatch.setattr("pipeline.report.document.MOST_BYTES", whole - 100_000)
+    monkeypatch.setattr("pipeline.report.document.MAX_BYTES", whole - 100_000)
     assert write_page(results, FIGURES).stat().st_size < whole - 100_000
 
 
@@ -269,7 +269,7 @@ def test_the_same_results_make_the_same_page(results: Path) -> None:
 
 
 def test_a_page_too_large_to_send_is_refused(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pipeline.report.document.MOST_BYTES", 1000)
+    monkeypatch.setattr("pipeline.report.document.MAX_BYTES", 1000)
     with rejects("file_too_large", PAGE):
         write_page(results, FIGURES)
     assert not (results / PAGE).exists()

@@ -1,9 +1,9 @@
-"""Flexion of hips, knees, shoulders and elbows from joint centres: what gait researchers read of a walk.
+"""Flexion of hips, knees, shoulders and elbows, computed from joint centres.
 
-Joint centres show no twist, so these are the angles that they do show.  Knee and elbow: by how much the limb departs
-from straight, in whatever plane it bends.  Hip and shoulder: the angle of thigh or upper arm about the axis through
-both hips or both shoulders, from hanging along the trunk; forwards is positive.  The pelvis has no tilt of its own
-here, so a hip's angle is against the trunk.
+Joint centres show flexion but not the rotation of a limb about its long axis.  Knee and elbow flexion is the departure
+from a straight limb, in any plane.  Hip and shoulder flexion is the angle of the thigh or upper arm about the axis
+through both hips or both shoulders: 0 along the trunk, positive forwards.  The joints do not show the tilt of the
+pelvis, so hip flexion is measured against the trunk.
 
 Symbols
 -------
@@ -19,18 +19,18 @@ from pipeline.skeleton import WALKER15
 from pipeline.validation import require_shape
 
 JOINT_ANGLES = ("hip", "knee", "shoulder", "elbow")
-"""Order of the angles; of each first the left, then the right one."""
+"""Order of the angles; each has a left and a right value, in this order."""
 
 SIDES = ("left", "right")
 
 LIMBS = {"hip": ("hip", "knee", "ankle"), "shoulder": ("shoulder", "elbow", "wrist")}
-"""Joints along a limb, by the angle at its root; the middle one has the other angle."""
+"""Joints along a limb, by the angle at its first joint; the middle joint has the second angle."""
 
 _TRUNK = ("pelvis", "sternum")
 
 
 def joints_of(angle: str) -> tuple[int, ...]:
-    """Return the joints of WALKER15 that an angle of either side is read from.
+    """Return the joints of WALKER15 from which an angle of either side is computed.
 
     Examples
     --------
@@ -39,23 +39,23 @@ def joints_of(angle: str) -> tuple[int, ...]:
     """
     root = angle if angle in LIMBS else next(root for root, limb in LIMBS.items() if limb[1] == angle)
     chain = LIMBS[root] if angle not in LIMBS else LIMBS[root][:2]
-    named = [f"{side}_{joint}" for side in SIDES for joint in chain]
-    return tuple(WALKER15.index(name) for name in (*named, *(_TRUNK if angle in LIMBS else ())))
+    names = [f"{side}_{joint}" for side in SIDES for joint in chain]
+    return tuple(WALKER15.index(name) for name in (*names, *(_TRUNK if angle in LIMBS else ())))
 
 
 def flexion(positions: np.ndarray) -> np.ndarray:
-    """Return flexion (…, 4, 2) in radians, as `JOINT_ANGLES` and left before right; 0 where all hangs straight.
+    """Return flexion (…, 4, 2), radians, in the order of `JOINT_ANGLES` and left, right; 0 for straight, hanging limbs.
 
     Parameters
     ----------
     positions : (…, 15, 3)
-        Joints of WALKER15 in any unit, anywhere and headed anywhere.
+        Joints of WALKER15 in any unit, position and heading.
 
     Returns
     -------
     flexion : (…, 4, 2)
-        Hip and shoulder from -π to π, knee and elbow from 0 to π.  NaN where a segment has no length, or the trunk
-        lies along the axis of hips or shoulders.
+        Hip and shoulder from -π to π, knee and elbow from 0 to π.  NaN where a segment has length 0, or the trunk is
+        parallel to the axis of hips or shoulders.
     """
     positions = np.asarray(positions, float)
     require_shape("positions", positions, (*positions.shape[:-2], len(WALKER15.joints), 3))
@@ -72,7 +72,7 @@ def flexion(positions: np.ndarray) -> np.ndarray:
             result[..., 2 * pair, number] = np.arctan2(
                 (upper * forwards).sum(axis=-1), -(upper * up).sum(axis=-1)
             )
-            # Of the half angle: accurate for a straight limb, too.
+            # The half angle is also accurate for a straight limb.
             result[..., 2 * pair + 1, number] = 2.0 * np.arctan2(
                 np.linalg.norm(upper - lower, axis=-1), np.linalg.norm(upper + lower, axis=-1)
             )
@@ -85,7 +85,7 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
 
 
 def angle_errors(found: np.ndarray, true: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the root mean square error (…) over a cycle, and the same without the constant offset.
+    """Return the root mean square error (…) over a cycle, and the same without its constant offset.
 
     Parameters
     ----------

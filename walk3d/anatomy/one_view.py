@@ -1,10 +1,10 @@
-"""A walk reconstructed from one view, with error bars: by MAP, or by the anatomical prior of an unknown laboratory.
+"""Reconstruction of a walk from one view with error bars, by MAP or by the anatomical prior.
 
 Symbols
 -------
-``E``        eigenwalkers, (N, 225); ``A`` and ``B`` their coordinates that the view shows and does not show, as columns
+``E``        eigenwalkers, (N, 225); ``A`` and ``B`` are their visible and missing coordinates, as columns
 ``lambda_n`` eigenvalues; ``sigma²`` noise variance [zhang2007 3.12]
-``Sigma``    ``B (A^T A / sigma² + Lambda^-1)^-1 B^T``, covariance of what the view does not show [zhang2007 3.10, 3.13]
+``Sigma``    ``B (A^T A / sigma² + Lambda^-1)^-1 B^T``, covariance of the missing coordinates [zhang2007 3.10, 3.13]
 """
 
 from __future__ import annotations
@@ -23,28 +23,28 @@ from walk3d.anatomy.prior import GROUP_OF_JOINT, GROUPS, JOINTS, Prior
 NORMAL_95 = 1.959963984540054
 """Half width of the 95 % interval of a normal distribution, standard deviations."""
 PHASES = 8
-"""Instants of the cycle at which bars are compared with errors."""
+"""Number of instants of the cycle at which bars are compared with errors."""
 MIN_CALIBRATORS, MAX_CALIBRATORS = 10, 60
-"""Walkers of a model below which bars stay as computed; largest number of walkers that are left out in turn."""
+"""Smallest number of walkers for calibration, and largest number of walkers that are left out in turn."""
 MIN_SD_MM = 1e-6
-"""Standard deviation below which a coordinate counts as seen."""
+"""Standard deviation below which a coordinate counts as visible."""
 
 
 @shortened
 class Reconstruction:
-    """A walk reconstructed from one view, with error bars.
+    """Reconstruction of a walk from one view, with error bars.
 
     Attributes
     ----------
     coefficients : (5, 15, 3)
         Fourier coefficients, mm.
     covariance : (15, 3, 5, 3, 5)
-        Covariance of each joint's coefficients, by axis and coefficient, mm²; zero along what the view shows.
+        Covariance of each joint's coefficients, by axis and coefficient, mm²; zero along the visible axes.
     multipliers : (15,)
-        Half widths of 95 % bars, standard deviations.
+        Half widths of 95 % bars, in standard deviations.
     calibrated_on : int
-        Number of the model's walkers whose errors, each left out in turn, give the multipliers; 0: the multipliers
-        are those of the normal distribution.
+        Number of walkers that were left out in turn to calibrate the multipliers; 0: multipliers of the normal
+        distribution.
     """
 
     coefficients: np.ndarray
@@ -59,7 +59,7 @@ class Reconstruction:
         return np.sqrt(np.maximum(np.moveaxis(variance, -1, 0), 0.0))
 
     def at_instants(self, instants: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return positions and half widths of their 95 % bars, each (K, 15, 3), mm, at K equal steps of the cycle.
+        """Return positions and half widths of 95 % bars, each (K, 15, 3), mm, at K equally spaced instants.
 
         Parameters
         ----------
@@ -72,7 +72,7 @@ class Reconstruction:
 def _at_instants(
     coefficients: np.ndarray, covariance: np.ndarray, instants: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Positions and standard deviations, each (K, 15, 3), mm."""
+    """Return positions and standard deviations, each (K, 15, 3), mm."""
     basis = fourier.cycle_basis(fourier.equal_phases(instants), len(coefficients))
     variance = np.einsum("kp,japaq,kq->kja", basis, covariance, basis)
     return np.einsum("kp,pja->kja", basis, coefficients), np.sqrt(np.maximum(variance, 0.0))
@@ -81,15 +81,15 @@ def _at_instants(
 def covariance_of_map(
     model: LinearModel, view_angle_rad: float, hidden: np.ndarray, noise_variance: float
 ) -> np.ndarray:
-    """Return the posterior covariance (15, 3, 5, 3, 5), mm², of what one view does not show, by approach II.
+    """Return the posterior covariance (15, 3, 5, 3, 5), mm², of the missing coordinates by approach II.
 
     Parameters
     ----------
     model : LinearModel
-        Of 225 numbers.
+        Model of walks with 225 numbers.
     view_angle_rad : float
     hidden : (15,) bool
-        Joints that the image does not show.
+        Joints that are not visible in the image.
     noise_variance : float
         sigma², mm².
     """
@@ -101,25 +101,25 @@ def covariance_of_map(
     A = E[:, ~unknown]
     spread = np.linalg.inv(A @ A.T / noise_variance + np.eye(len(E)))
     B = np.where(unknown, E, 0.0)
-    own = np.einsum("nkib,nm,mkjc->kibjc", B, spread, B, optimize=True)
-    return np.einsum("ix,kibjc,jy->kxbyc", axes, own, axes, optimize=True)
+    of_joints = np.einsum("nkib,nm,mkjc->kibjc", B, spread, B, optimize=True)
+    return np.einsum("ix,kibjc,jy->kxbyc", axes, of_joints, axes, optimize=True)
 
 
 def calibrated_multipliers(
     samples: np.ndarray, components: int, view_angle_rad: float, hidden: np.ndarray, noise_variance: float
 ) -> tuple[np.ndarray, int]:
-    """Return multipliers (15,) of 95 % bars of MAP, and the number of walkers that they were learnt from.
+    """Return calibrated multipliers (15,) of 95 % bars of MAP, and the number of walkers behind them.
 
-    Each walker is left out in turn and reconstructed from the same view: of each group of joints, the multiplier is
-    the 95 % quantile of errors over standard deviations at `PHASES` instants, as `calibrated` bars of
-    zhang2007_coverage.  Of more than `MAX_CALIBRATORS` walkers so many are left out, spread evenly.
+    Each walker is left out in turn and reconstructed from the same view.  The multiplier of a group of joints is the 95
+    % quantile of error over standard deviation at `PHASES` instants, as for the ``calibrated`` bars of
+    zhang2007_coverage. At most `MAX_CALIBRATORS` walkers are left out, evenly spaced.
 
     Parameters
     ----------
     samples : (R, 225)
-        A walk of each of R people, mm.
+        One walk for each of R people, mm.
     components : int
-        Eigenwalkers of a fold's model.
+        Number of eigenwalkers of a fold's model.
     view_angle_rad : float
     hidden : (15,) bool
     noise_variance : float
@@ -127,21 +127,21 @@ def calibrated_multipliers(
     """
     if len(samples) < MIN_CALIBRATORS:
         return np.full(JOINTS, NORMAL_95), 0
-    only = np.unique(np.linspace(0, len(samples) - 1, MAX_CALIBRATORS).round().astype(int)).tolist()
+    left_out = np.unique(np.linspace(0, len(samples) - 1, MAX_CALIBRATORS).round().astype(int)).tolist()
     z = []
-    for fold, r in linear_model.leave_one_out(samples, components, only=only):
-        found = complete_walk(fold, samples[r], view_angle_rad, ~hidden, noise_variance=noise_variance)
+    for fold, r in linear_model.leave_one_out(samples, components, only=left_out):
+        completed = complete_walk(fold, samples[r], view_angle_rad, ~hidden, noise_variance=noise_variance)
         covariance = covariance_of_map(fold, view_angle_rad, hidden, noise_variance)
-        error, deviation = _at_instants(found - linear_model.unflatten(samples[r]), covariance, PHASES)
+        error, deviation = _at_instants(completed - linear_model.unflatten(samples[r]), covariance, PHASES)
         z.append(np.where(deviation > MIN_SD_MM, np.abs(error) / np.maximum(deviation, MIN_SD_MM), np.nan))
     of_group = [
         np.nanquantile(np.stack(z)[:, :, group == GROUP_OF_JOINT], 0.95) for group in range(len(GROUPS))
     ]
-    return np.array(of_group)[GROUP_OF_JOINT], len(only)
+    return np.array(of_group)[GROUP_OF_JOINT], len(left_out)
 
 
 def learnt_prior(samples: np.ndarray) -> Prior:
-    """Return the anatomical prior of samples (R, 225), mm, a walk of each of R people."""
+    """Return the anatomical prior of samples (R, 225), mm: one walk for each of R people."""
     weights = np.full(len(samples), 1.0 / len(samples))
     return anatomical.fit(linear_model.unflatten(samples), weights, anatomical.Shrinkage())
 
@@ -155,20 +155,20 @@ def of_unknown_laboratory(
     share: float = 1.0,
     known: Sequence[np.ndarray] = (),
 ) -> Reconstruction:
-    """Return the reconstruction of a walk of a laboratory that a prior was not learnt from.
+    """Return the reconstruction of a walk from a laboratory outside the training data of a prior.
 
-    The covariance is that of Laplace's approximation at the most probable walk.
+    The covariance is Laplace's approximation at the most probable walk.
 
     Parameters
     ----------
     learnt : Prior
-        Of two harmonics.
+        Prior with two harmonics.
     walk : (5, 15, 3)
-        Its image at the view angle alone is used, mm.
+        Fourier coefficients, mm; only their image at the view angle is used.
     view_angle_rad : float
     hidden : (15,) bool
     share : float
-        Share of the differences between laboratories that the prior lacks, as `anatomical.unfamiliar` takes it.
+        Share of the differences between laboratories that the prior does not cover, see `anatomical.unfamiliar`.
     known : sequence of (5, 15, 3)
         Walks of other people of the same laboratory, mm.
     """
@@ -177,17 +177,17 @@ def of_unknown_laboratory(
     conditional = anatomical.condition(prior, view, noise=anatomical.Noise(), hidden=hidden)
     axes, unknown = anatomical.image_axes(view)[0], conditional.unknown
     turned = np.einsum("ij,kjb->kib", axes, anatomical.by_joint(walk))
-    whole = turned.ravel().copy()
-    found = anatomical.fit_lengths(
-        conditional, whole[None, None, ~unknown], anatomical.tolerances(prior), with_covariance=True
+    coefficients = turned.ravel().copy()
+    posterior = anatomical.fit_lengths(
+        conditional, coefficients[None, None, ~unknown], anatomical.tolerances(prior), with_covariance=True
     )
-    whole[unknown] = found.unknown[0, 0]
-    covariance = np.zeros((len(whole), len(whole)))
-    covariance[np.ix_(unknown, unknown)] = found.covariance[0, 0]
+    coefficients[unknown] = posterior.unknown[0, 0]
+    covariance = np.zeros((len(coefficients), len(coefficients)))
+    covariance[np.ix_(unknown, unknown)] = posterior.covariance[0, 0]
     split = covariance.reshape(*turned.shape, *turned.shape)
-    own = np.moveaxis(np.diagonal(split, axis1=0, axis2=3), -1, 0)  # (15, 3, 5, 3, 5)
+    of_joints = np.moveaxis(np.diagonal(split, axis1=0, axis2=3), -1, 0)  # (15, 3, 5, 3, 5)
     return Reconstruction(
-        coefficients=anatomical.by_block(np.einsum("ij,kib->kjb", axes, whole.reshape(turned.shape))),
-        covariance=np.einsum("ix,kibjc,jy->kxbyc", axes, own, axes, optimize=True),
+        coefficients=anatomical.by_block(np.einsum("ij,kib->kjb", axes, coefficients.reshape(turned.shape))),
+        covariance=np.einsum("ix,kibjc,jy->kxbyc", axes, of_joints, axes, optimize=True),
         multipliers=np.full(JOINTS, NORMAL_95),
     )

@@ -1,4 +1,4 @@
-"""The average walker of zhang2007's second author, reconstructed by what is learnt on our people: an external test."""
+"""External test: the average walker of zhang2007's second author, reconstructed by models of our people."""
 
 from pipeline.studies.study import Study
 from walk3d.author.errors import AverageWalkerErrors

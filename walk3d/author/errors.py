@@ -1,8 +1,8 @@
-"""Errors of one further walker, who belongs to no data set, by what is learnt on all people of one.
+"""Errors for a walker outside all data sets, with models that are trained on all people of one data set.
 
-Intervals are over the people who are learnt from.  A bootstrap of them would learn from two thirds as many different
-people, with fewer eigenwalkers.  Each person's influence on the logarithm of the error is therefore found by leaving
-the person out, and draws of people are linear in these influences (the infinitesimal jackknife).
+Intervals are over the training people.  A bootstrap would train on about two thirds as many different people, with
+fewer eigenwalkers.  Therefore each person's influence on the logarithm of the error is computed by leaving the person
+out. Resampled errors are linear in these influences (infinitesimal jackknife).
 """
 
 from __future__ import annotations
@@ -33,33 +33,33 @@ METHODS = ("average_walker", "least_squares", "map_70", "map_best", "anybody")
 ERROR_VIEWS_DEG = (0.0, 30.0, 60.0, 90.0)
 POSTURE_VIEWS_DEG = (0.0, 30.0, 90.0)
 NOISE_VARIANCES_MM2 = (70.0, 150.0, 300.0, 500.0, 1000.0, 2000.0, 5000.0, 10000.0)
-"""sigma² of MAP that are tried on the walker; the best is an oracle, for the truth chooses it."""
+"""Candidates for sigma² of MAP; the best is an oracle, since the walker's truth selects it."""
 DRAWS = 400
-"""Draws of the people who are learnt from."""
+"""Number of resamples of the training people."""
 
 
 @dataclass(frozen=True)
 class OutsideErrors:
-    """Errors and postures of the walker.
+    """Errors and postures of the outside walker.
 
     Attributes
     ----------
     rows : DataFrame
-        A row to each method and view of the error views: root mean square error of the missing dimension, mm.
+        Root mean square error of the missing dimension, mm, by method and error view.
     draws : DataFrame
-        The same of people who were drawn again, by `draw`.
+        The same for resampled training people, by `draw`.
     curve : DataFrame
-        As `rows`, of all views.
+        The same as `rows`, for all views.
     variances : DataFrame
-        A row to each view and person, the walker's last (`who` is ``walker``): missing variance, mm².
+        Missing variance, mm², by view and person; the walker is last, with ``walker`` in `who`.
     posture_truth : (B, 15, 3)
         Fourier representation of the walker, mm.
     posture_missing : (M, V, B, 15)
-        Missing dimension as reconstructed from the posture views, mm.
+        Missing dimension, reconstructed from the posture views, mm.
     printed_noise_mm2, best_noise_mm2 : float
         sigma² of ``map_70`` and ``map_best``.
     source : str
-        Source of the walker and its terms; its file's name if it states none.
+        Source of the walker with its terms, or the file's name if it states no source.
     """
 
     rows: pd.DataFrame
@@ -74,29 +74,29 @@ class OutsideErrors:
 
 
 class AverageWalkerErrors(Sweep):
-    """The walker of a file, by default the average walker of the second author's laboratory."""
+    """Errors of a walker from a file, by default the average walker of the second author's laboratory."""
 
     draws_random_numbers = True
 
-    walker: str = ""  # file of another walker; empty: the author's, as data/sources.csv lists it
-    pelvis: Pelvis = Pelvis.measured  # as of the people
-    sternum: Sternum = Sternum.measured  # as of the people
+    walker: str = ""  # file of another walker; empty: the author's walker in data/sources.csv
+    pelvis: Pelvis = Pelvis.measured  # definition, the same as for the people
+    sternum: Sternum = Sternum.measured  # definition, the same as for the people
     components: Count = 30  # eigenwalkers of least squares and MAP
     noise_variance_mm2: Positive = 70.0  # of the printed MAP
     view_angle_deg: Swept = scaled(start=0, stop=90, step="view_step_deg")  # of the curves
 
     def further_files(self, data: Data) -> dict[str, Path]:
-        """Return the file of the walker."""
+        """Return the walker's file, by name."""
         if self.walker:
             if not Path(self.walker).is_file():
                 raise InvalidInput(
-                    "there is no such file", "sweep.walker", received=self.walker, code="no_file"
+                    "the file does not exist", "sweep.walker", received=self.walker, code="no_file"
                 )
             return {"walker": Path(self.walker)}
         return {"walker": find_here(AVERAGE, data).path}
 
     def measure(self, inputs: AnatomicalInputs) -> OutsideErrors:
-        """Return errors of every method, by all people and without each of them."""
+        """Return the errors of all methods, trained on all people and without each person in turn."""
         people = People(inputs.dataset, inputs.model)
         dataset = FourierDataset(harmonics=people.harmonics, pelvis=self.pelvis, sternum=self.sternum)
         walker, source = read_walker(inputs.files["walker"], dataset)
@@ -123,7 +123,7 @@ class AverageWalkerErrors(Sweep):
 
 
 class _Test:
-    """The walker, and what people learn to reconstruct it."""
+    """Reconstruction of the outside walker by models of the people."""
 
     def __init__(
         self, people: People, walker: FourierSamples, anybody: Setting, options: AverageWalkerErrors
@@ -135,53 +135,53 @@ class _Test:
         self.samples = linear_model.flatten(people.data.coefficients[tested][:, :5])
 
     def missing(self, fold: Fold, view_deg: np.ndarray, noise_mm2: float, *without: int) -> np.ndarray:
-        """Missing dimension (M, A, B, 15) by each of `METHODS`, mm; `noise_mm2` is the sigma² of ``map_best``."""
+        """Return the missing dimension (M, A, B, 15) by each method, mm; `noise_mm2` is sigma² of ``map_best``."""
         view, blocks = np.radians(view_deg), len(self.truth)
         model = self.model(*without)
         sample = linear_model.flatten(self.truth[None, :5])[0]
-        found = np.zeros((len(METHODS), len(view), blocks, len(WALKER15.joints)))
+        missing = np.zeros((len(METHODS), len(view), blocks, len(WALKER15.joints)))
         average = linear_model.unflatten(model.mean)
-        found[0, :, :5] = camera.missing_dimension(average, view[:, None, None])
+        missing[0, :, :5] = camera.missing_dimension(average, view[:, None, None])
         for m, noise in enumerate((None, self.options.noise_variance_mm2, noise_mm2), 1):
             views = reconstruction.from_known_views(model, sample, view, noise_variance=noise)
-            found[m, :, :5] = views.missing
+            missing[m, :, :5] = views.missing
         (estimate,) = fold.reconstruct([self.anybody], self.truth[None], view)
-        known = estimate.estimated[:, 0].reshape(len(view), len(WALKER15.joints), -1)
-        found[-1] = known.swapaxes(1, 2)
-        return found
+        along_view = estimate.estimated[:, 0].reshape(len(view), len(WALKER15.joints), -1)
+        missing[-1] = along_view.swapaxes(1, 2)
+        return missing
 
     def model(self, *without: int) -> linear_model.LinearModel:
-        """Average walker and eigenwalkers of the people, without some of them."""
+        """Return average walker and eigenwalkers of the people, without some of them."""
         return linear_model.fit(np.delete(self.samples, without, axis=0), self.options.components)
 
     def best_noise(self, model: linear_model.LinearModel) -> float:
-        """sigma² of the MAP that is nearest to the truth over the error views, mm²."""
+        """Return the sigma², mm², with which MAP is nearest to the truth over the error views."""
         sample, view = linear_model.flatten(self.truth[None, :5])[0], np.radians(ERROR_VIEWS_DEG)
-        tried = [
+        deltas = [
             reconstruction.from_known_views(model, sample, view, noise_variance=noise).delta
             for noise in NOISE_VARIANCES_MM2
         ]
-        return NOISE_VARIANCES_MM2[int(np.argmin([errors.absolute_error(delta).mean() for delta in tried]))]
+        return NOISE_VARIANCES_MM2[int(np.argmin([errors.absolute_error(delta).mean() for delta in deltas]))]
 
     def errors(
         self, without: tuple[int, ...], view_deg: np.ndarray, noise_mm2: float = 0.0
     ) -> tuple[float, np.ndarray]:
-        """Return the sigma² of ``map_best``, chosen unless it is given, and RMS errors (M, A), mm."""
+        """Return sigma² of ``map_best``, selected by the error if it is 0, and the RMS errors (M, A), mm."""
         noise_mm2 = noise_mm2 or self.best_noise(self.model(*without))
         view = np.radians(view_deg)
-        found = self.missing(self.people.fold(*without), view_deg, noise_mm2, *without)
-        delta = camera.missing_dimension(self.truth, view[:, None, None]) - found
+        missing = self.missing(self.people.fold(*without), view_deg, noise_mm2, *without)
+        delta = camera.missing_dimension(self.truth, view[:, None, None]) - missing
         power = errors.absolute_error(delta, errors.along_missing(self.residual, view))
         return noise_mm2, np.sqrt(errors.walker_error(power))
 
 
 def read_walker(path: Path, dataset: FourierDataset) -> tuple[FourierSamples, str]:
-    """Return the walk in a file as a sample of a dataset with these options, and its source with the terms.
+    """Return the walk in a file, represented with the options of a dataset, and its source with the terms.
 
     Raises
     ------
     InvalidInput
-        If nobody walks steadily in the file, or a joint was not measured.
+        If the file has no steady walk, or a joint was not measured.
     """
     motion, positions, valid = joints_of(formats.read(path), mappings.chosen(mappings.AUTO))
     prepared = walk_in(path.stem, positions, motion.frame_rate_hz, valid, motion.up)
@@ -195,7 +195,7 @@ def read_walker(path: Path, dataset: FourierDataset) -> tuple[FourierSamples, st
 
 
 def _rows(error: np.ndarray, view_deg: np.ndarray) -> pd.DataFrame:
-    """A row to each method and view of errors (M, A)."""
+    """Return a table of errors (M, A) with a row for each method and view."""
     return pd.DataFrame(
         {
             "method": np.repeat(METHODS, len(view_deg)),
@@ -206,20 +206,20 @@ def _rows(error: np.ndarray, view_deg: np.ndarray) -> pd.DataFrame:
 
 
 def _draws(error: np.ndarray, left_out: np.ndarray, generator: np.random.Generator) -> pd.DataFrame:
-    """Errors (M, A) by people drawn again, from those without each (P, M, A)."""
+    """Return the table of errors (M, A) for resampled people, from the leave-one-out errors (P, M, A)."""
     count, logarithm = len(left_out), np.log(left_out)
     influence = (count - 1) * (logarithm.mean(axis=0) - logarithm)
     times = bootstrap.resampling_weights(count, generator, resamples=DRAWS)
     drawn = error * np.exp(np.einsum("bp,pma->bma", times / count, influence))
     views = np.array(ERROR_VIEWS_DEG)
-    tables = [_rows(one, views).assign(draw=number) for number, one in enumerate(drawn)]
+    tables = [_rows(draw_errors, views).assign(draw=number) for number, draw_errors in enumerate(drawn)]
     return pd.concat(tables, ignore_index=True)
 
 
 def _variances(
     people: FourierSamples, tested: np.ndarray, walker: FourierSamples, view_deg: np.ndarray
 ) -> pd.DataFrame:
-    """Missing variance of each person and of the walker."""
+    """Return the missing variance of each person and of the walker, by view."""
     tables = []
     for samples, number, who in [
         *((people, n, str(people.person[n])) for n in tested),

@@ -1,4 +1,4 @@
-"""The average walker of another laboratory: missing variance, errors and postures, learnt on our people."""
+"""Figure on the average walker of another laboratory: missing variance, errors and postures."""
 
 from __future__ import annotations
 
@@ -42,19 +42,19 @@ METHOD_VIEW = ["method", "view_angle_deg"]
 
 
 class AverageWalkerFigure(Figure):
-    """Errors, missing variance and postures of one walker whom no data set has."""
+    """Errors, missing variance and postures of one walker outside all data sets."""
 
     model = AnatomicalModel
     sweep = AverageWalkerErrors
     traits = Traits(timeline="view_angle_deg", in_light_archives=False)
 
-    instants: Count = 5  # of the cycle that are drawn
+    instants: Count = 5  # instants of the cycle that are drawn
 
     def tables(self, inputs: Inputs) -> Tables:
-        """``table``: error by method at four views, with intervals over the people learnt from; ``table_draws``.
+        """Return ``table``: error by method at four views, with intervals over the training people.
 
-        ``table_curve``: the same of all views, without intervals; ``table_variance``: missing variance of the walker
-        and of the people, by view.
+        ``table_draws`` has the resampled errors.  ``table_curve`` has the errors at all views, without intervals.
+        ``table_variance`` has the missing variance of the walker and of the people, by view.
         """
         sweep = inputs.sweep
         rows, draws = sweep.rows.assign(draw=0), sweep.draws
@@ -74,7 +74,7 @@ class AverageWalkerFigure(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Missing variance against view; error against view; errors at four views with intervals."""
+        """Return charts of missing variance and error by view, and of errors at four views with intervals."""
         error = partial(
             Chart, **VIEW, y="rms_error_mm", by="method", styles=STYLES, zero=True, label="error in depth, RMS",
             picture=False,
@@ -90,7 +90,7 @@ class AverageWalkerFigure(Figure):
         return Sheet(charts=charts, columns=3, caption=self.words(inputs, tables))
 
     def words(self, inputs: Inputs, tables: Tables) -> str:
-        """Sentences on the errors of the methods, and the source of the walker with its terms."""
+        """Return the caption: errors of the methods, and the source of the walker with its terms."""
         table = tables["table"].set_index(METHOD_VIEW)["rms_error_mm"]
         views = table.index.get_level_values(1).unique()
 
@@ -112,17 +112,17 @@ class AverageWalkerFigure(Figure):
         )
 
     def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
-        """Postures from each view, as figure 4 of zhang2007: across the page runs what was missing."""
+        """Draw the postures from each view like figure 4 of zhang2007: the missing dimension runs across the page."""
         truth, times = inputs.sweep.posture_truth, np.arange(self.instants) / self.instants
         groups = []
         for number, method in enumerate(METHODS[1:], 1):
             rows = []
             for v, view in enumerate(POSTURE_VIEWS_DEG):
                 angle = np.radians(view)
-                seen = camera.project(truth, angle)
-                again = camera.combine(seen, inputs.sweep.posture_missing[number, v], angle)
+                image = camera.project(truth, angle)
+                reconstruction = camera.combine(image, inputs.sweep.posture_missing[number, v], angle)
                 pair = []
-                for coefficients in (truth, again):
+                for coefficients in (truth, reconstruction):
                     space = fourier.synthesise(coefficients, 1.0, times)
                     pair.append(np.stack([camera.missing_dimension(space, angle), space[..., 2]], axis=-1))
                 rows.append(PostureRow(label=f"{view:g}°", original=pair[0], reconstructed=pair[1]))
@@ -131,23 +131,23 @@ class AverageWalkerFigure(Figure):
 
 
 def _with_percent(rows: pd.DataFrame) -> pd.DataFrame:
-    """Add the error in per cent of the average walker's, of the same draw and view."""
+    """Add the error in per cent of the average walker's error in the same draw and view."""
     average = rows[rows["method"] == "average_walker"].set_index([DRAW, "view_angle_deg"])["rms_error_mm"]
     key = pd.MultiIndex.from_frame(rows[[DRAW, "view_angle_deg"]])
     return rows.assign(percent_of_average_walker=100.0 * rows["rms_error_mm"] / average.loc[key].to_numpy())
 
 
 def _variance_rows(variances: pd.DataFrame) -> pd.DataFrame:
-    """Mean over the people with its interval, and the walker, at each view."""
+    """Return the mean over the people with its interval, and the walker's value, at each view."""
     value = "missing_variance_mm2"
     rows = []
-    for (alone, view), of in variances.groupby([variances["who"] == "walker", "view_angle_deg"]):
-        low, high = interval_over_people(of["who"].to_numpy(), of[value].to_numpy())
+    for (is_walker, view), group in variances.groupby([variances["who"] == "walker", "view_angle_deg"]):
+        low, high = interval_over_people(group["who"].to_numpy(), group[value].to_numpy())
         rows.append(
             {
-                "who": "walker" if alone else "people",
+                "who": "walker" if is_walker else "people",
                 "view_angle_deg": view,
-                value: of[value].mean(),
+                value: group[value].mean(),
                 f"{value}_low": float(low),
                 f"{value}_high": float(high),
             }

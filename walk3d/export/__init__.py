@@ -1,1 +1,1 @@
-"""Motion as files of other tools."""
+"""Export of motion to files of other tools."""

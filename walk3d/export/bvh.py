@@ -1,13 +1,13 @@
-"""Writing BVH files: of points, exact by channels of position at every joint; of a character, by rotations alone.
+"""BVH files: points with a position channel at every joint, or a character with rotations only.
 
-Limbs turn as they are seen to.  Programs that take rotations alone show limbs of constant, mean length; those that read
-the channels of position too, as the readers of this package do, get back the points that were written.
+Programs that read only the rotations show limbs of constant length, their mean.  Programs that read the position
+channels as well, like this package, get back the exact points.
 
-A character has the joints of WALKER15 under names that other programs retarget, a T-pose at rest, one root, and feet.
-Joints that WALKER15 has not lie between those that it has: spine along the line from pelvis to sternum, collars between
-sternum and shoulders.  Feet are carried at a right angle to the shank, as long as Winter [2009] has them for such legs:
-they were not observed; what stands on the ground of its ankles is lifted onto its soles.  Positions are in the axes of
-the file: x to the left, y up, z forwards.
+A character has the joints of WALKER15, renamed for retargeting, with a T-pose at rest, one root, and feet.  Joints that
+WALKER15 lacks are interpolated: the spine between pelvis and sternum, the collars between sternum and shoulders.  Feet
+were not observed: they are at a right angle to the shank, with the length of Winter [2009] for such legs.  The
+character is lifted so that its soles, not its ankles, are at ground level.  Positions are in the axes of the file: x to
+the left, y up, z forwards.
 """
 
 from __future__ import annotations
@@ -36,27 +36,27 @@ def write(
 ) -> None:
     """Write positions as BVH in centimetres, with position and rotation (Z, X, Y) of each joint relative to its parent.
 
-    A joint with one child turns by the least turn that brings the child to where it is; one with several by the
-    rotation that fits them best; one without any as its parent does.  At rest limbs have their mean direction and
-    length; with `rest` the directions that it says, and joints below a root have channels of rotation alone.
+    A joint with one child turns by the smallest rotation that moves the child to its position.  A joint with several
+    children turns by the rotation that fits them best, and one without children like its parent.  At rest, limbs have
+    their mean direction and length.  With `rest` they have its directions, and only roots have position channels.
 
     Parameters
     ----------
     path : Path
     names : sequence of str
-        P names; blanks in them become underlines.
+        P names; blanks in them become underscores.
     positions_mm : (T, P, 3) array
-        Millimetres; the format has no way to leave a sample out.
+        Millimetres; the format does not allow missing samples.
     frame_rate_hz : float
     parents : sequence of int, optional
         Index of each point's parent, -1 for a root; by default every point is a root.
     rest : (P, 3) array, optional
-        Directions of a character at rest, NaN for the mean direction; its points without children are end sites.
+        Directions of a character at rest, NaN for the mean direction; points without children become end sites.
 
     Raises
     ------
     InvalidInput
-        If the shapes do not fit each other, a sample is missing, or a name or a coordinate cannot be written.
+        If the shapes do not fit, a sample is missing, or a name or a coordinate cannot be written.
     """
     where = path.name
     names = [re.sub(r"\s+", "_", name) for name in names]
@@ -64,7 +64,7 @@ def write(
     if np.isnan(positions).any():
         frame, point = np.argwhere(np.isnan(positions))[0][:2]
         raise damaged(
-            "BVH cannot leave a sample out: choose another format",
+            "BVH cannot store missing samples: choose another format",
             where,
             received=f"{names[point]} missing in frame {frame}",
             code="missing_sample",
@@ -82,7 +82,7 @@ def write(
         offsets[stated] = np.linalg.norm(vectors[:, stated], axis=-1).mean(axis=0)[:, None] * rest[stated]
         offsets[np.array(above) < 0] = 0.0
     turns = _turns(vectors, offsets, above, children)
-    places = [rest is None or parent < 0 for parent in above]
+    has_position = [rest is None or parent < 0 for parent in above]
     lines, order = ["HIERARCHY"], []
 
     def joint(k: int, depth: int) -> None:
@@ -92,11 +92,11 @@ def write(
             lines.extend([f"{blank}End Site", blank + "{", offset, blank + "}"])
             return
         order.append(k)
-        moved = "Xposition Yposition Zposition " if places[k] else ""
+        moved = "Xposition Yposition Zposition " if has_position[k] else ""
         lines.append(f"{blank}{'ROOT' if above[k] < 0 else 'JOINT'} {names[k]}")
         lines.append(blank + "{")
         lines.append(offset)
-        lines.append(f"{blank}\tCHANNELS {6 if places[k] else 3} {moved}Zrotation Xrotation Yrotation")
+        lines.append(f"{blank}\tCHANNELS {6 if has_position[k] else 3} {moved}Zrotation Xrotation Yrotation")
         for child in children[k]:
             joint(child, depth + 1)
         if not children[k]:
@@ -109,7 +109,7 @@ def write(
     columns = []
     for k in order:
         of_parent = turns[above[k]] if above[k] >= 0 else np.broadcast_to(np.eye(3), turns[k].shape)
-        if places[k]:
+        if has_position[k]:
             columns.append(np.einsum("tji,tj->ti", of_parent, vectors[:, k]))
         columns.append(_angles_deg(np.swapaxes(of_parent, 1, 2) @ turns[k]))
     lines += [" ".join(map(repr, row)) for row in np.hstack(columns).tolist()]
@@ -117,18 +117,18 @@ def write(
 
 
 def _at_rest(vectors: np.ndarray) -> np.ndarray:
-    """Offsets (P, 3) of the mean direction and the mean length of each vector (T, P, 3)."""
+    """Return offsets (P, 3) with the mean direction and the mean length of each vector (T, P, 3)."""
     mean, length = vectors.mean(axis=0), np.linalg.norm(vectors, axis=-1).mean(axis=0)
     size = np.linalg.norm(mean, axis=-1)
-    known = size > 1e-6 * length
-    scaled: np.ndarray = np.where(known, length / np.where(known, size, 1.0), 0.0)[:, None] * mean
+    directed = size > 1e-6 * length
+    scaled: np.ndarray = np.where(directed, length / np.where(directed, size, 1.0), 0.0)[:, None] * mean
     return scaled
 
 
 def _turns(
     vectors: np.ndarray, offsets: np.ndarray, above: Sequence[int], children: dict[int, list[int]]
 ) -> np.ndarray:
-    """Rotations (P, T, 3, 3) of all joints in the frame of the file, each from the offsets of its children."""
+    """Return the rotations (P, T, 3, 3) of all joints in the axes of the file, from the offsets of their children."""
     turns = np.tile(np.eye(3), (len(above), len(vectors), 1, 1))
     waiting = list(children[-1])
     while waiting:
@@ -139,9 +139,9 @@ def _turns(
             (child,) = children[k]
             turns[k] = _least_turn(turns[k] @ offsets[child], vectors[:, child]) @ turns[k]
         elif children[k]:
-            # The rotation of least squares [Kabsch 1976], of directions, so that long limbs do not outweigh short ones.
-            seen, rest = (_directions(v) for v in (vectors[:, children[k]], offsets[children[k]]))
-            left, _, right = np.linalg.svd(np.einsum("tci,cj->tij", seen, rest))
+            # Least-squares rotation [Kabsch 1976] of unit directions, so that long limbs do not outweigh short ones.
+            recorded, rest = (_directions(v) for v in (vectors[:, children[k]], offsets[children[k]]))
+            left, _, right = np.linalg.svd(np.einsum("tci,cj->tij", recorded, rest))
             left[:, :, 2] *= np.linalg.det(left @ right)[:, None]
             turns[k] = left @ right
         waiting += children[k]
@@ -154,23 +154,25 @@ def _directions(vectors: np.ndarray) -> np.ndarray:
 
 
 def _least_turn(before: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """The rotations (T, 3, 3) by the smallest angle from one direction (T, 3) to the other; none where one is zero."""
+    """Return the smallest rotations (T, 3, 3) from one direction (T, 3) to another; identity where one is zero."""
     a, b = _directions(before), _directions(after)
     axis = np.cross(a, b)
-    plus = 0.5 * ((a + b) ** 2).sum(axis=1)  # 1 + the cosine, to all digits if it is small
+    plus = 0.5 * ((a + b) ** 2).sum(axis=1)  # 1 + the cosine, accurate for small values
     cross = np.zeros((len(a), 3, 3))
     cross[:, [2, 0, 1], [1, 2, 0]] = axis
     cross[:, [1, 2, 0], [2, 0, 1]] = -axis
-    turnable = (plus > 1e-8) & a.any(axis=1) & b.any(axis=1)  # opposite directions have no smallest turn
+    turnable = (
+        (plus > 1e-8) & a.any(axis=1) & b.any(axis=1)
+    )  # opposite directions have no unique smallest rotation
     share = np.where(turnable, 1.0 / np.where(turnable, plus, 1.0), 0.0)
     turn: np.ndarray = np.eye(3) + turnable[:, None, None] * cross + share[:, None, None] * (cross @ cross)
     return turn
 
 
 def _angles_deg(turns: np.ndarray) -> np.ndarray:
-    """Angles (T, 3) about z, x, y, degrees and without jumps, whose product Rz Rx Ry the rotations (T, 3, 3) are."""
+    """Return the angles (T, 3) about z, x, y of rotations (T, 3, 3) = Rz Rx Ry, degrees, without jumps."""
     sine, cosine = turns[:, 2, 1], np.hypot(turns[:, 0, 1], turns[:, 1, 1])
-    straight = cosine > 1e-9  # else z and y turn about one axis, and y is zero
+    straight = cosine > 1e-9  # otherwise z and y turn about the same axis, and y is set to zero
     about_z = np.where(
         straight, np.arctan2(-turns[:, 0, 1], turns[:, 1, 1]), np.arctan2(turns[:, 1, 0], turns[:, 0, 0])
     )
@@ -180,7 +182,7 @@ def _angles_deg(turns: np.ndarray) -> np.ndarray:
 
 
 class Names(StrEnum):
-    """Whose names the joints have."""
+    """Naming scheme of the joints."""
 
     ours = "ours"
     mixamo = "mixamo"
@@ -188,12 +190,12 @@ class Names(StrEnum):
 
 
 _LEG, _FOOT_FORWARD, _FOOT_DOWN, _TOES = 0.491, 0.075, 0.032, 0.04
-"""Of the stature: hip to ankle; ankle to ball of the foot, forwards and down; ball to the tip of the toes."""
+"""Lengths relative to the stature: hip to ankle; ankle to ball of the foot, forwards and down; ball to toe tip."""
 _UP, _FORWARD, _LEFT = np.array([0.0, 1, 0]), np.array([0.0, 0, 1]), np.array([1.0, 0, 0])
 _DIRECTIONS = {"up": _UP, "down": -_UP, "left": _LEFT, "right": -_LEFT, "mean": np.full(3, np.nan)}
 
 _COLUMNS = (*Names, "parent", "start", "end", "share", "direction")
-"""Columns of the tables below: names of a joint; its parent; its place, a share of the way from start to end; rest."""
+"""Columns of the tables below: names of a joint, parent, position as a share between start and end, rest direction."""
 _TRUNK = """
 pelvis      Hips    Hips    none        pelvis  pelvis 0   mean
 spine       Spine   Spine1  pelvis      pelvis  sternum .1 up
@@ -213,24 +215,24 @@ left_hip      LeftUpLeg    LeftThigh    pelvis        left_hip      left_knee   
 left_knee     LeftLeg      LeftShin     left_hip      left_hip      left_knee     1  down
 left_ankle    LeftFoot     LeftFoot     left_knee     left_knee     left_ankle    1  down
 """
-"""Names by ours, Mixamo and Rokoko; our name of the parent; between which joints it is, at what share; at rest.
+"""Joints of a character: names (ours, Mixamo, Rokoko), parent, start, end, share, and direction at rest.
 
-The head of ours is where the joint is; theirs is at the base of the skull, of which the centre is in the middle."""
+Our head joint is at the centre of the head; that of the other schemes is at the base of the skull."""
 
 
 @dataclass(frozen=True)
 class Character:
-    """Points that make a character.
+    """Points of a character.
 
     Attributes
     ----------
     names : tuple of str
-        Points without children end limbs.
+        Names of the points; points without children end limbs.
     parents : tuple of int
     positions : (T, P, 3)
-        mm.
+        Positions, mm.
     rest : (P, 3)
-        Directions from the parents at rest; NaN where it is the mean direction.
+        Directions from the parents at rest; NaN for the mean direction.
     """
 
     names: tuple[str, ...]
@@ -240,14 +242,14 @@ class Character:
 
 
 def character(positions: np.ndarray, names: Names) -> Character:
-    """Return the character of joints (T, 15, 3) of somebody who walks along z, y up, with these names."""
+    """Return the character of a person who walks along z with y up, from joints (T, 15, 3), in a naming scheme."""
     require_shape("positions", positions, (len(positions), len(WALKER15.joints), 3))
     at = {joint: positions[:, j] for j, joint in enumerate(WALKER15.joints)}
     right = _LIMBS.replace("left", "right").replace("Left", "Right")
     lines = [line.split() for line in f"{_TRUNK}{_LIMBS}{right}".split("\n") if line]
     rows = [dict(zip(_COLUMNS, line, strict=True)) for line in lines]
     ours = [row[Names.ours] for row in rows]
-    called = [row[names] for row in rows]
+    joint_names = [row[names] for row in rows]
     parents = [ours.index(row["parent"]) if row["parent"] in ours else -1 for row in rows]
     shares = [
         1.0 if row[Names.ours] == "head" and names is Names.ours else float(row["share"]) for row in rows
@@ -269,9 +271,11 @@ def character(positions: np.ndarray, names: Names) -> Character:
             Names.mixamo: f"{side.capitalize()}ToeBase",
             Names.rokoko: f"{side.capitalize()}Toe",
         }[names]
-        called += [toes, f"{toes}_end"]
+        joint_names += [toes, f"{toes}_end"]
         parents += [ours.index(f"{side}_ankle"), len(points)]
         points += [ball, ball + stature * _TOES * forwards]
         rest += [_directions(_FOOT_FORWARD * _FORWARD - _FOOT_DOWN * _UP), _FORWARD]
         lift = max(lift, stature * _FOOT_DOWN)
-    return Character(tuple(called), tuple(parents), np.stack(points, axis=1) + lift * _UP, np.stack(rest))
+    return Character(
+        tuple(joint_names), tuple(parents), np.stack(points, axis=1) + lift * _UP, np.stack(rest)
+    )

@@ -1,4 +1,4 @@
-"""Writing C3D files: points as 32-bit reals in Intel byte order, millimetres."""
+"""C3D files: points as 32-bit reals in Intel byte order, millimetres."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ from pipeline.formats.contract import damaged
 from pipeline.formats.points.cells import positions_to_write
 
 _LABELS = 255
-"""Labels that one parameter holds."""
+"""Largest number of labels in one parameter."""
 _COUNTER = 65535
+"""Largest integer of 16 bits."""
 
 
 def write(path: Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate_hz: float) -> None:
-    """Write positions as C3D in millimetres, single precision; a missing sample has the residual -1.
+    """Write positions as C3D in millimetres and single precision; a missing sample has the residual -1.
 
     Parameters
     ----------
@@ -32,7 +33,7 @@ def write(path: Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate
     Raises
     ------
     InvalidInput
-        If the shapes do not fit each other, a name has more than 127 bytes, or a coordinate cannot be written.
+        If the shapes do not fit, a name has more than 127 bytes, or a coordinate cannot be written.
     """
     where = path.name
     positions = positions_to_write(names, positions_mm, frame_rate_hz, where, distinct=False)
@@ -40,9 +41,9 @@ def write(path: Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate
     labels = [name.encode() for name in names]
     if max(map(len, labels)) > 127 or points > _COUNTER:
         raise damaged(
-            "the format cannot hold these names or so many points",
+            "C3D cannot store these names or this number of points",
             where,
-            "names of 127 bytes at most",
+            "names of at most 127 bytes, and at most 65535 points",
             code="unwritable_name",
         )
     missing = np.isnan(positions).any(axis=-1)
@@ -85,13 +86,13 @@ def write(path: Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate
     section = build(0)
     data_block = 2 + len(section) // BLOCK
     if data_block > _COUNTER:
-        raise damaged("the format cannot hold so many names", where, code="too_many_names")
+        raise damaged("C3D cannot store this number of names", where, code="too_many_names")
     section = build(data_block)
     header = struct.pack(
         "<BBHHHHHfHHf", 2, 80, points, 0, 1, min(frames, _COUNTER), 0, -1.0, data_block, 0, frame_rate_hz
     )
     data = samples.tobytes()
-    if frames < _COUNTER:  # of more, some readers take frames up to the end of the file
+    if frames < _COUNTER:  # with more frames, some readers take all bytes to the end of the file as frames
         data = data.ljust(-(-len(data) // BLOCK) * BLOCK, b"\0")
     path.write_bytes(header.ljust(BLOCK, b"\0") + section + data)
 

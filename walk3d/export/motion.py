@@ -1,4 +1,4 @@
-"""Motion as a file, in the format that its suffix names and with the axes that readers of that format expect."""
+"""Files of motion, in the format of the suffix and with the axes that readers of the format expect."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from walk3d.export.bvh import write as write_bvh
 from walk3d.export.c3d import write as write_c3d
 
 WRITTEN = (".c3d", ".trc", ".bvh", ".csv", ".npz")
-"""Suffixes of the formats that `write` knows."""
+"""Suffixes of the formats that `write` supports."""
 
 _Y_UP_FORWARD_X = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])
-"""OpenSim: x forward, y up, z to the right."""
+"""Rotation to the axes of OpenSim: x forward, y up, z to the right."""
 _Y_UP_FORWARD_Z = np.array([[-1.0, 0, 0], [0, 0, 1], [0, 1, 0]])
-"""BVH: z forward, y up, x to the left."""
+"""Rotation to the axes of BVH: z forward, y up, x to the left."""
 
 
 @shortened
 class Motion:
-    """Points to be written.
+    """Moving points to write to a file.
 
     Attributes
     ----------
@@ -36,9 +36,9 @@ class Motion:
     parents : tuple of int or None
         Index of each point's parent, for formats with a hierarchy.
     own_axes : bool
-        Whether the axes are those of the recording, which are kept.
+        Keep the axes of the recording.
     character : Names or None
-        Whose names the joints of WALKER15 have in a BVH, which is then a character for retargeting.
+        Naming scheme of a BVH character for retargeting, made from the joints of WALKER15.
     """
 
     names: tuple[str, ...]
@@ -50,19 +50,19 @@ class Motion:
 
 
 def write(target: Path, motion: Motion, *, wide: bool = False) -> None:
-    """Write points in the format of the suffix: TRC as OpenSim has it (y up, x forward), BVH with y up, z forward.
+    """Write points in the format of the suffix; TRC has y up and x forward (OpenSim), BVH y up and z forward.
 
     Parameters
     ----------
     target : Path
     motion : Motion
     wide : bool
-        Whether a CSV has one column for each coordinate instead of one row for each point and frame.
+        Give a CSV one column for each coordinate, instead of one row for each point and frame.
 
     Raises
     ------
     InvalidInput
-        If no writer has this suffix, or the writer refuses the points.
+        If the suffix has no writer, or the writer rejects the points.
     """
     suffix = require_choice("the suffix of a motion file", target.suffix.lower(), WRITTEN)
     names, positions, rate = motion.names, motion.positions, motion.frame_rate_hz
@@ -75,8 +75,8 @@ def write(target: Path, motion: Motion, *, wide: bool = False) -> None:
         if motion.character is None:
             write_bvh(target, names, turned, rate, motion.parents)
         else:
-            made = character(turned, motion.character)
-            write_bvh(target, made.names, made.positions, rate, made.parents, made.rest)
+            rig = character(turned, motion.character)
+            write_bvh(target, rig.names, rig.positions, rate, rig.parents, rig.rest)
     elif suffix == ".csv":
         csv.write(target, names, positions, rate, wide=wide)
     else:

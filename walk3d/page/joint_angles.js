@@ -1,10 +1,10 @@
 "use strict";
-// Errors of joint angles in zhang2007_joint_angles, computed again in the browser.
+// Errors of joint angles in zhang2007_joint_angles, recomputed in the browser.
 const JointAngles = (() => {
   const JOINTS = JSON.parse(document.getElementById("joints").textContent), INSTANTS = 40;
   const { column, means, percent } = Agreement;
 
-  // Angles (radians, left and right) of hips, knees, shoulders and elbows, as in walk3d/anatomy/joint_angles.
+  // Angles (radians; left, right) of hips, knees, shoulders and elbows, like walk3d/anatomy/joint_angles.
   const minus = (a, b) => a.map((v, i) => v - b[i]), plus = (a, b) => a.map((v, i) => v + b[i]);
   const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2], unit = a => { const n = Math.hypot(...a); return a.map(v => v / n); };
   const cross = (a, b) => [0, 1, 2].map(i => a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3]);
@@ -25,13 +25,13 @@ const JointAngles = (() => {
   }
   const cycle = w => Array.from({ length: INSTANTS }, (_, t) => flexion(Gait.posture(w, t / INSTANTS)));
   function errors(people, table, tell) {
-    const views = [...new Set(table.rows.map(row => Number(row[column(table, "view_angle_deg")])))], own = new Map();
+    const views = [...new Set(table.rows.map(row => Number(row[column(table, "view_angle_deg")])))], trueAngles = new Map();
     const each = (fold, { missing }, angle, r) => {
-      if (!own.has(r)) own.set(r, cycle(fold.walker));
-      const real = own.get(r), made = cycle(Gait.combine(fold.walker, missing, angle)), out = {};
+      if (!trueAngles.has(r)) trueAngles.set(r, cycle(fold.walker));
+      const real = trueAngles.get(r), angles = cycle(Gait.combine(fold.walker, missing, angle)), out = {};
       for (const name of Object.keys(real[0])) {
         const squares = [0, 0];
-        made.forEach((at, t) => at[name].forEach((v, side) => {
+        angles.forEach((at, t) => at[name].forEach((v, side) => {
           const off = Math.atan2(Math.sin(v - real[t][name][side]), Math.cos(v - real[t][name][side]));
           squares[side] += off * off / INSTANTS;
         }));
@@ -47,7 +47,7 @@ const JointAngles = (() => {
     if (!table) return "";
     const { worst, compared, methods } = await errors(people, table, tell);
     note({ angles: worst, angled: compared });
-    return compared ? `${compared} errors of joint angles${methods.includes("anatomical") ? ", the anatomical method's too," : ""} within ${percent(worst)}` : "";
+    return compared ? `${compared} errors of joint angles${methods.includes("anatomical") ? ", including the anatomical method," : ""} within ${percent(worst)}` : "";
   });
   return { flexion };
 })();

@@ -1,5 +1,5 @@
 "use strict";
-// One reconstructed walk: image with reprojection, 3D with uncertainty, the view from above, angles over the gait cycle.
+// Page of one reconstructed walk: image with reprojection, 3D with uncertainty, view from above, angles over the cycle.
 (() => {
   const { Stage, orbit, play, loop, ink, still, bones } = Players;
   const id = name => document.getElementById(name);
@@ -8,7 +8,7 @@
   const seen = Uint8Array.from(atob(walk.seen), c => c.charCodeAt(0));
   const frame = id("frame"), playing = { on: !still }, spin = { on: !still };
   frame.max = F - 1;
-  // One colour for each side, here as in the curves: joints of the left, of the right, of the middle.
+  // Colours of left, right and middle joints, the same as in the curves.
   const LEFT = new Set([2, 3, 4, 9, 10, 11]), RIGHT = new Set([5, 6, 7, 12, 13, 14]);
   const side = (...joints) => joints.some(j => LEFT.has(j)) ? "left" : joints.some(j => RIGHT.has(j)) ? "right" : "middle";
   const colours = () => ({ left: ink("--c-blue"), right: ink("--c-orange"), middle: ink("--text") });
@@ -29,7 +29,7 @@
   const stop = () => { if (playing.on) id("play-button").click(); };
   frame.addEventListener("input", stop);
 
-  // The 95 % box of a joint as an ellipse of the turned view.
+  // 95 % region of a joint as an ellipse in the turned view.
   function cloud(f, j, colour) {
     const c = Math.cos(space.azimuth), s = Math.sin(space.azimuth), up = Math.cos(space.lift), over = Math.sin(space.lift);
     const rows = [[c, s, 0], [-s * over, c * over, up]], h = [0, 1, 2].map(x => half[f * 45 + 3 * j + x]);
@@ -61,23 +61,23 @@
 
   const NS = "http://www.w3.org/2000/svg";
   function node(parent, name, attributes = {}, words = "") {
-    const made = parent.appendChild(document.createElementNS(NS, name));
-    for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-    if (words) made.textContent = words;
-    return made;
+    const element = parent.appendChild(document.createElementNS(NS, name));
+    for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+    if (words) element.textContent = words;
+    return element;
   }
-  // A curve of either side over the cycle, on the band of the walkers in the model.
+  // Curves of both sides over the cycle, over the band of the walkers in the model.
   const W = 330, H = 178, L = 34, B = 22, T = 8, R = 8, SIDES = ["left", "right"];
   const px = percent => L + (W - L - R) * percent / 100;
   const dots = walk.curve_names.map((name, c) => {
     const figure = id("curves").appendChild(document.createElement("figure"));
-    figure.appendChild(document.createElement("figcaption")).textContent = name === "trunk" || name === "shank" ? `${name}, against the vertical (°)` : `${name} flexion (°)`;
+    figure.appendChild(document.createElement("figcaption")).textContent = name === "trunk" || name === "shank" ? `${name}, to the vertical (°)` : `${name} flexion (°)`;
     const [curve, bar, mean, spread] = [walk.angles[c], walk.angles_half[c], walk.walkers[c], walk.walkers_half[c]];
     const all = SIDES.flatMap((_, s) => curve[s].flatMap((y, i) => [y - bar[s][i], y + bar[s][i]])).concat(mean.flatMap((y, i) => [y - spread[i], y + spread[i]]));
-    const least = Math.min(0, ...all), most = Math.max(0, ...all), py = y => T + (H - T - B) * (most - y) / (most - least);
+    const low = Math.min(0, ...all), high = Math.max(0, ...all), py = y => T + (H - T - B) * (high - y) / (high - low);
     const svg = node(figure, "svg", { viewBox: `0 0 ${W} ${H}`, role: "img", "aria-label": `${name}: left ${Math.min(...curve[0]).toFixed(0)} to ${Math.max(...curve[0]).toFixed(0)}°, right ${Math.min(...curve[1]).toFixed(0)} to ${Math.max(...curve[1]).toFixed(0)}°` });
-    const step = [5, 10, 20, 30, 50].find(s => (most - least) / s <= 5) ?? 100;
-    for (let y = Math.ceil(least / step) * step; y <= most; y += step) {
+    const step = [5, 10, 20, 30, 50].find(s => (high - low) / s <= 5) ?? 100;
+    for (let y = Math.ceil(low / step) * step; y <= high; y += step) {
       node(svg, "line", { x1: L, x2: W - R, y1: py(y), y2: py(y), class: y ? "grid" : "zero" });
       node(svg, "text", { x: L - 5, y: py(y) + 4, "text-anchor": "end" }, String(y).replace("-", "−"));
     }
@@ -90,23 +90,23 @@
       node(svg, "line", { x1: px(walk.stance[s]), x2: px(walk.stance[s]), y1: T, y2: H - B, class: `off ${look}` });
       node(svg, "polyline", { points: line(curve[s]).join(" "), class: look });
     });
-    // Where the left side of the curve is pressed, the nearest frame is shown.
+    // A press on a curve shows the frame that is nearest in the left side's cycle.
     svg.addEventListener("pointerdown", event => {
       const at = svg.getBoundingClientRect(), percent = ((event.clientX - at.left) / at.width * W - L) / (W - L - R) * 100;
-      const apart = f => Math.abs((walk.percent[f][0] - percent + 150) % 100 - 50);
-      stop(); frame.value = Array.from({ length: F }, (_, f) => f).reduce((a, f) => apart(f) < apart(a) ? f : a, 0);
+      const distance = f => Math.abs((walk.percent[f][0] - percent + 150) % 100 - 50);
+      stop(); frame.value = Array.from({ length: F }, (_, f) => f).reduce((a, f) => distance(f) < distance(a) ? f : a, 0);
     });
-    const of = SIDES.map(look => node(svg, "circle", { r: 4, class: `at ${look}` }));
-    return f => of.forEach((dot, s) => {
+    const markers = SIDES.map(look => node(svg, "circle", { r: 4, class: `at ${look}` }));
+    return f => markers.forEach((dot, s) => {
       const percent = walk.percent[f][s], i = Math.min(99, Math.floor(percent)), y = curve[s][i] + (percent - i) * (curve[s][i + 1] - curve[s][i]);
       dot.setAttribute("cx", px(percent)); dot.setAttribute("cy", py(y));
     });
   });
-  // Some postures as the camera saw them, for paper, all of one height.
+  // Some postures in the image for printing, all with the same height.
   const strip = node(id("strip"), "svg", { viewBox: "0 0 700 190" });
   for (let n = 0; n < 5; n++) {
-    const f = Math.round((F - 1) * n / 4), of = x => Array.from({ length: 15 }, (_, j) => image[f * 30 + 2 * j + x]);
-    const [us, vs] = [of(0), of(1)], top = Math.min(...vs), scale = 165 / (Math.max(...vs) - top);
+    const f = Math.round((F - 1) * n / 4), coordinate = x => Array.from({ length: 15 }, (_, j) => image[f * 30 + 2 * j + x]);
+    const [us, vs] = [coordinate(0), coordinate(1)], top = Math.min(...vs), scale = 165 / (Math.max(...vs) - top);
     const at = j => [70 + 140 * n + (us[j] - us[8]) * scale, 5 + (vs[j] - top) * scale].map(v => v.toFixed(1));
     for (const [a, b] of bones) node(strip, "line", { x1: at(a)[0], y1: at(a)[1], x2: at(b)[0], y2: at(b)[1], class: side(a, b) });
     node(strip, "text", { x: 70 + 140 * n, y: 186, "text-anchor": "middle" }, `frame ${walk.frame_numbers[f]}`);
@@ -120,17 +120,17 @@
       shown = f; for (const move of dots) move(f);
       id("frame-now").textContent = `${walk.frame_numbers[f]}, ${walk.times_s[f].toFixed(2)} s`;
     }
-    const of = colours(), spot = (values, j) => picture.place(values[f * 30 + 2 * j], -values[f * 30 + 2 * j + 1]);
+    const colourOf = colours(), spot = (values, j) => picture.place(values[f * 30 + 2 * j], -values[f * 30 + 2 * j + 1]);
     picture.begin();
     picture.line([[0, 0], [across, 0], [across, down], [0, down], [0, 0]].map(([u, v]) => picture.place(u, -v)), ink("--muted"));
-    for (const [a, b] of bones) picture.line([spot(image, a), spot(image, b)], of[side(a, b)], 2.4);
+    for (const [a, b] of bones) picture.line([spot(image, a), spot(image, b)], colourOf[side(a, b)], 2.4);
     for (let j = 0; j < 15; j++) if (seen[f * 15 + j]) picture.dot(spot(points, j), 2.6, ink("--text"));
     if (spin.on) space.azimuth += step * 0.4;
     space.begin(); space.floor(low, tall * 0.5, direction(walk.heading_deg, 1));
-    for (let j = 0; j < 15; j++) if (j !== 8) cloud(f, j, of[side(j)]);
+    for (let j = 0; j < 15; j++) if (j !== 8) cloud(f, j, colourOf[side(j)]);
     const at = Array.from({ length: 15 }, (_, j) => space.turned(...world.subarray(f * 45 + 3 * j, f * 45 + 3 * j + 3)));
-    for (const [a, b] of bones) space.line([at[a], at[b]], of[side(a, b)], 3);
-    at.forEach((p, j) => space.dot(p, 3.6, of[side(j)], !walk.observed[j]));
+    for (const [a, b] of bones) space.line([at[a], at[b]], colourOf[side(a, b)], 3);
+    at.forEach((p, j) => space.dot(p, 3.6, colourOf[side(j)], !walk.observed[j]));
     above();
   });
   Players.start(() => null);

@@ -1,16 +1,16 @@
 "use strict";
-// The reader's own walk in the players: a CSV of joints in rows (frame or time, joint, x, y, z), read here and sent nowhere.
+// The reader's walk in the players, from a CSV of joints in rows (time, joint, x, y, z).  The file never leaves the browser.
 const Yours = (() => {
   const JOINTS = JSON.parse(document.getElementById("joints").textContent), BLOCKS = 5;
-  const STRIDE_HZ = [0.4, 1.6], STEPS = 241, TRAVELLED_MM = 500, LEAST_FRAMES = 20, LEAST_S = 1.5;
+  const STRIDE_HZ = [0.4, 1.6], STEPS = 241, TRAVELLED_MM = 500, MIN_FRAMES = 20, MIN_DURATION_S = 1.5;
   const CONTROL = `<label for="own-walk">Your walk<input id="own-walk" type="file" accept=".csv,text/csv"><span></span></label>
-    <p class="meta"><output id="own-walk-said">Choose or drop walk.csv or joints.csv of reconstruct, or a CSV of yours with time_s, joint, x_mm, y_mm, z_mm. It stays on your machine.</output></p>`;
+    <p class="meta"><output id="own-walk-said">Choose or drop walk.csv or joints.csv of reconstruct, or another CSV with time_s, joint, x_mm, y_mm, z_mm. It stays on your machine.</output></p>`;
 
-  // Frames (45 numbers each) and their times, in seconds; what is wrong with a file is an error in words.
+  // Return the complete frames (45 numbers each) and their times in seconds.  A file without them is an error.
   function read(text) {
     const { header, rows } = Charts.parse(text.replaceAll("\r", "")), at = (...names) => names.map(name => header.indexOf(name)).find(c => c >= 0) ?? -1;
     const columns = ["x", "y", "z"].map(axis => at(`${axis}_mm`, axis)), [time, joint, stretch] = [at("time_s"), at("joint"), at("stretch")];
-    if (columns.some(c => c < 0) || time < 0 || joint < 0) throw new Error(`the file has no columns time_s, joint, x_mm, y_mm, z_mm (it has ${header.slice(0, 8).join(", ")})`);
+    if (columns.some(c => c < 0) || time < 0 || joint < 0) throw new Error(`the file needs the columns time_s, joint, x_mm, y_mm, z_mm (found ${header.slice(0, 8).join(", ")})`);
     const frames = new Map();
     for (const row of rows) {
       const j = JOINTS.indexOf(row[joint]);
@@ -19,18 +19,18 @@ const Yours = (() => {
       if (!frames.has(t)) frames.set(t, new Float64Array(45).fill(NaN));
       columns.forEach((c, x) => { frames.get(t)[3 * j + x] = Charts.number(row[c]); });
     }
-    const whole = [...frames].filter(([t, q]) => Number.isFinite(t) && q.every(Number.isFinite)).sort(([a], [b]) => a - b);
-    if (whole.length < LEAST_FRAMES) throw new Error(`${whole.length} frames have all of the joints ${JOINTS.join(", ")}; ${LEAST_FRAMES} are needed`);
-    return { times: whole.map(([t]) => t - whole[0][0]), frames: whole.map(([, q]) => q) };
+    const complete = [...frames].filter(([t, q]) => Number.isFinite(t) && q.every(Number.isFinite)).sort(([a], [b]) => a - b);
+    if (complete.length < MIN_FRAMES) throw new Error(`only ${complete.length} frames have all of the joints ${JOINTS.join(", ")}; at least ${MIN_FRAMES} are needed`);
+    return { times: complete.map(([t]) => t - complete[0][0]), frames: complete.map(([, q]) => q) };
   }
 
-  // Straight ahead along y, without drift, about the pelvis' mean; heights stay.
+  // Align a walk: straight ahead along y, without drift, relative to the mean pelvis.
   function aligned({ times, frames }) {
     const pelvis = 3 * JOINTS.indexOf("pelvis"), n = frames.length, mean = x => frames.reduce((sum, q) => sum + q[pelvis + x], 0) / n;
     const middle = times.reduce((a, b) => a + b, 0) / n, power = times.reduce((sum, t) => sum + (t - middle) ** 2, 0);
     const speed = [0, 1].map(x => times.reduce((sum, t, f) => sum + (t - middle) * frames[f][pelvis + x], 0) / power);
     let ahead = speed;
-    if (Math.hypot(...speed) * times.at(-1) < TRAVELLED_MM) {  // on the spot: across the hips and shoulders
+    if (Math.hypot(...speed) * times.at(-1) < TRAVELLED_MM) {  // on the spot: heading from the hips and shoulders
       const right = [0, 1].map(x => frames.reduce((sum, q) => sum + ["hip", "shoulder"].reduce((s, name) => s + q[3 * JOINTS.indexOf(`right_${name}`) + x] - q[3 * JOINTS.indexOf(`left_${name}`) + x], 0), 0));
       ahead = [-right[1], right[0]];
     }
@@ -42,7 +42,7 @@ const Yours = (() => {
   }
 
   function basis(hz, t) { const w = 2 * Math.PI * hz * t; return [1, Math.sin(w), Math.cos(w), Math.sin(2 * w), Math.cos(2 * w)]; }
-  function solve(A, b) {  // small symmetric systems, several right sides
+  function solve(A, b) {  // small symmetric systems with several right-hand sides
     const n = A.length;
     for (let i = 0; i < n; i++) for (let r = i + 1; r < n; r++) {
       const share = A[r][i] / A[i][i];
@@ -67,19 +67,19 @@ const Yours = (() => {
     return out;
   };
 
-  // The Fourier representation: the frequency that leaves least, at phase zero, as in pipeline/core/fourier.
+  // Fourier representation at the frequency with the smallest residual, at phase zero, like pipeline/core/fourier.
   function represent(walk) {
     const frames = aligned(walk), [low, high] = STRIDE_HZ;
-    if (walk.times.at(-1) < LEAST_S) throw new Error(`the walk lasts ${walk.times.at(-1).toFixed(1)} s; ${LEAST_S} s are needed`);
+    if (walk.times.at(-1) < MIN_DURATION_S) throw new Error(`the walk lasts ${walk.times.at(-1).toFixed(1)} s; at least ${MIN_DURATION_S} s are needed`);
     let hz = low, best = Infinity;
     for (const reach of [(high - low) / 2, (high - low) / STEPS]) {
       const about = reach > 0.1 ? (low + high) / 2 : hz;
-      for (let i = 0; i < STEPS; i++) { const one = about + reach * (2 * i / (STEPS - 1) - 1), { left } = fit(frames, walk.times, one); if (left < best) { best = left; hz = one; } }
+      for (let i = 0; i < STEPS; i++) { const candidate = about + reach * (2 * i / (STEPS - 1) - 1), { left } = fit(frames, walk.times, candidate); if (left < best) { best = left; hz = candidate; } }
     }
     const { w, rest } = fit(frames, walk.times, hz), [left, right] = ["left", "right"].map(side => 3 * JOINTS.indexOf(`${side}_ankle`) + 1);
     const phase = Math.atan2(w[2][left] - w[2][right], w[1][left] - w[1][right]), samples = new Float64Array(BLOCKS * 45);
     samples.set(w[0]);
-    for (const h of [1, 2]) for (let c = 0; c < 45; c++) {  // the clock starts where the phase is
+    for (const h of [1, 2]) for (let c = 0; c < 45; c++) {  // shift the start of the cycle to phase zero
       const [p, q, turn] = [w[2 * h - 1][c], w[2 * h][c], -h * phase];
       samples[(2 * h - 1) * 45 + c] = p * Math.cos(turn) - q * Math.sin(turn); samples[2 * h * 45 + c] = p * Math.sin(turn) + q * Math.cos(turn);
     }
@@ -87,9 +87,9 @@ const Yours = (() => {
     return { samples, hz, residual: horizontal(rest), temporal: horizontal(frames.map(q => q.map((v, c) => v - mean[c]))) };
   }
 
-  // Puts a walk beside the people: nobody learns from it, and it learns from all.
+  // Add a walk to the people: it is not a training walk, and its fold is trained on all people.
   function add(people, { samples, hz, residual, temporal }) {
-    const r = people.count, longer = (Kind, old, size, own) => { const out = new Kind((r + 1) * size); out.set(old.subarray(0, r * size)); out.set(own, r * size); return out; };
+    const r = people.count, longer = (Kind, old, size, added) => { const out = new Kind((r + 1) * size); out.set(old.subarray(0, r * size)); out.set(added, r * size); return out; };
     people.samples = longer(Float64Array, people.samples, Gait.SIZE, samples);
     people.residual = longer(Float32Array, people.residual, 45, residual); people.temporal = longer(Float32Array, people.temporal, 45, temporal);
     people.names[r] = "your walk"; people.person[r] = -1; people.frequency_hz[r] = hz;
@@ -109,8 +109,8 @@ const Yours = (() => {
         if (![...who.options].some(option => +option.value === r)) who.add(new Option("your walk", r));
         who.value = r; who.dispatchEvent(new Event("input"));
         people.sway?.(walk.samples);
-        out.textContent = `${file.name}: ${walk.hz.toFixed(2)} strides a second. It is the walker of the player and of the eigenwalkers above; it has not left your machine.`;
-      } catch (error) { out.textContent = `${file.name} is not shown: ${error.message}.`; }
+        out.textContent = `${file.name}: ${walk.hz.toFixed(2)} strides per second. The player and the eigenwalkers above now show this walk; it has not left your machine.`;
+      } catch (error) { out.textContent = `cannot show ${file.name}: ${error.message}.`; }
     }
     input.addEventListener("change", () => take(input.files[0]));
     panel.addEventListener("dragover", event => event.preventDefault());

@@ -1,6 +1,6 @@
-"""Point-light walkers: the joints of a walk as dots on a dark ground, upright or disturbed, among noise or alone.
+"""Point-light walkers: the joints of a walk as dots on a dark background, optionally disturbed or among noise.
 
-A display is made in steps, each a pure function that takes and returns `PointLights`, random ones with a generator:
+A display is made in steps.  Each step is a pure function of `PointLights`; random steps take a generator:
 
 >>> import numpy as np
 >>> from walk3d import pointlight

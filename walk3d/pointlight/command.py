@@ -1,4 +1,4 @@
-"""Point-light walkers of a recording, a figure, a reconstruction from keypoints, or an average walker."""
+"""Command for point-light walkers of a recording, a figure, a reconstruction from keypoints, or an average walker."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from walk3d.pointlight import Noise, PointLights
 
 
 class Joints(StrEnum):
-    """Which joints are shown."""
+    """Joints to show."""
 
     all = "all"
     measured = "measured"
@@ -42,7 +42,7 @@ _UpToThousand = Annotated[float, bounded(above=0, at_most=1000)]
 
 @dataclass
 class WalkOptions:
-    """Options that name the walk."""
+    """Options that select the walk."""
 
     harmonics: Annotated[int, bounded(at_least=1, at_most=10)] = 2
     gender: float | None = None
@@ -60,7 +60,7 @@ class WalkOptions:
 
 @dataclass
 class ViewOptions:
-    """Options of what is seen: view, duration, path and joints."""
+    """Options of the view, the duration, the path and the joints."""
 
     view_angle_deg: Annotated[float, bounded(at_least=-360, at_most=360)] = 0.0
     cycles: _UpToThousand = 1.0
@@ -72,7 +72,7 @@ class ViewOptions:
 
 @dataclass
 class DisturbanceOptions:
-    """Options that disturb the display."""
+    """Options of the display's disturbances."""
 
     seed: Annotated[int, bounded(at_least=0, at_most=2**63)] = 1
     inverted: bool = False
@@ -88,7 +88,7 @@ class DisturbanceOptions:
 
 @dataclass
 class FileOptions:
-    """Options of the file."""
+    """Options of the output file."""
 
     to: str = "walker.svg"
     height_px: int = 400
@@ -98,13 +98,13 @@ class FileOptions:
 
 @dataclass
 class Display(FileOptions, DisturbanceOptions, ViewOptions, WalkOptions):
-    """Options of the command, in the units of their names; `point_lights` says what they do.
+    """Options of the command, in the units of their names; `point_lights` explains them.
 
-    The display itself checks those without bounds.
+    Options without bounds are checked when the display is made.
     """
 
 
-_OF = dict.fromkeys(("walker", "method", "from_view_deg"), "figure") | {
+_KIND_OF_OPTION = dict.fromkeys(("walker", "method", "from_view_deg"), "figure") | {
     "skeleton": "recording",
     "units": "recording",
     "subject": "recording",
@@ -112,43 +112,42 @@ _OF = dict.fromkeys(("walker", "method", "from_view_deg"), "figure") | {
     "harmonics": "recording or film",
     **dict.fromkeys(("weight", "nervous", "happy"), "author"),
 }
-"""Options that only some kinds of source have."""
-_WITH = {
+"""Options that apply to one kind of source only, with that kind."""
+_NEEDED_OPTION = {
     "shown": "lifetime_frames",
     "noise": "noise_dots",
     "field": "noise_dots",
     "speed_mm_s": "translating",
 }
-"""Options that change nothing without another."""
+"""Options that have no effect without another, with that other option."""
 
 USAGE = "pointlight RECORDING|FOLDER|synthetic|author [view_angle_deg=90] [inverted=true] [noise_dots=60] to=walker.svg"
 
 SUFFIXES = (".svg", ".csv", ".gif", ".ptd", ".mm")
-_DISTURBED = (
+"""Suffixes of the output file."""
+_VIEW_OPTIONS = (
     "inverted", "mirrored", "scrambled", "phase_scrambled", "lifetime_frames", "noise_dots",
 )  # fmt: skip
 
 
 def make(arguments: Sequence[str]) -> tuple[Path, str]:
-    """Write the display that the arguments name; return the file and a sentence on what it shows.
+    """Write the display that the arguments select; return its path and a description.
 
     Raises
     ------
     InvalidInput
-        If an option is unknown or unusable, or there is no such walker.
+        If an option is unknown or unusable, or the walker does not exist.
     """
     source, options = options_of(arguments, Display, usage=USAGE)
-    kind = kind_of(source, arguments, _OF)
-    for name, other in _WITH.items():
+    kind = kind_of(source, arguments, _KIND_OF_OPTION)
+    for name, other in _NEEDED_OPTION.items():
         if any(item.startswith(f"{name}=") for item in arguments) and not getattr(options, other):
-            raise InvalidInput(
-                "would change nothing alone", name, f"{other}=… beside it", code="needs_another"
-            )
+            raise InvalidInput("has no effect alone", name, f"{other}=… as well", code="needs_another")
     if Path(options.to).suffix.lower() in (".mp4", ".mov", ".webm", ".avi"):
         raise InvalidInput(
-            "no library for videos is among what this package needs",
+            "cannot write a video, since the package installs no video library",
             "to",
-            "a .gif, which `ffmpeg -i walker.gif walker.mp4` turns into one; or .svg, .csv, .ptd, .mm",
+            "a .gif, which `ffmpeg -i walker.gif walker.mp4` converts; or .svg, .csv, .ptd, .mm",
             options.to,
             code="no_films",
         )
@@ -160,8 +159,10 @@ def make(arguments: Sequence[str]) -> tuple[Path, str]:
 
 
 def _in_view(target: Path, walk: Walk, options: Display) -> str:
-    """Write the dots as they are seen; return a sentence on what they show."""
-    hundredths = max(2, round(100 / options.frame_rate_hz))  # of a second, in which a GIF counts
+    """Write the dots of a view; return a description."""
+    hundredths = max(
+        2, round(100 / options.frame_rate_hz)
+    )  # duration of a GIF's frame, hundredths of a second
     suffix = target.suffix.lower()
     if suffix == ".gif":
         options = replace(options, frame_rate_hz=100 / hundredths)
@@ -181,11 +182,13 @@ def _in_view(target: Path, walk: Walk, options: Display) -> str:
 
 
 def display(walk: Walk, options: Display) -> PointLights:
-    """Return the dots of a walk, disturbed as the options say.
+    """Return the dots of a walk, with the disturbances that the options select.
 
-    Every disturbance has a generator of its own, so that one does not change what another draws.
+    Every disturbance has a separate generator, so that one does not change the random numbers of another.
     """
-    phase, place, lifetime, noise = map(np.random.default_rng, np.random.SeedSequence(options.seed).spawn(4))
+    phase, location, lifetime, noise = map(
+        np.random.default_rng, np.random.SeedSequence(options.seed).spawn(4)
+    )
     lights = pointlight.walker(
         walk.coefficients,
         walk.stride_hz,
@@ -198,12 +201,12 @@ def display(walk: Walk, options: Display) -> PointLights:
     if options.phase_scrambled:
         lights = pointlight.phase_scrambled(lights, phase)
     if options.scrambled:
-        lights = pointlight.scrambled(lights, place)
+        lights = pointlight.scrambled(lights, location)
     if options.inverted:
         lights = pointlight.inverted(lights)
     if options.mirrored:
         lights = pointlight.mirrored(lights)
-    whole, frames = lights, options.lifetime_frames
+    all_lights, frames = lights, options.lifetime_frames
     if frames:
         lights = pointlight.limited_lifetime(lights, lifetime, lifetime_frames=frames, shown=options.shown)
     return pointlight.with_noise(
@@ -211,27 +214,27 @@ def display(walk: Walk, options: Display) -> PointLights:
         noise,
         dots=options.noise_dots,
         kind=options.noise,
-        like=whole,
+        like=all_lights,
         field=options.field,
         lifetime_frames=frames,
     )
 
 
 def _walk(kind: str, path: Path, options: WalkOptions) -> Walk:
-    """Return the named walker: synthetic, the author's, of a figure, of keypoints, or of a recording."""
+    """Return the selected walker: synthetic, the author's, or from a figure, keypoints or a recording."""
     harmonics = options.harmonics
     if kind == "synthetic":
         gender = options.gender or 0.0
         coefficients, stride_hz = pointlight.synthetic_walker(gender)
-        named = "average synthetic walker"
-        named += f", {gender:+g} on the axis from women (-1) to men (+1)" if gender else ""
-        return Walk(named, coefficients, stride_hz, np.zeros(15, bool))
+        description = "average synthetic walker"
+        description += f", {gender:+g} on the axis from women (-1) to men (+1)" if gender else ""
+        return Walk(description, coefficients, stride_hz, np.zeros(15, bool))
     if kind == "author":
         axes = {name: getattr(options, name) or 0.0 for name in ("gender", "weight", "nervous", "happy")}
         return author_walk(**axes)
     if options.gender is not None:
         raise InvalidInput(
-            "recordings do not say who is a man: only the synthetic and the author's walker have this axis",
+            "a recording has no gender axis: only the synthetic and the author's walker have one",
             "gender",
             "`pointlight synthetic gender=…` or `pointlight author gender=…`",
             code="no_gender",
@@ -254,7 +257,7 @@ def _walk(kind: str, path: Path, options: WalkOptions) -> Walk:
 
 
 def _speed(walk: Walk, options: ViewOptions) -> float:
-    """Speed, mm/s, over the picture: the walker's own where none is given."""
+    """Return the speed, mm/s: 0 on the spot, otherwise the requested speed or that of the walk."""
     if not options.translating:
         return 0.0
     if options.speed_mm_s is not None:
@@ -263,16 +266,16 @@ def _speed(walk: Walk, options: ViewOptions) -> float:
 
 
 def _in_space(target: Path, walk: Walk, options: Display) -> str:
-    """Write the joints in three dimensions, as the Body Movement Library or the BioMotion Lab has them.
+    """Write the joints in 3D, in the format of the Body Movement Library or the BioMotion Lab.
 
-    Return a sentence on them.
+    Return a description.
     """
     suffix = target.suffix.lower()
-    for name in _DISTURBED:
+    for name in _VIEW_OPTIONS:
         if getattr(options, name):
             format_name = suffix.lstrip(".").upper()
             raise InvalidInput(
-                f"is of a view, and {format_name} holds three dimensions",
+                f"changes a view, but {format_name} stores three dimensions",
                 name,
                 "to=walker.csv",
                 code="view_alone",
@@ -290,44 +293,44 @@ def _in_space(target: Path, walk: Walk, options: Display) -> str:
 
 
 def _words(walk: Walk, lights: PointLights, options: Display) -> str:
-    """What the display shows, in one sentence."""
-    done = [name.replace("_", " ") for name in ("inverted", "mirrored", "scrambled", "phase_scrambled", "translating")
+    """Return a description of the display in one sentence."""
+    parts = [name.replace("_", " ") for name in ("inverted", "mirrored", "scrambled", "phase_scrambled", "translating")
             if getattr(options, name)]  # fmt: skip
     if options.lifetime_frames:
-        done.append(f"{options.shown} dots that live {options.lifetime_frames} frames")
+        parts.append(f"{options.shown} dots that live {options.lifetime_frames} frames")
     if options.noise_dots:
-        done.append(f"among {options.noise_dots} noise dots ({options.noise.replace('_', ' ')})")
+        parts.append(f"among {options.noise_dots} noise dots ({options.noise.replace('_', ' ')})")
     if estimated := [WALKER15.joints[j] for j in np.flatnonzero(walk.unmeasured)]:
-        done.append(
+        parts.append(
             ("without " if options.joints is Joints.measured else "with estimated ") + ", ".join(estimated)
         )
     frames = len(lights.positions)
     length = f"{frames} frames at {lights.frame_rate_hz:g} Hz{', a loop' if lights.loops else ''}"
-    seen = f"seen from {options.view_angle_deg:g}°"
-    return f"{walk.name}: {', '.join([seen, *done, length, f'seed {options.seed}'])}"
+    view = f"seen from {options.view_angle_deg:g}°"
+    return f"{walk.name}: {', '.join([view, *parts, length, f'seed {options.seed}'])}"
 
 
 def point_lights(arguments: Sequence[str]) -> int:
     """Write a point-light walker: pointlight RECORDING|FOLDER|synthetic|author [OPTION=VALUE ...] [to=walker.svg].
 
-    RECORDING is any file that can be read, FOLDER that of a figure (zhang2007_fig5, …) or of `reconstruct`, author the
-    average walker of the second author's laboratory (`make data ARGS=author`).
-    to=FILE.svg moves in a browser, .csv has a row for each frame and dot, .gif, .ptd (Body Movement Library, 3D), .mm
-    (Fourier series of the BioMotion Lab, 3D).
+    RECORDING is any recording that can be read; FOLDER is that of a figure (zhang2007_fig5, …) or of `reconstruct`.
+    author is the average walker of the second author's laboratory (`make data ARGS=author`).
+    to=FILE.svg is animated in a browser, .csv has a row for each frame and dot; .gif; .ptd (Body Movement Library, 3D);
+    .mm (Fourier series of the BioMotion Lab, 3D).
 
-    view_angle_deg=0        0 frontal, -90 the left profile, 90 the right one
+    view_angle_deg=0        0 frontal, -90 left profile, 90 right profile
     cycles=1 frame_rate_hz=60 harmonics=2 seed=1 height_px=400 dot_px=4 joints=all|measured
     inverted=true mirrored=true         upside down; left and right exchanged
-    scrambled=true phase_scrambled=true each dot elsewhere; each dot at another phase
-    lifetime_frames=6 shown=8           so many dots at a time, which change their joints
+    scrambled=true phase_scrambled=true each dot at a random position; each dot at a random phase
+    lifetime_frames=6 shown=8           8 dots at a time, each at another joint after 6 frames
     noise_dots=60 noise=scrambled_walker|uniform field=1.5
-    translating=true [speed_mm_s=1300]  over the ground in place of a treadmill
+    translating=true [speed_mm_s=1300]  over the ground instead of on a treadmill
     walker=… [method=map from_view_deg=30]  of a figure: as recorded, or as reconstructed from a view
     gender=3                            of `synthetic`: -1 the average woman, 1 the average man; of `author` from -6
                                         (women) to 6 (men), in the units of its own axis
     weight=3 nervous=-2 happy=6         of `author`: from -6 to 6
-    skeleton=… units=m subject=… up=y   of a recording; subject= of one with several people
-    replace=true                        a file that exists
+    skeleton=… units=m subject=… up=y   of a recording; subject= if it has several people
+    replace=true                        replace an existing file
     """
     target, words = make(arguments)
     tell(f"written: {target} ({words})")

@@ -1,4 +1,4 @@
-"""The dots that a view of a walk shows, frame by frame: zhang2007 3.1, 3.5."""
+"""Dots of a view of a walk, frame by frame: zhang2007 3.1, 3.5."""
 
 from __future__ import annotations
 
@@ -12,8 +12,10 @@ from pipeline.skeleton import ANKLES, WALKER15
 from pipeline.synthetic import walkers
 from pipeline.validation import require_finite, require_range, require_shape
 
-MOST_FRAMES = 100_000
+MAX_FRAMES = 100_000
+"""Largest number of frames of a display."""
 _INSTANTS = 200
+"""Instants of a cycle at which the step length is measured."""
 
 
 @dataclass(frozen=True)
@@ -23,14 +25,14 @@ class PointLights:
     Attributes
     ----------
     names : tuple of str
-        Joint that each of P dots shows, or what it is.
+        Joint of each of the P dots, or a name for the dot.
     positions : (T, P, 2)
-        To the right and up, mm.
+        Positions to the right and up, mm.
     frame_rate_hz : float
     of_walker : (P,) bool
-        Whether a dot belongs to the walker; otherwise to the noise.
+        True for dots of the walker, False for noise dots.
     loops : bool
-        Whether the first frame follows upon the last.
+        True if the display can be repeated without a jump.
     """
 
     names: tuple[str, ...]
@@ -55,7 +57,7 @@ def walker(
     speed_mm_s: float = 0.0,
     joints: np.ndarray | None = None,
 ) -> PointLights:
-    """Return the dots of a walk as a view shows it.
+    """Return the dots of a walk in a view.
 
     Parameters
     ----------
@@ -63,20 +65,20 @@ def walker(
         Fourier representation, mm.
     stride_hz : float
     view_angle_rad : float
-        0: frontal, image right is the walker's right; -pi/2: the left profile.
+        0: frontal, where the image's right is the walker's right; -pi/2: left profile.
     cycles : float
-        Strides of the display.  A whole number of them on the spot loops: its frames are spread evenly over the
-        cycles, which moves the tempo by half a frame at most.
+        Number of strides.  A whole number without translation gives a loop: its frames are spread evenly over the
+        cycles, which changes the duration by at most half a frame.
     frame_rate_hz : float
     speed_mm_s : float
-        Of the walker over the ground; 0: on the spot, as on a treadmill.
+        Speed of the walker over the ground; 0: on the spot, as on a treadmill.
     joints : (15,) bool, optional
-        Those shown; all by default.
+        Joints to show; all by default.
 
     Raises
     ------
     InvalidInput
-        If the representation is not one, or there are too few frames or too many.
+        If the representation or a number is invalid, or there are too few or too many frames.
     """
     require_finite("the walker", require_shape("the walker", coefficients, ("B", len(WALKER15.joints), 3)))
     require_range("stride_hz", stride_hz, above=0)
@@ -84,23 +86,24 @@ def walker(
     require_range("frame_rate_hz", frame_rate_hz, above=0)
     require_range("speed_mm_s", speed_mm_s)
     frames = require_range(
-        "frames of the display", cycles / stride_hz * frame_rate_hz, at_least=2, at_most=MOST_FRAMES
+        "frames of the display", cycles / stride_hz * frame_rate_hz, at_least=2, at_most=MAX_FRAMES
     )
     count = round(frames)
     loops = float(cycles).is_integer() and speed_mm_s == 0
     times = np.arange(count) * (cycles / stride_hz / count if loops else 1 / frame_rate_hz)
     positions = fourier.synthesise(coefficients, stride_hz, times)
     positions[..., 1] += (speed_mm_s * (times - times.mean()))[:, None]
-    shown = np.ones(len(WALKER15.joints), bool) if joints is None else joints
-    names = tuple(name for name, here in zip(WALKER15.joints, shown, strict=True) if here)
-    seen = camera.project(positions[:, shown], view_angle_rad)
-    return PointLights(names, seen, float(frame_rate_hz), np.ones(len(names), bool), loops)
+    mask = np.ones(len(WALKER15.joints), bool) if joints is None else joints
+    names = tuple(name for name, is_shown in zip(WALKER15.joints, mask, strict=True) if is_shown)
+    projected = camera.project(positions[:, mask], view_angle_rad)
+    return PointLights(names, projected, float(frame_rate_hz), np.ones(len(names), bool), loops)
 
 
 def walking_speed(coefficients: np.ndarray, stride_hz: float) -> float:
-    """Return the speed over the ground, mm/s, of a walk on the spot: two steps, as far as ankles part, a stride.
+    """Return the speed over the ground, mm/s, of a walk on the spot: two steps per stride.
 
-    Of recorded walks it is 8 % short (median of 105 walks of 33 people), since the heel rises before the other lands.
+    A step is the largest distance between the ankles.  For recorded walks the speed is 8 % too low (median of 105 walks
+    of 33 people), since one heel rises before the other lands.
 
     Parameters
     ----------
@@ -114,6 +117,7 @@ def walking_speed(coefficients: np.ndarray, stride_hz: float) -> float:
 
 
 _RATE_HZ, _DURATION_S, _SEED = 60.0, 4.0, 2007
+"""Frame rate, duration and seed of the synthetic people behind the average walkers."""
 
 
 def synthetic_walker(gender: float = 0.0) -> tuple[np.ndarray, float]:
@@ -122,12 +126,12 @@ def synthetic_walker(gender: float = 0.0) -> tuple[np.ndarray, float]:
     Parameters
     ----------
     gender : float
-        -1: the average of women, 1: of men, 0: halfway; beyond: exaggerated.
+        -1: average woman, 1: average man, 0: halfway; larger numbers exaggerate.
 
     Raises
     ------
     InvalidInput
-        If the walker would be exaggerated more than sixfold.
+        If `gender` is beyond ±6.
     """
     require_range("gender", gender, at_least=-6, at_most=6)
     (women, women_hz), (men, men_hz) = _averages()
@@ -137,7 +141,7 @@ def synthetic_walker(gender: float = 0.0) -> tuple[np.ndarray, float]:
 
 @functools.cache
 def _averages() -> tuple[tuple[np.ndarray, float], tuple[np.ndarray, float]]:
-    """Average walker and stride frequency of women and of men."""
+    """Return average walker and stride frequency of women and of men."""
     people = walkers.walking_population(
         np.random.default_rng(_SEED), duration_s=_DURATION_S, frame_rate_hz=_RATE_HZ, marker_noise_mm=0.0
     )

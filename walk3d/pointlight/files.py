@@ -1,4 +1,4 @@
-"""Point-light displays as text: SVG that moves by itself, CSV, and the format of the Body Movement Library."""
+"""Point-light displays as text: animated SVG, CSV, and the format of the Body Movement Library."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from pipeline.validation import require_count, require_range, require_shape
 from walk3d.pointlight.dots import PointLights
 
 PTD_RATE_HZ = 60.0
-"""Frames a second of the Body Movement Library."""
+"""Frame rate of the Body Movement Library."""
 
 _MM_PER_INCH = 25.4
 _MARGIN = 0.08
-"""Of the height, on each side."""
+"""Margin on each side, relative to the height."""
 
 
 def pixels(lights: PointLights, height_px: int) -> tuple[np.ndarray, tuple[int, int]]:
@@ -29,7 +29,7 @@ def pixels(lights: PointLights, height_px: int) -> tuple[np.ndarray, tuple[int, 
     low, high = lights.bounds
     margin = _MARGIN * height_px
     extent = np.maximum(high - low, 1e-9)
-    # A walker who crosses the picture makes it wide: at most four times as wide as high.
+    # A walker who crosses the picture makes it wide, at most four times its height.
     scale = min((height_px - 2 * margin) / extent[1], (4 * height_px - 2 * margin) / extent[0])
     width = max(int(np.ceil(scale * extent[0] + 2 * margin)), height_px // 2)
     centre = (low + high) / 2
@@ -41,7 +41,7 @@ def pixels(lights: PointLights, height_px: int) -> tuple[np.ndarray, tuple[int, 
 def as_svg(
     lights: PointLights, *, height_px: int = 400, dot_px: float = 4.0, title: str = "point-light walker"
 ) -> str:
-    """Return an SVG that shows frame after frame, over and over, in any browser and without a script.
+    """Return an animated SVG that repeats its frames in any browser, without a script.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def as_svg(
     dot_px : float
         Radius of a dot.
     title : str
-        What is shown, for those who cannot see it.
+        Description for readers who cannot see the picture.
     """
     places, (width, height) = pixels(lights, height_px)
     require_range("dot_px", dot_px, above=0, at_most=height_px)
@@ -76,9 +76,9 @@ def as_svg(
 
 
 def as_csv(lights: PointLights) -> str:
-    """Return a table with a row for each frame and dot: frame, time, dot, its kind, and its place in mm."""
+    """Return a CSV with a row for each frame and dot: frame, time, dot, kind, and position in mm."""
     lines = ["frame,time_s,dot,kind,x_mm,y_mm"]
-    kinds = ["walker" if own else "noise" for own in lights.of_walker]
+    kinds = ["walker" if is_walker else "noise" for is_walker in lights.of_walker]
     for frame, places in enumerate(lights.positions.tolist()):
         time = f"{frame / lights.frame_rate_hz:.6f}"
         lines += [
@@ -89,14 +89,14 @@ def as_csv(lights: PointLights) -> str:
 
 
 def as_ptd(positions_mm: np.ndarray) -> str:
-    """Return a walk as the Body Movement Library has it: the number of frames, then 45 numbers a frame, in inches.
+    """Return a walk in the format of the Body Movement Library: number of frames, then 45 numbers per frame, inches.
 
-    Its points stand in the same order as ours: head, sternum, left arm, right arm, pelvis, left leg, right leg.
+    The order of points is that of WALKER15: head, sternum, left arm, right arm, pelvis, left leg, right leg.
 
     Parameters
     ----------
     positions_mm : (T, 15, 3)
-        At `PTD_RATE_HZ`.
+        Positions at the frame rate `PTD_RATE_HZ`.
     """
     positions_mm = require_shape("positions_mm", positions_mm, ("T", 15, 3))
     rows = [" ".join(f"{value:.6f}" for value in row) for row in positions_mm.reshape(-1, 45) / _MM_PER_INCH]

@@ -1,4 +1,4 @@
-"""What experiments do to point-light walkers: turned upside down, scrambled, short-lived, hidden in noise."""
+"""Manipulations of point-light walkers: inversion, scrambling, limited lifetime, noise dots."""
 
 from __future__ import annotations
 
@@ -10,25 +10,26 @@ import numpy as np
 from pipeline.validation import InvalidInput, require_count, require_range
 from walk3d.pointlight.dots import PointLights
 
-MOST_DOTS = 2000
+MAX_DOTS = 2000
+"""Largest number of noise dots."""
 
 
 class Noise(StrEnum):
-    """What noise dots do."""
+    """Kinds of noise dots, by their motion."""
 
     scrambled_walker = "scrambled_walker"
-    """Each moves as some dot of the walker does, elsewhere and at another time."""
+    """Each noise dot moves like a dot of the walker, at a random position and phase."""
     uniform = "uniform"
-    """Each stands somewhere."""
+    """Each noise dot stays at a random position."""
 
 
 def inverted(lights: PointLights) -> PointLights:
-    """Return the display upside down, about its middle."""
+    """Return the display turned upside down about its middle."""
     return _flipped(lights, 1)
 
 
 def mirrored(lights: PointLights) -> PointLights:
-    """Return the display with left and right exchanged, about its middle."""
+    """Return the display with left and right exchanged about its middle."""
     return _flipped(lights, 0)
 
 
@@ -40,9 +41,9 @@ def _flipped(lights: PointLights, axis: int) -> PointLights:
 
 
 def scrambled(lights: PointLights, generator: np.random.Generator) -> PointLights:
-    """Return the display with each dot's trajectory moved to a place of its own inside the walker's rectangle.
+    """Return the display with each dot's trajectory moved to a random position in the walker's rectangle.
 
-    What each dot does stays as it is; where it does it says nothing any more.
+    The motion of each dot does not change; its position is no longer informative.
     """
     low, high = lights.bounds
     return replace(lights, positions=_placed(lights.positions, low, high, generator))
@@ -51,34 +52,34 @@ def scrambled(lights: PointLights, generator: np.random.Generator) -> PointLight
 def _placed(
     trajectories: np.ndarray, low: np.ndarray, high: np.ndarray, generator: np.random.Generator
 ) -> np.ndarray:
-    """Trajectories (T, P, 2), each moved so that all of it lies somewhere inside a rectangle."""
-    least, most = low - trajectories.min(axis=0), high - trajectories.max(axis=0)
-    middle = (least + most) / 2  # one that does not fit in is put in the middle
-    least, most = np.minimum(least, middle), np.maximum(most, middle)
-    return trajectories + generator.uniform(least, most)
+    """Return trajectories (T, P, 2), each moved to a random position where it is inside a rectangle."""
+    low_shift, high_shift = low - trajectories.min(axis=0), high - trajectories.max(axis=0)
+    middle = (low_shift + high_shift) / 2  # a trajectory that does not fit is centred
+    low_shift, high_shift = np.minimum(low_shift, middle), np.maximum(high_shift, middle)
+    return trajectories + generator.uniform(low_shift, high_shift)
 
 
 def phase_scrambled(lights: PointLights, generator: np.random.Generator) -> PointLights:
-    """Return the display with each dot's trajectory beginning at a frame of its own.
+    """Return the display with each dot's trajectory starting at a random frame.
 
     Raises
     ------
     InvalidInput
-        If the display does not loop: dots would jump.
+        If the display does not loop, since dots would jump.
     """
     if not lights.loops:
         raise InvalidInput(
-            "phases are scrambled in a display that loops",
+            "phase scrambling needs a display that loops",
             expected="a whole number of cycles on the spot",
             code="looping_display",
         )
     frames, dots = lights.positions.shape[:2]
     first = np.asarray(generator.integers(frames, size=dots))
-    return replace(lights, positions=_begun_at(lights.positions, first))
+    return replace(lights, positions=_starting_at(lights.positions, first))
 
 
-def _begun_at(trajectories: np.ndarray, first: np.ndarray) -> np.ndarray:
-    """Trajectories (T, P, 2) of a loop, each from a frame (P,) on."""
+def _starting_at(trajectories: np.ndarray, first: np.ndarray) -> np.ndarray:
+    """Return the trajectories (T, P, 2) of a loop, each starting at its own frame (P,)."""
     frames, dots = trajectories.shape[:2]
     return trajectories[(np.arange(frames)[:, None] + first) % frames, np.arange(dots)]
 
@@ -86,19 +87,19 @@ def _begun_at(trajectories: np.ndarray, first: np.ndarray) -> np.ndarray:
 def limited_lifetime(
     lights: PointLights, generator: np.random.Generator, *, lifetime_frames: int, shown: int
 ) -> PointLights:
-    """Return a display of fewer dots, each of which leaves its joint for another after some frames.
+    """Return a display of fewer dots; each dot moves to another joint after its lifetime.
 
-    Every dot is at a joint in every frame, no two at the same one; changes are staggered evenly over the lifetime.
+    In every frame each dot is at a different joint.  Changes are staggered evenly over the lifetime.
 
     Parameters
     ----------
     lights : PointLights
-        A walker without noise.
+        Display of a walker without noise.
     generator : numpy.random.Generator
     lifetime_frames : int
-        Frames that a dot stays at a joint; only a dot's first stay may be shorter.
+        Number of frames that a dot stays at a joint; only its first stay may be shorter.
     shown : int
-        Dots at a time, fewer than the walker has.
+        Number of dots at a time, fewer than the walker has.
 
     Raises
     ------
@@ -109,15 +110,15 @@ def limited_lifetime(
     require_count("lifetime_frames", lifetime_frames)
     require_count("dots that are shown at a time", shown, at_most=joints - 1)
     at = generator.permutation(joints)[:shown]
-    chosen = np.empty((frames, shown), int)
+    joints_shown = np.empty((frames, shown), int)
     for frame in range(frames):
         for dot in range(shown) if frame else ():
             if (frame + dot * lifetime_frames // shown) % lifetime_frames == 0:
                 at[dot] = generator.choice(np.setdiff1d(np.arange(joints), at))
-        chosen[frame] = at
+        joints_shown[frame] = at
     return PointLights(
         names=tuple(f"dot_{dot + 1}" for dot in range(shown)),
-        positions=np.take_along_axis(lights.positions, chosen[..., None], axis=1),
+        positions=np.take_along_axis(lights.positions, joints_shown[..., None], axis=1),
         frame_rate_hz=lights.frame_rate_hz,
         of_walker=np.ones(shown, bool),
         loops=lights.loops,
@@ -134,28 +135,28 @@ def with_noise(
     field: float = 1.5,
     lifetime_frames: int = 0,
 ) -> PointLights:
-    """Return the display among noise dots.
+    """Return the display with noise dots added.
 
     Parameters
     ----------
     lights : PointLights
     generator : numpy.random.Generator
     dots : int
-        Noise dots.
+        Number of noise dots.
     kind : Noise
     like : PointLights, optional
-        The walker whose dots scrambled noise moves like; `lights` itself by default.
+        Walker whose motion scrambled noise dots copy; `lights` by default.
     field : float
-        Sides of the noise's rectangle over those of the walker's.
+        Sides of the noise's rectangle, relative to those of the walker's.
     lifetime_frames : int
-        Frames after which a noise dot is put elsewhere, staggered over dots; 0: never.
+        Number of frames after which a noise dot moves to a new position, staggered over dots; 0: never.
 
     Raises
     ------
     InvalidInput
         If a number is out of range.
     """
-    require_count("noise dots", dots, at_least=0, at_most=MOST_DOTS)
+    require_count("noise dots", dots, at_least=0, at_most=MAX_DOTS)
     require_range("field", field, at_least=1, at_most=20)
     require_count("lifetime_frames", lifetime_frames, at_least=0)
     if not dots:
@@ -190,13 +191,13 @@ def _noise_dots(
     high: np.ndarray,
     generator: np.random.Generator,
 ) -> np.ndarray:
-    """Trajectories (T, dots, 2) of noise inside a rectangle."""
+    """Return the trajectories (T, dots, 2) of noise dots in a rectangle."""
     frames, joints = model.positions.shape[:2]
     if kind is Noise.uniform:
         return np.broadcast_to(generator.uniform(low, high, size=(dots, 2)), (frames, dots, 2))
-    # Every joint lends its trajectory about equally often.
-    lent = np.concatenate([generator.permutation(joints) for _ in range(-(-dots // joints))])[:dots]
-    trajectories = model.positions[:, lent]
+    # Every joint's trajectory is used about equally often.
+    source_joints = np.concatenate([generator.permutation(joints) for _ in range(-(-dots // joints))])[:dots]
+    trajectories = model.positions[:, source_joints]
     if model.loops:
-        trajectories = _begun_at(trajectories, generator.integers(frames, size=dots))
+        trajectories = _starting_at(trajectories, generator.integers(frames, size=dots))
     return _placed(trajectories, low, high, generator)

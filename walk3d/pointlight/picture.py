@@ -1,4 +1,4 @@
-"""Moving pictures of dots as GIF."""
+"""Animated GIF of moving dots."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from PIL import Image, ImageDraw
 
 from pipeline.validation import require_count
 
-_FINER = 4
-"""Pixels drawn to one that is kept, so that dots move by parts of a pixel."""
+_OVERSAMPLING = 4
+"""Pixels drawn for one pixel of the file, so that dots move by fractions of a pixel."""
 
 
 def draw_gif(
@@ -22,32 +22,32 @@ def draw_gif(
     hundredths: int,
     comment: str = "",
 ) -> None:
-    """Write white dots on black as a GIF that repeats itself for ever.
+    """Write white dots on black as a GIF that repeats without end.
 
     Parameters
     ----------
     path : Path
     places : (T, P, 2)
-        Pixels, right and down.
+        Positions in pixels, right and down.
     size : (int, int)
-        Width and height.
+        Width and height, pixels.
     dot_px : float
-        Radius.
+        Radius of a dot, pixels.
     hundredths : int
-        Hundredths of a second that a frame lasts; players show no fewer than two.
+        Duration of a frame in hundredths of a second; viewers need at least two.
     comment : str
-        What is shown, and its source, in the file.
+        Description and source, stored in the file.
     """
     require_count("hundredths of a second", hundredths, at_least=2)
     frames = []
-    for dots in places * _FINER:
-        fine = Image.new("L", (size[0] * _FINER, size[1] * _FINER))
+    for dots in places * _OVERSAMPLING:
+        fine = Image.new("L", (size[0] * _OVERSAMPLING, size[1] * _OVERSAMPLING))
         pen = ImageDraw.Draw(fine)
         for right, down in dots.tolist():
-            reach = dot_px * _FINER
+            reach = dot_px * _OVERSAMPLING
             pen.ellipse((right - reach, down - reach, right + reach, down + reach), fill=255)
         frames.append(fine.resize(size, Image.Resampling.BOX))
-    # Equal frames are not joined to one of twice the time: a frame of the file is a frame of the display.
+    # Equal frames are not merged, so that each frame of the file is a frame of the display.
     frames[0].save(
         path,
         format="GIF",

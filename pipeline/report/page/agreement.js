@@ -1,21 +1,21 @@
 "use strict";
-// The page's own tables computed again in the browser: how far the players' numbers are from those of Python.
+// Comparison of the numbers that the browser computes with the page's tables, which Python computed.
 const Agreement = (() => {
   const JOINTS = JSON.parse(document.getElementById("joints").textContent);
   const rad = degrees => degrees * Math.PI / 180, column = (table, name) => table.header.indexOf(name);
-  const ofMethod = name => name === "average_walker" ? "baseline" : name;
-  const methodsOf = table => [...new Set(table.rows.map(row => ofMethod(row[column(table, "method")])))].filter(m => m in Gait.METHODS);
+  const keyOf = name => name === "average_walker" ? "baseline" : name;
+  const methodsOf = table => [...new Set(table.rows.map(row => keyOf(row[column(table, "method")])))].filter(m => m in Gait.METHODS);
   const rest = () => new Promise(done => setTimeout(done));
 
-  // Means over walkers of what `each` finds for a fold, a method and a view, against the rows of a table.
+  // Largest relative difference between a table and the means over walkers of `each` (fold, method, view).
   async function means(people, table, views, each, keyed, tell) {
     const sums = new Map(), methods = methodsOf(table);
     for (let r = 0; r < people.count; r++) {
       const fold = Gait.fold(people, r);
       for (const method of methods) for (const degrees of views) {
-        const found = Gait.reconstruct(fold, method, people.components, rad(degrees), people.sigma2_mm2);
+        const estimate = Gait.reconstruct(fold, method, people.components, rad(degrees), people.sigma2_mm2);
         const key = `${method} ${degrees}`, sum = sums.get(key) ?? {};
-        for (const [name, value] of Object.entries(each(fold, found, rad(degrees), r))) sum[name] = (sum[name] ?? 0) + value / people.count;
+        for (const [name, value] of Object.entries(each(fold, estimate, rad(degrees), r))) sum[name] = (sum[name] ?? 0) + value / people.count;
         sums.set(key, sum);
       }
       tell((r + 1) / people.count);
@@ -23,7 +23,7 @@ const Agreement = (() => {
     }
     let worst = 0, compared = 0;
     for (const row of table.rows) {
-      const sum = sums.get(`${ofMethod(row[column(table, "method")])} ${Number(row[column(table, "view_angle_deg")])}`);
+      const sum = sums.get(`${keyOf(row[column(table, "method")])} ${Number(row[column(table, "view_angle_deg")])}`);
       for (const [name, value] of sum ? keyed(row) : []) { worst = Math.max(worst, Math.abs(sum[name] / value - 1)); compared++; }
     }
     return { worst, compared, methods };
@@ -31,32 +31,32 @@ const Agreement = (() => {
 
   // Figure 5: errors of all walkers from all views.
   function figureFive(people, table, tell) {
-    const wanted = { absolute: "absolute_error_mm2", rms: "rms_error_mm", relative: "relative_error" };
+    const columns = { absolute: "absolute_error_mm2", rms: "rms_error_mm", relative: "relative_error" };
     const each = (fold, { delta }, angle, r) => { const { absolute, rms, relative } = Gait.errors(people, r, delta, angle); return { absolute, rms, relative }; };
-    return means(people, table, people.views_deg, each, row => Object.entries(wanted).map(([name, of]) => [name, Number(row[column(table, of)])]), tell);
+    return means(people, table, people.views_deg, each, row => Object.entries(columns).map(([name, head]) => [name, Number(row[column(table, head)])]), tell);
   }
 
-  // Figure 4: largest distance of a reconstructed coordinate, mm.
+  // Figure 4: largest difference of a reconstructed coordinate, mm.
   function figureFour(people, table) {
-    const made = new Map(), instants = new Set(table.rows.map(row => row[column(table, "instant")])).size;
+    const walks = new Map(), instants = new Set(table.rows.map(row => row[column(table, "instant")])).size;
     let worst = 0, compared = 0;
     for (const row of table.rows) {
       const method = row[column(table, "method")], r = people.names.indexOf(row[column(table, "walker")]), degrees = Number(row[column(table, "view_angle_deg")]);
       if (r < 0 || !(method in Gait.METHODS)) continue;
       const key = `${method} ${degrees}`;
-      if (!made.has(key)) {
+      if (!walks.has(key)) {
         const fold = Gait.fold(people, r);
-        made.set(key, Gait.combine(fold.walker, Gait.reconstruct(fold, method, people.components, rad(degrees), people.sigma2_mm2).missing, rad(degrees)));
+        walks.set(key, Gait.combine(fold.walker, Gait.reconstruct(fold, method, people.components, rad(degrees), people.sigma2_mm2).missing, rad(degrees)));
       }
-      const q = Gait.posture(made.get(key), Number(row[column(table, "instant")]) / instants), j = JOINTS.indexOf(row[column(table, "joint")]);
+      const q = Gait.posture(walks.get(key), Number(row[column(table, "instant")]) / instants), j = JOINTS.indexOf(row[column(table, "joint")]);
       "xyz".split("").forEach((axis, x) => { worst = Math.max(worst, Math.abs(q[3 * j + x] - Number(row[column(table, `reconstructed_${axis}_mm`)]))); compared++; });
     }
     return { worst, compared };
   }
 
   const percent = share => `${(100 * share).toPrecision(2)} %`;
-  // Comparisons, each a function of people and tables that tells its progress, notes numbers, and returns its sentence
-  // or nothing; plug-ins add theirs.
+  // Each comparison takes people and tables, reports its progress, stores its numbers and returns a sentence, or an empty
+  // text without a table.  Plug-ins add their own.
   const checks = [
     async (people, tables, note, tell) => {
       const { worst, compared, methods } = await figureFive(people, tables("zhang2007_fig5", "table.csv"), tell);
@@ -72,22 +72,22 @@ const Agreement = (() => {
     },
   ];
 
-  // The button of the walker's player; what is found is in the data of its output, too.
+  // Button of the walker's player; its output element also has the results as data attributes.
   function start(played, tables) {
     const { people } = played;
     const button = document.getElementById("again"), out = document.getElementById("agreement");
     async function check() {
       button.disabled = true;
-      const told = [], note = numbers => Object.assign(out.dataset, numbers);
+      const texts = [], note = numbers => Object.assign(out.dataset, numbers);
       for (const [n, compare] of checks.entries()) {
         const tell = part => { out.textContent = `${Math.round(100 * (n + part) / checks.length)} %`; };
-        told.push(await compare(people, tables, note, tell));
+        texts.push(await compare(people, tables, note, tell));
       }
       const began = performance.now();
       for (let i = 0; i < 100; i++) played.player.draw(i / 60, 1 / 60);
       out.dataset.drawing = ((performance.now() - began) / 100).toFixed(3);
-      const sentences = told.filter(Boolean);
-      out.textContent = sentences.length ? `Recomputed here: ${sentences.join("; ")}.` : "The page has no numbers to compare with.";
+      const sentences = texts.filter(Boolean);
+      out.textContent = sentences.length ? `Recomputed here: ${sentences.join("; ")}.` : "This page has no tables to compare with.";
       button.disabled = false;
     }
     button.addEventListener("click", check);

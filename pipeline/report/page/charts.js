@@ -1,5 +1,5 @@
 "use strict";
-// Curves as SVG, with a slider below each that reads off the values: by mouse, finger or keyboard.
+// Curves as SVG; each plot is a slider that reads off the values, by mouse, finger or keyboard.
 const Charts = (() => {
   const SVG = "http://www.w3.org/2000/svg", W = 640, HIGH = 300, ROW = 22, BESIDE = 62, RIGHT = 14, TOP = 12, BOTTOM = 44;
   const ROLES = JSON.parse(document.getElementById("roles").textContent);
@@ -22,7 +22,7 @@ const Charts = (() => {
   const number = text => text === "" || text === undefined ? NaN : Number(text);
   const say = v => !Number.isFinite(v) ? "–" : Math.abs(v) < 1e-9 ? "0" : (Math.abs(v) >= 1e5 || Math.abs(v) < 1e-3 ? v.toExponential(1)
     : Number(v.toPrecision(4)).toLocaleString("en", { maximumFractionDigits: 6 })).replaceAll("-", "−");
-  // A number to the digits that its interval leaves: so many that its half is 2 to 20 of the last.
+  // Number rounded by the width of its interval: half of the width is 2 to 20 units of the last digit.
   function within(v, ends) {
     const half = ends ? Math.abs(ends[1] - ends[0]) / 2 : 0;
     if (!Number.isFinite(v) || !Number.isFinite(half)) return "–";
@@ -33,7 +33,7 @@ const Charts = (() => {
 
   const words = name => String(name).replace(/\bmap\b/, "MAP").replaceAll("_", " ");
 
-  // The lines of a chart, with their points.
+  // Lines of a chart with their points.
   function series(spec) {
     const dashes = { dashed: "7 4", dotted: "2 3" };
     return spec.series.map(({ key, name, colour, line, width, x, y, lo, hi }) => ({ key, name, colour, dash: dashes[line] ?? "", width: 1.8 * width,
@@ -60,13 +60,13 @@ const Charts = (() => {
       box.replaceChildren();
       box.classList.add("chart");
       this.svg = box.appendChild(document.createElementNS(SVG, "svg"));
-      // Over names: a row to each, and numbers across.
+      // A chart over names has a row for each name; its numbers run across.
       this.high = names ? TOP + BOTTOM + ROW * names.length : HIGH;
       this.left = names ? Math.min(270, 14 + 7.8 * Math.max(...names.map(n => n.length))) : BESIDE;
-      // As wide as its place, so that letters keep their size on a phone.
+      // The chart is as wide as its box, so that letters keep their size on a phone.
       this.wide = Math.max(this.left + (names ? 170 : 258), Math.min(W, box.clientWidth || W));
       this.svg.setAttribute("viewBox", `0 0 ${this.wide} ${this.high}`);
-      // The plot is its own slider: the marker is where the pointer is, and arrow keys move it.
+      // The plot is a slider: its marker follows the pointer and the arrow keys.
       for (const [name, value] of Object.entries({ role: "slider", tabindex: 0, "aria-orientation": names ? "vertical" : "horizontal", "aria-label": `${spec.y_label} against ${spec.x_label}` })) this.svg.setAttribute(name, value);
       this.legend = box.appendChild(document.createElement("p"));
       this.legend.className = "legend";
@@ -103,7 +103,7 @@ const Charts = (() => {
       if (this.spec.limits) [y0, y1] = this.spec.limits;
       if (x0 === x1) { x0 -= 1; x1 += 1; }
       const x = this.names ? ticks(y0, y1, log_y) : ticks(x0, x1, log_x), y = this.names ? [] : ticks(y0, y1, log_y);
-      // Room for the widest number beside the axis's title.
+      // Space for the axis's title and the widest number.
       if (!this.names) this.left = Math.max(BESIDE, 34 + 7 * Math.max(...y.map(v => say(v).length)));
       const map = (v, a, b, log) => log ? Math.log(Math.max(v, a) / a) / Math.log(b / a) : (v - a) / (b - a);
       const wide = this.wide - this.left - RIGHT, over = y => Math.max(-0.02, Math.min(1.02, map(y, y0, y1, log_y)));
@@ -112,9 +112,9 @@ const Charts = (() => {
       return { x, y };
     }
     node(name, attributes, parent = this.svg) {
-      const made = parent.appendChild(document.createElementNS(SVG, name));
-      for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-      return made;
+      const element = parent.appendChild(document.createElementNS(SVG, name));
+      for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+      return element;
     }
     text(x, y, words, attributes) { this.node("text", { x, y, ...attributes }).textContent = words; }
     draw() {
@@ -153,9 +153,9 @@ const Charts = (() => {
       const banded = shown.filter(p => Number.isFinite(p.lo) && Number.isFinite(p.hi));
       const dots = s.dots;
       if (banded.length > 1 && !dots) {
-        const there = banded.map(p => `${this.px(p.x).toFixed(1)},${this.py(p.hi).toFixed(1)}`);
-        const back = banded.map(p => `${this.px(p.x).toFixed(1)},${this.py(p.lo).toFixed(1)}`).reverse();
-        this.node("polygon", { points: [...there, ...back].join(" "), class: "band" }, s.group);
+        const upper = banded.map(p => `${this.px(p.x).toFixed(1)},${this.py(p.hi).toFixed(1)}`);
+        const lower = banded.map(p => `${this.px(p.x).toFixed(1)},${this.py(p.lo).toFixed(1)}`).reverse();
+        this.node("polygon", { points: [...upper, ...lower].join(" "), class: "band" }, s.group);
       }
       const n = this.series.length, off = this.names && this.series.some(o => o !== s && o.points.some(p => shown.some(q => q.x === p.x))) ? (this.series.indexOf(s) / (n - 1) - 0.5) * ROW * 0.5 : 0;
       const place = (p, y) => this.names ? [this.px(y), this.py(p.x) + off] : [this.px(p.x), this.py(y)];
@@ -164,7 +164,7 @@ const Charts = (() => {
       else this.node("polyline", { points: shown.map(p => `${this.px(p.x).toFixed(1)},${this.py(p.y).toFixed(1)}`).join(" "),
         "stroke-dasharray": s.dash, "stroke-width": s.width ?? 1.8 }, s.group);
     }
-    // A number to compare with: across, upright, a point, through the origin, or so many per cent below a series.
+    // Reference: a horizontal or vertical line, a point, a line through the origin, or a percentage below a series.
     reference(r, bottom) {
       if (this.names) {
         if (r.y === null) return;
@@ -172,7 +172,7 @@ const Charts = (() => {
         if (r.label) this.text(this.px(r.y) + 5, TOP + 10, r.label, { class: "note" });
         return;
       }
-      const kind = r.published ? "reference published" : "reference", points = (name, of) => this.node("polyline", { points: of.map(p => `${this.px(p.x).toFixed(1)},${this.py(p.y).toFixed(1)}`).join(" "), class: name });
+      const kind = r.published ? "reference published" : "reference", points = (name, corners) => this.node("polyline", { points: corners.map(p => `${this.px(p.x).toFixed(1)},${this.py(p.y).toFixed(1)}`).join(" "), class: name });
       const below = this.series.find(s => s.key === r.below), ends = [this.xs[0], this.xs.at(-1)];
       if (below) points(kind, below.points.map(p => ({ x: p.x, y: p.y * (1 - r.percent / 100) })));
       else if (r.slope !== null) points(kind, ends.map(x => ({ x, y: r.slope * x })));
@@ -200,12 +200,12 @@ const Charts = (() => {
       const x = this.xs[this.now];
       if (x === undefined) return;
       for (const end of [1, 2]) this.cursor.setAttribute(`${this.names ? "y" : "x"}${end}`, (this.names ? this.py : this.px)(x));
-      const [, name, unit] = /^(.*?)(?: \(([^()]*)\))?$/.exec(this.spec.y_label), of = unit ? (unit === "°" || unit === "%" ? unit.replace("%", " %") : ` ${unit}`) : "";
+      const [, name, unit] = /^(.*?)(?: \(([^()]*)\))?$/.exec(this.spec.y_label), suffix = unit ? (unit === "°" || unit === "%" ? unit.replace("%", " %") : ` ${unit}`) : "";
       const [, across, mark] = /^(.*?)(?: \(([^()]*)\))?$/.exec(this.spec.x_label);
       const place = this.names ? this.names[x] : `${say(x)}${mark ? (mark.startsWith("°") ? "°" : ` ${mark}`) : ""}`;
       const values = this.series.map(s => [s, s.points.find(p => p.x === x)]).filter(([, p]) => p).map(([s, p]) => {
         const ends = Number.isFinite(p.lo) && Number.isFinite(p.hi) ? [p.lo, p.hi] : null;
-        return `${s.name || name} ${within(p.y, ends)}${of}${ends ? ` (${within(p.lo, ends)} to ${within(p.hi, ends)})` : ""}`;
+        return `${s.name || name} ${within(p.y, ends)}${suffix}${ends ? ` (${within(p.lo, ends)} to ${within(p.hi, ends)})` : ""}`;
       });
       const read = `${across} ${place}: ${values.join("; ")}`;
       this.output.textContent = read;

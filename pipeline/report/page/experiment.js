@@ -1,69 +1,69 @@
 "use strict";
-// The first screen: guess the depth of a hand, then let one method after the other do it, then turn the camera.
+// First screen: guess the depth of a hand, then see what each method reconstructs, then turn the camera.
 const Experiment = (() => {
   const id = name => document.getElementById(name), rad = degrees => degrees * Math.PI / 180;
   const HAND = 7, INSTANT = 0.2, SLICE_MS = 8;
-  // Steps, each with the words on the button that leads to it; methods of plug-ins come after the paper's.
+  // Steps with the text of the button that leads to each one; methods of plug-ins follow those of the paper.
   const added = () => Object.entries(Gait.METHODS).filter(([, method]) => method.step);
   const stepsOf = () => [
-    { words: "Fifteen dots walk away from one camera. It sees them flat: their depth is lost. Where is the right hand, nearer than the body or farther? Drag it in the view from the side.", method: null },
+    { words: "Fifteen dots walk away from one camera. The image is flat: their depth is lost. Is the right hand nearer than the body or farther? Drag it in the view from the side.", method: null },
     { button: "Show where it is", words: "", method: null },
-    { button: "Least squares", words: "Least squares: of all sums of eigenwalkers, the directions in which people differ, take the one that fits the flat picture best.", method: "least_squares" },
-    { button: "Add the prior", words: "The prior: the same, but what few people do has to be paid for. Noise is no longer mistaken for a strange gait.", method: "map" },
+    { button: "Least squares", words: "Least squares: people differ along a few directions, the eigenwalkers. Their sum that fits the flat picture best is the reconstruction.", method: "least_squares" },
+    { button: "Add the prior", words: "The prior: the same fit, with a penalty on unusual walks. Noise is no longer mistaken for an unusual gait.", method: "map" },
     ...added().map(([method, { step: { button, words } }]) => ({ button, words, method })),
-    { button: "Turn the camera", words: "Turn the camera: everything is solved again. Seen from the side almost nothing is lost; straight ahead or away, most.", method: added().at(-1)?.[0] ?? "map" },
+    { button: "Turn the camera", words: "Turn the camera: all methods solve again. From the side almost no depth is lost; from the front or from behind, most of it is.", method: added().at(-1)?.[0] ?? "map" },
   ];
   const namesOf = () => ({ baseline: "average walker", least_squares: "least squares", map: "+ prior",
     ...Object.fromEntries(added().map(([key, { step }]) => [key, step.name])) });
 
-  // Medians over all walkers of the error in depth, by method, view and number of eigenwalkers: in slices of a frame, and
-  // what was found is kept.  A new request ends the one before.
-  const known = new Map();
+  // Median depth errors over all walkers, by method, view and number of eigenwalkers.  They are computed in slices of a
+  // frame and cached.  A new request ends the previous one.
+  const cache = new Map();
   function sampler(people) {
     let latest = 0;
     const middle = list => { const sorted = [...list].sort((a, b) => a - b), n = sorted.length; return (sorted[(n - 1) >> 1] + sorted[n >> 1]) / 2; };
-    return (wanted, tell) => {
-      const mine = ++latest, left = [];
-      for (const of of wanted) {
-        if (!known.has(of.join())) known.set(of.join(), []);
-        for (let q = known.get(of.join()).length; q < people.count; q++) left.push([of, q]);
+    return (requests, report) => {
+      const ours = ++latest, left = [];
+      for (const request of requests) {
+        if (!cache.has(request.join())) cache.set(request.join(), []);
+        for (let q = cache.get(request.join()).length; q < people.count; q++) left.push([request, q]);
       }
       const some = () => {
-        if (mine !== latest) return;
+        if (ours !== latest) return;
         for (const began = performance.now(); left.length && performance.now() - began < SLICE_MS;) {
-          const [[key, degrees, n], q] = left.shift(), list = known.get([key, degrees, n].join()), angle = rad(degrees);
+          const [[key, degrees, n], q] = left.shift(), list = cache.get([key, degrees, n].join()), angle = rad(degrees);
           if (list.length === q) list.push(Gait.errors(people, q, Gait.reconstruct(Gait.fold(people, q), key, n, angle, people.sigma2_mm2).delta, angle).rms);
         }
-        for (const of of wanted) { const list = known.get(of.join()); if (list.length) tell(middle(list), list.length, of); }
+        for (const request of requests) { const list = cache.get(request.join()); if (list.length) report(middle(list), list.length, request); }
         if (left.length) requestAnimationFrame(some);
       };
       some();
     };
   }
 
-  // A sentence whose numbers can be dragged.
+  // Sentence with sliders for two of its numbers.
   function sentence(people) {
     const count = id("alive-count"), view = id("alive-view"), out = id("alive-gain");
     if (!count) return;
-    const run = sampler(people), found = {};
+    const run = sampler(people), results = {};
     count.max = Math.min(60, people.count - 2); count.value = people.components;
-    const tell = () => {
+    const update = () => {
       const n = +count.value, degrees = +view.value;
       id("alive-count-now").textContent = n; id("alive-view-now").textContent = Players.heading(degrees);
       view.setAttribute("aria-valuetext", Players.heading(degrees));
-      found.map = found.least_squares = undefined;
+      results.map = results.least_squares = undefined;
       run([["least_squares", degrees, n], ["map", degrees, n]], (median, done, [key]) => {
-        found[key] = [median, done];
-        const [plain, prior] = [found.least_squares, found.map];
+        results[key] = [median, done];
+        const [plain, prior] = [results.least_squares, results.map];
         if (!plain || !prior) return;
         const gain = 100 * (1 - prior[0] / plain[0]), part = Math.min(plain[1], prior[1]);
         out.textContent = `${gain.toFixed(0).replace("-", "−")} %`;
-        id("alive-rest").textContent = ` of the median error: ${plain[0].toFixed(1)} mm by least squares, ${prior[0].toFixed(1)} mm with it${part < people.count ? ` (${part} of ${people.count} walkers)` : ""}.`;
+        id("alive-rest").textContent = ` of the median error: ${plain[0].toFixed(1)} mm by least squares, ${prior[0].toFixed(1)} mm with the prior${part < people.count ? ` (${part} of ${people.count} walkers)` : ""}.`;
       });
     };
-    const seen = new IntersectionObserver(([entry]) => { if (entry.isIntersecting) { seen.disconnect(); tell(); } });
-    seen.observe(out);
-    for (const control of [count, view]) control.addEventListener("input", tell);
+    const visible = new IntersectionObserver(([entry]) => { if (entry.isIntersecting) { visible.disconnect(); update(); } });
+    visible.observe(out);
+    for (const control of [count, view]) control.addEventListener("input", update);
   }
 
   function start(people) {
@@ -86,10 +86,10 @@ const Experiment = (() => {
     }
     function medians() {
       for (const [key, { row }] of bars) row.hidden = state.step < Math.max(2, STEPS.findIndex(step => step.method === key));
-      run([...bars].filter(([, { row }]) => !row.hidden).map(([key]) => [key, +view.value, people.components]), (found, done, [key]) => {
+      run([...bars].filter(([, { row }]) => !row.hidden).map(([key]) => [key, +view.value, people.components]), (median, done, [key]) => {
         const { bar, out } = bars.get(key);
-        bar.style.width = `${Math.min(100, found * 2)}%`;
-        out.textContent = `${found.toFixed(1)} mm${done < people.count ? ` (${done} of ${people.count})` : ""}`;
+        bar.style.width = `${Math.min(100, median * 2)}%`;
+        out.textContent = `${median.toFixed(1)} mm${done < people.count ? ` (${done} of ${people.count})` : ""}`;
       });
     }
     function solve() {
@@ -103,7 +103,7 @@ const Experiment = (() => {
     }
     const truthDepth = () => { const p = Gait.posture(walker, INSTANT); return depth(p, HAND, axes(0)) - depth(p, 8, axes(0)); };
     function guessed() {
-      id("guess-now").textContent = +guess.value === 0 ? "as the body" : say(+guess.value);
+      id("guess-now").textContent = +guess.value === 0 ? "the same as the body" : say(+guess.value);
       guess.setAttribute("aria-valuetext", id("guess-now").textContent);
     }
     function to(step) {
@@ -114,12 +114,12 @@ const Experiment = (() => {
       id("step-number").textContent = `${state.step + 1} of ${STEPS.length}`;
       const off = +guess.value - truthDepth();
       id("step-words").textContent = state.step === 1
-        ? `It is ${say(truthDepth())} than the middle of the body; your guess is ${Math.abs(off).toFixed(0)} mm off. The picture alone does not say. Knowing how other people walk does: ${people.count - 1} of them are what the next steps learn from.`
+        ? `It is ${say(truthDepth())} than the middle of the body; your guess is ${Math.abs(off).toFixed(0)} mm off. The picture alone does not show this depth. The next steps learn it from the walks of ${people.count - 1} other people.`
         : STEPS[state.step].words;
       id("guess-row").hidden = state.step > 0; id("view-row").hidden = !last;
       id("step-next").textContent = last ? "Again" : STEPS[state.step + 1].button;
       id("step-back").disabled = state.step === 0;
-      id("aside-words").textContent = state.step === 0 ? "the same from the side: the camera is on the left, depth runs to the right" : "from the side; dashed: how he walked" + (state.step > 1 ? "; in colour: reconstructed from the dots" : "");
+      id("aside-words").textContent = state.step === 0 ? "the same from the side: the camera is on the left, depth runs to the right" : "from the side; dashed: the real walk" + (state.step > 1 ? "; in colour: the reconstruction from the dots" : "");
       solve();
     }
     id("step-next").addEventListener("click", () => { to(state.step === STEPS.length - 1 ? 0 : state.step + 1); });
@@ -153,9 +153,9 @@ const Experiment = (() => {
         aside.line([aside.place(+guess.value, z), aside.place(truth[3 * HAND], z)], ink("--bad"), 2);
         aside.dot(aside.place(+guess.value, z), 8, ink("--bad"), true); aside.dot(aside.place(truth[3 * HAND], z), 6, ink("--bad"));
       } else if (state.found) {
-        const made = flatten(Gait.posture(state.found, cycle));
-        for (let j = 0; j < 15; j++) aside.line([aside.place(truth[3 * j], truth[3 * j + 2]), aside.place(made[3 * j], made[3 * j + 2])], ink("--bad"), 1);
-        aside.skeleton(made, project, colour, { width: 3, radius: 3.4 });
+        const result = flatten(Gait.posture(state.found, cycle));
+        for (let j = 0; j < 15; j++) aside.line([aside.place(truth[3 * j], truth[3 * j + 2]), aside.place(result[3 * j], result[3 * j + 2])], ink("--bad"), 1);
+        aside.skeleton(result, project, colour, { width: 3, radius: 3.4 });
       }
     }
     guessed(); to(0);

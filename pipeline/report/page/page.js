@@ -1,13 +1,13 @@
 "use strict";
-// Curves and pictures when they come into view, the ledger, players.
+// Start of the page: curves and pictures when they come into view, the ledger, the players.
 (() => {
   const store = new Map();
-  // A table of the page, of which players read some columns.
+  // Return a table of the page, with the columns that players read.
   const tables = (figure, name) => {
     if (!store.has(figure)) { const at = document.getElementById(`tables-${figure}`); store.set(figure, at ? JSON.parse(at.textContent) : {}); }
-    const of = store.get(figure);
-    if (typeof of[name] === "string") of[name] = Charts.parse(of[name]);
-    return of[name] ?? null;
+    const tablesOf = store.get(figure);
+    if (typeof tablesOf[name] === "string") tablesOf[name] = Charts.parse(tablesOf[name]);
+    return tablesOf[name] ?? null;
   };
 
   function drawn(box) {
@@ -16,7 +16,7 @@
     const spec = JSON.parse(box.dataset.spec), series = Charts.series(spec);
     new Charts.Chart(box, { series, names: spec.names, spec, note: series.some(s => s.dots) ? "" : spec.note });
   }
-  // What is drawn when it comes into view: its place is kept, so that nothing moves.
+  // Elements that are drawn when they come into view; their space is reserved, so that the page does not jump.
   const charts = [...document.querySelectorAll("[data-spec]")], pictures = [...document.querySelectorAll("[data-packed]")];
   async function unpacked(image) {
     const text = image.dataset.packed;
@@ -32,11 +32,11 @@
     for (const entry of entries) if (entry.isIntersecting) { near.unobserve(entry.target); show(entry.target); }
   }, { rootMargin: "400px" });
   [...charts, ...pictures].forEach(at => near.observe(at));
-  // Printing does not wait for what is unpacked: pictures are, one after the other, when there is nothing else to do.
+  // Printing does not wait for unpacking, so pictures are unpacked one after the other while the browser is idle.
   const idle = window.requestIdleCallback ?? (task => setTimeout(task, 200)), packed = [...pictures];
   const next = () => { const image = packed.shift(); if (image) Promise.resolve(unpacked(image)).then(() => idle(next)); };
   addEventListener("load", () => idle(next));
-  // A link to a claim opens the drawer that it is in; what is not drawn yet above it would move it.
+  // A link to a claim opens the section around it.  All charts are drawn first, since later ones would move the claim.
   function open(place) { charts.forEach(drawn); for (let up = place; up; up = up.parentElement) if (up.tagName === "DETAILS") up.open = true; }
   document.addEventListener("click", event => {
     const link = event.target.closest('a[href^="#"]');

@@ -1,5 +1,5 @@
 "use strict";
-// The players: a walker seen by a camera that is dragged around him, eigenwalkers, and a limb's two candidates.
+// Players: a walker in front of a camera that can be dragged, eigenwalkers, and the two candidates of a limb.
 const Players = (() => {
   const BONES = JSON.parse(document.getElementById("bones").textContent);
   const RIGHT = new Set([5, 6, 7, 12, 13, 14]);
@@ -8,9 +8,9 @@ const Players = (() => {
   const ink = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const rad = degrees => degrees * Math.PI / 180;
   const data = name => { const at = id(name); return at ? JSON.parse(at.textContent) : null; };
-  const loops = [], SLICE_MS = 8;  // of computing within a frame
+  const loops = [], SLICE_MS = 8;  // computing time within a frame
 
-  // A canvas as large as it is shown; millimetres to pixels by `scale`, the middle of the picture at (u, v).
+  // Canvas at its size on the screen; `scale` converts millimetres to pixels, `middle` is shown at its centre.
   class Stage {
     constructor(canvas, high, middle) {
       Object.assign(this, { canvas, high, middle, context: canvas.getContext("2d"), seen: true, azimuth: 0.6, lift: 0.18 });
@@ -52,7 +52,7 @@ const Players = (() => {
       if (radius) at.forEach((p, j) => this.dot(p, hollow?.[j] ? radius + 1.5 : radius, colour, Boolean(hollow?.[j])));
       return at;
     }
-    // A ring on the ground, with an arrow where [x, y], a unit vector, points.
+    // Ring on the ground, with an arrow in the direction of the unit vector [px, py].
     floor(height, reach, [px, py] = [0, 1]) {
       const ring = Array.from({ length: 49 }, (_, i) => this.turned(reach * Math.cos(i * Math.PI / 24), reach * Math.sin(i * Math.PI / 24), height));
       this.line(ring, ink("--line"), 1);
@@ -61,7 +61,7 @@ const Players = (() => {
       this.line(arrow.map(([x, y]) => this.turned(py * x + px * y, py * y - px * x, height)), ink("--muted"), 1.5);
     }
   }
-  // Where somebody walks whom a camera sees from a view angle.
+  // Walking direction, as the camera sees it, for a view angle in degrees.
   const heading = degrees => degrees === 0 ? "straight away" : Math.abs(degrees) >= 90 ? `across, to the ${degrees > 0 ? "right" : "left"}`
     : `${Math.abs(degrees)}° off to the ${degrees > 0 ? "right" : "left"}`;
   function drag(canvas, move, begin = () => {}) {
@@ -84,7 +84,7 @@ const Players = (() => {
     button.addEventListener("click", () => { playing.on = !playing.on; show(); });
     show();
   }
-  // Every loop draws when its stage is on the screen; time stands still where it is paused.
+  // A loop draws while one of its stages is on the screen; its clock stops while it is paused.
   function loop(playing, stages, draw) {
     const entry = { playing, stages, draw, clock: 0 };
     loops.push(entry);
@@ -138,13 +138,12 @@ const Players = (() => {
     };
     drag(ring.canvas, (dx, dy, e) => aim(e), aim);
 
-    const shown = [...new Set(table.rows.map(row => row[table.header.indexOf("method")]))];
     const figure = JSON.parse(document.querySelector('[data-figure="zhang2007_fig5"][data-spec]').dataset.spec);
     const spec = { ...figure, y_label: "error in depth (mm)", references: [], limits: figure.limits?.map(Math.sqrt) };
     const [method, viewed, rms] = ["method", "view_angle_deg", "rms_error_mm"].map(name => table.header.indexOf(name));
     const published = Charts.series(figure).map(s => ({ ...s, name: `all walkers, ${s.name} (figure 5)`, width: 1.2, dash: "5 3",
       points: table.rows.filter(row => row[method] === s.key).map(row => ({ x: Number(row[viewed]), y: Number(row[rms]), lo: NaN, hi: NaN })) }));
-    const own = { key: "own", name: "this walker, now", points: [], colour: "blue", dash: "", width: 2.6 };
+    const current = { key: "own", name: "this walker, now", points: [], colour: "blue", dash: "", width: 2.6 };
     let chart = null;
     const state = { method: "map" };
     function sigma2() { return low * (high / low) ** (sigma.value / 100); }
@@ -158,44 +157,44 @@ const Players = (() => {
       id("count-now").textContent = `${n} of ${fold.count}`;
       view.setAttribute("aria-valuetext", heading(+view.value));
       sigma.setAttribute("aria-valuetext", `${noise.toPrecision(3)} square millimetres`);
-      const chosen = Gait.METHODS[state.method];
-      sigma.disabled = !chosen.prior; count.disabled = !chosen.estimate;
+      const active = Gait.METHODS[state.method];
+      sigma.disabled = !active.prior; count.disabled = !active.estimate;
       const body = id("numbers");
       body.replaceChildren();
       for (const [key, method] of Object.entries(Gait.METHODS)) {
-        const found = Gait.reconstruct(fold, key, n, angle, noise), e = Gait.errors(people, r, found.delta, angle);
-        const whole = Gait.combine(fold.walker, found.missing, angle);
-        if (key === state.method) state.found = whole;
+        const estimate = Gait.reconstruct(fold, key, n, angle, noise), e = Gait.errors(people, r, estimate.delta, angle);
+        const walk = Gait.combine(fold.walker, estimate.missing, angle);
+        if (key === state.method) state.found = walk;
         const row = body.insertRow();
         row.className = key === state.method ? "chosen" : "";
         const head = row.appendChild(document.createElement("th"));
         head.scope = "row"; head.textContent = method.label;
-        for (const v of [e.rms.toFixed(1), Gait.angleError(fold.walker, whole).toFixed(1), e.relative.toFixed(2)]) row.insertCell().textContent = v;
+        for (const v of [e.rms.toFixed(1), Gait.angleError(fold.walker, walk).toFixed(1), e.relative.toFixed(2)]) row.insertCell().textContent = v;
       }
-      state.cloud = (chosen.cloud?.(fold, angle) ?? []).map(missing => Gait.combine(fold.walker, missing, angle));
-      id("bars").textContent = chosen.words?.(fold, angle) ?? "";
-      own.colour = Charts.roles(chosen.role);
+      state.cloud = (active.cloud?.(fold, angle) ?? []).map(missing => Gait.combine(fold.walker, missing, angle));
+      id("bars").textContent = active.words?.(fold, angle) ?? "";
+      current.colour = Charts.roles(active.role);
       if (!chart) {
-        chart = new Charts.Chart(id("player-curve"), { series: [...published, own],
+        chart = new Charts.Chart(id("player-curve"), { series: [...published, current],
           spec: { ...spec, held: true } });
         chart.onmove = setView;
       }
       curve();
       id("player-curve").querySelector("svg").setAttribute("aria-label", `error of ${people.names[r]} against view angle`);
     }
-    // This walker's error from every view, every tenth first; a view of some methods takes milliseconds, so
-    // that their curves grow from one frame to the next.
+    // Error of this walker from every view, every tenth view first.  Some methods need milliseconds for a view, so their
+    // curves grow from frame to frame.
     let filling = 0;
     function curve() {
-      const { r, n, noise, fold, method } = state, found = new Map(), run = ++filling;
+      const { r, n, noise, fold, method } = state, errorAt = new Map(), run = ++filling;
       const left = [10, 1].flatMap(step => people.views_deg.filter((_, i) => i % step === 0));
       const some = () => {
         if (run !== filling) return;
         for (const began = performance.now(); left.length && performance.now() - began < SLICE_MS;) {
           const x = left.shift();
-          if (!found.has(x)) found.set(x, Gait.errors(people, r, Gait.reconstruct(fold, method, n, rad(x), noise).delta, rad(x)).rms);
+          if (!errorAt.has(x)) errorAt.set(x, Gait.errors(people, r, Gait.reconstruct(fold, method, n, rad(x), noise).delta, rad(x)).rms);
         }
-        own.points = people.views_deg.filter(x => found.has(x)).map(x => ({ x, lo: NaN, hi: NaN, y: found.get(x) }));
+        current.points = people.views_deg.filter(x => errorAt.has(x)).map(x => ({ x, lo: NaN, hi: NaN, y: errorAt.get(x) }));
         chart.draw();
         chart.at(+view.value);
         if (left.length) requestAnimationFrame(some);
@@ -208,8 +207,8 @@ const Players = (() => {
     root.addEventListener("reset", () => setTimeout(() => { who.value = people.shown; count.value = people.components;
       sigma.value = 100 * Math.log(people.sigma2_mm2 / low) / Math.log(high / low); view.value = 0; changed(); }));
     function draw(clock, step) {
-      const cycle = clock * people.frequency_hz[state.r], real = Gait.posture(state.fold.walker, cycle), made = Gait.posture(state.found, cycle);
-      const c = Math.cos(state.angle), s = Math.sin(state.angle), colour = ink(`--c-${own.colour}`), grey = ink("--truth");
+      const cycle = clock * people.frequency_hz[state.r], real = Gait.posture(state.fold.walker, cycle), result = Gait.posture(state.found, cycle);
+      const c = Math.cos(state.angle), s = Math.sin(state.angle), colour = ink(`--c-${current.colour}`), grey = ink("--truth");
       image.begin();
       image.skeleton(real, (x, y, z) => image.place(c * x + s * y, z), ink("--text"), { width: 3, radius: 4, hollow: people.estimated?.[state.r] });
       if (spin.on) turn.azimuth += step * 0.5;
@@ -222,10 +221,10 @@ const Players = (() => {
         stage.dot(eye, stage === ring ? 9 : 4, ink("--accent"));
       };
       camera(turn, -960, 950);
-      for (let j = 0; j < 15; j++) turn.line([turn.turned(...real.subarray(3 * j, 3 * j + 3)), turn.turned(...made.subarray(3 * j, 3 * j + 3))], ink("--bad"), 1);
+      for (let j = 0; j < 15; j++) turn.line([turn.turned(...real.subarray(3 * j, 3 * j + 3)), turn.turned(...result.subarray(3 * j, 3 * j + 3))], ink("--bad"), 1);
       turn.skeleton(real, (x, y, z) => turn.turned(x, y, z), grey, { width: 3, radius: 2.5, dash: [6, 5] });
       for (const drawn of state.cloud) turn.skeleton(Gait.posture(drawn, cycle), (x, y, z) => turn.turned(x, y, z), colour, { width: 1.5, radius: 0, alpha: 0.3 });
-      turn.skeleton(made, (x, y, z) => turn.turned(x, y, z), colour, { width: 3, radius: 3.4, hollow: people.estimated?.[state.r] });
+      turn.skeleton(result, (x, y, z) => turn.turned(x, y, z), colour, { width: 3, radius: 3.4, hollow: people.estimated?.[state.r] });
       ring.begin();
       ring.floor(0, 950);
       ring.skeleton(real, (x, y, z) => ring.turned(x, y, 0), grey, { width: 1.6, radius: 0 });
@@ -256,7 +255,7 @@ const Players = (() => {
     const set = (k, value) => { inputs[k].input.value = value; inputs[k].show(); };
     button.addEventListener("click", () => { sway.at = sway.at >= 0 ? -1 : 0; sway.since = 0; inputs.forEach((_, k) => set(k, 0)); pressed(); });
     id("eigen-reset").addEventListener("click", () => { sway.at = -1; inputs.forEach((_, k) => set(k, 0)); pressed(); });
-    // The sliders as they are for a walker, as far as they reach.
+    // Set the sliders to a walker's coefficients, within their range.
     people.sway = walker => inputs.forEach((_, k) => {
       let along = 0;
       for (let i = 0; i < Gait.SIZE; i++) along += (walker[i] - model.mean[i]) * model.E[k * Gait.SIZE + i];
@@ -316,7 +315,7 @@ const Players = (() => {
       }
       let root = [0, 0, 0];
       for (let f = 0; f < F; f++) root = root.map((v, x) => v + truth[f * 45 + 24 + x] / F);
-      if (entered !== `${clip.value} ${camera.value}`) {  // depth runs across the picture
+      if (entered !== `${clip.value} ${camera.value}`) {  // turn the scene so that depth runs across the picture
         entered = `${clip.value} ${camera.value}`;
         const { way } = Gait.ray(P.subarray(12 * (F >> 1), 12 * (F >> 1) + 12), pixels[(F >> 1) * 30], pixels[(F >> 1) * 30 + 1]);
         world.azimuth = Math.atan2(way[1], way[0]) + 0.35;
@@ -337,7 +336,7 @@ const Players = (() => {
       const line = (name, i, colour, dash, width) => ({ name, parts: [], colour, dash, width, points: rows.map((r, f) => ({ x: f, y: r.depths[i], lo: NaN, hi: NaN })) });
       chart = new Charts.Chart(id("limb-curve"), { series: [line("near candidate", 0, "grey", "2 3", 1.2), line("far candidate", 1, "grey", "7 4", 1.2),
         line("reconstructed", 2, Charts.roles(sure), "", 2.6), line("truth", 3, "black", "", 1.2)],
-        spec: { x_label: "frame", y_label: "depth beside the parent (mm)", start: +frame.value } });
+        spec: { x_label: "frame", y_label: "depth relative to the parent (mm)", start: +frame.value } });
       chart.onmove = f => { frame.value = f; playing.on = false; id("limb-play").textContent = "Play"; id("limb-play").setAttribute("aria-pressed", "false"); };
     }
     for (const control of [clip, camera, limb]) control.addEventListener("input", compute);
@@ -371,14 +370,14 @@ const Players = (() => {
     entry.clock = 0.5;
   }
 
-  // What plug-ins begin with the walkers.
+  // Functions of plug-ins that start with the walkers.
   const additions = [];
-  // Returns the walkers and their player, null where there are none.
+  // Return the walkers and their player, or null without walkers.
   function start(tables) {
     const packed = data("walkers"), clipped = data("clips"), people = packed && Gait.people(packed);
     const five = tables("zhang2007_fig5", "table.csv");
     if (people && five) { Experiment.start(people); additions.forEach(begin => begin(people)); }
-    // Each player begins in a task of its own, after the first screen is drawn.
+    // Each player starts in a separate task, after the first screen is drawn.
     const first = () => Gait.fold(people, people.shown);
     const made = {}, begin = { fold: () => people && five && first(), learnt: () => people && five && Object.values(Gait.METHODS).forEach(method => method.missing?.(first(), 0)), player: () => people && five && reconstruction(people, five), eigen: () => people && five && eigenwalkers(people), limb: () => clipped && limbs(clipped), sentence: () => people && five && Experiment.sentence(people) };
     const get = name => { if (!(name in made)) { made[name] = null; made[name] = begin[name](); } return made[name]; };

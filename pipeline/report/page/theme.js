@@ -1,5 +1,5 @@
 "use strict";
-// Light or dark, as the system or as chosen.
+// Light or dark colours, by the system's setting or the reader's choice.
 (() => {
   const theme = document.getElementById("theme");
   const root = document.documentElement;

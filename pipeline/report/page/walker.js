@@ -1,12 +1,12 @@
 "use strict";
-// The mathematics of the players: what pipeline/core computes, for one walker at a time.
+// Mathematics of the players: the computations of pipeline/core, for one walker at a time.
 //
 // A walker is 225 numbers, coefficient x joint x space, in the printed order p0, p1, q1, p2, q2 (p: sine, q: cosine).
-// A fold is learnt from all other people, and reconstructs one flat view by (A + sigma2 I) z = h.
+// A fold is trained on all other people.  It reconstructs one flat view by solving (A + sigma2 I) z = h.
 const Gait = (() => {
-  const JOINTS = 15, POINTS = 75, SIZE = 225, MOST = 60;
-  const WEIGHTS = [1, 0.5, 0.5, 0.5, 0.5];  // mean square over a cycle of each coefficient
-  const UNSEEN = 1e-13, SAFE = 1e-10, NO_VARIATION = 1e-12;
+  const JOINTS = 15, POINTS = 75, SIZE = 225, MAX_COMPONENTS = 60;
+  const WEIGHTS = [1, 0.5, 0.5, 0.5, 0.5];  // mean square of each basis function over a cycle
+  const RANK_TOLERANCE = 1e-13, PIVOT_TOLERANCE = 1e-10, SD_TOLERANCE = 1e-12;
 
   function bytes(text) {
     const raw = atob(text), out = new Uint8Array(raw.length);
@@ -30,7 +30,7 @@ const Gait = (() => {
   }
   const walker = (p, r) => p.samples.subarray(r * SIZE, (r + 1) * SIZE);
 
-  // Eigenvalues (descending) and eigenvectors in rows of a symmetric matrix, by Householder and QL.
+  // Descending eigenvalues and eigenvectors (in rows) of a symmetric matrix, by Householder reduction and QL.
   function symmetricEigen(matrix, n) {
     const V = Float64Array.from(matrix), d = new Float64Array(n), e = new Float64Array(n);
     for (let j = 0; j < n; j++) d[j] = V[(n - 1) * n + j];
@@ -112,13 +112,13 @@ const Gait = (() => {
     return { values: Float64Array.from(order, i => d[i]), rows };
   }
 
-  // Average walker and eigenwalkers of everyone but one person (-1: of everyone).
+  // Average walker and eigenwalkers of all people but one (-1: of all people).
   function learn(p, without) {
-    const kept = [];
-    for (let r = 0; r < p.count; r++) if (without < 0 || p.person[r] !== p.person[without]) kept.push(r);
-    const n = kept.length, mean = new Float64Array(SIZE), X = new Float64Array(n * SIZE);
-    for (const r of kept) { const w = walker(p, r); for (let i = 0; i < SIZE; i++) mean[i] += w[i] / n; }
-    kept.forEach((r, row) => { const w = walker(p, r); for (let i = 0; i < SIZE; i++) X[row * SIZE + i] = w[i] - mean[i]; });
+    const training = [];
+    for (let r = 0; r < p.count; r++) if (without < 0 || p.person[r] !== p.person[without]) training.push(r);
+    const n = training.length, mean = new Float64Array(SIZE), X = new Float64Array(n * SIZE);
+    for (const r of training) { const w = walker(p, r); for (let i = 0; i < SIZE; i++) mean[i] += w[i] / n; }
+    training.forEach((r, row) => { const w = walker(p, r); for (let i = 0; i < SIZE; i++) X[row * SIZE + i] = w[i] - mean[i]; });
     const wide = n > SIZE, side = wide ? SIZE : n, G = new Float64Array(side * side);
     for (let a = 0; a < side; a++) for (let b = 0; b <= a; b++) {
       let sum = 0;
@@ -126,7 +126,7 @@ const Gait = (() => {
       else for (let i = 0; i < SIZE; i++) sum += X[a * SIZE + i] * X[b * SIZE + i];
       G[a * side + b] = G[b * side + a] = sum;
     }
-    const eigen = symmetricEigen(G, side), count = Math.min(MOST, n - 1, SIZE);
+    const eigen = symmetricEigen(G, side), count = Math.min(MAX_COMPONENTS, n - 1, SIZE);
     const values = new Float64Array(count), E = new Float64Array(count * SIZE);
     let total = 0;
     for (let a = 0; a < side; a++) total += Math.max(eigen.values[a], 0) / (n - 1);
@@ -148,7 +148,7 @@ const Gait = (() => {
     return { mean, values, E, count, total, people: n, parts: parts(E, count) };
   }
 
-  function parts(E, n) {  // E^T E by axis: xx, xy + yx, yy, zz
+  function parts(E, n) {  // E^T E split by axis: xx, xy + yx, yy, zz
     const out = [0, 1, 2, 3].map(() => new Float64Array(n * n));
     for (let a = 0; a < n; a++) for (let b = 0; b <= a; b++) {
       let xx = 0, xy = 0, yy = 0, zz = 0;
@@ -177,7 +177,7 @@ const Gait = (() => {
     return p.folds.get(r);
   }
 
-  // Solves A x = b by Cholesky; null where a pivot is near rounding.
+  // Solution of A x = b by Cholesky, or null if a pivot is near rounding error.
   function cholesky(A, b, n) {
     const L = new Float64Array(n * n);
     let smallest = Infinity, largest = 0;
@@ -190,7 +190,7 @@ const Gait = (() => {
         L[i * n + i] = Math.sqrt(sum);
       } else L[i * n + j] = sum / L[j * n + j];
     }
-    if (smallest <= SAFE * largest) return null;
+    if (smallest <= PIVOT_TOLERANCE * largest) return null;
     const x = Float64Array.from(b);
     for (let i = 0; i < n; i++) { for (let k = 0; k < i; k++) x[i] -= L[i * n + k] * x[k]; x[i] /= L[i * n + i]; }
     for (let i = n - 1; i >= 0; i--) { for (let k = i + 1; k < n; k++) x[i] -= L[k * n + i] * x[k]; x[i] /= L[i * n + i]; }
@@ -200,7 +200,7 @@ const Gait = (() => {
   function leastNorm(A, b, n) {
     const { values, rows } = symmetricEigen(A, n), x = new Float64Array(n);
     for (let q = 0; q < n; q++) {
-      if (values[q] <= UNSEEN * values[0]) continue;
+      if (values[q] <= RANK_TOLERANCE * values[0]) continue;
       let dot = 0;
       for (let k = 0; k < n; k++) dot += rows[q * n + k] * b[k];
       for (let k = 0; k < n; k++) x[k] += dot / values[q] * rows[q * n + k];
@@ -208,14 +208,14 @@ const Gait = (() => {
     return x;
   }
 
-  // Coefficients of the first n eigenwalkers from one view; sigma2 null: least squares.
+  // Coefficients of the first n eigenwalkers from one view; least squares if sigma2 is null.
   function coefficients(f, n, angle, sigma2) {
     n = Math.min(n, f.count);
     const c = Math.cos(angle), s = Math.sin(angle), w = [c * c, s * c, s * s, 1];
     const top = Math.sqrt(f.values[0]);
     const scale = Float64Array.from(f.values.subarray(0, n), v => {
       const sd = Math.sqrt(v);
-      return sigma2 === null ? (sd > NO_VARIATION * top ? 1 : 0) : sd;
+      return sigma2 === null ? (sd > SD_TOLERANCE * top ? 1 : 0) : sd;
     });
     const A = new Float64Array(n * n), b = new Float64Array(n);
     for (let i = 0; i < n; i++) {
@@ -231,9 +231,9 @@ const Gait = (() => {
     return z.map((v, i) => v * scale[i]);
   }
 
-  // Ways of reconstructing: coefficients of the eigenwalkers by `estimate`, or the missing dimension itself by `missing`.
-  // A plug-in adds its own: with a `step` (name, button, words) of the first screen, a `note` under the player's table,
-  // `words` on one view, and a `cloud` of draws.
+  // Methods: `estimate` returns the coefficients of the eigenwalkers, or `missing` returns the missing dimension.
+  // A plug-in's method may have a `step` (name, button, words) on the first screen, a `note` under the player's table,
+  // `words` on one view, and a `cloud` of samples.
   const METHODS = {
     map: { label: "MAP (with the prior)", role: "map", prior: true, estimate: coefficients },
     least_squares: { label: "least squares", role: "least_squares", prior: false,
@@ -241,18 +241,18 @@ const Gait = (() => {
     baseline: { label: "average walker", role: "baseline", prior: false, estimate: () => new Float64Array(0) },
   };
 
-  // True less reconstructed missing dimension, 5 x 15, and the reconstructed one.
+  // Reconstructed missing dimension (5 x 15), and the true less the reconstructed one.
   function reconstruct(f, method, n, angle, sigma2) {
     const how = METHODS[method], c = Math.cos(angle), s = Math.sin(angle);
     const missing = how.missing ? how.missing(f, angle) : ofEigenwalkers(f, how.estimate(f, n, angle, sigma2), angle);
-    return { missing, delta: missing.map((found, i) => -s * f.walker[3 * i] + c * f.walker[3 * i + 1] - found) };
+    return { missing, delta: missing.map((value, i) => -s * f.walker[3 * i] + c * f.walker[3 * i + 1] - value) };
   }
   function ofEigenwalkers(f, k, angle) {
     const c = Math.cos(angle), s = Math.sin(angle), missing = new Float64Array(POINTS);
     for (let i = 0; i < POINTS; i++) {
-      let found = -s * f.mean[3 * i] + c * f.mean[3 * i + 1];
-      for (let q = 0; q < k.length; q++) found += k[q] * (-s * f.E[q * SIZE + 3 * i] + c * f.E[q * SIZE + 3 * i + 1]);
-      missing[i] = found;
+      let value = -s * f.mean[3 * i] + c * f.mean[3 * i + 1];
+      for (let q = 0; q < k.length; q++) value += k[q] * (-s * f.E[q * SIZE + 3 * i] + c * f.E[q * SIZE + 3 * i + 1]);
+      missing[i] = value;
     }
     return missing;
   }
@@ -262,7 +262,7 @@ const Gait = (() => {
     return s * s * covariance[at] - 2 * s * c * covariance[at + 1] + c * c * covariance[at + 2];
   }
 
-  // Mean square error in the missing dimension (mm2), its root, and the error over the missing variance.
+  // Mean square error in the missing dimension (mm²), its root, and its ratio to the variance of that dimension.
   function errors(p, r, delta, angle) {
     let absolute = 0, variance = 0;
     for (let j = 0; j < JOINTS; j++) {
@@ -274,7 +274,7 @@ const Gait = (() => {
     return { absolute, rms: Math.sqrt(absolute), relative: absolute / variance, variance };
   }
 
-  // 3D coefficients: what is observed stays, the missing dimension is put in.
+  // 3D coefficients from the observed dimensions and the reconstructed missing one.
   function combine(w, missing, angle) {
     const c = Math.cos(angle), s = Math.sin(angle), out = new Float64Array(SIZE);
     for (let i = 0; i < POINTS; i++) {
@@ -292,7 +292,7 @@ const Gait = (() => {
     return out;
   }
 
-  // Inner angles at elbows and knees, of upper arms and thighs against the trunk: triples of joints.
+  // Joint triples of the inner angles: elbows, knees, and upper arms and thighs against the trunk.
   const ANGLES = [[2, 3, 4], [5, 6, 7], [9, 10, 11], [12, 13, 14], [3, 2, 9], [6, 5, 12], [10, 9, 2], [13, 12, 5]];
   function angle(q, [a, b, c]) {
     let dot = 0, u = 0, v = 0;
@@ -302,16 +302,16 @@ const Gait = (() => {
     }
     return Math.acos(Math.max(-1, Math.min(1, dot / Math.sqrt(u * v)))) * 180 / Math.PI;
   }
-  function angleError(one, other, instants = 24) {
+  function angleError(first, other, instants = 24) {
     let sum = 0;
     for (let t = 0; t < instants; t++) {
-      const a = posture(one, t / instants), b = posture(other, t / instants);
+      const a = posture(first, t / instants), b = posture(other, t / instants);
       for (const triple of ANGLES) sum += (angle(a, triple) - angle(b, triple)) ** 2;
     }
     return Math.sqrt(sum / (instants * ANGLES.length));
   }
 
-  // Camera centre and the ray through a pixel, of a 3 x 4 matrix.
+  // Camera centre and direction of the ray through a pixel, from a 3 x 4 camera matrix.
   function ray(P, u, v) {
     const m = (i, j) => P[4 * i + j], cof = [];
     for (let i = 0; i < 3; i++) for (let j = 0; j < 3; j++) {
@@ -328,7 +328,7 @@ const Gait = (() => {
     return { centre, way };
   }
 
-  // The two points of a ray at one distance from a parent, near and far; where it misses, its nearest point twice.
+  // The two points of a ray at a given distance from a parent, near and far; its nearest point twice if it misses.
   function candidates({ centre, way }, parent, radius) {
     const away = [0, 1, 2].map(i => parent[i] - centre[i]);
     const middle = away[0] * way[0] + away[1] * way[1] + away[2] * way[2];

@@ -78,7 +78,7 @@ def test_back_to_the_paper_from_our_method(folder: Path, browser: str, tmp_path:
     page.write_text(text.replace("</body>", script), encoding="utf-8")
     dom = shown(browser, page.as_uri(), tmp_path)
     said = dict(re.findall(r'data-(\w+)="([^"]*)"', re.findall(r"<body[^>]*>", dom)[0]))
-    assert said["ours"].startswith("Its own 95 % bars reach ±")
+    assert said["ours"].startswith("The method's 95 % bars are ±")
     assert said["papers"] == ""  # absent if the player did not come back
 
 
@@ -134,4 +134,4 @@ def test_ones_own_walk_is_read_as_the_library_reads_it(folder: Path, browser: st
     given = fourier.represent(fourier.synthesise(wanted, 0.93, times), 60.0, frequency_hz=0.93).coefficients
     shifted = given - np.eye(5, 1)[:, :, None] * given[0, 8]  # about the pelvis
     assert np.abs(found - shifted).max() < 12.0
-    assert said["complaint"].startswith("the file has no columns time_s, joint, x_mm")
+    assert said["complaint"].startswith("the file needs the columns time_s, joint, x_mm")

@@ -1,16 +1,16 @@
-"""3D from one view with what anatomy adds: mirror images, bones that keep their length, left and right alike.
+"""Anatomical prior for 3D from one view: mirror images, bones of constant length, left and right alike.
 
-A model of its own beside the papers' two approaches (`pipeline.core.reconstruction`), for their problem: the missing
-dimension of a walk [zhang2007 3.2], with standard deviations.
+It solves the problem of the papers' two approaches (`pipeline.core.reconstruction`), the missing dimension of a walk
+[zhang2007 3.2], and adds standard deviations.
 
 ===================  ======================================================================================
-`prior`              mean and shrunken covariance of walks with any number of harmonics; variation of bones
+`prior`              mean and shrunken covariance of walks with any number of harmonics; variation of bone lengths
 `conditional`        missing given observed coefficients: Gaussian, linear, in closed form
-`lengths`            the same with bones of constant and symmetric length: a few Newton steps a view
-`stance`             the foot on the belt
-`proportions`        everybody built like the average walker
-`laboratories`       walkers of a laboratory that the prior was not learnt from
-`bars`               standard deviations at instants; multipliers learnt from other people
+`lengths`            the same with bones of constant and symmetric length: a few Newton steps per view
+`stance`             constraint that a standing foot moves with the belt
+`proportions`        constraint that people have the proportions of the average walker
+`laboratories`       walkers of laboratories outside the training data
+`bars`               standard deviations at instants; multipliers calibrated on other people
 `view_posterior`     modes of the view angle, the coefficients integrated out
 ===================  ======================================================================================
 """

@@ -1,20 +1,20 @@
-"""Walkers of a laboratory that a prior was not learnt from: joints lie elsewhere, people are of another size.
+"""Prior for a laboratory outside the training data, with other joint definitions and body sizes.
 
 Symbols
 -------
-``o_g``      standard deviation, over pairs of laboratories, of how far apart they put a joint of group g, mm per axis
-``s``        that of the size of their people, as a share
+``o_g``      standard deviation, over pairs of laboratories, of the offset between their joints of group g, mm per axis
+``s``        standard deviation of the difference in body size, as a share
 ``omega_l``  weight of laboratory l among the training walks
-``J_g``      on the constant coefficients of the joints of group g one, and between a joint and its mirror image, which
-             lies as far forwards, up and outwards; zero elsewhere
-``L``        ``sum_l omega_l² (sum_g o_g² J_g + s² m m^T)``, covariance of what sets a new laboratory's walker apart
-``C'``       ``C + L``; with k people known in 3D, of mean y, and half of L in common to all people of the laboratory:
+``J_g``      1 for the constant coefficients of the joints of group g, and between a joint and its mirror image, whose
+             offset is the same forwards, up and outwards; 0 elsewhere
+``L``        ``sum_l omega_l² (sum_g o_g² J_g + s² m m^T)``, covariance of the difference of a new laboratory's walker
+``C'``       ``C + L``; with k people known in 3D, of mean y, and half of L common to all people of the laboratory:
              mean ``m + G (y - m)``, covariance ``C + L - G L/2``, ``G = L/2 (L/2 + (C + L/2)/k)^-1``
 
-A laboratory's offset has half the variance of a difference, B.  The new offset differs from the mean of the training
-ones by ``B (1 + sum omega²)``, of which the training walks show ``B (1 - sum omega²)``: what they lack is
-``2 B sum omega²``, everything for one laboratory and ever less as laboratories are added.  Positions are about the mean
-pelvis, which therefore has no offset.
+The offset of a laboratory has half the variance of a difference, B.  The new offset differs from the mean of the
+training offsets with variance ``B (1 + sum omega²)``.  The training walks contain ``B (1 - sum omega²)`` of it and lack
+``2 B sum omega²``, which decreases as laboratories are added.  Positions are relative to the mean pelvis, which
+therefore has no offset.
 """
 
 from __future__ import annotations
@@ -31,24 +31,24 @@ from walk3d.anatomy.prior.bars import GROUP_OF_JOINT, GROUPS
 from walk3d.anatomy.prior.prior import JOINTS, Prior, by_joint
 
 WORTH = 4.0
-"""Contrasts between laboratories that what is assumed of them counts as, beside those that are measured."""
+"""Weight of the assumed differences, as a number of contrasts between laboratories."""
 COMMON = 0.5
-"""Share of L that all people of a laboratory have in common; the rest is each one's own, as markers are placed anew."""
-_PLACED = np.array([joint != "pelvis" for joint in WALKER15.joints])
+"""Share of a laboratory's difference L that is common to its people; marker placement varies the rest by person."""
+_HAS_OFFSET = np.array([joint != "pelvis" for joint in WALKER15.joints])
 _OUTWARDS = np.array([-1.0 if joint.startswith("left") else 1.0 for joint in WALKER15.joints])
 
 
 @dataclass(frozen=True, kw_only=True)
 class Differences:
-    """How two laboratories differ.
+    """Differences between two laboratories.
 
     Attributes
     ----------
     offset_mm : tuple of float
-        o_g of each of `GROUPS`: landmarks are found again within 6 to 25 mm by another examiner, centres of hips within
-        25 to 30 mm by another rule (Della Croce 2005 and Leardini 2005, Gait & Posture 21).
+        o_g of each of `GROUPS`.  Two examiners place landmarks 6 to 25 mm apart; two rules place hip centres 25 to 30
+        mm apart (Della Croce 2005 and Leardini 2005, Gait & Posture 21).
     size : float
-        s; sizes from 1.2 to 1.8 m, of children and adults alike, have 0.1.
+        s; 0.1 covers body heights from 1.2 to 1.8 m, of children and adults.
     """
 
     offset_mm: tuple[float, ...] = (25.0,) * len(GROUPS)
@@ -56,24 +56,24 @@ class Differences:
 
 
 def concentration(weights: np.ndarray, laboratories: np.ndarray) -> float:
-    """Sum of squares of the laboratories' weights: one over how many laboratories there are in effect.
+    """Return the sum of squares of the laboratories' weights: 1 over their effective number.
 
     Examples
     --------
     >>> concentration(np.array([0.25, 0.25, 0.5]), np.array(["a", "a", "b"]))
     0.5
     """
-    _, of = np.unique(laboratories, return_inverse=True)
-    return min(float((np.bincount(of, weights) ** 2).sum()), 1.0)
+    _, laboratory = np.unique(laboratories, return_inverse=True)
+    return min(float((np.bincount(laboratory, weights) ** 2).sum()), 1.0)
 
 
 def definitions(differences: Differences = Differences(), *, across: bool = True) -> np.ndarray:
-    """Covariance (15, 3, 15, 3) of how far two laboratories put joints apart, mm²: alike on both sides.
+    """Return the covariance (15, 3, 15, 3) of joint offsets between two laboratories, mm², symmetric in the sides.
 
-    Without `across`, forwards and up alone, where a definition turns limbs in the plane of progression, or moves joints
-    along them: films of five laboratories, left out in turn, were reconstructed worse with it.
+    Without `across`, offsets are only forwards and up: they turn limbs in the plane of progression, or move joints
+    along them.  Films of five laboratories, left out in turn, were reconstructed worse with `across`.
     """
-    offset = np.array(differences.offset_mm)[GROUP_OF_JOINT] * _PLACED
+    offset = np.array(differences.offset_mm)[GROUP_OF_JOINT] * _HAS_OFFSET
     alike = np.eye(JOINTS)
     alike = np.maximum(alike, alike[list(WALKER15.mirror)]) * np.outer(offset, offset)
     sideways = across * alike * np.outer(_OUTWARDS, _OUTWARDS)
@@ -83,22 +83,22 @@ def definitions(differences: Differences = Differences(), *, across: bool = True
 def unfamiliar(
     prior: Prior, differences: Differences, share: float = 1.0, known: Sequence[np.ndarray] = ()
 ) -> Prior:
-    """Return the prior of a walker of a laboratory that is not among the training walks.
+    """Return the prior for a walker of a laboratory outside the training walks.
 
     Parameters
     ----------
     prior : Prior
     differences : Differences
     share : float
-        As `concentration` gives it.
+        Result of `concentration` for the training walks.
     known : sequence of (1 + 2H, 15, 3)
-        Walks of other people of that laboratory, one to each, about the mean pelvis, mm: they fix most of what sets
-        the laboratory apart.
+        One walk for each of some other people of that laboratory, relative to the mean pelvis, mm.  They determine most
+        of the laboratory's difference.
 
     Notes
     -----
-    Bones turn in the cycle about joints that lie elsewhere, so that their lengths are less constant, too: each joint's
-    own offset has half the variance of a difference.  They are so where the offset is known, too.
+    Joints with an offset make bone lengths less constant over the cycle, even where the offset is known.  The offset of
+    each joint has half the variance of a difference.
     """
     offset = np.array(differences.offset_mm)[GROUP_OF_JOINT]
     mean = prior.mean.ravel()
@@ -106,17 +106,17 @@ def unfamiliar(
     constant = np.zeros((*prior.mean.shape, *prior.mean.shape))
     constant[:, :, 0, :, :, 0] = definitions(differences)
     L = share * (constant.reshape(C.shape) + differences.size**2 * np.outer(mean, mean))
-    own = 0.5 * share * (offset[_PLACED] ** 2).mean()
+    definition_variance = 0.5 * share * (offset[_HAS_OFFSET] ** 2).mean()
     if len(known):
-        alike, own_ways = COMMON * L, (1.0 - COMMON) * L
-        gain = cho_solve(cho_factor(alike + (C + own_ways) / len(known)), alike).T
+        common, individual = COMMON * L, (1.0 - COMMON) * L
+        gain = cho_solve(cho_factor(common + (C + individual) / len(known)), common).T
         mean = mean + gain @ (by_joint(np.stack(known)).reshape(len(known), -1).mean(axis=0) - mean)
-        L = own_ways + alike - gain @ alike
+        L = individual + common - gain @ common
     return replace(
         prior,
         mean=mean.reshape(prior.mean.shape),
         covariance=(C + L).reshape(prior.covariance.shape),
-        definition_variance=prior.definition_variance + own,
+        definition_variance=prior.definition_variance + definition_variance,
     )
 
 
@@ -128,28 +128,28 @@ def learn_differences(
     *,
     worth: float = WORTH,
 ) -> Differences:
-    """Learn how laboratories differ as random effects, shrunken towards what is assumed.
+    """Estimate the differences between laboratories as random effects, shrunken towards assumed ones.
 
     Parameters
     ----------
     coefficients : (R, 1 + 2H, 15, 3)
-        Fourier representations about the mean pelvis, mm.
+        Fourier representations relative to the mean pelvis, mm.
     people, laboratories : (R,)
     assumed : Differences
-        What is returned if there is one laboratory, or none with two people.
+        Assumed differences, returned if there is one laboratory, or none has two people.
     worth : float
-        Number of contrasts between laboratories of many people that the assumption counts as.
+        Weight of the assumption, as a number of contrasts between laboratories with many people.
 
     Notes
     -----
-    By moments, as DerSimonian and Laird do: the variance of the laboratories' means less what the people of each, drawn
-    anew, would make of it.  A laboratory counts by how much of the variance of its mean is its own, if the assumption
-    holds.  Left and right are taken together, as mirror images among training walks do.
+    Method of moments of DerSimonian and Laird: variance of the laboratories' means, less the part that the sampling of
+    people explains.  The weight of a laboratory is the share of its mean's variance that is due to the laboratory, if
+    the assumption holds.  Left and right are averaged, as with mirror images among the training walks.
     """
     constant = (coefficients[:, 0] + fourier.mirrored(coefficients)[:, 0]) / 2.0
     who, first = np.unique(people, return_index=True)
     of_person = np.stack([constant[people == person].mean(axis=0) for person in who])
-    names, of, counts = np.unique(laboratories[first], return_inverse=True, return_counts=True)
+    names, laboratory, counts = np.unique(laboratories[first], return_inverse=True, return_counts=True)
     if len(names) < 2 or counts.max() < 2:
         return assumed
     average = of_person.mean(axis=0)
@@ -157,19 +157,21 @@ def learn_differences(
     offset = of_person - size[:, None, None] * average
 
     def learnt(values: np.ndarray, before: float) -> float:
-        """Standard deviation of a difference between laboratories, of values (P, n) that have it in common."""
-        means = np.stack([values[of == number].mean(axis=0) for number in range(len(names))])
-        drawn = ((values - means[of]) ** 2).sum(axis=0).mean() / (len(who) - len(names)) / counts
-        own = 0.5 * before**2 / np.maximum(0.5 * before**2 + drawn, np.finfo(float).tiny)
-        if own.sum() <= 1.0:
+        """Return the standard deviation of a difference between laboratories, common to values (P, n)."""
+        means = np.stack([values[laboratory == number].mean(axis=0) for number in range(len(names))])
+        sampling = ((values - means[laboratory]) ** 2).sum(axis=0).mean() / (len(who) - len(names)) / counts
+        reliability = 0.5 * before**2 / np.maximum(0.5 * before**2 + sampling, np.finfo(float).tiny)
+        if reliability.sum() <= 1.0:
             return before
-        spread = (own @ (means - own @ means / own.sum()) ** 2).mean()
-        by_chance = own @ drawn - own**2 @ drawn / own.sum()
-        between = max((spread - by_chance) / (own.sum() - (own**2).sum() / own.sum()), 0.0)
-        contrasts = own.sum() - 1.0
+        spread = (reliability @ (means - reliability @ means / reliability.sum()) ** 2).mean()
+        by_chance = reliability @ sampling - reliability**2 @ sampling / reliability.sum()
+        between = max(
+            (spread - by_chance) / (reliability.sum() - (reliability**2).sum() / reliability.sum()), 0.0
+        )
+        contrasts = reliability.sum() - 1.0
         return np.sqrt((worth * before**2 + contrasts * 2.0 * between) / (worth + contrasts))
 
-    groups = [_PLACED & (number == GROUP_OF_JOINT) for number in range(len(GROUPS))]
+    groups = [_HAS_OFFSET & (number == GROUP_OF_JOINT) for number in range(len(GROUPS))]
     return Differences(
         offset_mm=tuple(
             learnt(offset[:, group].reshape(len(who), -1), before)

@@ -1,17 +1,17 @@
-"""Bones keep their lengths: unknown coefficients that agree with the conditional and with constant, symmetric bones.
+"""Most probable unknown coefficients, given the conditional and bones of constant, symmetric length.
 
 Symbols
 -------
 ``u``         unknown coefficients of a view; ``mu``, ``Sigma`` their conditional mean and covariance
-``l_b(k)``    length of bone b at phase k of K; its square is seen squared plus missing squared
-``l_b``       its mean over phases
+``l_b(k)``    length of bone b at phase k of K; its square is the sum of its squared visible and missing parts
+``l_b``       mean of ``l_b(k)`` over phases
 ``s_b, s_p``  tolerances of a bone within the cycle, and of a pair of left and right bones, mm
 ``J(u)``      ``(u - mu)^T Sigma^-1 (u - mu)
               + (2H/K) sum_b,k ((l_b(k) - l_b) / s_b)² + sum_p ((l_left - l_right) / s_p)²``
 
-2H of K phases are independent, since a length has about 2H numbers to a cycle.  Minimised from mu by Gauss-Newton
-steps, then Newton's, each halved until J falls.  The Gauss-Newton matrix at the minimum is the inverse covariance of
-Laplace's approximation.
+The factor 2H/K counts 2H independent phases, since a length has about 2H degrees of freedom per cycle.  J is minimised
+from mu by Gauss-Newton steps, then Newton steps; each step is halved until J decreases.  The Gauss-Newton matrix at the
+minimum is the inverse covariance of Laplace's approximation.
 """
 
 from __future__ import annotations
@@ -27,38 +27,40 @@ from pipeline.core import fourier
 from walk3d.anatomy.prior.conditional import Conditional, inverse
 from walk3d.anatomy.prior.prior import BONES, JOINTS, PAIRS, PHASES, Prior
 
-LEAST_VARIANCE = 1.0
-"""Of a tolerance, mm²: bones of a model may be exactly constant."""
+MIN_VARIANCE = 1.0
+"""Smallest variance of a tolerance, mm², for models whose bones are exactly constant."""
 TURNING = 0.1
-"""What fixed offsets of two joints do to the variance of a length within the cycle, since the bone turns by some 25
-degrees either way: twice the variance of the cosine between offset and bone."""
+"""Variance of a length within the cycle per variance of the fixed offsets of its two joints.
+
+The bone turns by about 25 degrees either way; the value is twice the variance of the cosine between offset and bone."""
 STEP_MM = 5e-3
-"""Newton's last step changes no coefficient by more; what is left is of the order of its square."""
+"""Largest change of a coefficient in the last Newton step; the remaining error is of the order of its square."""
 GAUSS_NEWTON_STEPS = 3
-"""First steps, which may be far from the minimum; the ones after them know the curvature of lengths too."""
-MOST_STEPS = 60
-MOST_HALVINGS = 12
-_ROUNDING = 1e-12
-"""Relative increase of J that is rounding."""
+"""Number of Gauss-Newton steps at the start; later steps also use the curvature of the lengths."""
+MAX_STEPS = 60
+MAX_HALVINGS = 12
+"""Largest number of steps, and of halvings of a step."""
+_ROUNDING_TOLERANCE = 1e-12
+"""Relative increase of J that counts as rounding error."""
 
 
 ENDS = np.eye(JOINTS)[BONES[:, 1]] - np.eye(JOINTS)[BONES[:, 0]]
-"""(16, 15): what a bone is of the joints, its end less its start."""
+"""Matrix (16, 15) from joints to bones: end less start."""
 SIDES = np.eye(len(BONES))[PAIRS[:, 0]] - np.eye(len(BONES))[PAIRS[:, 1]]
-"""(P, 16): a left bone less the right one."""
+"""Matrix (P, 16) from bones to pairs: left less right."""
 _LEVERS = np.stack([np.outer(ENDS[a], np.eye(len(BONES))[a]) for a in range(len(BONES))])
 _LEVERS = (_LEVERS[PAIRS[:, 0]] - _LEVERS[PAIRS[:, 1]]).reshape(-1, len(BONES))
-"""(15 P, 16): what the mean length of a left bone less that of the right one takes from the slopes of bones."""
+"""Matrix (15 P, 16) from slopes of bones to slopes of the difference between left and right mean lengths."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Tolerances:
-    """How constant and how symmetric bones are.
+    """Tolerances of constant and symmetric bones.
 
     Attributes
     ----------
     within : (16,) or (M, 16)
-        s_b, mm, for all walkers or for each; infinite for a bone that says nothing.
+        s_b, mm, for all walkers or for each; infinite for a bone without this constraint.
     pairs : (P,) or (M, P)
         s_p, mm.
     """
@@ -70,32 +72,32 @@ class Tolerances:
 def tolerances(
     prior: Prior, *, within: float = 1.5, pairs: float = 2.0, bias: float = 0.0, slow: float = 0.0
 ) -> Tolerances:
-    """Tolerances learnt with a prior, widened.
+    """Return the tolerances of a prior's bones, widened by factors and by detector errors.
 
     Parameters
     ----------
     prior : Prior
     within, pairs : float
-        Factors on the standard deviations of training walks; infinite for no such constraint.
+        Factors on the standard deviations of training walks; infinite for no constraint.
     bias, slow : float
-        Of the detector, mm, as `Noise` has them: the error of two joints adds to that of a bone.
+        Errors of a detector, mm, as in `Noise`; the errors of two joints add up in a bone.
     """
     fixed = bias**2 + prior.definition_variance
-    s_b = np.sqrt(within**2 * prior.length_variance + LEAST_VARIANCE + 2.0 * slow**2 + TURNING * fixed)
-    s_p = np.sqrt(pairs**2 * prior.pair_variance + LEAST_VARIANCE + 4.0 * fixed)
+    s_b = np.sqrt(within**2 * prior.length_variance + MIN_VARIANCE + 2.0 * slow**2 + TURNING * fixed)
+    s_p = np.sqrt(pairs**2 * prior.pair_variance + MIN_VARIANCE + 4.0 * fixed)
     return Tolerances(within=s_b, pairs=s_p)
 
 
 @dataclass(frozen=True)
 class Posterior:
-    """Unknown coefficients of M walkers seen from A views.
+    """Estimated unknown coefficients of M walkers in A views.
 
     Attributes
     ----------
     unknown : (A, M, U)
-        mm.
+        Coefficients, mm.
     covariance : (A, M, U, U)
-        Of Laplace's approximation, mm²; empty if not asked for.
+        Covariance of Laplace's approximation, mm²; empty unless requested.
     cost : (A, M)
         J at the minimum.
     converged : (A, M) bool
@@ -108,25 +110,25 @@ class Posterior:
 
 
 class Lengths:
-    """The length terms of J for n observations that show the same joints, with their derivatives.
+    """Length terms of J and their derivatives, for n observations with the same visible joints.
 
     Parameters
     ----------
     unknown : (45 B,) bool
-        As `Conditional.unknown`.
+        Mask of unknown coefficients, as in `Conditional`.
     observed : (n, O)
         Observed coefficients, mm, in the order of ``~unknown``.
     limits : Tolerances
-        For all observations or for each.
+        Tolerances for all observations or for each.
     """
 
     def __init__(self, unknown: np.ndarray, observed: np.ndarray, limits: Tolerances) -> None:
-        of = unknown.reshape(JOINTS, 3, -1)
-        n, self._blocks = len(observed), of.shape[-1]
-        axes = of.any(axis=(0, 2))
-        self._rows = np.flatnonzero(of[:, axes])
-        size, ends = axes.sum() * self._blocks, np.cumsum([0, *of.sum(axis=(1, 2))])
-        # Of each joint the place among the unknown, and what is unknown of it: the last, or every axis.
+        mask = unknown.reshape(JOINTS, 3, -1)
+        n, self._blocks = len(observed), mask.shape[-1]
+        axes = mask.any(axis=(0, 2))
+        self._rows = np.flatnonzero(mask[:, axes])
+        size, ends = axes.sum() * self._blocks, np.cumsum([0, *mask.sum(axis=(1, 2))])
+        # For each joint: its slice of the unknown coefficients, and its unknown axes (the last one, or all).
         self._places = [
             (slice(start, end), slice(size - (end - start), size)) for start, end in pairwise(ends.tolist())
         ]
@@ -135,7 +137,7 @@ class Lengths:
         walkers = np.zeros((n, len(unknown)))
         walkers[:, ~unknown] = observed
         split = walkers.reshape(n, JOINTS, 3, self._blocks)
-        # Squared lengths along the axes of which everything is seen never change.
+        # Squared lengths along fully observed axes are constant.
         self._seen = (self._along(split[:, :, ~axes]) ** 2).sum(axis=2)
         self._start = np.ascontiguousarray(split[:, :, axes])
         self._weight = np.broadcast_to(
@@ -144,31 +146,31 @@ class Lengths:
         self._pair_weight = np.broadcast_to(1.0 / limits.pairs**2, (n, len(PAIRS)))
 
     def _along(self, walkers: np.ndarray) -> np.ndarray:
-        """Bones (n, 16, a, K) at the phases, along some axes, of coefficients (n, 15, a, B)."""
+        """Return bone vectors (n, 16, a, K) at the phases along a axes, from coefficients (n, 15, a, B)."""
         bones = ENDS @ walkers.reshape(len(walkers), JOINTS, -1)
         return bones.reshape(len(walkers), len(BONES), -1, self._blocks) @ self._basis.T
 
     def _measured(self, u: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Length terms, direction (m, 16, a, K) and length (m, 16, K) of bones, half the terms' slopes by lengths."""
+        """Return length terms, directions (m, 16, a, K) and lengths (m, 16, K) of bones, and half the terms' slopes."""
         walkers = self._start[which]
         walkers.reshape(len(u), -1)[:, self._rows] = u
         along = self._along(walkers)
         length = np.sqrt(self._seen[which] + (along**2).sum(axis=2))
         mean = length.sum(axis=-1) / PHASES
-        off, apart = length - mean[..., None], mean @ SIDES.T
-        pull, force = self._weight[which] * off, self._pair_weight[which] * apart
-        cost = (pull * off).sum(axis=(1, 2)) + (force * apart).sum(axis=1)
+        off, asymmetry = length - mean[..., None], mean @ SIDES.T
+        pull, force = self._weight[which] * off, self._pair_weight[which] * asymmetry
+        cost = (pull * off).sum(axis=(1, 2)) + (force * asymmetry).sum(axis=1)
         pull += (force @ SIDES / PHASES)[..., None]
         return cost, along / length[:, :, None], length, pull
 
     def slope(self, u: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Length terms (m,) of unknowns (m, U) of some observations (m,) int, and half their gradient (m, U)."""
+        """Return the length terms (m,) of unknowns (m, U) of some observations (m,), and half their gradient (m, U)."""
         cost, direction, _, pull = self._measured(u, which)
         of_bones = (pull[:, :, None] * direction) @ self._basis
         return cost, (ENDS.T @ of_bones.reshape(len(u), len(BONES), -1)).reshape(len(u), -1)[:, self._rows]
 
     def matrix(self, u: np.ndarray, which: np.ndarray, *, exact: bool = False) -> np.ndarray:
-        """Half the matrix (m, U, U) of second derivatives: Gauss and Newton's, or with the curvature of lengths."""
+        """Return half the second derivatives (m, U, U): Gauss-Newton, or exact with the lengths' curvature."""
         _, direction, length, pull = self._measured(u, which)
         n, a = len(u), direction.shape[2]
         size, weight = a * self._blocks, self._weight[which]
@@ -189,14 +191,14 @@ class Lengths:
         if whole.shape[1] == JOINTS * size:
             by_joint, every = whole.reshape(n, JOINTS, size, JOINTS, size), np.arange(JOINTS)
             by_joint[:, every, :, every] += np.swapaxes(of_joints, 0, 1)
-            for one, other in (BONES.T, BONES.T[::-1]):
-                by_joint[:, one, :, other] -= np.swapaxes(of_bones, 0, 1)
+            for start, other in (BONES.T, BONES.T[::-1]):
+                by_joint[:, start, :, other] -= np.swapaxes(of_bones, 0, 1)
             return whole
-        for joint, (at, own) in enumerate(self._places):
-            whole[:, at, at] += of_joints[:, joint, own, own]
+        for joint, (at, entries) in enumerate(self._places):
+            whole[:, at, at] += of_joints[:, joint, entries, entries]
         for bone, ends in enumerate(BONES.tolist()):
-            for (at, own), (to, theirs) in permutations([self._places[joint] for joint in ends]):
-                whole[:, at, to] -= of_bones[:, bone, own, theirs]
+            for (at, entries), (to, other_entries) in permutations([self._places[joint] for joint in ends]):
+                whole[:, at, to] -= of_bones[:, bone, entries, other_entries]
         return whole
 
 
@@ -207,17 +209,17 @@ def fit_lengths(
     *,
     with_covariance: bool = False,
 ) -> Posterior:
-    """Return the most probable unknown coefficients of M walkers seen from A views each.
+    """Return the most probable unknown coefficients of M walkers in A views each.
 
     Parameters
     ----------
     conditional : Conditional
-        Of A views.
+        Conditional for A views.
     observed : (A, M, O)
         Observed coefficients, mm, in the order of ``~conditional.unknown``.
     tolerances : Tolerances
     with_covariance : bool
-        Whether Laplace's approximation is asked for.
+        Compute the covariance of Laplace's approximation.
     """
     views, walkers = observed.shape[:2]
     of_view = np.repeat(np.arange(views), walkers)
@@ -231,10 +233,10 @@ def fit_lengths(
     expected = conditional.expect(observed).reshape(n, -1)
 
     def slope(u: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """J and half its gradient."""
+        """Return J and half its gradient."""
         off = u - expected[which]
         pull = np.empty_like(off)
-        ends = np.searchsorted(of_view[which], np.arange(views + 1))  # rows of a view stand together
+        ends = np.searchsorted(of_view[which], np.arange(views + 1))  # rows of a view are adjacent
         for view in range(views):
             part = slice(ends[view], ends[view + 1])
             pull[part] = off[part] @ precision[view]
@@ -244,13 +246,13 @@ def fit_lengths(
     state, left = expected.copy(), np.arange(n)
     cost, gradient = slope(state, left)
     converged = np.zeros(n, bool)
-    for iteration in range(MOST_STEPS):
+    for iteration in range(MAX_STEPS):
         exact = iteration >= GAUSS_NEWTON_STEPS
         step, indefinite = np.empty((len(left), state.shape[1])), []
         for row, matrix in enumerate(lengths.matrix(state[left], left, exact=exact)):
             matrix += precision[of_view[left[row]]]
             solved = _solve(matrix, gradient[left[row]])
-            if solved is None:  # far from the minimum the exact matrix may have no Cholesky factor
+            if solved is None:  # the exact matrix may be indefinite far from the minimum
                 indefinite.append(row)
             else:
                 step[row] = -solved
@@ -262,17 +264,21 @@ def fit_lengths(
         converged[left[small]] = True
         state[left[small]] += step[small]
         trying, factor = np.flatnonzero(~small), 1.0
-        for _ in range(MOST_HALVINGS):
+        for _ in range(MAX_HALVINGS):
             if not len(trying):
                 break
             rows = left[trying]
             proposal = state[rows] + factor * step[trying]
-            here, slopes = slope(proposal, rows)
-            falls = here <= cost[rows] * (1.0 + _ROUNDING)
-            took = rows[falls]
-            state[took], cost[took], gradient[took] = proposal[falls], here[falls], slopes[falls]
+            new_cost, slopes = slope(proposal, rows)
+            falls = new_cost <= cost[rows] * (1.0 + _ROUNDING_TOLERANCE)
+            accepted = rows[falls]
+            state[accepted], cost[accepted], gradient[accepted] = (
+                proposal[falls],
+                new_cost[falls],
+                slopes[falls],
+            )
             trying, factor = trying[~falls], factor / 2.0
-        small[trying] = True  # no step falls
+        small[trying] = True  # no step decreases J
         left = left[~small]
         if not len(left):
             break
@@ -288,6 +294,6 @@ def fit_lengths(
 
 
 def _solve(matrix: np.ndarray, right: np.ndarray) -> Any:
-    """The solution of a positive definite system, whose matrix is overwritten; None if it is not positive definite."""
+    """Return the solution of a system, or None if it is not positive definite; the matrix is overwritten."""
     _, solution, failed = lapack.dposv(matrix.T, right, lower=1, overwrite_a=1)
     return None if failed else solution

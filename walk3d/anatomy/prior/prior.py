@@ -1,15 +1,13 @@
-"""What is known of walkers before one is seen: a mean, a shrunken covariance, and how constant bones are.
+"""Prior of walkers: mean, shrunken covariance, and variation of bone lengths.
 
-Symbols
--------
-``w``      Fourier representation, here (joint, axis, block): the coefficients of a joint stand together
-``S``      weighted covariance of the training walks, mirror images among them
-``T``      S without what ties harmonics, or sine and cosine, together: for each harmonic one 45 x 45 covariance of the
-           joints' coordinates, the mean of that of its sine and that of its cosine coefficients
+Symbols ------- ``w``      Fourier representation, here (joint, axis, block): the coefficients of a joint are adjacent
+``S``      weighted covariance of the training walks, mirror images among them ``T``      S without correlations between
+harmonics, or between sine and cosine: for each harmonic one 45 x 45 covariance of
+           the joints' coordinates, the mean of those of its sine and cosine coefficients
 ``C``      ``(1 - a - b) S + a T + b diag S + tau I``, the prior covariance
 ``n_eff``  ``1 / sum of squared weights``: walks of one person count as one person
 
-Why so: a few dozen people tell what the joints do together in a harmonic, but not how harmonics go together.
+Reason: a few dozen people determine the correlation of joints within a harmonic, but not between harmonics.
 """
 
 from __future__ import annotations
@@ -26,33 +24,33 @@ from pipeline.validation import require_finite
 JOINTS = len(WALKER15.joints)
 
 BONES = np.array((*WALKER15.bones, (9, 12), (2, 5)))
-"""(16, 2): the tree's bones as parent and child, then hip to hip and shoulder to shoulder."""
+"""Bones (16, 2) as parent and child: those of the tree, then hip to hip and shoulder to shoulder."""
 
 
 def _pairs() -> np.ndarray:
-    place = {frozenset(bone): number for number, bone in enumerate(BONES.tolist())}
-    mirrored = [place[frozenset(WALKER15.mirror[joint] for joint in bone)] for bone in BONES.tolist()]
+    number_of = {frozenset(bone): number for number, bone in enumerate(BONES.tolist())}
+    mirrored = [number_of[frozenset(WALKER15.mirror[joint] for joint in bone)] for bone in BONES.tolist()]
     return np.array([(bone, other) for bone, other in enumerate(mirrored) if bone < other])
 
 
 PAIRS = _pairs()
-"""(P, 2): bones of the left and the right side that are each other's mirror image, as rows of `BONES`."""
+"""Pairs (P, 2) of left and right bones that are mirror images, as rows of `BONES`."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Shrinkage:
-    """How the sample covariance is changed, as few people need it.
+    """Shrinkage of the sample covariance, needed for few people.
 
     Attributes
     ----------
     mirror : bool
-        Whether each walk's mirror image is a training walk too, each with half the weight.
+        Use each walk's mirror image as a training walk too, both with half the weight.
     within_harmonic : float
         a, the share of T.
     diagonal : float
         b, the share of diag S.
     extra_variance : float
-        tau, mm²: what no training walk shows.
+        tau, mm²: variance in directions without training walks.
     """
 
     mirror: bool = True
@@ -68,15 +66,15 @@ class Prior:
     Attributes
     ----------
     mean : (15, 3, 1 + 2H)
-        mm, by joint, axis and block.
+        Mean coefficients by joint, axis and block, mm.
     covariance : (15, 3, 1 + 2H, 15, 3, 1 + 2H)
-        mm².
+        Covariance of the coefficients, mm².
     length_variance : (16,)
         Mean over training walks of the variance of each bone's length within the cycle, mm².
     pair_variance : (P,)
-        Mean square of the difference of the mean lengths of left and right bone, mm².
+        Mean square of the difference between the mean lengths of a left and a right bone, mm².
     definition_variance : float
-        Of where a joint of the walker lies about where the training walks had it, along each axis, mm².
+        Variance of a joint's offset relative to the training walks, along each axis, mm².
     """
 
     mean: np.ndarray
@@ -87,40 +85,40 @@ class Prior:
 
     @cached_property
     def by_axis(self) -> np.ndarray:
-        """The covariance (45 B, 45 B), axis by axis."""
+        """Covariance (45 B, 45 B), ordered by axis."""
         n = self.mean.size
         return np.ascontiguousarray(self.covariance.transpose(1, 0, 2, 4, 3, 5)).reshape(n, n)
 
 
 def by_joint(coefficients: np.ndarray) -> np.ndarray:
-    """Coefficients (…, 15, S, 1 + 2H) of Fourier representations (…, 1 + 2H, 15, S)."""
+    """Return coefficients by joint (…, 15, S, 1 + 2H) of Fourier representations (…, 1 + 2H, 15, S)."""
     return np.ascontiguousarray(np.moveaxis(coefficients, -3, -1))
 
 
 def by_block(walkers: np.ndarray) -> np.ndarray:
-    """The inverse of `by_joint`."""
+    """Return Fourier representations (…, 1 + 2H, 15, S) of coefficients by joint; the inverse of `by_joint`."""
     return np.ascontiguousarray(np.moveaxis(walkers, -1, -3))
 
 
 def mirror_image(walkers: np.ndarray) -> np.ndarray:
-    """Mirror images of walkers (…, 15, S, B): left and right exchanged, shifted by half a cycle."""
+    """Return mirror images of walkers (…, 15, S, B): left and right exchanged, shifted by half a cycle."""
     return by_joint(fourier.mirrored(by_block(walkers)))
 
 
 def person_weights(people: np.ndarray) -> np.ndarray:
-    """Weights (R,) of walks that give every person the same weight; they sum to one.
+    """Return weights (R,) of walks that give every person the same weight; their sum is one.
 
     Examples
     --------
     >>> person_weights(np.array(["a", "b", "b"])).tolist()
     [0.5, 0.25, 0.25]
     """
-    _, of, counts = np.unique(people, return_inverse=True, return_counts=True)
-    return 1.0 / (len(counts) * counts[of])
+    _, person, counts = np.unique(people, return_inverse=True, return_counts=True)
+    return 1.0 / (len(counts) * counts[person])
 
 
 class Walks:
-    """Walks (R, 1 + 2H, 15, 3) to learn from, mm; what each has for every choice of some is computed once.
+    """Training walks (R, 1 + 2H, 15, 3), mm; quantities that all selections of walks share are computed once.
 
     Raises
     ------
@@ -138,11 +136,11 @@ class Walks:
         self._apart = (length[..., PAIRS[:, 0]] - length[..., PAIRS[:, 1]]) ** 2
 
     def centred(self, some: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return mean (45 B,) of some walks (n,) int with these weights (n,), and rows (N, 45 B) that make their S.
+        """Return the weighted mean (45 B,) of selected walks, rows (N, 45 B) with ``S = rows^T rows``, and weights
+        (N,).
 
-        S is their products ``rows^T rows``.  The last is the weights (N,) of the walks and their mirror images.
-        Nothing of the other walks reaches them.
-        There are two or more, and the weights sum to one.
+        Walks are selected by number, (n,); their weights (n,) sum to one, and there are at least two.  The returned
+        weights are of the walks and their mirror images.  Other walks have no influence.
         """
         size = 1.0 / (weights**2).sum()
         w = np.tile(weights, len(self._rows)) / len(self._rows)
@@ -153,89 +151,89 @@ class Walks:
         return mean, rows, w
 
     def fit(self, some: np.ndarray, weights: np.ndarray, shrinkage: Shrinkage) -> Prior:
-        """Learn the prior from some walks (n,) int with these weights (n,), as `centred` has them."""
+        """Return the prior of selected walks (n,) with weights (n,), see `centred`."""
         blocks = self._blocks
         mean, rows, w = self.centred(some, weights)
         C = structured_covariance(rows.T @ rows, blocks, shrinkage)
-        length_variance, apart = (
+        length_variance, asymmetry = (
             part[:, some].reshape(len(w), -1) for part in (self._length_variance, self._apart)
         )
         return Prior(
             mean=mean.reshape(JOINTS, 3, blocks),
             covariance=C.reshape(JOINTS, 3, blocks, JOINTS, 3, blocks),
             length_variance=w @ length_variance,
-            pair_variance=w @ apart,
+            pair_variance=w @ asymmetry,
         )
 
 
 def fit(coefficients: np.ndarray, weights: np.ndarray, shrinkage: Shrinkage) -> Prior:
-    """Learn the prior from walks (R, 1 + 2H, 15, 3) with weights (R,), as by `Walks`."""
+    """Return the prior of walks (R, 1 + 2H, 15, 3) with weights (R,)."""
     walks = Walks(coefficients, mirror=shrinkage.mirror)
     return walks.fit(np.arange(len(coefficients)), weights, shrinkage)
 
 
 def within_harmonics(covariance: np.ndarray, blocks: int) -> np.ndarray:
-    """T of a covariance (n, n): per harmonic the mean of its sine's and its cosine's block, nothing between them."""
-    found = np.zeros_like(covariance)
-    _add_within_harmonics(found, covariance, blocks, 1.0)
-    return found
+    """Return T of a covariance (n, n): for each harmonic the mean of its sine and cosine blocks, zero between them."""
+    restricted = np.zeros_like(covariance)
+    _add_within_harmonics(restricted, covariance, blocks, 1.0)
+    return restricted
 
 
-def _add_within_harmonics(found: np.ndarray, covariance: np.ndarray, blocks: int, share: float) -> None:
+def _add_within_harmonics(target: np.ndarray, covariance: np.ndarray, blocks: int, share: float) -> None:
     whole, sums = (
-        matrix.reshape(len(covariance) // blocks, blocks, -1, blocks) for matrix in (covariance, found)
+        matrix.reshape(len(covariance) // blocks, blocks, -1, blocks) for matrix in (covariance, target)
     )
     for same in ((0,), *((block, block + 1) for block in range(1, blocks, 2))):
-        kept = share / len(same) * sum(whole[:, k, :, k] for k in same)
+        block_mean = share / len(same) * sum(whole[:, k, :, k] for k in same)
         for block in same:
-            sums[:, block, :, block] += kept
+            sums[:, block, :, block] += block_mean
 
 
 def structured_covariance(covariance: np.ndarray, blocks: int, shrinkage: Shrinkage) -> np.ndarray:
-    """C: a sample covariance S (n, n), shrunken towards what a few dozen people can support.
+    """Return the shrunken covariance C of a sample covariance S (n, n).
 
-    The coefficients of a coordinate, `blocks` of them, stand together.
+    The coefficients of a coordinate, `blocks` of them, are adjacent.
     """
     a, b = shrinkage.within_harmonic, shrinkage.diagonal
-    found = (1.0 - a - b) * covariance
+    shrunken = (1.0 - a - b) * covariance
     if a:
-        _add_within_harmonics(found, covariance, blocks, a)
-    found[np.diag_indices_from(found)] += b * np.diag(covariance) + shrinkage.extra_variance
-    return found
+        _add_within_harmonics(shrunken, covariance, blocks, a)
+    shrunken[np.diag_indices_from(shrunken)] += b * np.diag(covariance) + shrinkage.extra_variance
+    return shrunken
 
 
 def conditioned_on_rows(prior: Prior, rows: np.ndarray, variances: np.ndarray) -> Prior:
-    """Return a prior to which linear functionals are known to be those of its mean.
+    """Return a prior in which linear functionals are constrained to their values at the mean.
 
     Parameters
     ----------
     prior : Prior
     rows : (n, 45 B)
-        The functionals, of coefficients by joint, axis and block.
+        Functionals of the coefficients by joint, axis and block.
     variances : (n,)
-        Of what each may be off by.
+        Variance that each functional may have.
     """
     C = prior.covariance.reshape(rows.shape[1], -1)
-    seen = rows @ C
-    inner = seen @ rows.T
+    crossed = rows @ C
+    inner = crossed @ rows.T
     inner[np.diag_indices_from(inner)] += variances
-    changed = C - seen.T @ np.linalg.solve(inner, seen)
+    changed = C - crossed.T @ np.linalg.solve(inner, crossed)
     return replace(prior, covariance=changed.reshape(prior.covariance.shape))
 
 
 PHASES = 20
-"""Phases of the cycle at which lengths are looked at: more than twice the harmonics of a squared length."""
+"""Phases of the cycle at which lengths are computed: more than twice the harmonics of a squared length."""
 
 
 def bone_lengths(walkers: np.ndarray) -> np.ndarray:
-    """Lengths (…, 16, K) of the bones at the phases of the cycle, of walkers (…, 15, 3, 1 + 2H)."""
+    """Return bone lengths (…, 16, K) at the phases of the cycle, from walkers (…, 15, 3, 1 + 2H)."""
     across = walkers[..., BONES[:, 1], :, :] - walkers[..., BONES[:, 0], :, :]
     basis = fourier.cycle_basis(fourier.equal_phases(PHASES), walkers.shape[-1])
     return np.linalg.norm(across @ basis.T, axis=-2)
 
 
 def image_axes(view_angles_rad: np.ndarray) -> np.ndarray:
-    """Rotations (A, 3, 3) from the walker's axes to across, up and away.
+    """Return rotations (A, 3, 3) from the walker's axes to across, up and away.
 
     Examples
     --------

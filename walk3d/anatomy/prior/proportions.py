@@ -1,13 +1,13 @@
-"""Everybody built like the average walker: bones in its proportions, whatever the size; folded into the prior.
+"""Constraint that all people have the average walker's proportions at any size, included in the prior.
 
 Symbols
 -------
 ``l``    mean lengths of the bones over the cycle, (16,); ``l_0`` those of the average walker
-``P``    ``I - l_0 l_0^T / |l_0|²``: what of lengths is not size
+``P``    ``I - l_0 l_0^T / |l_0|²``: projection that removes size from lengths
 ``R``    rows (16, 45 B): the derivative of ``P l`` at the average walker
 
-The new prior is that of ``C^-1 + R^T R / s²``: proportions off by s, to first order.  The mean stays, for its own
-proportions are meant.
+The new prior has the precision ``C^-1 + R^T R / s²``: proportions vary by s, to first order.  The mean does not change,
+since it has the average proportions.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from walk3d.anatomy.prior.prior import BONES, JOINTS, PHASES, Prior, conditioned
 
 
 def proportion_rows(mean: np.ndarray) -> np.ndarray:
-    """Rows R (16, 45 B): how proportions change with the coefficients of a walker.
+    """Return the rows R (16, 45 B): derivative of the proportions by the coefficients of a walker.
 
     Parameters
     ----------
@@ -40,5 +40,5 @@ def proportion_rows(mean: np.ndarray) -> np.ndarray:
 
 
 def with_proportions(prior: Prior, *, tolerance: float) -> Prior:
-    """Return a prior of walkers with the proportions of the average walker, up to a tolerance in mm."""
+    """Return a prior whose walkers have the average walker's proportions, up to a tolerance in mm."""
     return conditioned_on_rows(prior, proportion_rows(prior.mean), np.full(len(BONES), tolerance**2))

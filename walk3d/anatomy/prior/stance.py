@@ -1,11 +1,11 @@
-"""The foot on the belt moves with the belt: a linear constraint on walkers, folded into their prior.
+"""Linear constraint that a standing foot moves with the belt, included in the prior.
 
 Symbols
 -------
 ``R``  rows (2 K', 45 B): dy/dpsi of an ankle at a phase of its stance, less the mean of the rows of both feet
-``D``  diagonal: variance of the rows over training walks, and 5² mm² on it
+``D``  diagonal matrix: variance of the rows over training walks, plus 5² (mm per radian)²
 
-The new prior is that of ``C^-1 + share R^T D^-1 R``.  The mean stays: that of the rows is theirs already.
+The new prior has the precision ``C^-1 + share R^T D^-1 R``.  The mean does not change.
 """
 
 from __future__ import annotations
@@ -17,39 +17,42 @@ from pipeline.skeleton import ANKLES
 from walk3d.anatomy.prior.prior import JOINTS, PHASES, Prior, by_joint, conditioned_on_rows
 
 STANCE_PHASES = 8
-"""Phases of `PHASES` at which an ankle moves backwards fastest: 40 % of the cycle."""
-_LEAST_VARIANCE = 25.0
-"""(mm per rad)²."""
+"""Number of phases of stance, when an ankle moves backwards fastest: 40 % of the cycle."""
+_MIN_VARIANCE = 25.0
+"""Smallest variance of a row, (mm per radian)²."""
 
 
 def stance_rows(mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Linear functionals of a walker that are about zero because the feet stand on one ground, and its speed.
+    """Return linear functionals that are near zero because standing feet move with the ground, and its speed.
 
     Parameters
     ----------
     mean : (15, 3, 1 + 2H)
-        The average walker, which says when a foot stands.
+        The average walker, which determines when a foot stands.
 
     Returns
     -------
     rows : (16, 45 B)
-        R.
+        Functionals R.
     belt : (45 B,)
-        Minus the mean of dy/dpsi over the stance of both feet: the speed of the ground, mm per radian of phase.
+        Functional of the ground's speed, mm per radian of phase: minus the mean of dy/dpsi over the stance of both
+        feet.
     """
     blocks = mean.shape[-1]
     slope = fourier.cycle_slope(fourier.equal_phases(PHASES), blocks)
     rows = np.zeros((2, STANCE_PHASES, JOINTS, 3, blocks))
     for foot, ankle in enumerate(ANKLES):
-        order = np.argsort(np.round(slope @ mean[ankle, 1], 6), kind="stable")  # ties do not go by rounding
+        order = np.argsort(
+            np.round(slope @ mean[ankle, 1], 6), kind="stable"
+        )  # so that rounding does not decide ties
         rows[foot, :, ankle, 1] = slope[np.sort(order[:STANCE_PHASES])]
     flat = rows.reshape(2 * STANCE_PHASES, -1)
     return flat - flat.mean(axis=0), -flat.mean(axis=0)
 
 
 def with_stance(prior: Prior, coefficients: np.ndarray, weights: np.ndarray, *, share: float) -> Prior:
-    """Return a prior that knows the stance of its training walks (R, 1 + 2H, 15, 3)."""
+    """Return a prior with the stance constraint of its training walks (R, 1 + 2H, 15, 3)."""
     rows, _ = stance_rows(prior.mean)
     values = by_joint(coefficients).reshape(len(coefficients), -1) @ rows.T
-    spread = weights @ (values - weights @ values) ** 2 + _LEAST_VARIANCE
+    spread = weights @ (values - weights @ values) ** 2 + _MIN_VARIANCE
     return conditioned_on_rows(prior, rows, spread / share)

@@ -1,12 +1,13 @@
-"""The view angle given the image: the marginal likelihood over the whole circle, and its modes.
+"""Posterior of the view angle given the image: marginal likelihood over the whole circle, and its modes.
 
 Symbols
 -------
 ``beta``  candidate view angle; ``o`` observed coefficients (across and up)
 ``J``     ``(o - m_o)^T (C_oo + N)^-1 (o - m_o) + log det (C_oo + N)``, both at beta: -2 log p(o | beta)
 
-``p(beta | o)`` is proportional to ``exp(-J / 2)``.  The coefficients are integrated out, so no angle is favoured
-because it has more of them to spend. J is laid out over the circle and interpolated by a periodic cubic spline.
+``p(beta | o)`` is proportional to ``exp(-J / 2)``.  The coefficients are integrated out, so that the number of
+coefficients that fit an angle does not favour it.  J is computed at candidates over the circle and interpolated by a
+periodic cubic spline.
 """
 
 from __future__ import annotations
@@ -21,31 +22,31 @@ from walk3d.anatomy.prior.conditional import Noise, heights_seen
 from walk3d.anatomy.prior.prior import Prior, mirror_image
 
 FINE = 8
-"""Fine angles to a candidate: of the interpolated posterior."""
+"""Number of angles of the interpolated posterior for each candidate."""
 
 
 def circle(count: int) -> np.ndarray:
-    """Candidates (G,) over the whole circle from -pi on, an even number of them."""
+    """Return candidate angles (G,) over the whole circle from -pi; `count` is even."""
     return -np.pi + 2.0 * np.pi * np.arange(count) / count
 
 
 def view_costs(prior: Prior, observed: np.ndarray, candidates: int, *, noise: Noise) -> np.ndarray:
-    """J (n, G) of observations at the angles of `circle`.
+    """Return J (n, G) of observations at the angles of `circle`.
 
     Parameters
     ----------
     prior : Prior
-        Equal to its mirror image.
+        Prior that equals its mirror image.
     observed : (n, 15, 2, 1 + 2H)
-        Across and up, mm.
+        Coefficients across and up, mm.
     candidates : int
         G, even.
     noise : Noise
 
     Notes
     -----
-    The mirror image of an observation is as likely at -beta as the observation is at beta, so that half of the circle
-    is enough for both.  It negates across, and not up.
+    The mirror image of an observation is as likely at -beta as the observation is at beta, so half of the circle is
+    enough.  Mirroring changes the sign across, but not up.
     """
     half = circle(candidates)[candidates // 2 :]  # 0 up to pi, pi not included
     half = np.append(half, np.pi)
@@ -65,9 +66,9 @@ class ViewPosterior:
     Attributes
     ----------
     angle_rad : (n,)
-        Of the highest mode, in [-pi, pi).
+        Angle of the highest mode, in [-pi, pi).
     other_cost : (n,)
-        By how much J is higher at the next mode; infinite if there is none.
+        J at the next mode less J at the highest one; infinite if there is no other mode.
     """
 
     angle_rad: np.ndarray
@@ -75,23 +76,23 @@ class ViewPosterior:
 
 
 def posterior_of(costs: np.ndarray) -> ViewPosterior:
-    """Highest modes of the posterior, under a uniform prior, from costs (n, G) at the angles of `circle`."""
+    """Return the highest modes of the posterior under a uniform prior, from costs (n, G) at the angles of `circle`."""
     count = costs.shape[1]
     at = np.append(circle(count), np.pi)
     spline = CubicSpline(at, np.hstack([costs, costs[:, :1]]), axis=1, bc_type="periodic")
     fine = circle(FINE * count)
     J = spline(fine)
-    here = first_lowest(J)
+    lowest = first_lowest(J)
     rows = np.arange(len(J))
-    # A parabola through the lowest angle and its neighbours.
-    before, middle, after = J[rows, here - 1], J[rows, here], J[rows, (here + 1) % J.shape[1]]
+    # Minimum of a parabola through the lowest angle and its neighbours.
+    before, middle, after = J[rows, lowest - 1], J[rows, lowest], J[rows, (lowest + 1) % J.shape[1]]
     bend = before - 2.0 * middle + after
     step = fine[1] - fine[0]
-    angle = fine[here] + step * np.where(
+    angle = fine[lowest] + step * np.where(
         bend > 0, 0.5 * (before - after) / np.where(bend > 0, bend, 1.0), 0.0
     )
     minima = (np.roll(J, 1, axis=1) > J) & (np.roll(J, -1, axis=1) >= J)
-    minima[rows, here] = False
+    minima[rows, lowest] = False
     return ViewPosterior(
         angle_rad=np.mod(angle + np.pi, 2.0 * np.pi) - np.pi,
         other_cost=np.where(minima, J, np.inf).min(axis=1) - middle,

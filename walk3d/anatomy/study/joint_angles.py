@@ -1,7 +1,6 @@
-"""Joint angles of every walker reconstructed from every known view, over one cycle: zhang2007 4.2, read in degrees.
+"""Errors of joint angles for every walker and known view over one cycle: zhang2007 4.2, in degrees.
 
-What is compared is the Fourier part of the walk, which is periodic; what two harmonics leave of it is in the errors
-of `known_view`.
+The comparison uses the periodic Fourier part of the walk; the rest is part of the errors of `known_view`.
 """
 
 from __future__ import annotations
@@ -27,23 +26,23 @@ from walk3d.anatomy.joint_angles import JOINT_ANGLES, angle_errors, flexion, joi
 
 @dataclass(frozen=True)
 class JointAngleErrors:
-    """Errors of joint angles of reconstructed walks by view, and the angles of one walker to look at.
+    """Errors of joint angles of reconstructed walks by view, and the angles of one walker for display.
 
     Attributes
     ----------
     rows : DataFrame
-        A row to each walker, method or average walker, angle and view: root mean square over a cycle, mean of left and
-        right; and without the constant offset of each angle.  None of angles of which a joint was not measured.
+        Root mean square errors over a cycle by walker, method, angle and view, with and without the constant offset;
+        mean of left and right.  Angles with an unmeasured joint have no row.
     methods : (M,) text
-        Those of the sweep, and last the average walker's depth with the image kept.
+        Methods of the sweep; the last one combines the image with the average walker's depth.
     shown : (1,) int
-        Walker of median error.
+        Number of the walker with the median error.
     shown_angle_rad : (M + 1, T, 4, 2)
-        Over a cycle, the walker's own first.
+        Angles over a cycle; the first are the true ones.
     shown_joints_mm : (M + 1, T, 15, 3)
-        From the front.
+        Joints, reconstructed from the frontal view; the first are the true ones.
     stride_hz : float
-        Of the walker shown.
+        Stride frequency of the displayed walker.
     """
 
     rows: pd.DataFrame
@@ -58,27 +57,27 @@ class JointAngles(Sweep):
     """Joint angles of reconstructions at a known view angle."""
 
     view_angle_deg: Swept = scaled(start=-90, stop=90, step={"full": 6, "smoke": 90})  # true views
-    methods: Methods = [*PUBLISHED, "anatomical"]  # that are compared
+    methods: Methods = [*PUBLISHED, "anatomical"]  # methods to compare
     noise_variance_mm2: Positive = 70.0  # sigma² of approach II
     instants: Annotated[int, bounded(at_least=5, at_most=1000)] = (
-        40  # of a cycle: twenty times the highest harmonic
+        40  # instants of a cycle: twenty times the highest harmonic
     )
 
     def of_populations(self) -> JointAngles:
-        """Return the sweep of the papers' approaches alone."""
+        """Return the sweep with the papers' approaches only."""
         published = [name for name in self.methods if name in PUBLISHED]
         return replace(self, methods=published or self.methods)
 
     def with_methods(self, names: Sequence[str]) -> JointAngles:
-        """Return the sweep with further methods."""
+        """Return the sweep with additional methods."""
         return replace(self, methods=list(dict.fromkeys([*self.methods, *names])))
 
     def modules(self) -> list[str]:
-        """Return the modules of the chosen methods."""
+        """Return the modules of the sweep's methods."""
         return methods.modules(self.methods)
 
     def measure(self, inputs: SweepInputs[Walks, FourierSamples, Eigenwalkers]) -> JointAngleErrors:
-        """Return how far joint angles are off from every view."""
+        """Return the errors of joint angles from every view."""
         data, model = inputs.dataset, inputs.model
         view_deg = self.view_angle_deg.values("sweep.view_angle_deg")
         times = np.arange(self.instants) / self.instants
@@ -87,7 +86,7 @@ class JointAngles(Sweep):
         prepared = {method.name: method.prepared(data) for method in compared}
 
         def motions(r: int, angles_deg: np.ndarray) -> np.ndarray:
-            """Reconstructed joints (M, A, T, 15, 3) of a walker."""
+            """Return the reconstructed joints (M, A, T, 15, 3) of a walker."""
             view = np.radians(angles_deg)
             fold, walk = methods.held_out(data, model, r, self.noise_variance_mm2)
             missing = np.stack(
@@ -109,9 +108,11 @@ class JointAngles(Sweep):
         )
 
         def one(r: int) -> pd.DataFrame:
-            own = np.moveaxis(flexion(true(r)), 0, -1)
-            found = np.moveaxis(flexion(motions(r, view_deg)), 2, -1)
-            error, offset_free = (np.degrees(e.mean(axis=-1)) for e in angle_errors(found, own))  # (M, A, 4)
+            true_angles = np.moveaxis(flexion(true(r)), 0, -1)
+            estimates = np.moveaxis(flexion(motions(r, view_deg)), 2, -1)
+            error, offset_free = (
+                np.degrees(e.mean(axis=-1)) for e in angle_errors(estimates, true_angles)
+            )  # (M, A, 4)
             some = np.ix_(np.arange(len(names)), np.arange(len(view_deg)), np.flatnonzero(measured[r]))
             m, a, k = (axis.swapaxes(1, 2).ravel() for axis in np.broadcast_arrays(*some))
             return pd.DataFrame(
@@ -127,21 +128,21 @@ class JointAngles(Sweep):
             )
 
         rows = pd.concat(map_processes(one, range(len(data.coefficients)), inputs.workers), ignore_index=True)
-        whole = np.flatnonzero(measured.all(axis=1))
-        chosen = whole if len(whole) else np.arange(len(measured))
+        complete = np.flatnonzero(measured.all(axis=1))
+        candidates = complete if len(complete) else np.arange(len(measured))
         off = (
             rows[rows["method"] == names[0]]
             .groupby("walker")["rmse_deg"]
-            .mean()[data.clip[chosen]]
+            .mean()[data.clip[candidates]]
             .to_numpy()
         )
-        shown = chosen[np.argsort(off, kind="stable")[len(off) // 2]]
-        joints = np.concatenate([true(shown)[None], motions(shown, np.zeros(1))[:, 0]])
+        typical = candidates[np.argsort(off, kind="stable")[len(off) // 2]]
+        joints = np.concatenate([true(typical)[None], motions(typical, np.zeros(1))[:, 0]])
         return JointAngleErrors(
             rows=rows,
             methods=np.array(names),
-            shown=np.array([shown]),
+            shown=np.array([typical]),
             shown_angle_rad=flexion(joints),
             shown_joints_mm=joints,
-            stride_hz=data.frequency_hz[shown],
+            stride_hz=data.frequency_hz[typical],
         )

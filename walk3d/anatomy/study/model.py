@@ -1,4 +1,4 @@
-"""The prior of walkers with what anatomy adds: mirror images, constant bones, left and right alike."""
+"""Anatomical prior of walkers as a model: mirror images, constant bones, left and right alike."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from walk3d.anatomy.prior import Noise, Prior, Shrinkage, fit, person_weights
 
 @dataclass(frozen=True)
 class AnatomicalWalkers:
-    """The prior of the whole population, and which walk of each person is reconstructed.
+    """Prior of the whole population, and the walk of each person that is reconstructed.
 
     Attributes
     ----------
     prior : Prior
     people, sources : (P,) text
     tested : (P,) int
-        Sample of each person that is reconstructed: the walk that two harmonics describe best.
+        Number of each person's sample for reconstruction: the walk that two harmonics describe best.
     words, remarks : str, list of str
     """
 
@@ -42,20 +42,20 @@ class AnatomicalModel(Model):
 
     dataset = FourierDataset
 
-    mirror: bool = True  # also learn from mirror images
+    mirror: bool = True  # also train on mirror images
     within_harmonic: Share = (
-        0.2  # share of the covariance that is kept among coefficients of one harmonic alone
+        0.2  # share of the covariance that is restricted to coefficients of the same harmonic
     )
-    diagonal: Share = 0.1  # share that is kept of each coefficient by itself
-    extra_variance_mm2: Positive = 20.0  # added to each coefficient
-    noise_variance_mm2: Positive = 100.0  # of the observed coefficients
-    noise_share: Share = 0.2  # of the covariance, added to the noise
-    length_factor: Positive = 1.5  # on the standard deviation of a bone's length within the cycle
-    pair_factor: Positive = 2.0  # on that of the difference between left and right
+    diagonal: Share = 0.1  # share of the covariance that is restricted to its diagonal
+    extra_variance_mm2: Positive = 20.0  # variance that is added to each coefficient
+    noise_variance_mm2: Positive = 100.0  # noise of the observed coefficients
+    noise_share: Share = 0.2  # share of a coefficient's variance that is added to the noise
+    length_factor: Positive = 1.5  # factor on the standard deviation of a bone's length within the cycle
+    pair_factor: Positive = 2.0  # factor on that of the difference between left and right
 
     @property
     def shrinkage(self) -> Shrinkage:
-        """How the sample covariance is changed."""
+        """Shrinkage of the sample covariance."""
         return Shrinkage(
             mirror=self.mirror,
             within_harmonic=self.within_harmonic,
@@ -65,7 +65,7 @@ class AnatomicalModel(Model):
 
     @property
     def noise(self) -> Noise:
-        """What observed coefficients are off by."""
+        """Noise of the observed coefficients."""
         return Noise(variance=self.noise_variance_mm2, share=self.noise_share)
 
     def validate(self) -> None:
@@ -79,16 +79,16 @@ class AnatomicalModel(Model):
             walk = np.flatnonzero(dataset.unmeasured.any(axis=1))[0]
             joints = [WALKER15.joints[j] for j in np.flatnonzero(dataset.unmeasured[walk])]
             raise InvalidInput(
-                "error bars and bones need walks of which every joint was measured",
+                "error bars and bones need walks with all joints measured",
                 str(dataset.clip[walk]),
-                "data.pattern= that leaves it out",
+                "a data.pattern without this clip",
                 f"no {', '.join(joints)}",
                 code="joints_not_measured",
                 joints=joints,
             )
         if (count := len(np.unique(dataset.person))) < 4:
             raise InvalidInput(
-                "settings chosen without a person need at least four people",
+                "selecting settings on other people needs at least four people",
                 expected="4 or more",
                 received=count,
                 code="too_few_people",
@@ -97,10 +97,10 @@ class AnatomicalModel(Model):
         return self.population(dataset)
 
     def population(self, dataset: FourierSamples) -> AnatomicalWalkers:
-        """Return the prior of all people, and of each the walk that two harmonics describe best."""
+        """Return the prior of all people, with the walk of each person that two harmonics describe best."""
         if dataset.frequency:
             raise InvalidInput(
-                "the anatomical prior has no frequency",
+                "the anatomical prior does not model the stride frequency",
                 "dataset.frequency",
                 "false",
                 code="frequency_not_modelled",
@@ -108,7 +108,7 @@ class AnatomicalModel(Model):
         people = np.array(list(dict.fromkeys(dataset.person)))
         left = 1.0 - dataset.variance_fractions[:, :2].sum(axis=1)
         walks = [np.flatnonzero(dataset.person == person) for person in people]
-        tested = np.array([of[np.argmin(left[of])] for of in walks])
+        tested = np.array([numbers[np.argmin(left[numbers])] for numbers in walks])
         prior = fit(dataset.coefficients, person_weights(dataset.person), self.shrinkage)
         return AnatomicalWalkers(
             prior=prior,

@@ -1,4 +1,4 @@
-"""Intervals by resampling people: how far a mean, or a difference between methods, depends on who was recorded."""
+"""Intervals over people, by resampling: variation of a mean, or of a difference between methods."""
 
 from __future__ import annotations
 
@@ -14,36 +14,40 @@ from pipeline.seeding import derive_generator
 class PeopleResampled:
     """Resamples of P people, the same for every quantity, so that differences are paired.
 
-    Numbers are returned as columns: the name, and with ``_low`` and ``_high`` the ends of its 95 % interval.
+    Results are columns: the name, and with ``_low`` and ``_high`` the ends of its 95 % interval.
 
     Parameters
     ----------
     people, seed : int
+        Number of people, and seed of the resamples.
     """
 
     def __init__(self, people: int, seed: int) -> None:
         self._weights = bootstrap.resampling_weights(people, derive_generator(seed, "people")) / people
 
     def mean(self, values: np.ndarray | pd.Series, name: str) -> dict[str, float]:
-        """Mean over people of values (P,)."""
+        """Return the mean over people of values (P,), with its interval."""
         return _columns(name, np.mean(values), self._weights @ np.asarray(values))
 
     def reduction_percent(self, of: np.ndarray, than: np.ndarray, name: str) -> dict[str, float]:
-        """By how many per cent the mean of one method (P,) is below that of another."""
+        """Return the reduction of a mean (P,) relative to that of another method, per cent, with its interval."""
         resampled = 100.0 * (1.0 - (self._weights @ of) / (self._weights @ than))
         return _columns(name, 100.0 * (1.0 - of.mean() / than.mean()), resampled)
 
     def means(
         self, rows: pd.DataFrame, by: Sequence[str], banded: str, further: Sequence[str] = ()
     ) -> pd.DataFrame:
-        """Mean of a column with its interval, and means of further ones, of rows with one to each person and group."""
+        """Return a table of group means: one column with its interval, and further columns.
+
+        `rows` has one row for each person and group.
+        """
         return pd.DataFrame(
             {
                 **dict(zip(by, keys, strict=True)),
-                **self.mean(of[banded], banded),
-                **{name: of[name].mean() for name in further},
+                **self.mean(group[banded], banded),
+                **{name: group[name].mean() for name in further},
             }
-            for keys, of in rows.groupby(list(by))
+            for keys, group in rows.groupby(list(by))
         )
 
 

@@ -83,10 +83,10 @@ def test_no_walk_of_a_person_reaches_the_fold_without_that_person(setting: Setti
 
 def test_no_walk_of_a_person_chooses_for_that_person() -> None:
     candidates = [approach_two(value) for value in (10.0, 100.0, 1000.0)] + [WHOLE]
-    errors, with_other = (people(data).tried(candidates, 4, 1) for data in (samples(), spoiled(1)))
+    errors, with_other = (people(data).errors_on_others(candidates, 4, 1) for data in (samples(), spoiled(1)))
     np.testing.assert_array_equal(errors[0], with_other[0])
     assert (errors[1:] != with_other[1:]).any()
-    assert people().chosen(candidates, 4, 1) == [candidates[best] for best in errors.argmin(axis=1)]
+    assert people().select(candidates, 4, 1) == [candidates[best] for best in errors.argmin(axis=1)]
 
 
 def test_no_walk_of_a_person_chooses_any_setting_for_that_person() -> None:
@@ -97,15 +97,17 @@ def test_no_walk_of_a_person_chooses_any_setting_for_that_person() -> None:
     ]
     everybody, with_other = people(), people(spoiled(1))
     start = [replace(WHOLE, within=1.0 + person) for person in range(COUNT)]
-    found = everybody.chosen_in_turn(start, alternatives, 4, 1)
-    assert found[0] == with_other.chosen_in_turn(start, alternatives, 4, 1)[0]
+    found = everybody.select_in_turn(start, alternatives, 4, 1)
+    assert found[0] == with_other.select_in_turn(start, alternatives, 4, 1)[0]
     assert [setting.within for setting in found] == [setting.within for setting in start], "nobody chose that"
     for person, setting in enumerate(found):  # the last choice of each, from what is tried at once
-        errors = everybody.tried([replace(setting, harmonics=number) for number in (1, 2)], 4, 1)[person]
+        errors = everybody.errors_on_others([replace(setting, harmonics=number) for number in (1, 2)], 4, 1)[
+            person
+        ]
         assert setting.harmonics == 1 + errors.argmin()
-    first = everybody.chosen_in_turn(start, alternatives[:1], 4, 1)
+    first = everybody.select_in_turn(start, alternatives[:1], 4, 1)
     for person, setting in enumerate(start):
-        assert first[person] == everybody.chosen(alternatives[0](setting), 4, 1)[person]
+        assert first[person] == everybody.select(alternatives[0](setting), 4, 1)[person]
 
 
 def test_what_fewer_harmonics_leave_out_is_part_of_the_error() -> None:
@@ -114,7 +116,7 @@ def test_what_fewer_harmonics_leave_out_is_part_of_the_error() -> None:
     fundamental[:, 3:] = 0.0
     few = replace(WHOLE.linear, harmonics=1)
     errors, without = (
-        people(each).tried([few], COUNT - 1, 1)[:, 0]
+        people(each).errors_on_others([few], COUNT - 1, 1)[:, 0]
         for each in (data, replace(data, coefficients=fundamental))
     )
     everybody = people(data)

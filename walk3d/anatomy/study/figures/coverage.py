@@ -1,4 +1,4 @@
-"""Error bars against the truth: our figure of zhang2007, which gives none."""
+"""Figure on the coverage of error bars, which zhang2007 does not report."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ from walk3d.anatomy.study.sweeps.ladder import STYLES
 Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, Bars]
 
 _PLAYED_HZ = 25.0
+"""Frame rate of the recording."""
 _SHARP: dict[str, Any] = {
     "x": "covered_percent", "abscissa": Axis(label="covered by 95 % bars as computed"),
     "y": "half_width_mm", "label": "half width, calibrated",
@@ -37,20 +38,20 @@ class BarCoverage(Figure):
     sweep = Coverage
 
     def tables(self, inputs: Inputs) -> Tables:
-        """``table``: by method, bars and level; 95 % bars by view, joint group and walker beside it.
+        """Return ``table`` by method, bars and level, and tables of 95 % bars by view, joint group and walker.
 
-        ``table_walkers_views``, ``table_walkers_joints``: of every walker, anatomical and calibrated alone.
+        ``table_walkers_views`` and ``table_walkers_joints`` have each walker, for the calibrated anatomical bars only.
         """
         sweep, which = inputs.sweep, ["method", "bars"]
         people = PeopleResampled(len(inputs.model.people), inputs.experiment.seed)
         level_95 = np.isclose(sweep.levels["level_percent"], 95.0)
-        made = {"table_walkers": sweep.levels[level_95].drop(columns="level_percent")}
+        tables = {"table_walkers": sweep.levels[level_95].drop(columns="level_percent")}
         for end, rows in (("_views", sweep.views), ("_joints", sweep.joints)):
             best = (rows["method"] == "anatomical") & (rows["bars"] == BARS[1])
-            made[f"table_walkers{end}"] = rows[best].drop(columns="half_width_mm")
-        for name, rows in made.items():
+            tables[f"table_walkers{end}"] = rows[best].drop(columns="half_width_mm")
+        for name, rows in tables.items():
             rows.insert(1, "walker", rows["person"])
-            made[name] = tidy(
+            tables[name] = tidy(
                 rows, by=["walker", *which, *[c for c in rows if c in ("view_angle_deg", "joint_group")]]
             )
         for end, rows, each in (
@@ -58,16 +59,16 @@ class BarCoverage(Figure):
             ("_views", sweep.views, "view_angle_deg"),
             ("_joints", sweep.joints, "joint_group"),
         ):
-            made[f"table{end}"] = people.means(rows, [*which, each], "covered_percent", ["half_width_mm"])
-        return made
+            tables[f"table{end}"] = people.means(rows, [*which, each], "covered_percent", ["half_width_mm"])
+        return tables
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Reliability as computed and calibrated; 95 % bars by view: what they cover and how wide they are."""
+        """Return charts of reliability as computed and calibrated, and of coverage and width of 95 % bars."""
         styles = {name: STYLES[name] for name in METHODS}
-        of = partial(Chart, by="method", styles=styles)
-        covered = partial(of, y="covered_percent", label="covered by 95 % bars")
+        by_method = partial(Chart, by="method", styles=styles)
+        covered = partial(by_method, y="covered_percent", label="covered by 95 % bars")
         level = partial(
-            of, x="level_percent", y="covered_percent", label="covered",
+            by_method, x="level_percent", y="covered_percent", label="covered",
             abscissa=Axis(label="level of the bars", limits=(0.0, 100.0), ticks=20),
             limits=(0.0, 100.0), references=[Reference(slope=1.0)],
         )  # fmt: skip
@@ -97,9 +98,9 @@ class BarCoverage(Figure):
                 for kind in BARS
             ),
             covered(**views, title="95 % bars, calibrated", limits=(85.0, 100.0), references=ideal),
-            of(**views, y="half_width_mm", label="half width of 95 % bars", zero=True),
+            by_method(**views, y="half_width_mm", label="half width of 95 % bars", zero=True),
             covered(**people, title="95 % bars, person by person", references=ideal),
-            of(**{**_SHARP, "table": sharp}, zero=True),
+            by_method(**{**_SHARP, "table": sharp}, zero=True),
         ]
         return Sheet(
             charts=charts,
@@ -109,24 +110,24 @@ class BarCoverage(Figure):
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """One walker as a cloud: the truth, the most probable walker and samples of the posterior."""
+        """Record one walker: truth, most probable reconstruction and samples of the posterior."""
         sweep, data = inputs.sweep, inputs.dataset
         sample = inputs.model.tested[sweep.sample_person]
         walker = data.coefficients[sample]
         angle = np.radians(SAMPLE_VIEW_DEG)
-        seen = camera.project(walker, angle)
+        image = camera.project(walker, angle)
         seconds = 1.0 / data.frequency_hz[sample]
         times = np.arange(0.0, seconds, 1.0 / _PLAYED_HZ)
         original = fourier.synthesise(walker, 1.0 / seconds, times)
         ground = lift(original)
 
         def motion(missing: np.ndarray) -> np.ndarray:
-            return fourier.synthesise(camera.combine(seen, missing, angle), 1.0 / seconds, times) + ground
+            return fourier.synthesise(camera.combine(image, missing, angle), 1.0 / seconds, times) + ground
 
         who = inputs.model.people[sweep.sample_person]
         with begin(
-            f"\nThe walker shown is {who}, the one of median error, seen from {SAMPLE_VIEW_DEG:g}°. Thin: "
-            f"{len(sweep.samples)} walkers drawn from the posterior; where they part, the image does not tell.\n",
+            f"\nThe walker is {who}, who has the median error, seen from {SAMPLE_VIEW_DEG:g}°. Thin: "
+            f"{len(sweep.samples)} samples of the posterior; they differ where the image leaves the depth open.\n",
             at=times,
         ) as rec:
             rec.skeleton("world/original", original + ground)
@@ -144,7 +145,7 @@ class BarCoverage(Figure):
                 )
             rec.image_points(
                 "image/observed",
-                fourier.synthesise(seen, 1.0 / seconds, times),
+                fourier.synthesise(image, 1.0 / seconds, times),
             )
             space = Space3D(name="truth, reconstruction and samples of the posterior")
             rec.blueprint(

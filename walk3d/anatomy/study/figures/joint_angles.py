@@ -1,4 +1,4 @@
-"""Errors of joint angles against view angle, in degrees; after zhang2007 figure 5, ours."""
+"""Figure on errors of joint angles by view angle, in degrees, in the style of zhang2007 figure 5."""
 
 from __future__ import annotations
 
@@ -24,29 +24,29 @@ Inputs = FigureInputs[FourierSamples, Eigenwalkers, JointAngleErrors]
 
 
 class JointAngleFigure(Figure):
-    """Errors of hip, knee, shoulder and elbow flexion against view angle."""
+    """Errors of hip, knee, shoulder and elbow flexion by view angle."""
 
     model = EigenwalkersModel
     sweep = JointAngles
     traits = Traits(over_people=("table_walkers",), ranked_by=("table_walkers", "rmse_deg"))
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``: each method, angle and view, over walkers; ``table_walkers``: each walker, over views.
+        """Return ``table`` (method, angle and view, over walkers) and ``table_walkers`` (each walker, over views).
 
-        Walkers of whom a joint of the angle was not measured take no part in it.  ``table_summary``: mean, median and
-        worst walker, over all views.
+        Walkers with an unmeasured joint of an angle are left out of it.  ``table_summary`` has mean, median and worst
+        walker, over all views.
         """
         rows, which = inputs.sweep.rows, ["method", "angle"]
         errors = ["rmse_deg", "offset_free_rmse_deg"]
         walkers = rows.groupby([*which, "person", "walker"], sort=False)[errors].mean().reset_index()
 
-        def over(of: pd.DataFrame, by: list[str], count: str = "", **further: Any) -> pd.DataFrame:
+        def over(table: pd.DataFrame, by: list[str], count: str = "", **further: Any) -> pd.DataFrame:
             columns = {
                 name.replace("_deg", f"{end}_deg"): (name, how)
                 for name in errors
                 for end, how in {"": "mean", **further}.items()
             }
-            return aggregate(of, by, columns, errors, cluster="person", count=count)
+            return aggregate(table, by, columns, errors, cluster="person", count=count)
 
         return {
             "table": over(rows, [*which, "view_angle_deg"], _sd=SD),
@@ -55,8 +55,8 @@ class JointAngleFigure(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """A column for each angle: its error, and below it the error without the constant offset."""
-        shown = [angle for angle in JOINT_ANGLES if (tables["table"]["angle"] == angle).any()]
+        """Return a column of charts for each angle: its error, and the error without the constant offset."""
+        angles = [angle for angle in JOINT_ANGLES if (tables["table"]["angle"] == angle).any()]
         styles = methods.styles(inputs.sweep.methods.tolist())
         view = VIEW | {"abscissa": Axis(ticks=45)}
         charts = [
@@ -65,11 +65,11 @@ class JointAngleFigure(Figure):
                 label=label, zero=True, name=f"{angle}_{column}", page=column == "rmse_deg",
             )
             for column, label in (("rmse_deg", "error"), ("offset_free_rmse_deg", "error without offset"))
-            for angle in shown
+            for angle in angles
         ]  # fmt: skip
         return Sheet(
             charts=charts,
-            columns=len(shown),
+            columns=len(angles),
             share_y=True,
             letters=False,
             panel_size=(1.9, 1.8),
@@ -78,13 +78,13 @@ class JointAngleFigure(Figure):
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Log one walker over a cycle, own and reconstructed, with its joint angles."""
+        """Record one walker over a cycle, original and reconstructed, with joint angles."""
         sweep, names = inputs.sweep, inputs.sweep.methods.tolist()
         styles = methods.styles(names)
         count = len(sweep.shown_angle_rad[0])
         seconds = np.arange(count) / (count * sweep.stride_hz)
         ground = lift(sweep.shown_joints_mm[0])
-        shown = {
+        looks = {
             "original": Style("original", "original"),
             **{f"reconstructed/{name}": styles[name] for name in names},
         }
@@ -94,7 +94,7 @@ class JointAngleFigure(Figure):
             "side in degrees.\n",
             at=seconds,
         ) as rec:
-            for number, (name, style) in enumerate(shown.items()):
+            for number, (name, style) in enumerate(looks.items()):
                 rec.skeleton(
                     f"world/{name}",
                     sweep.shown_joints_mm[number] + ground,

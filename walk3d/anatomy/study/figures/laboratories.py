@@ -1,4 +1,4 @@
-"""People of laboratories that no model has seen, and what more people and more laboratories bring: ours."""
+"""Figure on people of laboratories outside the training data, with learning curves by people and laboratories."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ LEFT_OUT = {PERSON: "person", LABORATORY: "laboratory"}
 
 
 class LearningCurves(Figure):
-    """Errors and bars across laboratories, and by the number of people and laboratories that are learnt from."""
+    """Errors and bars across laboratories, and by the number of training people and laboratories."""
 
     model = AnatomicalModel
     sweep = Laboratories
     traits = Traits(timeline="people")
 
     def tables(self, inputs: Inputs) -> Tables:
-        """``table``: by people learnt from; ``table_sources``: by laboratory, what is learnt from, and method.
+        """Return ``table`` by number of training people, and ``table_sources`` by laboratory, training data and method.
 
-        ``table_walkers``: of every walker, what ``table_sources`` is the mean of; ``table_summary``: over everybody,
-        the person or the laboratory left out.
+        ``table_walkers`` has each walker of ``table_sources``.  ``table_summary`` is over all people, with the person
+        or the laboratory left out.
         """
         rows, curve = inputs.sweep.rows, inputs.sweep.curve
         error = {"absolute_error_mm2": ("absolute_error_mm2", "mean")}
@@ -48,7 +48,7 @@ class LearningCurves(Figure):
         over = partial(aggregate, cluster="person", count="people")
         banded = error | {"spanned_percent": ("spanned_percent", "mean")}
         of_curve = banded | {"laboratories": ("laboratories", "mean")}
-        both = rows.assign(left_out=rows["learnt_from"].map(LEFT_OUT))  # none of one other laboratory
+        both = rows.assign(left_out=rows["learnt_from"].map(LEFT_OUT))  # NaN for one other laboratory alone
         return {
             "table": over(curve, ["left_out", "method", "people"], of_curve, banded, count="walkers"),
             "table_sources": over(rows, ["learnt_from", "tested", "method"], columns, columns),
@@ -57,7 +57,7 @@ class LearningCurves(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Errors by people learnt from, of known and unknown laboratories; variance spanned; bars by laboratory."""
+        """Return charts of errors by number of training people, of the variance spanned, and of bars by laboratory."""
         curve = partial(
             Chart, x="people", y="absolute_error_mm2", by="method", styles=CURVES, zero=True,
             abscissa=Axis(label="people learnt from"), label="mean square error",

@@ -1,4 +1,4 @@
-"""Hidden joints recovered: our figure of what zhang2007 leaves to future work."""
+"""Figure on the reconstruction of hidden joints, which zhang2007 leaves to future work."""
 
 from __future__ import annotations
 
@@ -29,38 +29,39 @@ WORDS = {
     "far_leg": "far leg",
     "far_side": "far arm and leg",
 }
-MOST_HIDDEN = "far_side"
+PLOTTED_SET = "far_side"
 
 
 class HiddenJointErrors(Figure):
-    """Errors and bars of hidden joints."""
+    """Errors and error bars of hidden joints."""
 
     model = AnatomicalModel
     sweep = Occlusion
     traits = Traits(timeline="view_angle_deg")
 
     def tables(self, inputs: Inputs) -> Tables:
-        """``table``: by hidden joints, method and view; ``table_hidden``: over views; bars and walkers beside them.
+        """Return ``table`` by hidden joints, method and view, ``table_hidden`` over views, and tables of bars and
+        walkers.
 
-        ``table_bars`` is over the three axes of the hidden joints, ``table_axes`` has each of them.
+        ``table_bars`` is over the three axes of the hidden joints; ``table_axes`` has each axis.
         """
         rows, bars = inputs.sweep.rows, inputs.sweep.bars
         people = PeopleResampled(len(inputs.model.people), inputs.experiment.seed)
         which = ["hidden", "method"]
 
         each = rows.groupby(["person", *which], sort=False).mean().reset_index()
-        whole = []
-        for (hidden, method), of in each.groupby(which):
+        summary = []
+        for (hidden, method), group in each.groupby(which):
             baseline = each[(each["hidden"] == hidden) & (each["method"] == "map_tuned")]
-            mine, than = (table["hidden_error_mm"].to_numpy() for table in (of, baseline))
-            whole.append(
+            errors, baseline_errors = (table["hidden_error_mm"].to_numpy() for table in (group, baseline))
+            summary.append(
                 {
                     "hidden": hidden,
                     "method": method,
-                    **people.mean(of["hidden_error_mm"], "hidden_error_mm"),
-                    **people.reduction_percent(mine, than, "below_map_percent"),
-                    **people.mean(of["seen_error_mm2"], "seen_error_mm2"),
-                    "walkers_better": (mine < than).sum(),
+                    **people.mean(group["hidden_error_mm"], "hidden_error_mm"),
+                    **people.reduction_percent(errors, baseline_errors, "below_map_percent"),
+                    **people.mean(group["seen_error_mm2"], "seen_error_mm2"),
+                    "walkers_better": (errors < baseline_errors).sum(),
                 }
             )
         kinds = [*which, "bars"]
@@ -72,7 +73,7 @@ class HiddenJointErrors(Figure):
         who = ["person", "walker"]
         return {
             "table": people.means(rows, [*which, "view_angle_deg"], "hidden_error_mm"),
-            "table_hidden": pd.DataFrame(whole),
+            "table_hidden": pd.DataFrame(summary),
             "table_bars": people.means(over_axes, kinds, "covered_percent", ["half_width_mm"]),
             "table_axes": people.means(bars, [*kinds, "axis"], "covered_percent", ["half_width_mm"]),
             "table_walkers": tidy(
@@ -85,7 +86,7 @@ class HiddenJointErrors(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Distance by hidden joints, and by view; what the bars cover; the error of what is seen."""
+        """Return charts of errors of hidden joints, coverage of their bars, and errors of visible joints."""
         styles = {name: STYLES[name] for name in METHODS}
         distance = partial(
             Chart,
@@ -100,7 +101,7 @@ class HiddenJointErrors(Figure):
         }  # fmt: skip
         of_views = [
             distance(**VIEW, where={"hidden": name}, title=f"{words} hidden", name=name,
-                     picture=name == MOST_HIDDEN, page=name == MOST_HIDDEN)
+                     picture=name == PLOTTED_SET, page=name == PLOTTED_SET)
             for name, words in WORDS.items()
         ]  # fmt: skip
         charts = [

@@ -1,4 +1,4 @@
-"""The ladder of the anatomical reconstruction: our figure beside zhang2007's figure 5."""
+"""Figure on the ablation of the anatomical reconstruction, to compare with zhang2007's figure 5."""
 
 from __future__ import annotations
 
@@ -23,29 +23,29 @@ from walk3d.anatomy.study.sweeps.structure import Structure, StructureErrors
 Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, StructureErrors]
 
 BASELINE = "map_tuned"
-"""What every method is compared with."""
+"""Method with which the others are compared."""
 
 SHOWN = {name: style for name, style in STYLES.items() if METHODS[name].part}
 
 
 class StructureLadder(Figure):
-    """Error of each step of the ladder, by view and in all."""
+    """Error of each step of the ablation, by view and over all views."""
 
     model = AnatomicalModel
     sweep = Structure
     traits = Traits(sequence="seen_from_deg", timeline="view_angle_deg")
 
     def tables(self, inputs: Inputs) -> Tables:
-        """``table``: by method and view; ``table_ladder``: by method; ``table_walkers``: of every walker."""
+        """Return ``table`` by method and view, ``table_ladder`` by method, and ``table_walkers`` by walker."""
         model = inputs.model
         people = PeopleResampled(len(model.people), inputs.experiment.seed)
-        by_view = {  # of each method, people by views
+        by_view = {  # errors of each method, people by views
             method: rows.pivot(index="person", columns="view_angle_deg", values="absolute_error_mm2").loc[model.people]
             for method, rows in inputs.sweep.rows.groupby("method", sort=False)
         }  # fmt: skip
         of_view, ladder, walkers = [], [], []
         for method, errors in by_view.items():
-            mine = errors.mean(axis=1)
+            method_errors = errors.mean(axis=1)
             tuned, best, specified = (
                 by_view[other][errors.columns].mean(axis=1)
                 for other in (BASELINE, "anatomical", "as_specified")
@@ -59,19 +59,19 @@ class StructureLadder(Figure):
                     "method": method,
                     "part": METHODS[method].part,
                     "views": errors.shape[1],
-                    "walkers": len(mine),
-                    **people.mean(mine, "absolute_error_mm2"),
-                    "absolute_error_median_mm2": mine.median(),
-                    "absolute_error_worst_mm2": mine.max(),
-                    **people.reduction_percent(mine, tuned, "below_map_percent"),
-                    **people.reduction_percent(mine, best, "below_whole_percent"),
-                    **people.reduction_percent(mine, specified, "below_specified_percent"),
-                    "walkers_better": (mine < tuned).sum(),
+                    "walkers": len(method_errors),
+                    **people.mean(method_errors, "absolute_error_mm2"),
+                    "absolute_error_median_mm2": method_errors.median(),
+                    "absolute_error_worst_mm2": method_errors.max(),
+                    **people.reduction_percent(method_errors, tuned, "below_map_percent"),
+                    **people.reduction_percent(method_errors, best, "below_whole_percent"),
+                    **people.reduction_percent(method_errors, specified, "below_specified_percent"),
+                    "walkers_better": (method_errors < tuned).sum(),
                 }
             )
             walkers += [
                 {"person": who, "walker": who, "method": method, "absolute_error_mm2": error}
-                for who, error in mine.items()
+                for who, error in method_errors.items()
             ]
         return {
             "table": tidy(of_view, by=["method", "view_angle_deg"]),
@@ -80,7 +80,7 @@ class StructureLadder(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Error against view; every step with its interval; the whole against MAP, person by person."""
+        """Return charts of the error by view, of every step with its interval, and of each person against MAP."""
         error = partial(Chart, y="absolute_error_mm2", by="method", label="mean square error")
         step = partial(error, table="table_ladder", x="method")
         walkers = tables["table_walkers"].pivot(index="walker", columns="method", values="absolute_error_mm2")

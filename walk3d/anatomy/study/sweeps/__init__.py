@@ -1,1 +1,1 @@
-"""Sweeps of the anatomical reconstruction: its ablation, and the coverage of its bars."""
+"""Sweeps of the anatomical reconstruction: ablation, coverage of bars, hidden joints, other laboratories."""

@@ -1,4 +1,4 @@
-"""Whether error bars hold: intervals of every method against the truth, as computed and calibrated on other people."""
+"""Coverage of error bars of every method, as computed and as calibrated on other people."""
 
 from __future__ import annotations
 
@@ -26,28 +26,29 @@ from walk3d.anatomy.study.sweeps.setting import anatomical_setting, approach_two
 
 METHODS = ("least_squares", "map_70", "map_tuned", "anatomical")
 COMPONENTS = 30
-"""Eigenwalkers of least squares [zhang2007 4.1]."""
+"""Number of eigenwalkers of least squares [zhang2007 4.1]."""
 SAMPLE_VIEW_DEG, SAMPLES = 30.0, 12
-"""View whose posterior is sampled, and how often."""
-_LEAST_SD_MM = 1e-6
+"""View whose posterior is sampled, and number of samples."""
+_MIN_SD_MM = 1e-6
 LEVELS = np.array([0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99])
 LEVEL_95 = 10
+"""Levels of the bars, and the index of 95 % among them."""
 
 
 @dataclass(frozen=True)
 class Bars:
-    """What bars of every method cover of the errors at instants in the missing dimension, and their half widths.
+    """Coverage and half widths of every method's bars, for errors at instants in the missing dimension.
 
     Attributes
     ----------
     levels, views, joints : DataFrame
-        A row to each person, method, kind of bars and level; 95 % bars by view; and by group of joints.
+        Coverage and half width by person, method, kind of bars and level; of 95 % bars by view; and by group of joints.
     sample_person : int
-        Whose posterior is sampled: the one of median error.
+        Person whose posterior is sampled: the one with the median error.
     estimate : (1 + 2H, 15)
-        Missing dimension of that person from that view.
+        Estimated missing dimension of that person.
     samples : (N, 1 + 2H, 15)
-        Of its posterior.
+        Samples of the posterior.
     """
 
     levels: pd.DataFrame
@@ -59,15 +60,15 @@ class Bars:
 
 
 class Coverage(Sweep):
-    """Error bars at known views."""
+    """Error bars at known view angles."""
 
     draws_random_numbers = True
 
     seen_from_deg: MirroredViews = scaled(start=-90, stop=90, step={"full": 6, "smoke": 90})  # true views
-    partners: Choosers = scaled(value=PARTNERS)  # people who choose sigma² of MAP for each person
+    partners: Choosers = scaled(value=PARTNERS)  # number of other people for the selection of sigma² of MAP
 
     def measure(self, inputs: AnatomicalInputs) -> Bars:
-        """Return errors and standard deviations of every method."""
+        """Return coverage and half widths of every method's bars."""
         view_deg = self.seen_from_deg.values("sweep.seen_from_deg")
         view = np.radians(view_deg)
         people = People(inputs.dataset, inputs.model)
@@ -77,22 +78,22 @@ class Coverage(Sweep):
         def one(person: int) -> tuple[np.ndarray, np.ndarray]:
             fold = people.fold(person)
             settings = (approach_two(70.0), tuned[person], whole)
-            found = [fold.bars(setting, person, view)[1:] for setting in settings]
-            errors, deviations = zip(least_squares_bars(people, person, view), *found, strict=True)
-            return np.stack(errors), np.maximum(np.stack(deviations), _LEAST_SD_MM)
+            bars = [fold.bars(setting, person, view)[1:] for setting in settings]
+            errors, deviations = zip(least_squares_bars(people, person, view), *bars, strict=True)
+            return np.stack(errors), np.maximum(np.stack(deviations), _MIN_SD_MM)
 
         folds = map_processes(one, range(people.count), inputs.workers)
-        error = np.abs([found[0] for found in folds]).swapaxes(0, 1)  # (M, P, A, 15, K)
-        deviation = np.stack([found[1] for found in folds], axis=1)
+        error = np.abs([fold[0] for fold in folds]).swapaxes(0, 1)  # (M, P, A, 15, K)
+        deviation = np.stack([fold[1] for fold in folds], axis=1)
         squares = (error**2).mean(axis=(2, 3, 4))
         rows: dict[str, list[dict[str, object]]] = {"levels": [], "views": [], "joints": []}
 
         def add(name: str, error: np.ndarray, half: np.ndarray, **keys: object) -> None:
-            """A row to each person, of numbers (P, …)."""
+            """Add a row for each person, from numbers (P, …)."""
             covered = (error <= half).reshape(people.count, -1).mean(axis=1)
             for p, who in enumerate(inputs.model.people):
-                found = {"covered_percent": 100.0 * covered[p], "half_width_mm": half[p].mean()}
-                rows[name].append({"person": who, **keys, **found})
+                cells = {"covered_percent": 100.0 * covered[p], "half_width_mm": half[p].mean()}
+                rows[name].append({"person": who, **keys, **cells})
 
         for m, method in enumerate(METHODS):
             off, sd = error[m], deviation[m]
@@ -108,9 +109,9 @@ class Coverage(Sweep):
                 for a, view_angle_deg in enumerate(view_deg):
                     add("views", off[:, a], half[:, a], **keys, view_angle_deg=view_angle_deg)
                 for g, group in enumerate(anatomical.GROUPS):
-                    of = g == anatomical.GROUP_OF_JOINT
-                    add("joints", off[:, :, of], half[:, :, of], **keys, joint_group=group)
-        frames = {name: pd.DataFrame(found) for name, found in rows.items()}
+                    members = g == anatomical.GROUP_OF_JOINT
+                    add("joints", off[:, :, members], half[:, :, members], **keys, joint_group=group)
+        frames = {name: pd.DataFrame(cells) for name, cells in rows.items()}
         rms = pd.DataFrame(np.sqrt(squares).T, index=inputs.model.people, columns=list(METHODS)).stack()
         person = int(np.argsort(squares[-1], kind="stable")[people.count // 2])
         return Bars(
@@ -126,20 +127,20 @@ class Coverage(Sweep):
         person: int,
         inputs: AnatomicalInputs,
     ) -> dict[str, np.ndarray]:
-        """The missing dimension (1 + 2H, 15) of one person from one view, and samples (N, 1 + 2H, 15) of it."""
+        """Return one person's missing dimension (1 + 2H, 15) from one view, and posterior samples (N, 1 + 2H, 15)."""
         setting = anatomical_setting(inputs.model_options, people.harmonics)
-        (found,) = people.fold(person).reconstruct(
+        (estimate,) = people.fold(person).reconstruct(
             [setting], people.walker(person)[None], np.radians([SAMPLE_VIEW_DEG]), with_covariance=True
         )
-        factor = np.linalg.cholesky(found.covariance[0, 0])
+        factor = np.linalg.cholesky(estimate.covariance[0, 0])
         drawn = inputs.generator("posterior samples").standard_normal((SAMPLES, len(factor)))
-        rows = np.concatenate([found.estimated[0], found.estimated[0, 0] + drawn @ factor.T])
+        rows = np.concatenate([estimate.estimated[0], estimate.estimated[0, 0] + drawn @ factor.T])
         missing = rows.reshape(len(rows), -1, 1 + 2 * setting.harmonics).swapaxes(1, 2)
         return {"estimate": missing[0], "samples": missing[1:]}
 
 
 def least_squares_bars(people: People, person: int, view: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Errors and standard deviations (A, 15, K) of approach I, by the textbook: residual variance times (E^T E)^-1."""
+    """Return errors and standard deviations (A, 15, K) of approach I: residual variance times (E^T E)^-1."""
     tested = people.model.tested
     others = np.delete(tested, person)
     rows = anatomical.by_joint(people.data.coefficients[others][:, :5]).reshape(len(others), -1)
@@ -152,11 +153,11 @@ def least_squares_bars(people: People, person: int, view: np.ndarray) -> tuple[n
     for a, axes in enumerate(anatomical.image_axes(view)):
         E = np.einsum("ij,nkjb->ikbn", axes, components).reshape(3, -1, len(components))
         d = np.einsum("ij,kjb->ikb", axes, off).reshape(3, -1)
-        seen = E[:2].reshape(-1, len(components))
+        visible = E[:2].reshape(-1, len(components))
         observed = d[:2].ravel()
-        Q, R = np.linalg.qr(seen)
+        Q, R = np.linalg.qr(visible)
         k = np.linalg.solve(R, Q.T @ observed)
-        residual = observed - seen @ k
+        residual = observed - visible @ k
         variance = residual @ residual / max(len(observed) - len(k), 1)
         spread = np.linalg.solve(R.T, E[2].T)  # E (E^T E)^-1 E^T = spread^T spread
         error = np.concatenate([(d[2] - E[2] @ k).reshape(-1, 5), whole[a][:, 5:]], axis=-1)

@@ -1,6 +1,6 @@
-"""People of laboratories that no model has seen: errors and bars across laboratories, and what more people would bring.
+"""Errors and bars for people of laboratories outside the training data, and learning curves by number of people.
 
-How laboratories differ is learnt from those that train: nothing comes from the laboratory that is tested.
+Differences between laboratories are estimated from the training laboratories only, never from the tested one.
 """
 
 from __future__ import annotations
@@ -33,36 +33,36 @@ from walk3d.anatomy.study.sweeps.setting import Setting, anatomical_setting
 from walk3d.anatomy.study.sweeps.structure import errors_of
 
 PERSON, LABORATORY = "all but the person", "all other laboratories"
-"""What is learnt from, besides each other laboratory alone."""
+"""Kinds of training data for a person; each other laboratory alone is a further kind."""
 METHODS = ("average_walker", "map_tuned", "anatomical", "anybody")
-"""The last two: as if measured as those who train, and with what laboratories differ by."""
+"""Methods; ``anatomical`` ignores differences between laboratories, ``anybody`` models them."""
 KNOWN = (1, 3, 8)
-"""Other people of the tested laboratory whose walks are known in 3D: method ``anybody_k``."""
-LEAST_PEOPLE = 4
-"""That are learnt from."""
+"""Numbers of other people of the tested laboratory whose walks are known in 3D: methods ``anybody_k``."""
+MIN_PEOPLE = 4
+"""Smallest number of training people."""
 CURVE = (4, 6, 8, 12, 16, 24, 32, 41, 64)
-"""Numbers of people that are learnt from."""
+"""Numbers of training people in the learning curves."""
 OFFSET_MM, SIZE = 25.0, 0.1
-"""What two simulated laboratories differ by: root mean square per axis of a joint, and size."""
+"""Differences between two simulated laboratories: root mean square offset of a joint per axis, and body size."""
 VIEWS = np.radians(CHOOSING_VIEWS_DEG)
 LEVEL = np.array([0.95])
 
 
 @dataclass(frozen=True)
 class LaboratoryErrors:
-    """Errors of everybody by what is learnt from.
+    """Errors of all people, by training data.
 
     Attributes
     ----------
     rows : DataFrame
-        A row to each person, `learnt_from` and method (with k people of the laboratory known, ``anybody_k``): mean
-        square error; shares within 95 % bars as computed, and with
-        multipliers learnt on people who were left out in the same way, none of them of this laboratory if that is left
-        out (`covered_95`, `covered_95_calibrated`; NaN of methods without bars or where only one laboratory trains).
+        Mean square error by person, `learnt_from` and method (``anybody_k``: k people of the laboratory are known).
+        Also the shares within 95 % bars as computed and as calibrated (`covered_95`, `covered_95_calibrated`).
+        Multipliers are calibrated on people who were left out in the same way, without the tested laboratory if that is
+        left out.  They are NaN for methods without bars, or with one training laboratory.
     curve : DataFrame
-        A row to each person, number of `people` learnt from, of how many `laboratories`, and method: mean square error,
-        and the share of the person's variance that these people span; `left_out` is the person, the laboratory, or all
-        but one other laboratory.
+        Mean square error by person, method, and numbers of training `people` and their `laboratories`; also the share
+        of the person's variance that these people span.  `left_out` is the person, the laboratory, or all but one other
+        laboratory.
     """
 
     rows: pd.DataFrame
@@ -72,38 +72,38 @@ class LaboratoryErrors:
 def simulated_laboratories(
     data: FourierSamples, rng: np.random.Generator, *, offset_mm: float = OFFSET_MM, size: float = SIZE
 ) -> FourierSamples:
-    """The walks of one source as if two laboratories had recorded them, with other joints and people of another size.
+    """Return the walks of one source as if two laboratories had recorded them, with other joints and body sizes.
 
-    Offsets of joints are alike left and right.
+    Offsets of joints are symmetric in the sides.
     """
     people = list(dict.fromkeys(data.person))
-    of = np.array([people.index(who) % 2 for who in data.person])
+    laboratory = np.array([people.index(who) % 2 for who in data.person])
     moved = rng.normal(0.0, offset_mm / 2.0, (15, 3))
     moved = (moved + moved[list(WALKER15.mirror)] * [-1.0, 1.0, 1.0]) / np.sqrt(2.0)
     moved[WALKER15.index("pelvis")] = 0.0
-    scale = (1.0 + size * (of - 0.5))[:, None, None, None]
+    scale = (1.0 + size * (laboratory - 0.5))[:, None, None, None]
     coefficients = scale * data.coefficients
-    coefficients[:, 0] += np.where(of[:, None, None] == 0, moved, -moved)
+    coefficients[:, 0] += np.where(laboratory[:, None, None] == 0, moved, -moved)
     names = np.array(["laboratory_1", "laboratory_2"])
     residual = scale**2 * data.residual_covariance
-    return replace(data, coefficients=coefficients, residual_covariance=residual, source=names[of])
+    return replace(data, coefficients=coefficients, residual_covariance=residual, source=names[laboratory])
 
 
 class Laboratories(Sweep):
-    """Everybody by models of other people, and of other laboratories."""
+    """Reconstruction of all people by models of other people, and of other laboratories."""
 
     draws_random_numbers = True
 
-    partners: Choosers = scaled(value=PARTNERS)  # people who choose sigma² of MAP for each person
+    partners: Choosers = scaled(value=PARTNERS)  # number of other people for the selection of sigma² of MAP
 
     def measure(self, inputs: AnatomicalInputs) -> LaboratoryErrors:
-        """Return errors and bars of everybody; people of a single source get two simulated laboratories."""
+        """Return errors and bars of all people; people of a single source are split into two simulated laboratories."""
         data, model = inputs.dataset, inputs.model
         if len(np.unique(data.source)) == 1:
             data = simulated_laboratories(data, inputs.generator("laboratories"))
             model = replace(model, sources=data.source[model.tested])
         people = People(data, model)
-        require_range("the number of people", people.count, at_least=2 * LEAST_PEOPLE)
+        require_range("the number of people", people.count, at_least=2 * MIN_PEOPLE)
         whole = anatomical_setting(inputs.model_options, people.harmonics)
         tuned = people.tuned_map(NOISE_VARIANCES_MM2, self.partners, inputs.workers)
         anybody = replace(whole, differences=Differences())
@@ -111,62 +111,62 @@ class Laboratories(Sweep):
 
         def one(person: int) -> tuple[list[dict[str, object]], list[np.ndarray], list[dict[str, object]]]:
             rows, z = [], []
-            of = dict(zip(METHODS, (tuned[person], tuned[person], whole, anybody), strict=True))
+            settings = dict(zip(METHODS, (tuned[person], tuned[person], whole, anybody), strict=True))
             key = {"person": str(model.people[person]), "tested": str(model.sources[person])}
             for learnt_from, left in left_out(model.sources, person):
                 fold = people.fold(*np.flatnonzero(left).tolist())
-                plain = {method: of[method] for method in METHODS[:2]}
+                plain = {method: settings[method] for method in METHODS[:2]}
                 error = errors_of(people, fold, plain, person, VIEWS).mean(axis=(1, 2))
-                bars = [_with_bars(people, fold, of[method], person) for method in METHODS[2:]]
+                bars = [_with_bars(people, fold, settings[method], person) for method in METHODS[2:]]
                 rows += [
                     {**key, "learnt_from": learnt_from, "method": method, "absolute_error_mm2": value}
                     for method, value in zip(METHODS, [*error, *(e for e, _ in bars)], strict=True)
                 ]
                 z += [each for _, each in bars]
             rows += [{**key, **row} for row in _of_known_people(people, anybody, person, orders[person])]
-            return rows, z, _curve(people, of, person, orders[person])
+            return rows, z, _curve(people, settings, person, orders[person])
 
-        found = map_processes(one, range(people.count), inputs.workers)
-        rows = pd.DataFrame([row for each in found for row in each[0]])
+        results = map_processes(one, range(people.count), inputs.workers)
+        rows = pd.DataFrame([row for each in results for row in each[0]])
         barred = rows["method"].isin(METHODS[2:])
-        z = np.concatenate([each[1] for each in found])
+        z = np.concatenate([each[1] for each in results])
         rows.loc[barred, "covered_95"] = (z <= NORMAL_95).mean(axis=(1, 2, 3))
-        for (learnt_from, _), of in rows[barred].groupby(["learnt_from", "method"]):
-            group = of["person" if learnt_from == PERSON else "tested"].to_numpy()
+        for (learnt_from, _), part in rows[barred].groupby(["learnt_from", "method"]):
+            group = part["person" if learnt_from == PERSON else "tested"].to_numpy()
             if learnt_from in (PERSON, LABORATORY) and len(np.unique(group)) > 1:
-                mine = z[np.flatnonzero(np.isin(rows.index[barred], of.index))]
-                m = anatomical.multipliers_without(mine, anatomical.GROUP_OF_JOINT, LEVEL, alike=group)[
+                group_z = z[np.flatnonzero(np.isin(rows.index[barred], part.index))]
+                m = anatomical.multipliers_without(group_z, anatomical.GROUP_OF_JOINT, LEVEL, alike=group)[
                     ..., 0
                 ]
-                held = mine <= m[:, None, None, anatomical.GROUP_OF_JOINT]
-                rows.loc[of.index, "covered_95_calibrated"] = held.mean(axis=(1, 2, 3))
-        return LaboratoryErrors(rows, pd.DataFrame([row for each in found for row in each[2]]))
+                covered = group_z <= m[:, None, None, anatomical.GROUP_OF_JOINT]
+                rows.loc[part.index, "covered_95_calibrated"] = covered.mean(axis=(1, 2, 3))
+        return LaboratoryErrors(rows, pd.DataFrame([row for each in results for row in each[2]]))
 
 
 def left_out(sources: np.ndarray, person: int) -> Iterator[tuple[str, np.ndarray]]:
-    """What is learnt from for one person, and who is left out (P,) bool; too few to learn from are left aside."""
-    mine = sources[person]
+    """Yield the kinds of training data for one person, with the mask (P,) of people left out; skip small ones."""
+    tested = sources[person]
     yield PERSON, np.arange(len(sources)) == person
-    others = [name for name in dict.fromkeys(sources) if name != mine]
+    others = [name for name in dict.fromkeys(sources) if name != tested]
     alone = [(str(name), sources != name) for name in others if len(others) > 1]
-    for learnt_from, left in [(LABORATORY, sources == mine), *alone]:
-        if (~left).sum() >= LEAST_PEOPLE:
+    for learnt_from, left in [(LABORATORY, sources == tested), *alone]:
+        if (~left).sum() >= MIN_PEOPLE:
             yield learnt_from, left
 
 
 def _of_known_people(
     people: People, anybody: Setting, person: int, order: np.ndarray
 ) -> Iterator[dict[str, object]]:
-    """Errors of a person whose laboratory is left out, but for some of its people who are known in 3D.
+    """Yield errors of a person whose laboratory is left out, except for some people who are known in 3D.
 
-    Theirs are only the mean and the covariance of what sets the laboratory apart: nobody of it is learnt from.
+    Those people determine only the laboratory's difference; they are not training data.
     """
-    mine = people.model.sources == people.model.sources[person]
-    theirs = order[mine[order] & (order != person)]
-    if (~mine).sum() < LEAST_PEOPLE:
+    same_laboratory = people.model.sources == people.model.sources[person]
+    others = order[same_laboratory[order] & (order != person)]
+    if (~same_laboratory).sum() < MIN_PEOPLE:
         return
-    for count in (k for k in KNOWN if k <= len(theirs)):
-        fold = people.fold(*np.flatnonzero(mine).tolist(), known=tuple(theirs[:count].tolist()))
+    for count in (k for k in KNOWN if k <= len(others)):
+        fold = people.fold(*np.flatnonzero(same_laboratory).tolist(), known=tuple(others[:count].tolist()))
         error, z = _with_bars(people, fold, anybody, person)
         yield {
             "learnt_from": LABORATORY,
@@ -177,7 +177,7 @@ def _of_known_people(
 
 
 def _with_bars(people: People, fold: Fold, setting: Setting, person: int) -> tuple[float, np.ndarray]:
-    """Mean square error, mm², and |error| over standard deviation (A, K, 15) of the missing dimension at instants."""
+    """Return the mean square error, mm², and |error| over standard deviation (A, K, 15) at instants."""
     off, error, sd = fold.bars(setting, person, VIEWS)
     weights, beyond = errors.parseval_weights(off.shape[-1]), people.beyond(person, VIEWS, setting.harmonics)
     square = off**2 @ weights + beyond
@@ -187,53 +187,53 @@ def _with_bars(people: People, fold: Fold, setting: Setting, person: int) -> tup
 def _curve(
     people: People, settings: dict[str, Setting], person: int, order: np.ndarray
 ) -> list[dict[str, object]]:
-    """Errors of one person by what ever more people tell: as many as everybody has."""
+    """Return the errors of one person for increasing numbers of training people, available to all people."""
     rows: list[dict[str, object]] = []
     sources = people.model.sources[order]
     for kind, (allowed, most) in _drawn_from(people.model.sources, person, order).items():
         for count in (n for n in CURVE if n <= most):
-            kept = order[allowed][:count]
-            fold = people.fold(*np.setdiff1d(np.arange(people.count), kept).tolist())
+            selected = order[allowed][:count]
+            fold = people.fold(*np.setdiff1d(np.arange(people.count), selected).tolist())
             unused = "anybody" if kind == "person" else "anatomical"
             methods = {m: s for m, s in settings.items() if m != unused}
-            found = errors_of(people, fold, methods, person, VIEWS).mean(axis=(1, 2))
+            method_errors = errors_of(people, fold, methods, person, VIEWS).mean(axis=(1, 2))
             key = {
                 "person": str(people.model.people[person]),
                 "left_out": kind,
                 "people": count,
                 "laboratories": len(np.unique(sources[allowed][:count])),
-                "spanned_percent": 100.0 * _spanned(people, kept, person),
+                "spanned_percent": 100.0 * _spanned(people, selected, person),
             }
             rows += [
                 {**key, "method": method, "absolute_error_mm2": error}
-                for method, error in zip(methods, found, strict=True)
+                for method, error in zip(methods, method_errors, strict=True)
             ]
     return rows
 
 
 def _drawn_from(sources: np.ndarray, person: int, order: np.ndarray) -> dict[str, tuple[np.ndarray, int]]:
-    """Who may be learnt from, in a random order, (P,) bool; and how many everybody has of that kind.
+    """Return masks (P,) of possible training people in a random order, and their number that all people have.
 
-    Without the person, or the laboratory; and of one other laboratory alone, the largest, where there are several.
+    Kinds: without the person; without the laboratory; and, with several other laboratories, the largest one only.
     """
     names, counts = np.unique(sources, return_counts=True)
     size = dict(zip(names, counts, strict=True))
     largest = sorted(size, key=lambda name: (-size[name], name))
-    mine = sources[person]
-    one = next(name for name in largest if name != mine)
+    tested = sources[person]
+    single = next(name for name in largest if name != tested)
     kinds = {
         "person": (order != person, len(sources) - 1),
-        "laboratory": (sources[order] != mine, len(sources) - size[largest[0]]),
+        "laboratory": (sources[order] != tested, len(sources) - size[largest[0]]),
     }
     if len(largest) > 2:
-        kinds["all but one other laboratory"] = (sources[order] == one, size[largest[1]])
+        kinds["all but one other laboratory"] = (sources[order] == single, size[largest[1]])
     return kinds
 
 
-def _spanned(people: People, kept: np.ndarray, person: int) -> float:
-    """Share of what two harmonics of a person differ from the mean of others by that lies in the span of these."""
-    walkers = linear_model.flatten(np.stack([people.walker(n)[:5] for n in (*kept, person)]))
+def _spanned(people: People, others: np.ndarray, person: int) -> float:
+    """Return the share of a person's deviation from the mean of others that is in their span, with two harmonics."""
+    walkers = linear_model.flatten(np.stack([people.walker(n)[:5] for n in (*others, person)]))
     centred = walkers[:-1] - walkers[:-1].mean(axis=0)
-    own = walkers[-1] - walkers[:-1].mean(axis=0)
-    directions = np.linalg.svd(centred, full_matrices=False)[2][: len(kept) - 1]
-    return ((directions @ own) ** 2).sum() / (own**2).sum()
+    deviation = walkers[-1] - walkers[:-1].mean(axis=0)
+    directions = np.linalg.svd(centred, full_matrices=False)[2][: len(others) - 1]
+    return ((directions @ deviation) ** 2).sum() / (deviation**2).sum()

@@ -1,4 +1,4 @@
-"""The methods of the ladder: how figures name and draw each, and what it changes of the whole."""
+"""Methods of the ablation ladder: name and style in figures, and the change of the full method's setting."""
 
 from __future__ import annotations
 
@@ -10,27 +10,28 @@ from pipeline.palette import Style
 from walk3d.anatomy.study.sweeps.setting import Setting
 
 STANCE_WEIGHT = 0.3
+"""Weight of the stance constraint, in the row that has it."""
 PROPORTIONS_MM = 1.0
-"""What bones may be off, where their proportions are those of the average walker."""
-MOST_HARMONICS = 6
-"""That any row has; the whole has four."""
+"""Tolerance of bone lengths, in the row with the average walker's proportions."""
+MAX_HARMONICS = 6
+"""Largest number of harmonics of a row; the full method has four."""
 
 
 @dataclass(frozen=True)
 class Method:
-    """A method that the anatomical reconstruction is compared with, or a step of its ladder.
+    """Method to compare with the anatomical reconstruction, or a step of its ladder.
 
     Attributes
     ----------
     words : str
         Name on an axis.
     part : str
-        ``added``: in turn, the last is the whole; ``settings``: the whole with none chosen, or all chosen by others;
-        ``taken away``: the whole less one part; ``varied``: the whole with something that might help; or empty.
+        ``added``: parts in turn, up to the full method; ``settings``: the full method with default or selected
+        settings; ``taken away``: without one part; ``varied``: with another setting that might help; or empty.
     style : Style, optional
-        As a curve.
+        Style of a curve, for methods with one.
     change : callable, optional
-        Makes its setting of the whole.
+        Function from the full method's setting to that of this row.
     """
 
     name: str
@@ -77,7 +78,7 @@ METHODS = {
             for name, words, changes in (
                 ("three_harmonics", "three harmonics", {"harmonics": 3}),
                 ("five_harmonics", "five harmonics", {"harmonics": 5}),
-                ("six_harmonics", "six harmonics", {"harmonics": MOST_HARMONICS}),
+                ("six_harmonics", "six harmonics", {"harmonics": MAX_HARMONICS}),
                 ("tight_lengths", "tight lengths", {"within": 0.5}),
                 ("loose_lengths", "loose lengths", {"within": 5.0}),
                 ("stance", "+ stance", {"stance": STANCE_WEIGHT}),
@@ -88,9 +89,9 @@ METHODS = {
 }
 
 STYLES = {name: method.style for name, method in METHODS.items() if method.style}
-"""Methods that several figures show."""
+"""Styles of the methods that several figures show."""
 
 
 def of_part(*parts: str) -> list[str]:
-    """Return the names of the methods of some parts, the parts in the order given."""
+    """Return the names of the methods of some parts, in the order of the arguments."""
     return [name for part in parts for name, method in METHODS.items() if method.part == part]

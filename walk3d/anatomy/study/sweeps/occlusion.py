@@ -1,6 +1,6 @@
-"""Joints that the image does not show: recovered with the missing dimension of the others.
+"""Reconstruction of joints that are hidden in the image, together with the missing dimension of the others.
 
-The letter's own outlook: "the same approach could recover occluded markers" (zhang2007, section 5).
+The letter mentions this as an outlook: "the same approach could recover occluded markers" (zhang2007, section 5).
 """
 
 from __future__ import annotations
@@ -35,28 +35,29 @@ HIDDEN = {
     "far_leg": ("left_knee", "left_ankle"),
     "far_side": ("left_elbow", "left_wrist", "left_knee", "left_ankle"),
 }
-"""Joints that are hidden in turn; views are from the right, so that the left side is the far one, and the center of the
-pelvis lies inside the body."""
+"""Joints that are hidden in turn.
+
+Views are from the right, so the left side is the far one.  The centre of the pelvis is inside the body."""
 
 METHODS = ("average_walker", "map_tuned", "anatomical")
 WITH_BARS = METHODS[1:]
 AXES = ("across", "up", "away")
-"""Of the image; only hidden joints are unknown across and up."""
+"""Axes of the image; only hidden joints are unknown across and up."""
 LEVEL = 0.95
 
 
 @dataclass(frozen=True)
 class HiddenJoints:
-    """Errors of hidden joints in space, of the others in the missing dimension, and what bars cover.
+    """Errors of hidden joints in space and of the others in the missing dimension, and coverage of bars.
 
     Attributes
     ----------
     rows : DataFrame
-        A row to each set of hidden joints, method, person and view: root of the squared distance, mean over the cycle
-        and the hidden joints, and E_abs of the joints that are seen.
+        Root mean square distance of the hidden joints over the cycle, and E_abs of the visible joints, by set of hidden
+        joints, method, person and view.
     bars : DataFrame
-        A row to each set, method, kind of bars, person and axis, over views: what 95 % bars of the hidden joints'
-        coordinates cover, and their mean half width.
+        Coverage and mean half width of 95 % bars of the hidden joints' coordinates, by set, method, kind of bars,
+        person and axis, over all views.
     """
 
     rows: pd.DataFrame
@@ -64,10 +65,10 @@ class HiddenJoints:
 
 
 class Occlusion(Sweep):
-    """Hidden joints at known views."""
+    """Hidden joints at known view angles."""
 
     seen_from_deg: Swept = scaled(start=0, stop=90, step={"full": 30, "smoke": 90})  # true views
-    partners: Choosers = scaled(value=PARTNERS)  # people who choose sigma² of MAP for each person
+    partners: Choosers = scaled(value=PARTNERS)  # number of other people for the selection of sigma² of MAP
 
     def measure(self, inputs: AnatomicalInputs) -> HiddenJoints:
         """Return errors and coverage of every method, with each set of joints hidden."""
@@ -83,7 +84,7 @@ class Occlusion(Sweep):
             fold = people.fold(person)
             walker = people.walker(person)
             settings = (tuned[person], tuned[person], whole)
-            found = []
+            results = []
             for hidden in masks:
                 square, bars = [], []
                 for method, setting in zip(METHODS, settings, strict=True):
@@ -112,8 +113,8 @@ class Occlusion(Sweep):
                         )
                         sd = sd.reshape(*off.shape[:3], PHASES)[:, hidden]
                         bars.append(np.stack([np.abs(anatomical.at_instants(error[:, hidden], PHASES)), sd]))
-                found.append((np.array(square), np.stack(bars)))
-            return found
+                results.append((np.array(square), np.stack(bars)))
+            return results
 
         folds = map_processes(one, range(people.count), inputs.workers)
         square = np.stack([np.stack([square for square, _ in fold]) for fold in folds])  # (P, S, M, 2, A)
@@ -153,7 +154,7 @@ class Occlusion(Sweep):
 
 
 def covered_by_bars(bars: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Share covered and mean half width (2, P, A, 3) of 95 % bars, as computed and calibrated by axis on other people.
+    """Return coverage and mean half width (2, P, A, 3) of 95 % bars, as computed and as calibrated on other people.
 
     `bars` is (P, 2, A, joint, 3, K): |error| and standard deviation.
     """

@@ -1,4 +1,4 @@
-"""Settings of a reconstruction: what is learnt, and what is believed of noise and lengths."""
+"""Settings of a reconstruction: training, noise and tolerances of lengths."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from walk3d.anatomy.study.model import AnatomicalModel
 
 @dataclass(frozen=True, kw_only=True)
 class Setting:
-    """One way to reconstruct.
+    """Setting of a reconstruction.
 
     Attributes
     ----------
     harmonics : int
     all_walks : bool
-        Learn from every walk of a person; otherwise from the one that is tested.
+        Train on all walks of a person; otherwise on the tested one.
     shrinkage : Shrinkage
     noise : Noise
     within, pairs : float
-        Factors on the tolerances of lengths; both infinite: the linear part alone.
+        Factors on the tolerances of lengths; if both are infinite, only the linear part is used.
     stance : float
-        Weight of the stance rows.
+        Weight of the stance constraint.
     proportions : float
-        How far bones may be from the proportions of the average walker, mm.
+        Tolerance of bones relative to the average walker's proportions, mm.
     differences : Differences, optional
-        What is assumed of a laboratory that is not among the training walks, before these tell more.
+        Assumed differences of a laboratory outside the training walks, which the training walks refine.
     """
 
     harmonics: int = 4
@@ -43,17 +43,17 @@ class Setting:
 
     @property
     def linear(self) -> Setting:
-        """The same without lengths."""
+        """This setting without bone lengths."""
         return replace(self, within=np.inf, pairs=np.inf)
 
     @property
     def lengths(self) -> bool:
-        """Whether bones count."""
+        """True if bone lengths are constrained."""
         return bool(np.isfinite(self.within) or np.isfinite(self.pairs))
 
     @property
     def sampled(self) -> bool:
-        """Whether the covariance is the sample covariance as it is, and sigma² the only noise."""
+        """True if the prior has the plain sample covariance, and sigma² is the only noise."""
         return self.linear == replace(
             approach_two(self.noise.variance),
             harmonics=self.harmonics,
@@ -62,23 +62,23 @@ class Setting:
         )
 
     def with_noise(self, variance: float) -> Setting:
-        """The same with another sigma²."""
+        """Return this setting with another sigma²."""
         return replace(self, noise=replace(self.noise, variance=variance))
 
 
 PLAIN = Shrinkage(mirror=False, within_harmonic=0.0, diagonal=0.0, extra_variance=0.0)
-"""The sample covariance as it is."""
+"""No shrinkage: the plain sample covariance."""
 
 
 def approach_two(noise_variance: float) -> Setting:
-    """MAP with every eigenwalker: two harmonics, one walk a person [zhang2007 3.15]."""
+    """Return the setting of MAP with all eigenwalkers: two harmonics, one walk per person [zhang2007 3.15]."""
     return Setting(
         harmonics=2, all_walks=False, shrinkage=PLAIN, noise=Noise(variance=noise_variance, share=0.0)
     )
 
 
 def anatomical_setting(options: AnatomicalModel, harmonics: int) -> Setting:
-    """The model's options as a setting."""
+    """Return the setting with a model's options."""
     return Setting(
         harmonics=harmonics,
         shrinkage=options.shrinkage,

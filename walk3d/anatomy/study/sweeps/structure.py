@@ -1,7 +1,7 @@
-"""Ablation of the anatomical reconstruction: parts added in turn and taken away, and variations that do not help.
+"""Ablation of the anatomical reconstruction: parts added in turn, parts removed, and variations that do not help.
 
-Everything that is chosen is chosen for each person by others, with models that have seen neither that person nor the
-one they are tried on: sigma² of MAP and the tolerance of lengths; and, in a row of its own, every setting of the whole.
+Settings of each person are selected on other people, by models that are trained without that person and without the
+people in the test.  Selected are sigma² of MAP and the tolerance of lengths; one row selects all settings.
 """
 
 from __future__ import annotations
@@ -28,41 +28,41 @@ from walk3d.anatomy.study.sweeps.held_out import (
     MirroredViews,
     People,
 )
-from walk3d.anatomy.study.sweeps.ladder import METHODS, MOST_HARMONICS, of_part
+from walk3d.anatomy.study.sweeps.ladder import MAX_HARMONICS, METHODS, of_part
 from walk3d.anatomy.study.sweeps.setting import PLAIN, Setting, anatomical_setting, approach_two
 
 DIAGONAL = 0.5
-"""What is kept of each coefficient by itself, as a part of what is kept within a harmonic."""
+"""Share of the diagonal, relative to the share within a harmonic."""
 PARTS_EVERY = 3
-"""Of the views, for what is taken away or varied."""
+"""Step in the views for removed and varied parts: every third view."""
 SHRUNKEN_NOISE_VARIANCES_MM2 = (50.0, 100.0, 200.0)
 LENGTH_FACTORS = (1.0, 1.5, 2.0, 3.0)
 PAIR_FACTORS = (1.0, 2.0, 4.0)
 NOISE_FACTORS = (0.5, 1.0, 2.0)
-"""On sigma² and tau together."""
+"""Factors on sigma² and tau together."""
 SHRINKAGES = (0.1, 0.2, 0.4)
-"""What others choose among, as of `NOISE_VARIANCES_MM2`."""
+"""Candidates for the settings that are selected, in addition to `NOISE_VARIANCES_MM2`."""
 
 
 @dataclass(frozen=True)
 class StructureErrors:
-    """Errors of every method: a row to each method, person and view; what is taken away or varied at few views."""
+    """Errors by method, person and view; removed and varied parts at fewer views."""
 
     rows: pd.DataFrame
 
 
 class Structure(Sweep):
-    """Ladder of the anatomical reconstruction at known views."""
+    """Ablation of the anatomical reconstruction at known view angles."""
 
     seen_from_deg: MirroredViews = scaled(start=-90, stop=90, step={"full": 6, "smoke": 90})  # true views
-    partners: Choosers = scaled(value=PARTNERS)  # people who choose the settings of each person
+    partners: Choosers = scaled(value=PARTNERS)  # number of other people for the selection of settings
 
     def measure(self, inputs: AnatomicalInputs) -> StructureErrors:
         """Return the errors of every method."""
         view_deg = self.seen_from_deg.values("sweep.seen_from_deg")
         view = np.radians(view_deg)
         people = People(inputs.dataset, inputs.model)
-        require_range("dataset.harmonics", people.harmonics, at_least=MOST_HARMONICS)
+        require_range("dataset.harmonics", people.harmonics, at_least=MAX_HARMONICS)
         specified = anatomical_setting(inputs.model_options, Setting().harmonics)
         settings = self._settings(people, specified, inputs.workers)
 
@@ -92,7 +92,7 @@ class Structure(Sweep):
         return StructureErrors(stacked([row for rows in folds for row in rows]))
 
     def _settings(self, people: People, whole: Setting, workers: int) -> dict[str, list[Setting]]:
-        """The setting of every method for every person."""
+        """Return the settings of every method for all people."""
 
         published = approach_two(70.0)
         mirror = replace(published, shrinkage=replace(PLAIN, mirror=True))
@@ -106,24 +106,24 @@ class Structure(Sweep):
             "shrinkage": [whole.linear.with_noise(value) for value in SHRUNKEN_NOISE_VARIANCES_MM2],
             "anatomical": [replace(whole, within=factor) for factor in LENGTH_FACTORS],
         }
-        tried = list(dict.fromkeys(setting for of in candidates.values() for setting in of))
-        score = people.tried(tried, self.partners, workers)
-        found = {}
-        for name, of in candidates.items():
-            best = first_lowest(score[:, [tried.index(setting) for setting in of]], axis=1)
-            found[name] = [of[number] for number in best]
-        found["average_walker"] = found["map_70"] = [published] * people.count
-        found["as_specified"] = [whole] * people.count
-        found["all_chosen"] = people.chosen_in_turn(
-            found["anatomical"], self._alternatives(whole), max(self.partners // 2, 2), workers
+        all_candidates = list(dict.fromkeys(setting for group in candidates.values() for setting in group))
+        score = people.errors_on_others(all_candidates, self.partners, workers)
+        settings = {}
+        for name, group in candidates.items():
+            best = first_lowest(score[:, [all_candidates.index(setting) for setting in group]], axis=1)
+            settings[name] = [group[number] for number in best]
+        settings["average_walker"] = settings["map_70"] = [published] * people.count
+        settings["as_specified"] = [whole] * people.count
+        settings["all_chosen"] = people.select_in_turn(
+            settings["anatomical"], self._alternatives(whole), max(self.partners // 2, 2), workers
         )
         for name, method in METHODS.items():
             if method.change:
-                found[name] = [method.change(setting) for setting in found["anatomical"]]
-        return found
+                settings[name] = [method.change(setting) for setting in settings["anatomical"]]
+        return settings
 
     def _alternatives(self, whole: Setting) -> list[Callable[[Setting], list[Setting]]]:
-        """What others choose among after the tolerance of lengths, in turn."""
+        """Return the alternatives of each kind of setting that is selected after the tolerance of lengths, in turn."""
 
         def noisier(setting: Setting) -> list[Setting]:
             return [
@@ -157,14 +157,14 @@ class Structure(Sweep):
 def errors_of(
     people: People, fold: Fold, settings: Mapping[str, Setting], person: int, view: np.ndarray
 ) -> np.ndarray:
-    """E_abs (M, A, 15) of several methods for one person, mm²."""
+    """Return E_abs (M, A, 15) of several methods for one person, mm²."""
     fitted = {method: setting for method, setting in settings.items() if method != "average_walker"}
-    found = dict(zip(fitted, fold.errors(list(fitted.values()), person, view), strict=True))
+    error_of = dict(zip(fitted, fold.errors(list(fitted.values()), person, view), strict=True))
     if "average_walker" in settings:
         setting = settings["average_walker"]
         mean = fold.prior(setting).mean
         average = np.einsum("aj,kjb->akb", anatomical.image_axes(view)[:, 2], mean)
         off = people.missing(person, view)[..., : mean.shape[-1]] - average
         fourier_part = off**2 @ errors.parseval_weights(mean.shape[-1])
-        found["average_walker"] = fourier_part + people.beyond(person, view, setting.harmonics)
-    return np.stack([found[method] for method in settings])
+        error_of["average_walker"] = fourier_part + people.beyond(person, view, setting.harmonics)
+    return np.stack([error_of[method] for method in settings])
