@@ -45,7 +45,5 @@ def run(only: str = "", film: str = "") -> list[Row]:
                 row = (command, source, round(used.wall_s, 1), os.cpu_count() or 1, commit)
                 rows.append(dict(zip(COLUMNS, row, strict=True)))
     renewed = {row["command"] for row in rows}
-    tables.renew(
-        DURATIONS, rows, lambda row: row["command"] in renewed, columns=COLUMNS, sort_by=["command"]
-    )
+    tables.renew(DURATIONS, rows, lambda row: row["command"] in renewed, columns=COLUMNS, sort_by=["command"])
     return rows
