@@ -168,7 +168,7 @@ def _table(table: Mapping[str, Any], values: Mapping[str, Mapping[str, float]]) 
 
 
 def rendered(layout: Mapping[str, Any], published: Mapping[str, Any]) -> dict[str, str]:
-    """Return each table as Markdown, from the columns of the file; a layout without rows is a sentence, its one head."""
+    """Return each table as Markdown, from the columns of the file; without rows it is its last head, a sentence."""
     made = filled(layout, published)
     return {
         name: _markdown(heads, rows) if layout[name]["rows"] else heads[-1]

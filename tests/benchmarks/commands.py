@@ -1,7 +1,7 @@
 """Wall time of the README's commands in this clone; renews their rows in results/durations.csv.
 
-Option `only`: part of a command, such as `only=test`.  `film` is the film of `make reconstruct`; without it that command
-is not measured.  Nothing else may run on the machine meanwhile.
+Options: `only`, a part of a command, such as `only=test`; `film`, the film of `make reconstruct`, which is not measured
+without it.  Measure on an idle machine.
 """
 
 from __future__ import annotations
@@ -25,13 +25,12 @@ def commands(folder: str, film: str) -> dict[str, tuple[str, list[str]]]:
     figures = ["-m", "pipeline", "figures", f"results={folder}"]
     tests = ["-m", "pytest", "-q", "-n", "auto", "--dist", "loadfile", "--no-loadscope-reorder"]
     reconstruct = ["-m", "pipeline", "reconstruct", f"input.path={film}", f"output.path={folder}/walk"]
-    found = {
+    measured = {
         "make sweeps": ("synthetic people", figures),
         "make zhang2007_fig5": ("synthetic people", [*figures, "experiment=zhang2007_fig5"]),
         "make test": ("", [*tests, "-m", "not thorough"]),
-        "make tutorial": ("", ["tutorial.py"]),
     }
-    return found | ({"make reconstruct INPUT=walk.mp4": (Path(film).name, reconstruct)} if film else {})
+    return measured | ({"make reconstruct INPUT=walk.mp4": (Path(film).name, reconstruct)} if film else {})
 
 
 def run(only: str = "", film: str = "") -> list[Row]:
