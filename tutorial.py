@@ -1,9 +1,9 @@
 # %% [markdown]
 # # From two commands to a question of your own
 #
-# Ten minutes of reading, under a minute of computing.  The file is a script (`make tutorial`) and, in Jupyter or an
-# editor that knows `# %%`, a notebook.  It ends with an answer that none of the papers gives: *how does the error fall
-# with the number of walkers that the model is learnt from?*
+# The tutorial takes ten minutes to read and under a minute to compute.  The file is a script (`make tutorial`).
+# Jupyter and editors that know `# %%` open it as a notebook.  It answers a question that none of the papers answers:
+# *how does the error fall with the number of walkers in the model?*
 
 # %%
 import os
@@ -30,8 +30,8 @@ DRAWS = int(os.environ.get("TUTORIAL_DRAWS", "20"))
 # %% [markdown]
 # ## 1. The two commands
 #
-# `make sweeps` makes every figure of the four papers, `make test` tests the software.  One figure alone is
-# `make zhang2007_fig5`; small, in seconds, with `SCALE=smoke`.  That is what `make` runs, with a folder of our own:
+# `make sweeps` makes every figure of the four papers, and `make test` tests the software.  `make zhang2007_fig5` makes
+# one figure; `SCALE=smoke` makes it small, in seconds.  This is the command that `make` runs, with another folder:
 
 # %%
 subprocess.run(
@@ -43,8 +43,9 @@ subprocess.run(
 )
 
 # %% [markdown]
-# A figure is a folder.  `figure.png` is the picture, `table.csv` what is drawn, with units in the names of its columns;
-# `claims.csv` has the paper's sentences with our numbers and verdicts, `manifest.json` where all of it comes from.
+# A figure is a folder.  `figure.png` is the picture.  `table.csv` has the numbers of the picture, with units in the
+# names of its columns.  `claims.csv` has the paper's sentences with our numbers and verdicts.  `manifest.json` has
+# configuration, versions and inputs.
 
 # %%
 figure = FOLDER / "results" / "synthetic" / "smoke" / "zhang2007_fig5"
@@ -55,9 +56,9 @@ print(table.groupby("method")[["absolute_error_mm2", "rms_error_mm", "relative_e
 # %% [markdown]
 # ## 2. One walker by hand
 #
-# The same in six lines.  `walking_population` makes people whose true motion is known; with recordings of your own,
-# `pipeline.read` and `pipeline.represent` take its place (README, *In Python*).  A walk becomes a Fourier series of
-# 225 numbers, all walks but one become a model, and that one is seen from 30° only.
+# The library does the same in six lines.  `walking_population` makes people with a known true motion; for your own
+# recordings use `pipeline.read` and `pipeline.represent` (README, *In Python*).  A walk becomes a Fourier series of 225
+# numbers.  All walks but one become a model, and that one walk is reconstructed from its view at 30°.
 
 # %%
 people = walkers.walking_population(np.random.default_rng(2007), male=48, female=72)
@@ -65,19 +66,20 @@ walks = np.stack([fourier.represent(walk, people.frame_rate_hz).coefficients for
 samples = linear_model.flatten(walks)  # (120, 225), mm
 model = linear_model.fit(samples[1:], 30)
 angle = np.radians(30.0)
-found = reconstruction.from_known_views(model, samples[0], np.array([angle]), noise_variance=70.0)
-off_mm = np.sqrt(errors.walker_error(errors.absolute_error(found.delta[0])))
+estimate = reconstruction.from_known_views(model, samples[0], np.array([angle]), noise_variance=70.0)
+off_mm = np.sqrt(errors.walker_error(errors.absolute_error(estimate.delta[0])))
 print(f"the first walker, from 30°: {off_mm:.1f} mm off in depth")
 
 # %% [markdown]
-# What the picture at the head of the README shows is this walker's `again`, turned.  A folder is published whole, and
-# replaced by the next run only if this program wrote it:
+# The picture at the top of the README shows this reconstruction of a walker, turned.  `publish` writes a folder
+# completely or not at all.  The next run replaces it only if this program wrote it:
 
 # %%
-again = camera.combine(camera.project(walks[0], angle), found.missing[0], angle)
+reconstructed = camera.combine(camera.project(walks[0], angle), estimate.missing[0], angle)
 times = np.arange(5) / 5.0
 side = [
-    camera.project(fourier.synthesise(motion, 1.0, times), np.radians(90.0)) for motion in (walks[0], again)
+    camera.project(fourier.synthesise(motion, 1.0, times), np.radians(90.0))
+    for motion in (walks[0], reconstructed)
 ]
 with publish(FOLDER / "one_walker", having="tutorial") as published:
     caption = f"Five instants of a cycle, seen from the side; computed from 30° alone, {off_mm:.1f} mm off in depth."
@@ -91,39 +93,38 @@ with publish(FOLDER / "one_walker", having="tutorial") as published:
 # %% [markdown]
 # ## 3. A question of your own
 #
-# How many walkers does the model need?  Forty people are kept aside.  Of the other eighty, n are drawn at random, a
-# model is learnt from them, and the forty are reconstructed from views all around; this is done several times over, so
-# that chance shows.  A number alone says little: beside it stands what one gets **without the method**, the average of
-# the same n walkers for everybody (the *baseline*).
+# How many walkers does the model need?  Forty people are held out.  n of the other eighty are drawn at random and form
+# a model.  The model reconstructs the forty from views all around.  Several draws show the influence of chance.  The
+# *baseline* is the result **without the method**: the average of the same n walkers, for every person.
 
 # %%
 views = np.radians(np.arange(-90.0, 91.0, 15.0))
-aside, pool = samples[:40], samples[40:]
+held_out, pool = samples[:40], samples[40:]
 draw = np.random.default_rng(1)
 
 
 def rms_mm(delta: np.ndarray) -> float:
-    """Error in depth of one walker, mean over the views, of coefficient differences (views, 5, 15)."""
+    """Return the error in depth of one walker, mean over the views, from coefficient differences (views, 5, 15)."""
     return float(np.sqrt(errors.walker_error(errors.absolute_error(delta))).mean())
 
 
-truth = np.stack([camera.missing_dimension(aside.reshape(-1, 5, 15, 3), view) for view in views], axis=1)
+truth = np.stack([camera.missing_dimension(held_out.reshape(-1, 5, 15, 3), view) for view in views], axis=1)
 rows = []
 for number in (3, 5, 10, 20, 40, 80):
-    for turn in range(DRAWS if number < len(pool) else 1):  # all eighty can be drawn in one way only
+    for turn in range(DRAWS if number < len(pool) else 1):  # there is one way to draw all eighty
         learnt = linear_model.fit(pool[draw.permutation(len(pool))[:number]], min(30, number - 1))
         mean = np.stack([camera.missing_dimension(learnt.mean.reshape(5, 15, 3), view) for view in views])
-        made = [
+        map_deltas = [
             reconstruction.from_known_views(learnt, walker, views, noise_variance=70.0).delta
-            for walker in aside
+            for walker in held_out
         ]
-        for method, deltas in (("map", made), ("baseline", truth - mean)):
+        for method, deltas in (("map", map_deltas), ("baseline", truth - mean)):
             off = np.mean([rms_mm(delta) for delta in deltas])
             rows.append({"walkers": number, "draw": turn, "method": method, "rms_error_mm": off})
 
 # %% [markdown]
-# The tables of this software are *tidy*: a row for each observation, a column for each quantity, so that a curve with
-# its band is a `groupby` and a call.
+# The tables of this software are *tidy*: a row for each observation, a column for each quantity.  A curve with its band
+# is a `groupby` and a call.
 
 # %%
 answer = (
@@ -139,7 +140,7 @@ answer = (
 print(answer.round(1).to_string(index=False))
 chart = Chart(
     x="walkers",
-    abscissa=Axis(label="walkers that the model is learnt from", log=True, ticks=(3, 5, 10, 20, 40, 80)),
+    abscissa=Axis(label="walkers in the model", log=True, ticks=(3, 5, 10, 20, 40, 80)),
     y="mean",
     band=("low", "high"),
     by="method",
@@ -162,20 +163,20 @@ print(
 )
 
 # %% [markdown]
-# So the baseline was worth drawing: with a handful of walkers, the prior trusts them too much, and everybody's average
-# is the better answer.  The next question is yours: is it the variance σ² = 70 mm², which the papers chose for eighty?
-# Change `noise_variance` above.
+# The baseline shows a limit of the method: with a handful of walkers the prior trusts them too much, and their average
+# is the better answer.  A next question could be: is the cause the variance σ² = 70 mm², which the papers chose for
+# eighty walkers?  Change `noise_variance` above.
 
 # %% [markdown]
 # ## 4. The same from the command line
 #
-# What has an option needs no script.  A multirun makes a figure for each value, and ends in `variants.csv` and a
-# picture of the curves over each other; the page shows them side by side:
+# A change of an option needs no script.  A multirun makes a figure for each value.  It also writes `variants.csv` and a
+# picture with all curves, and the page shows the figures side by side:
 #
 # ```
 # make run ARGS="-m experiment=zhang2007_fig5 data.population=10,20,40,80"
 # make report
 # ```
 #
-# And on your own recordings, at least three people: `make inspect INPUT=my_walks` says what is in them and what to
-# type, `python -m pipeline experiment=zhang2007_fig5 data=folder data.path=my_walks skeleton=auto` makes the figure.
+# Your own recordings need at least three people.  `make inspect INPUT=my_walks` prints their contents and the next
+# command.  `python -m pipeline experiment=zhang2007_fig5 data=folder data.path=my_walks skeleton=auto` makes a figure.

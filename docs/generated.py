@@ -1,6 +1,6 @@
-"""Pages that are made of the sources when the documentation is built: options, columns, library, the drawing.
+"""Parts of the documentation that are generated from the sources: options, columns, library, the drawing.
 
-A hook of MkDocs: in a page, ``<!-- made: options -->`` is replaced by what the function of this name returns.
+This is a hook of MkDocs: ``<!-- made: options -->`` in a page is replaced by the result of the function `options`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ PACKAGE, OURS = ROOT / "pipeline", ROOT / "walk3d"
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
-    """Return a page with its made parts in place."""
+    """Return a page with its generated parts inserted."""
     return re.sub(r"<!-- made: (\w+) -->", lambda match: MADE[match[1]](), markdown)
 
 
@@ -35,7 +35,7 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
 
 @cache
 def _experiments() -> dict[str, Any]:
-    """The experiment of each preset."""
+    """Return the experiment of each preset."""
     from pipeline.cli.compose import compose
     from pipeline.cli.presets import presets
 
@@ -43,7 +43,7 @@ def _experiments() -> dict[str, Any]:
 
 
 def option_classes() -> Iterator[tuple[str, str, type[Any], list[str]]]:
-    """Yield each class of options: title, what stands before its names, class, presets that use it."""
+    """Yield each class of options: title, prefix of its names, class, presets that use it."""
     from pipeline.ingestion.data import DATA_SETS
     from pipeline.studies.experiment import Experiment
     from pipeline.studies.registry import GROUPS, options
@@ -68,37 +68,37 @@ def option_classes() -> Iterator[tuple[str, str, type[Any], list[str]]]:
 
 
 GROUPED = {"data", "dataset", "model", "sweep", "figure"}
-"""Options of an experiment that have tables of their own."""
+"""Options of an experiment with separate tables."""
 
 
 def rows_of(before: str, kind: type[Any]) -> Iterator[tuple[str, str, str, str, str, str]]:
-    """Yield name, type, default, bounds, unit and words of each option of a class, and of the options in it."""
+    """Yield name, type, default, bounds, unit and meaning of each option of a class, and of nested options."""
     hints = get_type_hints(kind, include_extras=True)
     words = _words(kind)
-    for one in fields(kind):
-        if before == "" and one.name in GROUPED and kind.__name__ == "Experiment":
+    for option in fields(kind):
+        if before == "" and option.name in GROUPED and kind.__name__ == "Experiment":
             continue
-        hint, name = hints[one.name], before + one.name
+        hint, name = hints[option.name], before + option.name
         plain = _plain(hint)
-        about = words.get(one.name) or _choices(plain)
+        about = words.get(option.name) or _choices(plain)
         if isinstance(plain, type) and is_dataclass(plain):
             for inner, *middle, unit, meaning in rows_of(f"{name}.", plain):
-                # Of a grid the unit stands in its own name, and what is swept in its own words.
+                # For a grid, the unit follows from its name, and its description names the swept quantity.
                 whole = "; ".join(part for part in (about, meaning) if part)
-                yield inner, *middle, unit or _unit(one.name), whole
+                yield inner, *middle, unit or _unit(option.name), whole
             continue
-        yield name, _type(plain), _default(one), bounds(hint), _unit(one.name), about
+        yield name, _type(plain), _default(option), bounds(hint), _unit(option.name), about
 
 
 def options() -> str:
-    """Return the tables of all options, one to each class."""
+    """Return the tables of all options, one for each class."""
     parts = []
     for title, before, kind, used in option_classes():
-        told = list(rows_of(before, kind))
-        if not told:
+        rows = list(rows_of(before, kind))
+        if not rows:
             continue
         parts.append(f"### {title}\n\n{_first_sentence(kind)} Used by {_listed(used)}.\n")
-        parts.append(_table(["option", "type", "default", "bounds", "unit", "meaning"], told))
+        parts.append(_table(["option", "type", "default", "bounds", "unit", "meaning"], rows))
     return "\n".join(parts)
 
 
@@ -108,7 +108,7 @@ def _listed(used: list[str]) -> str:
 
 
 def _plain(hint: Any) -> Any:
-    """The type without its annotations, and without None."""
+    """Return the type without its annotations, and without None."""
     if get_origin(hint) is Annotated:
         return _plain(get_args(hint)[0])
     if get_origin(hint) in (Union, types.UnionType):
@@ -118,12 +118,12 @@ def _plain(hint: Any) -> Any:
 
 
 def _choices(kind: Any) -> str:
-    """What an enumeration says of itself and of its members."""
+    """Return the docstrings of an enumeration and of its members."""
     if get_origin(kind) is list:
         kind = _plain(get_args(kind)[0])
     if not (isinstance(kind, type) and issubclass(kind, Enum)):
         return ""
-    told = [kind.__doc__ or ""]
+    sentences = [kind.__doc__ or ""]
     nodes = ast.parse(inspect.getsource(inspect.getmodule(kind) or kind)).body
     body = next(
         (node.body for node in nodes if isinstance(node, ast.ClassDef) and node.name == kind.__name__), []
@@ -134,8 +134,8 @@ def _choices(kind: Any) -> str:
             and isinstance(after, ast.Expr)
             and isinstance(after.value, ast.Constant)
         ):
-            told.append(f"`{ast.unparse(member.targets[0])}`: {after.value.value}")
-    return " ".join(" ".join(told).split())
+            sentences.append(f"`{ast.unparse(member.targets[0])}`: {after.value.value}")
+    return " ".join(" ".join(sentences).split())
 
 
 def _type(kind: Any) -> str:
@@ -174,21 +174,21 @@ _BOUNDS = {"at_least": "≥ {}", "above": "> {}", "at_most": "≤ {}", "below": 
 
 
 def bounds(hint: Any) -> str:
-    """Return the bounds in the annotations of an option, in signs and words."""
-    found = []
+    """Return the bounds in the annotations of an option, as signs and words."""
+    terms = []
     if get_origin(hint) is Annotated:
         hint, *checks = get_args(hint)
         for check in checks:
             if isinstance(check, partial):
-                found += [
+                terms += [
                     _BOUNDS[name].format(value)
                     for name, value in check.keywords.items()
                     if name in _BOUNDS and value is not None
                 ]
             elif callable(check):
-                found.append(check.__name__.removeprefix("require_").replace("_", " "))
+                terms.append(check.__name__.removeprefix("require_").replace("_", " "))
     inner = [bounds(part) for part in get_args(hint) if not isinstance(part, str)]
-    return ", ".join(dict.fromkeys([*found, *filter(None, inner)]))
+    return ", ".join(dict.fromkeys([*terms, *filter(None, inner)]))
 
 
 _UNITS = {
@@ -206,35 +206,37 @@ def _unit(name: str) -> str:
 
 
 def _words(kind: type[Any]) -> dict[str, str]:
-    """What the comments beside the fields and the docstring's ``Attributes`` say of the fields of a class."""
-    found: dict[str, str] = {}
+    """Return the meaning of each field of a class, from its comments and the docstring's ``Attributes``."""
+    meanings: dict[str, str] = {}
     for base in reversed(kind.__mro__):
         if not is_dataclass(base):
             continue
-        found |= documented(inspect.cleandoc(vars(base).get("__doc__") or ""), "Attributes")
+        meanings |= documented(inspect.cleandoc(vars(base).get("__doc__") or ""), "Attributes")
         lines = inspect.getsource(base).splitlines()
         for node in ast.walk(ast.parse(textwrap.dedent("\n".join(lines)))):
             if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
-                place = (lines[k] for k in range(node.lineno - 1, node.end_lineno or node.lineno))
-                comment = " ".join(m[1] for line in place if (m := re.search(r"  # (?!fmt:)(.+)$", line)))
+                field_lines = (lines[k] for k in range(node.lineno - 1, node.end_lineno or node.lineno))
+                comment = " ".join(
+                    m[1] for line in field_lines if (m := re.search(r"  # (?!fmt:)(.+)$", line))
+                )
                 if comment and not comment.startswith("type:"):
-                    found[node.target.id] = comment
-    return found
+                    meanings[node.target.id] = comment
+    return meanings
 
 
 def documented(docstring: str, title: str) -> dict[str, str]:
-    """Return what a numpydoc section says of each name."""
+    """Return the text of each name in a numpydoc section."""
     match = re.search(rf"^{title}\n-+\n(.*?)(?=^\S[^\n]*\n-{{3,}}|\Z)", docstring, re.MULTILINE | re.DOTALL)
-    found: dict[str, str] = {}
+    meanings: dict[str, str] = {}
     names: list[str] = []
     for line in match[1].splitlines() if match else ():
         if line and not line[0].isspace():
             head, _, kind = line.partition(" : ")
             names = [name.strip().lstrip("*") for name in head.split(",")]
-            found |= dict.fromkeys(names, kind if kind.startswith("(") else "")
+            meanings |= dict.fromkeys(names, kind if kind.startswith("(") else "")
         elif line.strip():
-            found |= {name: f"{found[name]} {line.strip()}".strip() for name in names}
-    return found
+            meanings |= {name: f"{meanings[name]} {line.strip()}".strip() for name in names}
+    return meanings
 
 
 def _first_sentence(thing: Any) -> str:
@@ -253,16 +255,16 @@ def _table(head: list[str], rows: Any) -> str:
 
 
 def golden_columns() -> dict[str, list[str]]:
-    """Return the columns of ``table.csv`` of each figure, as its golden table has them."""
-    found = {}
+    """Return the columns of ``table.csv`` of each figure, from its golden table."""
+    columns_of = {}
     for path in sorted((ROOT / "tests" / "golden").glob("*_*.csv")):
         with path.open(encoding="utf-8", newline="") as table:
-            found[path.stem] = next(csv.reader(table))
-    return found
+            columns_of[path.stem] = next(csv.reader(table))
+    return columns_of
 
 
 def columns() -> str:
-    """Return a table of every column: its unit, what it is, and the figures that have it."""
+    """Return a table of every column: its unit, its meaning, and the figures that have it."""
     having = defaultdict(list)
     for figure, names in golden_columns().items():
         for name in names:
@@ -282,67 +284,69 @@ def columns() -> str:
 
 
 def _moved(name: str) -> str:
-    """The lower end's name where the unit stands last: ``error_low_mm``."""
+    """Return the lower end's name where the unit comes last: ``error_low_mm``."""
     first, _, unit = name.rpartition("_")
     return f"{first}_low_{unit}"
 
 
 @cache
 def _said(figure: str) -> dict[str, str]:
-    """What the docstrings of the figure's study, and of what studies share, say of the names of results."""
+    """Return the meaning of each result, from the docstrings of the figure's study and of code that studies share."""
     folder = PACKAGE.joinpath(*type(_experiments()[figure].figure).__module__.split(".")[1:3])
-    found: dict[str, str] = {}
+    meanings: dict[str, str] = {}
     for path in sorted(folder.rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.ClassDef):
-                said = documented(inspect.cleandoc(ast.get_docstring(node) or ""), "Attributes")
-                plain = {name: re.sub(r"^\([^)]*\)( \w+$)? ?", "", words) for name, words in said.items()}
-                found = {name: words for name, words in plain.items() if words} | found
-    return found
+                attributes = documented(inspect.cleandoc(ast.get_docstring(node) or ""), "Attributes")
+                plain = {
+                    name: re.sub(r"^\([^)]*\)( \w+$)? ?", "", words) for name, words in attributes.items()
+                }
+                meanings = {name: words for name, words in plain.items() if words} | meanings
+    return meanings
 
 
 COLUMNS = {
-    # Who, what and when.
+    # Names and times.
     "walker": "the clip",
-    "walkers": "how many people",
-    "people": "how many the model is learnt from",
-    "laboratory": "that the clips are of",
-    "laboratories": "of how many the people are, in the mean",
-    "left_out": "of the model: the `person`, or the whole `laboratory`",
-    "leave_out": "of the model: the `performance`, or the `person`",
+    "walkers": "number of people",
+    "people": "number of people in the model",
+    "laboratory": "laboratory that recorded the clips",
+    "laboratories": "mean number of laboratories of the people",
+    "left_out": "left out of the model: the `person`, or the whole `laboratory`",
+    "leave_out": "left out of the model: the `performance`, or the `person`",
     "clip": "name of the recording or synthetic clip",
-    "clips": "how many clips",
-    "action": "what is done in it",
-    "performance": "which one",
-    "performances": "how many",
+    "clips": "number of clips",
+    "action": "action in the clip",
+    "performance": "name of the performance",
+    "performances": "number of performances",
     "trial": "number of the trial",
-    "frame": "of the mean performance",
-    "sample": "place in the cycle of the action",
-    "instant": "one of five of a cycle",
-    "time_s": "since the performance began",
+    "frame": "frame of the mean performance",
+    "sample": "number of the sample within the action",
+    "instant": "one of five instants of a cycle",
+    "time_s": "time since the start of the performance",
     "joint": "one of the fifteen, as on the page on conventions",
     "angle": "joint and side",
-    "limb": "by the joint at its end",
-    # What is varied.
-    "method": "`least_squares`, `map`, …: how the missing dimension was found",
-    "condition": "what is varied",
-    "change": "what is varied",
-    "varied": "what is varied",
-    "level": "how strongly",
+    "limb": "limb, named by the joint at its end",
+    # Varied quantities.
+    "method": "method of reconstruction: `least_squares`, `map`, …",
+    "condition": "varied quantity",
+    "change": "varied quantity",
+    "varied": "varied quantity",
+    "level": "size of the variation",
     "view_angle_deg": "0: from the front, −90: the left profile, 90: the right profile",
-    "heading_deg": "of the walk in the image: 0 towards the camera",
-    "camera": "`still`, `moving` or how else it is moved",
+    "heading_deg": "heading of the walk in the image: 0 towards the camera",
+    "camera": "motion of the camera: `still`, `moving` or another one",
     "noise_mm": "standard deviation of the noise of the image",
     "hidden": "joints that the image does not show",
     "occluded": "share of the joints that the image does not show",
     "sigma2_mm2": "σ² of the observation in approach II [zhang2007 3.12]",
-    "penalty": "of the path: `change` of disparity [mozerov2006 12], or `as_printed` [mozerov2006 16]",
+    "penalty": "penalty of the path: `change` of disparity [mozerov2006 12], or `as_printed` [mozerov2006 16]",
     "smoothness": "μ of the penalty, relative to a frame's mean squared deviation",
-    "particles": "how many",
-    "missing_fraction": "share of the points that are to be missing",
-    "missing_share": "share of the points that are missing",
-    "pattern": "in which points are missing: `random`, or in a `block` of frames",
-    "adjust": "of the radius where a ray misses the sphere: `per_frame`, `global`, `robust`, or `refined` later",
+    "particles": "number of particles",
+    "missing_fraction": "requested share of missing points",
+    "missing_share": "share of missing points",
+    "pattern": "pattern of missing points: `random`, or a `block` of frames",
+    "adjust": "adjustment of the radius if a ray misses the sphere: `per_frame`, `global`, `robust`, `refined`",
     "radius_scale": "assumed radius over the true one",
     "root_error_ratio": "root mean square error of the parent's trajectory, over the limb's length",
     # Walks.
@@ -363,7 +367,7 @@ COLUMNS = {
     "missing_variance_mm2": "variance of the missing dimension",
     "missing_variance_sd_mm2": "its standard deviation over walkers",
     "missing_variance_mm2_sides_at_random": "the same with sides exchanged for half of the people",
-    "hidden_error_mm": "root mean square distance of hidden joints from where they are",
+    "hidden_error_mm": "root mean square distance of hidden joints from their true positions",
     "original_x_mm": "position as recorded, to the walker's right",
     "original_y_mm": "the same, along the walk",
     "original_z_mm": "the same, upwards",
@@ -373,16 +377,16 @@ COLUMNS = {
     "estimated_mean_deg": "circular mean of the estimated view angles over walkers",
     "estimated_sd_deg": "circular standard deviation of the estimated view angles over walkers",
     "absolute_angle_error_median_deg": "median over walkers of the error of the view angle",
-    "failures": "walkers whose view angle is off by more than `sweep.failure_deg`",
+    "failures": "walkers with an error of the view angle above `sweep.failure_deg`",
     "rmse_deg": "root mean square error of the angle over the cycle, mean over walkers",
     "rmse_sd_deg": "its standard deviation over walkers",
     "offset_free_rmse_deg": "`rmse_deg` without each walker's constant offset",
     "offset_free_rmse_sd_deg": "its standard deviation over walkers",
     "bars": "`as computed` by the method, or `calibrated` on other people",
-    "level_percent": "share of the truth that the bars are to cover",
+    "level_percent": "nominal coverage of the bars",
     "covered_percent": "share of the truth that the bars cover",
     "half_width_mm": "mean half width of the bars",
-    "error_mm": "mean distance of joints from where they are",
+    "error_mm": "mean distance of joints from their true positions",
     "error_sd_mm": "standard deviation of `error_mm`, over performances or over frames",
     "error_median_mm": "median of `error_mm` over performances",
     **{
@@ -397,11 +401,11 @@ COLUMNS = {
         }.items()
     },
     # Actions.
-    "stage": "`raw`, `linear`, `keyframe`, `synchronized`: how performances were aligned",
+    "stage": "alignment of the performances: `raw`, `linear`, `keyframe`, `synchronized`",
     "value": "coordinate along the dimension of the aSpace",
-    "disparity": "samples by which the performance is shifted there",
+    "disparity": "shift of the performance at the sample, in samples",
     "cost": "squared distance at the sample and disparity [mozerov2006 14]",
-    "on_path": "whether the optimal path passes there",
+    "on_path": "true on the optimal path",
     "error_frames": "mean error of the recovered time",
     "error_sd_frames": "standard deviation of `error_frames` over performances",
     "error_moving_frames": "mean error of the recovered time where the pattern moves",
@@ -410,19 +414,19 @@ COLUMNS = {
     "x_mm": "position, to the person's right",
     "y_mm": "position, forwards",
     "z_mm": "position, upwards",
-    "aspace_error_mm": "the least error that postures of the aSpace can have",
-    "lost_fraction": "frames in which the filter had lost the person",
+    "aspace_error_mm": "smallest possible error of postures of the aSpace",
+    "lost_fraction": "share of frames in which the filter had lost the person",
     # Limbs.
     "reconstructibility": "η of the limb, of the vectors that the programme uses [park2011 13]",
-    "reconstructibility_angle": "the same of the angle at the parent, as printed",
-    "mirror_margin": "cost of the mirror over that of the choice: 1 where nothing tells them apart",
+    "reconstructibility_angle": "the same for the angle at the parent, as printed",
+    "mirror_margin": "cost of the mirror image over that of the choice: 1 where the data do not distinguish them",
     "confidence": "`green`, `amber` or `red`, by the margin of the mirror",
     "limb_error": "mean error of the end of a limb about its parent, over its length; "
     "of skeletons, of joints over the mean length of limbs",
     "limb_error_shuffled": "`limb_error` of other limbs, exchanged at random",
     "error_up_to_mirror": "`limb_error` of the choice or of its mirror, whichever is smaller",
-    "limb_error_up_to_mirror": "`limb_error` with of every limb and its mirror the better one",
-    "relative_error_up_to_mirror": "`relative_error` with of every limb and its mirror the better one",
+    "limb_error_up_to_mirror": "`limb_error` with the better one of every limb and its mirror image",
+    "relative_error_up_to_mirror": "`relative_error` with the better one of every limb and its mirror image",
     "child_error_ratio": "mean error of the limb's end in the world, over the limb's length",
     "parent_error_ratio": "mean error of its parent, over the limb's length",
     "hanging_error": "the error of a limb that hangs straight down, over its length",
@@ -434,26 +438,26 @@ COLUMNS = {
     "mean_pose_error_mm": "mean distance of joints of the clip's mean pose",
     "mean_pose_imputed_error_mm": "mean distance of missing points in the clip's mean pose",
     "mean_pose_relative_error": "relative error of the clip's mean pose",
-    "basis_alone_error": "the error of the trajectory basis without the limb's length, over its length",
-    "joint_error_mm": "mean distance of joints from where they are",
-    "seen_error_mm": "mean distance of points that were seen from where they are",
-    "imputed_error_mm": "mean distance of missing points from where they are",
-    "imputed_share": "frames in which the joint was not seen",
+    "basis_alone_error": "error of the trajectory basis without the limb's length, over its length",
+    "joint_error_mm": "mean distance of joints from their true positions",
+    "seen_error_mm": "mean distance of visible points from their true positions",
+    "imputed_error_mm": "mean distance of missing points from their true positions",
+    "imputed_share": "share of frames in which the joint was not visible",
     "adjusted_share": "frames whose ray misses the sphere of the assumed radius",
     "radius_ratio": "radius after the adjustment or refinement, over the true one",
     "reprojection_error_px": "root mean square distance in the image",
     "length_violation": "largest relative change of a limb's length, at frames and between them",
     "cartesian_length_violation": "largest relative change of a limb's length with coordinates in the trajectory basis",
-    "taken_impostor": "whether most of the chosen candidates are the impostor's",
-    "proved": "whether the solution was proved to be optimal",
+    "taken_impostor": "true if most of the chosen candidates are the impostor's",
+    "proved": "true if the solution was proved to be optimal",
     "objective": "value of the binary programme at its solution",
     "truth_objective": "value of the binary programme at the true candidates",
     "impostor_objective": "value of the binary programme at the impostor's candidates",
     "lower_bound": "proved lower bound of the binary programme",
-    "positive_off_diagonal": "share of the elements beside the diagonal of the programme's matrix that are positive",
-    "numerically_singular": "whether the smallest eigenvalue of the programme's matrix is under 10⁻⁸ of the largest",
+    "positive_off_diagonal": "share of positive elements off the diagonal of the programme's matrix",
+    "numerically_singular": "true if the smallest eigenvalue of the programme's matrix is under 10⁻⁸ of the largest",
 }
-"""What each column is; of one that is not here, what the docstrings of its study say."""
+"""Meaning of each column; other columns take theirs from the docstrings of their study."""
 
 
 # --- the library ------------------------------------------------------------------------------------------
@@ -490,7 +494,7 @@ LIBRARY = {
     "walk3d.pointlight": ["walker", "scrambled", "inverted", "with_noise"],
     "walk3d.film.simulation.keypoints": ["simulate_keypoints"],
 }
-"""Functions and classes that are kept stable, by module."""
+"""Stable functions and classes, by module."""
 
 
 def library() -> str:
@@ -498,18 +502,18 @@ def library() -> str:
     parts = []
     for module, names in LIBRARY.items():
         loaded = __import__(module, fromlist=["_"])
-        shown = re.sub(r"^pipeline\b", "gait_pipeline", module)  # as programs import it
-        parts.append(f"## {shown}\n\n{_first_sentence(loaded)}\n")
+        public = re.sub(r"^pipeline\b", "gait_pipeline", module)  # as programs import it
+        parts.append(f"## {public}\n\n{_first_sentence(loaded)}\n")
         for name in names:
             thing = getattr(loaded, name)
             target = thing
-            # Names without their modules, types without quotes, choices as they are written; numbers as they are.
+            # Names lose their modules and types their quotes; choices and numbers stay as written.
             signature = re.sub(
                 r"\bself, |\b[a-zA-Z_][\w.]*\.(?=[a-zA-Z_])", "", str(inspect.signature(target))
             )
             signature = re.sub(r"<\w+: ('\w+')>", r"\1", signature)
             signature = re.sub(r"(: |-> )'(.*?)'", r"\1\2", signature)
-            parts.append(f"### {shown}.{name}\n\n```text\n{name}{signature}\n```\n")
+            parts.append(f"### {public}.{name}\n\n```text\n{name}{signature}\n```\n")
             parts.append(_as_markdown(inspect.cleandoc(target.__doc__ or "")))
     return "\n".join(parts)
 
@@ -537,7 +541,7 @@ def _as_markdown(docstring: str) -> str:
 
 
 def _escaped(text: str) -> str:
-    """Return prose of a docstring with double backticks as code, and tags that are no links."""
+    """Return prose of a docstring with double backticks as code, and tags that are not links."""
     text = re.sub(r"``(.+?)``", r"`\1`", text)
     return re.sub(r"\[(\w+ [\w.]+)\]", r"(\1)", text).replace("<", "&lt;").replace("*", "\\*")
 
@@ -553,12 +557,12 @@ def _drawn(parts: Sequence[str]) -> str:
 @cache
 def imports() -> dict[str, set[str]]:
     """Return the imports of each package or module of both packages, read from the sources."""
-    found: dict[str, set[str]] = {}
+    imports_of: dict[str, set[str]] = {}
     for path in [*PACKAGE.rglob("*.py"), *OURS.rglob("*.py")]:
         first = _drawn(path.relative_to(ROOT).with_suffix("").parts)
         if first.rpartition(".")[2] in ("__init__", "__main__"):
             continue
-        mine = found.setdefault(first, set())
+        mine = imports_of.setdefault(first, set())
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] in (
                 "pipeline",
@@ -568,7 +572,10 @@ def imports() -> dict[str, set[str]]:
                 if len(names[0]) == 1:
                     names = [[*names[0], alias.name] for alias in node.names]
                 mine.update(_drawn(parts) for parts in names)
-    return {name: {other for other in others if other in found} - {name} for name, others in found.items()}
+    return {
+        name: {other for other in others if other in imports_of} - {name}
+        for name, others in imports_of.items()
+    }
 
 
 GROUND = {
@@ -582,11 +589,11 @@ GROUND = {
     "compilation",
     "seeding",
 }
-"""Small modules that everything may use: drawn together."""
+"""Small modules that every package may use, drawn as one box."""
 
 
 def levels() -> list[list[str]]:
-    """Return the packages from the base upwards: each on the lowest level above all that it imports."""
+    """Return the packages from the base upwards, each on the lowest level above its imports."""
     graph = {name: others - GROUND for name, others in imports().items() if name not in GROUND}
     height: dict[str, int] = {}
 
@@ -601,26 +608,26 @@ def levels() -> list[list[str]]:
 
 
 def drawing() -> str:
-    """Return an SVG of who imports whom: arrows point from a package to those that it stands on."""
+    """Return an SVG of the imports: arrows point from a package to those that it imports."""
     rows = levels()
     width, high, step = 120, 30, 74
     across = max(map(len, rows)) * (width + 22) + 20
     height = len(rows) * step + 70
-    place: dict[str, tuple[float, float]] = {}
+    centre: dict[str, tuple[float, float]] = {}
     for k, names in enumerate(rows):
         for n, name in enumerate(names):
-            place[name] = (across * (n + 0.5) / len(names), height - 70 - k * step - 10)
+            centre[name] = (across * (n + 0.5) / len(names), height - 70 - k * step - 10)
     graph = imports()
     parts = []
-    for name, (x, y) in place.items():
-        for other in sorted(graph[name] & place.keys()):
-            if any(other in graph[between] for between in graph[name] & place.keys() if between != other):
+    for name, (x, y) in centre.items():
+        for other in sorted(graph[name] & centre.keys()):
+            if any(other in graph[between] for between in graph[name] & centre.keys() if between != other):
                 continue  # drawn by way of what stands between
-            u, v = place[other]
+            u, v = centre[other]
             parts.append(
                 f'<path d="M{x:.0f},{y + high / 2:.0f} L{u:.0f},{v - high / 2 - 4:.0f}" class="to"/>'
             )
-    for name, (x, y) in place.items():
+    for name, (x, y) in centre.items():
         parts.append(
             f'<rect x="{x - width / 2:.0f}" y="{y - high / 2:.0f}" width="{width}" height="{high}" rx="5"/>'
             f'<text x="{x:.0f}" y="{y + 4:.0f}">{name}</text>'
@@ -644,7 +651,7 @@ def drawing() -> str:
 
 @cache
 def _sources() -> dict[str, Path]:
-    """Return the files of both packages by the names of their modules."""
+    """Return the files of both packages, by module name."""
     return {
         ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path
         for folder in (PACKAGE, OURS)
@@ -654,14 +661,14 @@ def _sources() -> dict[str, Path]:
 
 @cache
 def _imported(module: str) -> frozenset[str]:
-    """Return the modules that a module imports when it runs, wherever it does so; not those for types alone."""
+    """Return the modules that a module imports at run time, anywhere in it; imports for types alone do not count."""
 
     class WhenRun(ast.NodeTransformer):
         def visit_If(self, node: ast.If) -> Any:
             self.generic_visit(node)
             return node.orelse if "TYPE_CHECKING" in ast.unparse(node.test) else node
 
-    found = set()
+    modules = set()
     for node in ast.walk(WhenRun().visit(ast.parse(_sources()[module].read_text(encoding="utf-8")))):
         names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
         if isinstance(node, ast.ImportFrom):
@@ -669,22 +676,22 @@ def _imported(module: str) -> frozenset[str]:
         for name in names:
             while name and name not in _sources():
                 name = name.rpartition(".")[0]
-            found.add(name)
-    return frozenset(found - {""})
+            modules.add(name)
+    return frozenset(modules - {""})
 
 
 def reached(module: str) -> set[str]:
-    """Return a module and all that its imports name, directly or through others."""
-    found: set[str] = set()
+    """Return a module and all modules that it imports, directly or through others."""
+    modules: set[str] = set()
     waiting = {module}
     while waiting:
-        found |= waiting
-        waiting = {other for one in waiting for other in _imported(one)} - found
-    return found
+        modules |= waiting
+        waiting = {other for module_name in waiting for other in _imported(module_name)} - modules
+    return modules
 
 
 def closures() -> str:
-    """Return a table of the figures: module, and number of files of both packages that it reaches."""
+    """Return a table of the figures: module, and number of files of both packages that it imports."""
     rows = []
     for name, experiment in _experiments().items():
         module = type(experiment.figure).__module__
@@ -696,15 +703,15 @@ def packages() -> str:
     """Return a table of the packages with the first sentence of each, from the base upwards."""
     rows = []
     for name in [*sorted(GROUND), *(name for level in levels() for name in level)]:
-        place = ROOT.joinpath(*name.split(".")) if name.startswith("walk3d") else PACKAGE / name
-        path = place / "__init__.py" if place.is_dir() else place.with_suffix(".py")
-        said = (ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "").split("\n\n")[0]
-        rows.append((name, re.sub(r"\s+", " ", said)))
+        source = ROOT.joinpath(*name.split(".")) if name.startswith("walk3d") else PACKAGE / name
+        path = source / "__init__.py" if source.is_dir() else source.with_suffix(".py")
+        docstring = (ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "").split("\n\n")[0]
+        rows.append((name, re.sub(r"\s+", " ", docstring)))
     return _table(["package", "is"], rows)
 
 
 def _plotted(width: float, height: float) -> tuple[Any, Any, Callable[[], str]]:
-    """A figure and its axes without a frame, to scale, and the function that returns it as SVG."""
+    """Return a figure, its axes without a frame and to scale, and the function that returns it as SVG."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height))
@@ -727,22 +734,26 @@ def joints() -> str:
     from pipeline.skeleton import WALKER15
     from pipeline.synthetic.walkers import walking_population
 
-    one = walking_population(np.random.default_rng(1), male=1, female=1, duration_s=3.0).positions_mm[0][0]
+    posture = walking_population(np.random.default_rng(1), male=1, female=1, duration_s=3.0).positions_mm[0][
+        0
+    ]
     _, axes, finished = _plotted(4.6, 5.2)
-    x, z = one @ np.array([0.8, 0.6, 0.0]), one[:, 2]
+    x, z = posture @ np.array([0.8, 0.6, 0.0]), posture[:, 2]
     for bone in WALKER15.bones:
         axes.plot(x[list(bone)], z[list(bone)], color="#456", zorder=1)
     axes.scatter(x, z, color="#d55e00", s=24, zorder=2)
     for name, u, v in zip(WALKER15.joints, x, z, strict=True):
         side = np.sign(np.round(u - x[WALKER15.index("pelvis")], -1)) * (name not in ("pelvis", "sternum"))
-        place, align = (8 * side, 2 if side else 8), {-1: "right", 0: "center", 1: "left"}[int(side)]
-        axes.annotate(name.replace("_", " "), (u, v), place, textcoords="offset points", ha=align, fontsize=9)
+        offset, align = (8 * side, 2 if side else 8), {-1: "right", 0: "center", 1: "left"}[int(side)]
+        axes.annotate(
+            name.replace("_", " "), (u, v), offset, textcoords="offset points", ha=align, fontsize=9
+        )
     axes.margins(x=0.5, y=0.04)
     return finished()
 
 
 def two_points() -> str:
-    """Return an SVG of the two ends of a limb that one ray allows [park2011 figure 2a]: those of `ray_sphere`."""
+    """Return an SVG of the two ends of a limb on one ray [park2011 figure 2a], computed by `ray_sphere`."""
     import numpy as np
     from matplotlib.patches import Circle
 
@@ -771,4 +782,4 @@ MADE = {
     "options": options, "columns": columns, "library": library, "drawing": drawing, "packages": packages,
     "joints": joints, "two_points": two_points, "closures": closures,
 }  # fmt: skip
-"""Made parts by the name in the page."""
+"""Functions of the generated parts, by the name in the page."""

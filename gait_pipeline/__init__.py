@@ -1,7 +1,7 @@
-"""Another name of the package `pipeline`, for programs whose folder has a ``pipeline.py`` of its own.
+"""Second name of the package `pipeline`, for programs with a file ``pipeline.py`` in their folder.
 
-``gait_pipeline.core.fourier`` is the module ``pipeline.core.fourier``, not a copy.  The package that stands beside
-this one is loaded, wherever else a `pipeline` may lie.
+``gait_pipeline.core.fourier`` is the module ``pipeline.core.fourier``, not a copy.  The package next to this one is
+loaded, even where another `pipeline` comes first.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _INIT = Path(__file__).resolve().parent.parent / "pipeline" / "__init__.py"
 
 
 def _package() -> Any:
-    """Return the package `pipeline` that stands beside this one, loaded if it is not."""
+    """Return the package `pipeline` next to this one, after loading it if necessary."""
     loaded = sys.modules.get("pipeline")
     if loaded is not None:
         if Path(str(getattr(loaded, "__file__", ""))).resolve() != _INIT:

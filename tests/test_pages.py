@@ -12,7 +12,9 @@ import pandas as pd
 import pytest
 
 from pipeline import papers
+from pipeline.cli.commands import FILLED_PAGES
 from pipeline.cli.compose import compose
+from pipeline.cli.durations import durations, insert_durations
 from pipeline.cli.main import commands
 from pipeline.cli.presets import listed, presets
 from pipeline.core import camera_paths
@@ -38,7 +40,33 @@ MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
 
 
 def test_the_readme_is_short() -> None:
-    assert len(README.splitlines()) <= 150
+    assert len(README.splitlines()) <= 110
+
+
+def test_the_readme_counts_the_claims_that_can_be_tested() -> None:
+    claims = [claim for paper in papers.all_papers().values() for claim in paper.claims]
+    counted = [
+        claim
+        for claim in claims
+        if claim.kind in papers.OF_PAPERS and not claim.same_as and not claim.scope.untestable
+    ]
+    assert f"checks {len(counted)} of their numbers and sentences" in README
+
+
+def test_each_duration_is_the_measured_one() -> None:
+    """`make bench ARGS=commands` measures them, `make readme` writes them."""
+    measured_s = durations(tables.read_rows(ROOT / "results" / "durations.csv"))
+    stated = [page for page in PAGES if "(about " in PAGES[page]]
+    assert set(stated) <= set(FILLED_PAGES)
+    for page in stated:
+        assert insert_durations(PAGES[page], measured_s) == PAGES[page], page
+    for command in measured_s:
+        assert f"\n{command} " in README
+
+
+def test_a_duration_that_is_not_measured_is_rejected() -> None:
+    with rejects("no_duration", "durations.csv"):
+        insert_durations("make sweeps  # figures (about 9 minutes)", {"make test": 180.0})
 
 
 def test_the_figures_whose_loops_are_compiled_ahead_are_presets() -> None:
@@ -99,7 +127,7 @@ def test_the_examples_on_files_run(tmp_path: Path, monkeypatch: pytest.MonkeyPat
             exec(compile(code, page, "exec"), names)
         assert names, page
     assert names["walker"].coefficients.shape == (5, 15, 3)  # type: ignore[attr-defined]
-    assert np.abs(names["found"].positions - body.positions_mm[:, leg]).max() < 10  # type: ignore[attr-defined]
+    assert np.abs(names["estimate"].positions - body.positions_mm[:, leg]).max() < 10  # type: ignore[attr-defined]
     assert np.shape(names["warp"]) == (5, 100)
     assert np.mean(names["inside"]) > 0.2  # type: ignore[arg-type]
     assert np.nanmax(tables.read(tmp_path / "angles.csv")["left_knee_deg"]) > 40
@@ -184,14 +212,16 @@ PUBLISHED = tables.read(ROOT / "results" / "published.csv")
 
 def test_the_result_tables_are_those_of_the_published_numbers() -> None:
     """`make readme` renews them."""
-    quoted = {name: LAYOUT[name] for name in ("headline", "counts")}
-    made = {"figures": listed(), **published.rendered(quoted, PUBLISHED)}
-    for page, name in (
-        ("docs/figures.md", "figures"),
-        ("docs/results.md", "headline"),
-        ("README.md", "counts"),
-    ):
-        assert published.insert(PAGES[page], {name: made[name]}) == PAGES[page]
+    quoted = {name: LAYOUT[name] for name in ("headline", "first", "counts")}
+    filled = {"figures": listed(), **published.rendered(quoted, PUBLISHED)}
+    for page, names in FILLED_PAGES.items():
+        assert published.insert(PAGES[page], {name: filled[name] for name in names}) == PAGES[page]
+    [error_mm] = [
+        value
+        for data, name, value in zip(*(PUBLISHED[c] for c in ("data", "name", "value")), strict=True)
+        if (data, name) == ("optical", "keypoints_error")
+    ]
+    assert f"joints are {error_mm:.0f} mm off" in filled["first"]
 
 
 def test_every_published_number_is_quoted_and_has_a_figure_and_a_commit() -> None:

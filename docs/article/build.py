@@ -1,4 +1,4 @@
-"""The article as PDF, its numbers filled in from ``results/published.csv``: ``python docs/article/build.py TO.pdf``."""
+"""Build of the article as PDF, with numbers of ``results/published.csv``: ``python docs/article/build.py TO.pdf``."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def verdict_rows() -> str:
 
 
 def filled(text: str, numbers: Numbers, commit: str) -> str:
-    """Return the text with its placeholders filled in, the rows of the table of verdicts among them.
+    """Return the text with its placeholders filled in, also the rows of the table of verdicts.
 
     Raises
     ------
@@ -57,9 +57,11 @@ def filled(text: str, numbers: Numbers, commit: str) -> str:
         If a number is not published.
     """
     text = text.replace("{{verdicts}}", verdict_rows())
-    if missing := sorted({found[:2] for found in PLACEHOLDER.findall(text)} - set(numbers)):
-        told = ", ".join(f"{name!r} of {data}" for data, name in missing)
-        raise ValueError(f"results/published.csv lacks {told}: `make readme ARGS=data=…` after a full sweep")
+    if missing := sorted({groups[:2] for groups in PLACEHOLDER.findall(text)} - set(numbers)):
+        absent = ", ".join(f"{name!r} of {data}" for data, name in missing)
+        raise ValueError(
+            f"results/published.csv lacks {absent}: `make readme ARGS=data=…` after a full sweep"
+        )
 
     def number(match: re.Match[str]) -> str:
         return format(numbers[match[1], match[2]], match[3]).replace("-", "−")
@@ -76,7 +78,7 @@ def build(to: Path) -> None:
         numbers, commit = read_published(lines)
     text = filled((HERE / "article.typ").read_text(encoding="utf-8"), numbers, commit)
     to.parent.mkdir(parents=True, exist_ok=True)
-    source = HERE / f".article-{to.stem}.typ"  # beside its bibliography, from where it is named
+    source = HERE / f".article-{to.stem}.typ"  # next to its bibliography, which it names by a relative path
     try:
         source.write_text(text, encoding="utf-8")
         typst.compile(str(source), output=str(to), root=str(ROOT))

@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import date
 from pathlib import Path
 
 from rich.text import Text
 
 from pipeline.cli.compose import compose, compose_figures, lacking
+from pipeline.cli.durations import durations, insert_durations
 from pipeline.cli.earlier_names import require_preset
 from pipeline.cli.presets import apart, listed, split_named
 from pipeline.cli.status import CURRENT, status
@@ -129,11 +130,21 @@ def claims(arguments: Sequence[str]) -> int:
     return 0
 
 
-def readme(arguments: Sequence[str]) -> int:
-    """Write the tables of results in docs/ and README.md from results/published.csv.
+FILLED_PAGES: Mapping[str, tuple[str, ...]] = {
+    "README.md": ("first", "counts"),
+    "CONTRIBUTING.md": (),
+    "docs/index.md": (),
+    "docs/figures.md": ("figures",),
+    "docs/results.md": ("headline",),
+}
+"""Pages with durations of commands, and the tables of each that `readme` fills."""
 
-    ``data=...`` first renews the rows of a data set from its published figures; ``data=synthetic`` the README's
-    pictures, too, for which the figures of ``data=optical`` are needed.
+
+def readme(arguments: Sequence[str]) -> int:
+    """Write results and durations into docs/ and README.md, from results/published.csv and results/durations.csv.
+
+    ``data=...`` first renews the rows of a data set from its published figures.  ``data=synthetic`` also draws the
+    README's pictures, which need the figures of ``data=optical``.
     """
     from pipeline.papers import read_mapping
     from pipeline.studies import published
@@ -156,15 +167,13 @@ def readme(arguments: Sequence[str]) -> int:
                 read_published(other.published_in, theirs),
                 provenance.PROJECT / "results" / "archive" / "light",
             )
-    quoted = {name: layout[name] for name in ("headline", "counts")}
+    quoted = {name: layout[name] for name in ("headline", "first", "counts")}
     made = {"figures": listed(), **published.rendered(quoted, tables.read(path))}
-    for name, document in (
-        ("figures", "docs/figures.md"),
-        ("headline", "docs/results.md"),
-        ("counts", "README.md"),
-    ):
+    measured_s = durations(tables.read_rows(provenance.PROJECT / "results" / "durations.csv"))
+    for document, names in FILLED_PAGES.items():
         page = provenance.PROJECT / document
-        page.write_text(published.insert(page.read_text("utf-8"), {name: made[name]}), encoding="utf-8")
+        text = published.insert(page.read_text("utf-8"), {name: made[name] for name in names})
+        page.write_text(insert_durations(text, measured_s), encoding="utf-8")
     return 0
 
 

@@ -172,9 +172,12 @@ def _table(table: Mapping[str, Any], values: Mapping[str, Mapping[str, float]]) 
 
 
 def rendered(layout: Mapping[str, Any], published: Mapping[str, Any]) -> dict[str, str]:
-    """Return each table as Markdown, from the columns of the file."""
+    """Return each table as Markdown, from the columns of the file; without rows it is its last head, a sentence."""
     cells = filled(layout, published)
-    return {name: _markdown(heads, rows) for name, (heads, rows) in cells.items()}
+    return {
+        name: _markdown(heads, rows) if layout[name]["rows"] else heads[-1]
+        for name, (heads, rows) in cells.items()
+    }
 
 
 def _markdown(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

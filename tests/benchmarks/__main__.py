@@ -3,6 +3,7 @@
   python -m tests.benchmarks [NAME ...] [OPTION=VALUE ...]      all by default
 
 figures         wall and processor time and memory of each figure; reference=CHECKOUT: against that commit, in turns
+commands        wall time of the README's commands, which renews results/durations.csv; only=sweeps film=walk.mp4
 growth          with walkers, views, frames, performances, clips, particles: exponents and peak memory; sizes=reduced
 leave_one_out   80 linear models of 225 numbers, against scikit-learn
 known_view      reconstruction from 181 known views, against scikit-learn and the plain loop
@@ -48,6 +49,7 @@ from pipeline.storage.provenance import provenance
 from tests.benchmarks.tables import show, write
 
 BENCHMARKS = (
+    "commands",
     "figures",
     "growth",
     "leave_one_out",

@@ -17,6 +17,7 @@ from typing import Any
 
 import pytest
 
+from pipeline.cli.commands import FILLED_PAGES
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import make_figure
 from pipeline.cli.main import commands
@@ -82,13 +83,7 @@ def switched(folder: Path, given: Path, patch: pytest.MonkeyPatch) -> None:
 
 
 def cloned(folder: Path, given: Path, patch: pytest.MonkeyPatch) -> None:
-    for name in (
-        "README.md",
-        "docs/figures.md",
-        "docs/results.md",
-        "conf/readme.yaml",
-        "results/published.csv",
-    ):
+    for name in (*FILLED_PAGES, "conf/readme.yaml", "results/published.csv", "results/durations.csv"):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, folder / name)
     page = folder / "docs" / "figures.md"

@@ -1,0 +1,69 @@
+"""Durations of commands in the documentation, from ``results/durations.csv``.
+
+``make bench ARGS=commands`` measures the table, and ``make readme`` writes its durations into the pages.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+
+from pipeline.validation import InvalidInput
+
+_LINE = re.compile(r"^(make [^#\n]*?)( +#[^\n]*?)\(about [^()\n]*\)", re.MULTILINE)
+"""Line of a block of commands: command, comment, duration in brackets."""
+
+
+def in_words(seconds: float) -> str:
+    """Return a duration to two digits at most.
+
+    Examples
+    --------
+    >>> in_words(17.2), in_words(64.0), in_words(611.0)
+    ('17 seconds', 'a minute', '10 minutes')
+    """
+    if seconds < 50.0:
+        return f"{max(seconds, 2.0):.0f} seconds"
+    minutes = round(seconds / 60.0)
+    return "a minute" if minutes == 1 else f"{minutes} minutes"
+
+
+def insert_durations(text: str, durations_s: Mapping[str, float]) -> str:
+    """Return a page with the measured duration of each command, in place of ``(about …)``.
+
+    Parameters
+    ----------
+    text : str
+        Page in Markdown.
+    durations_s : mapping of str to float
+        Seconds of wall time by command, as the page writes it.
+
+    Raises
+    ------
+    InvalidInput
+        If the page states the duration of a command that the table lacks.
+
+    Examples
+    --------
+    >>> insert_durations("make test  # the tests (about …)", {"make test": 180.0})
+    'make test  # the tests (about 3 minutes)'
+    """
+
+    def measured(match: re.Match[str]) -> str:
+        command = match[1].strip()
+        if command not in durations_s:
+            raise InvalidInput(
+                "the duration of a command is not measured",
+                "results/durations.csv",
+                expected=", ".join(durations_s),
+                received=command,
+                code="no_duration",
+            )
+        return f"{match[1]}{match[2]}(about {in_words(durations_s[command])})"
+
+    return _LINE.sub(measured, text)
+
+
+def durations(rows: Sequence[Mapping[str, str]]) -> dict[str, float]:
+    """Return the seconds of each command from the rows of the table."""
+    return {row["command"]: float(row["wall_s"]) for row in rows}

@@ -1,0 +1,48 @@
+"""Wall time of the README's commands in this clone; renews their rows in results/durations.csv.
+
+Options: `only`, a part of a command, such as `only=test`; `film`, the film of `make reconstruct`, which is not measured
+without it.  Measure on an idle machine.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+from pipeline.storage import tables
+from pipeline.storage.provenance import provenance
+from tests.benchmarks import children
+from tests.benchmarks.tables import Row
+
+HERE = Path(__file__).resolve().parents[2]
+DURATIONS = HERE / "results" / "durations.csv"
+COLUMNS = ("command", "input", "wall_s", "cores", "commit")
+
+
+def commands(folder: str, film: str) -> dict[str, tuple[str, list[str]]]:
+    """Return input and arguments of Python for each command, with results in a folder."""
+    figures = ["-m", "pipeline", "figures", f"results={folder}"]
+    tests = ["-m", "pytest", "-q", "-n", "auto", "--dist", "loadfile", "--no-loadscope-reorder"]
+    reconstruct = ["-m", "pipeline", "reconstruct", f"input.path={film}", f"output.path={folder}/walk"]
+    measured = {
+        "make sweeps": ("synthetic people", figures),
+        "make zhang2007_fig5": ("synthetic people", [*figures, "experiment=zhang2007_fig5"]),
+        "make test": ("", [*tests, "-m", "not thorough"]),
+    }
+    return measured | ({"make reconstruct INPUT=walk.mp4": (Path(film).name, reconstruct)} if film else {})
+
+
+def run(only: str = "", film: str = "") -> list[Row]:
+    """Return a row for each command that was measured, after renewing the table."""
+    rows: list[Row] = []
+    with tempfile.TemporaryDirectory() as folder:
+        for command, (source, arguments) in commands(folder, film).items():
+            if only in command:
+                used = children.run(arguments, HERE)
+                commit = str(provenance()["commit"])[:12]
+                row = (command, source, round(used.wall_s, 1), os.cpu_count() or 1, commit)
+                rows.append(dict(zip(COLUMNS, row, strict=True)))
+    renewed = {row["command"] for row in rows}
+    tables.renew(DURATIONS, rows, lambda row: row["command"] in renewed, columns=COLUMNS, sort_by=["command"])
+    return rows
