@@ -1,18 +1,18 @@
 """3D motion from 2D motion: the methods and figures of four papers, on synthetic people and real motion capture.
 
-The modules and packages, from the base upwards; each imports only from those above it in this list (tested; in `core`
-and `studies`, whose parts stand by subject, no circle)::
+The modules and packages, from the base upwards.  Each imports only from those above it in this list, which a test
+checks.  The parts of `core` and `studies` are ordered by subject and have no import cycle::
 
-    validation             InvalidInput: what, where, expected, received; the shared checks
+    validation             InvalidInput: what, where, expected, found; the shared checks
     shortened              short representations of results
-    reading                files of our own, read as foreign ones: regular, bounded, of an expected type
-    skeleton               joints, world frame, units, how source points become joints
-    resources              files that travel with the package
-    plugins                what installed packages and users' files add
-    palette, tidy          colours and looks of series; rows of a table by series
-    charts, scenes         what is drawn, as plain values: charts of tables; views, postures and matrices
-    processes, locks       work on several processes, which share the cores; what only one of them may do
-    compilation            compiled loops: the only numba
+    reading                safe reading of the package's own files: regular, bounded, of an expected type
+    skeleton               joints, world frame, units, conversion of source points to joints
+    resources              files that are installed with the package
+    plugins                additions by installed packages and users' files
+    palette, tidy          colours and styles of series; rows of a table by series
+    charts, scenes         content of figures, as plain values: charts of tables; views, postures and matrices
+    processes, locks       work on several processes that share the cores; locks between processes
+    compilation            compiled loops: the only use of numba
     seeding                random generators
 
     core/                  the mathematics: pure functions on arrays
@@ -36,26 +36,26 @@ and `studies`, whose parts stand by subject, no circle)::
       articulated_trajectory a whole skeleton from the root to the leaves
       reconstructibility     how accurately a limb can be reconstructed        park2011 13-18
       rigid                  rigid motion of clusters of points
-      likeness               whether two recordings may show one person
+      likeness               test whether two recordings may show one person
       anthropometry, statistics, resampling    proportions; circular means, rank correlation; interpolation
       bootstrap              intervals of statistics over people
-      newton, choice         minima inside brackets; choices that do not depend on rounding
+      newton, choice         minima inside brackets; selection that does not depend on rounding
 
     formats/               one reader for each file format
-    mappings/              source points to joints: those that ship, the user's own, which one fits
+    mappings/              mappings of source points to joints: shipped, the user's own, the best fit
     fetch/                 downloading the public recordings
     storage/               store, sealed folders, provenance, archive, tables
-    pictures/ recordings/  the only matplotlib; the only rerun
+    pictures/ recordings/  the only use of matplotlib; the only use of rerun
     papers/                the papers as data: equations, claims, the rule of verdicts
 
     synthetic/             synthetic people: walkers, bending, limbs
     clips/                 types of clips, without a reader: walks, performances, varied motion; their usable parts
-    ingestion/             data sets and their recordings: the only door to formats, mappings and fetch
+    ingestion/             data sets and their recordings: the only package that uses formats, mappings and fetch
     api                    the library: read, joints, represent, fit, from_view, to_dataframe, to_xarray
     studies/               options, dataset, model, sweeps, figures and measures of each study
       study, experiment      base classes of the options; the experiment that a preset composes
       figure_inputs          inputs of a figure: experiment, clips, results of the stages
-      eigenwalkers/          Fourier samples of walks and models of them, on which several studies stand
+      eigenwalkers/          Fourier samples of walks and models of them, for several studies
       occlusion              joints hidden from a camera, for several studies
       walks/                 zhang2004, zhang2007
       actions/               mozerov2006
@@ -64,11 +64,11 @@ and `studies`, whose parts stand by subject, no circle)::
       rows, measures         rows of published tables; functions of them
       evaluation, ledger     measures by name; verdicts on the papers' claims
       interventions          runs that test explanations of the ledger
-      replicated             tables with people drawn again, or of several populations
+      replicated             tables with people resampled, or of several populations
       published              published numbers and the tables that quote them
     stages/                ingest, dataset, model, sweep, figure; further populations, the one shown
-    report/                the page over all figures, with players that compute in the browser; the only jinja2
-    cli/                   composing options (the only Hydra), commands, progress, summary
+    report/                the page over all figures, with players that compute in the browser; the only use of jinja2
+    cli/                   composing options (the only use of Hydra), commands, progress, summary
     __main__               python -m pipeline
 
 Conventions: millimetres, seconds, hertz, radians; degrees only in options, tables and recordings, with the unit in
@@ -76,12 +76,12 @@ the name.  Arrays are ordered (walker, harmonic or frame, joint, space).  World:
 +y, +x to the walker's right; view angle 0 is the frontal view, -90 degrees the left profile; image right is then the
 walker's right, so a video taken from the front has to be mirrored.
 
-What cannot be used raises `InvalidInput`.
+Input that cannot be used raises `InvalidInput`.
 """
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # typing takes a while to load, in which Ctrl-C would end in a traceback
+TYPE_CHECKING = False  # importing typing takes so long that Ctrl-C during it would print a traceback
 if TYPE_CHECKING:
     from typing import Any
 
@@ -96,7 +96,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Return a function of `pipeline.api`, loaded when it is needed."""
+    """Return a function of `pipeline.api`, which is imported at the first use."""
     import importlib
 
     if name == "__version__":

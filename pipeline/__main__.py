@@ -1,4 +1,4 @@
-"""``python -m pipeline``: see `pipeline.cli.main`, whose docstring is the help."""
+"""Entry point of ``python -m pipeline``; the docstring of `pipeline.cli.main` is the help."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import sys
 
 
 def _leave(*_: object) -> None:
-    """End at once: nothing has begun yet."""
-    os.write(2, b"interrupted before anything began\n")
+    """Exit at once: no work has begun yet."""
+    os.write(2, b"interrupted before the work began\n")
     os._exit(130)
 
 

@@ -1,4 +1,4 @@
-"""The library: read recordings, represent walks, learn eigenwalkers, complete a view, hand motion to other tools."""
+"""Functions of the library: read recordings, represent walks, learn eigenwalkers, complete a view, export motion."""
 
 from __future__ import annotations
 
@@ -32,18 +32,19 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 SAME_WALK_MM = 1e-3
-"""Largest difference of the coefficients of one walk and its copy."""
-_LARGEST_RATIO = 5.0
-"""Of the sizes of two people: more is another unit."""
+"""Maximum difference of coefficients below which two walks count as the same one."""
+_MAX_SIZE_RATIO = 5.0
+"""Maximum ratio of the sizes of two people; a larger ratio means another unit."""
 
 
 @shortened
 class WalkersModel(LinearModel):
-    """Average walker and eigenwalkers, and whom they were learnt from.
+    """Average walker and eigenwalkers, with the walks from which they were learnt.
 
     Attributes
     ----------
     samples : (R, D)
+        Fourier coefficients of the walks.
     """
 
     samples: np.ndarray = field(kw_only=True)
@@ -52,29 +53,30 @@ class WalkersModel(LinearModel):
 def joints(
     motion: MotionCapture, skeleton: str = mappings.AUTO, subject: str = "", *, up: str = UpAxis.auto
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return joint positions (T, 15, 3), mm, z up, and where they are valid (T, 15).
+    """Return joint positions (T, 15, 3) in mm, z up, and the mask (T, 15) of valid positions.
 
-    Unusual proportions of the body, and rules of the mapping that differ between the sides, are warnings.
+    The function warns about unusual body proportions and about mapping rules that differ between left and right.
 
     Parameters
     ----------
     motion : MotionCapture
+        Recording from `read`.
     skeleton : str
-        A mapping that ships, ``auto``, or a YAML file.
+        Name of a shipped mapping, ``auto``, or a YAML file.
     subject : str
-        Who, in a file of several people.
+        Name of the person, for a file of several people.
     up : str
-        As for `read`; ``auto``: as `read` was called.
+        Axis that points up, as for `read`; ``auto``: as in the call of `read`.
 
     Raises
     ------
     InvalidInput
-        If this is no recording that was read, no mapping gives its legs and pelvis, nobody of several is chosen, `up`
-        is not an axis, or the joints are not a person's.
+        If `motion` is not from `read`, no mapping gives its legs and pelvis, `subject` is needed, `up` is not an axis,
+        or the joints do not form a human body.
     """
     if not isinstance(motion, MotionCapture):
         raise InvalidInput(
-            "must be what read(path) returns", "motion", received=repr(motion), code="wrong_type"
+            "must be a recording from read(path)", "motion", received=repr(motion), code="wrong_type"
         )
     if require_choice("up", up, [*UpAxis]) != UpAxis.auto:
         motion = replace(motion, up=UpAxis(up))
@@ -94,24 +96,25 @@ def represent(
     units: str | None = None,
     up: str = UpAxis.auto,
 ) -> FourierRepresentation:
-    """Return the Fourier representation of the steady walk in a recording, about its mean pelvis.
+    """Return the Fourier representation of the steady walk in a recording, relative to its mean pelvis position.
 
-    Joints above the legs that the markers do not give are estimated.  What is doubtful in the walk is a warning: steps
-    that are unusual at its frame rate, left and right points that change places, a joint that was badly tracked.
+    Joints above the legs are estimated if the markers do not give them.  The function warns about doubtful walks: an
+    unusual stride frequency, left and right points that swap, a badly tracked joint.
 
     Parameters
     ----------
     path : str or Path
     skeleton : str
+        Mapping, as for `joints`.
     subject : str
-        Who, in a file of several people.
+        Name of the person, for a file of several people.
     frame_rate_hz, units, up
-        What the file does not state, see `read`.
+        Values that the file does not state, as for `read`.
 
     Raises
     ------
     InvalidInput
-        If the recording cannot be read or holds no steady walk.
+        If the recording cannot be read or contains no steady walk.
     """
     motion = read(path, frame_rate_hz=frame_rate_hz, units=units, up=up)
     motion, positions, valid = joints_of(motion, mappings.chosen(skeleton), subject)
@@ -127,33 +130,33 @@ def represent(
 
 
 def fit(walks: Sequence[FourierRepresentation], components: int = 30) -> WalkersModel:
-    """Return average walker and eigenwalkers of several walks [zhang2007 3.3].
+    """Return the average walker and the eigenwalkers of several walks [zhang2007 3.3].
 
     Raises
     ------
     InvalidInput
-        If there are fewer than two, or one is not of two harmonics.
+        If there are fewer than two walks, or a walk does not have two harmonics.
     """
     samples = np.array([sample_of(walk) for walk in walks])
     return WalkersModel(**vars(linear_model.fit(samples, components)), samples=samples)
 
 
 def sample_of(walk: FourierRepresentation) -> np.ndarray:
-    """Return a walk as a sample (D,).  Raises InvalidInput if it is not one."""
+    """Return the coefficients of a walk as a sample (D,); raise InvalidInput if `walk` is not from `represent`."""
     coefficients = getattr(walk, "coefficients", np.empty(0))
     if coefficients.shape != (5, 15, 3):
         raise InvalidInput(
-            "must be what represent(path) returns", "walk", received=repr(walk), code="wrong_type"
+            "must be a walk from represent(path)", "walk", received=repr(walk), code="wrong_type"
         )
     return coefficients.ravel()
 
 
 def require_other(model: WalkersModel, walk: FourierRepresentation) -> None:
-    """Require a walk that the model was not learnt from.  Raises InvalidInput."""
+    """Raise InvalidInput if the model was learnt from the walk."""
     sample = sample_of(walk)
     if (abs(model.samples - sample).max(axis=1) < SAME_WALK_MM).any():
         raise InvalidInput(
-            "must be learnt from other walks", "model", received="this one among them", code="same_walk"
+            "must be learnt from other walks", "model", received="this walk among them", code="same_walk"
         )
 
 
@@ -165,62 +168,65 @@ def from_view(
     hidden: Sequence[str] = (),
     noise_variance_mm2: float = 70.0,
 ) -> np.ndarray:
-    """Return the Fourier coefficients (5, 15, 3), mm, that one view of a walk tells, by the walkers' prior.
+    """Return the Fourier coefficients (5, 15, 3), mm, reconstructed from one view of a walk with the model as prior.
 
     Parameters
     ----------
     model : LinearModel
-        Of other walkers.
+        Model of other walkers.
     walk : FourierRepresentation
-        Only its image at the view angle is used.
+        Walk, of which only the image at the view angle is used.
     view_angle_deg : float
     hidden : sequence of str
-        Joints that the image does not show: all three of their coordinates are reconstructed.
+        Joints that are not visible in the image: all three of their coordinates are reconstructed.
     noise_variance_mm2 : float
-        sigma² of [zhang2007 3.12].
+        Noise variance sigma² of [zhang2007 3.12].
 
     Raises
     ------
     InvalidInput
-        If the angle is not finite, the noise variance not above 0, a hidden joint is not one of the fifteen or none is
-        seen, walk and model are not in one unit, or `fit` learnt the model from this walk, too.
+        If an argument is out of range, a hidden joint is unknown, all joints are hidden, walk and model differ in
+        unit, or the model was learnt from this walk.
     """
     for joint in hidden:
         require_choice("hidden", joint, WALKER15.joints)
-    seen = np.array([joint not in hidden for joint in WALKER15.joints])
-    if not seen.any():
-        raise InvalidInput("must leave a joint that is seen", "hidden", received="all", code="nothing_seen")
+    visible = np.array([joint not in hidden for joint in WALKER15.joints])
+    if not visible.any():
+        raise InvalidInput("must leave a visible joint", "hidden", received="all joints", code="nothing_seen")
     require_range("noise_variance_mm2", noise_variance_mm2, above=0)
     if not isinstance(model, LinearModel):
         raise InvalidInput(
-            "must be what fit(walks) returns", "model", received=repr(model), code="wrong_type"
+            "must be a model from fit(walks)", "model", received=repr(model), code="wrong_type"
         )
     sample = sample_of(walk)
     size = np.linalg.norm(sample) / np.linalg.norm(model.mean)
-    if not 1 / _LARGEST_RATIO < size < _LARGEST_RATIO:
+    if not 1 / _MAX_SIZE_RATIO < size < _MAX_SIZE_RATIO:
         raise InvalidInput(
-            "must be in mm, as the model is", "walk", received=f"{size:.3g} of its size", code="wrong_unit"
+            "must be in mm, like the model",
+            "walk",
+            received=f"{size:.3g} times the size of the average walker",
+            code="wrong_unit",
         )
     angle = np.radians(require_range("view_angle_deg", view_angle_deg))
     if isinstance(model, WalkersModel):
         require_other(model, walk)
-    return complete_walk(model, sample, angle, seen, noise_variance=noise_variance_mm2)
+    return complete_walk(model, sample, angle, visible, noise_variance=noise_variance_mm2)
 
 
 def to_dataframe(
     motion: MotionCapture, skeleton: str = "", *, individual: str = "individual_0"
 ) -> pd.DataFrame:
-    """Return a recording as a tidy table, a row for each frame and point; needs pandas.
+    """Return a recording as a tidy pandas table, one row per frame and point.
 
-    Columns are ``time_s, individual, keypoint, x_mm, y_mm, z_mm``; what was not measured is NaN.
+    Columns are ``time_s, individual, keypoint, x_mm, y_mm, z_mm``; missing positions are NaN.
 
     Parameters
     ----------
     motion : MotionCapture
     skeleton : str
-        Empty: the points of the file, in its own axes; else the fifteen joints, z up, by a mapping as in `joints`.
+        Mapping to the fifteen joints, z up, as for `joints`; empty for the points and axes of the file.
     individual : str
-        Who it is.
+        Name of the person in the table.
     """
     with optional_packages():
         import pandas as pd
@@ -236,9 +242,9 @@ def to_dataframe(
 
 
 def to_xarray(motion: MotionCapture, skeleton: str = "", *, individual: str = "individual_0") -> Dataset:
-    """Return a recording as a data set of xarray, as the package movement has it; needs xarray.
+    """Return a recording as an xarray data set in the layout of the package movement.
 
-    ``position`` (time, space, keypoint, individual) is in mm, ``time`` in seconds; ``confidence`` is not known: NaN.
+    ``position`` (time, space, keypoint, individual) is in mm, ``time`` in seconds; ``confidence`` is unknown (NaN).
 
     Parameters
     ----------
@@ -266,7 +272,7 @@ def to_xarray(motion: MotionCapture, skeleton: str = "", *, individual: str = "i
 
 
 def _points(motion: MotionCapture, skeleton: str) -> tuple[np.ndarray, Sequence[str], np.ndarray]:
-    """Times (T,), names and positions (T, K, 3) of points or joints; NaN where they were not measured."""
+    """Return times (T,), names and positions (T, K, 3) of points or joints; missing positions are NaN."""
     names, positions, valid = motion.names, motion.positions_mm, motion.valid
     if skeleton:
         names, (positions, valid) = WALKER15.joints, joints(motion, skeleton)

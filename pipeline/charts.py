@@ -1,7 +1,7 @@
-"""Charts as plain values: what is drawn against what, from which table.
+"""Charts as plain values: the columns of tables that are drawn, and their axes.
 
 A figure declares its charts once.  `pipeline.pictures` prints them, `pipeline.recordings` logs those whose abscissa is
-the recording's timeline, and `pipeline.report` shows them on the page.  Here is neither matplotlib nor rerun.
+the recording's timeline, and `pipeline.report` shows them on the page.  This module uses neither matplotlib nor rerun.
 
 >>> chart = Chart(x="view_angle_deg", y="error_mm", by="method", label="Error", unit="mm", styles={"map": Style("MAP")})
 >>> table = {"view_angle_deg": [0, 30], "error_mm": [1.0, 2.0], "method": ["map", "map"]}
@@ -26,28 +26,28 @@ Ends = tuple[np.ndarray, np.ndarray]
 
 @dataclass(frozen=True, kw_only=True)
 class Lines:
-    """Lines of one table, one to each series.
+    """Lines from one table, one line per series.
 
-    Columns ``<y>_low`` and ``<y>_high``, where the table has them, are the interval of `y`.
+    Columns ``<y>_low`` and ``<y>_high`` of the table, if present, are the interval of `y`.
 
     Attributes
     ----------
     y, x : str
-        Columns; `x` is the chart's if empty.
+        Columns of ordinate and abscissa; if `x` is empty, the abscissa is that of the chart.
     table : str, or mapping of str to sequence
-        Name of a table of the figure, or columns that none of them has.
+        Name of a table of the figure, or the columns themselves.
     by : str
         Column that names the series; empty for one series of all rows.
     where : mapping
-        Column → the value, or several values, of the rows that are drawn.
+        Filter of the rows: for each column, the accepted value or values.
     styles : mapping of str to Style, or Style, optional
-        Of each series in order, others are not drawn; or one style for all.
+        Styles of the series that are drawn, in order; or one style for all series.
     band : str, or (str, str)
         Column of the standard deviation, or columns of the ends, of a band around the line.
     strands : str
-        Column that tells apart the lines of one series; over an abscissa of names they join its points.
+        Column that distinguishes the lines of one series; over an abscissa of names they join its points.
     less : str
-        Column that is subtracted.
+        Column that is subtracted from the ordinate.
     times : float
         Factor on the ordinate.
     """
@@ -66,21 +66,21 @@ class Lines:
 
 @dataclass(frozen=True, kw_only=True)
 class Reference:
-    """A number to compare with: a line across or upright, a point, or a line through the origin.
+    """Reference value in a chart: a horizontal or vertical line, a point, or a line through the origin.
 
     Attributes
     ----------
     x, y : float or str, optional
-        Place; both for a point.  A text is the name of a claim, whose published number is meant.
+        Position of a line, or of a point if both are given.  A text names a claim and stands for its published number.
     left_of : float
-        Of a claim named by `y`, what its number leaves of this; 0 for the number itself.
+        If not 0, the claim's number is subtracted from this value.
     slope : float, optional
-        Of a line through the origin.
+        Slope of a line through the origin.
     below, percent : str, float or str
-        A line so many per cent below that series.
+        Series, and the percentage by which the line lies below it.
     label : str
     published : bool
-        Whether a paper prints it.
+        Whether a paper prints the value.
     """
 
     x: float | str | None = None
@@ -95,18 +95,18 @@ class Reference:
 
 @dataclass(frozen=True, kw_only=True)
 class Axis:
-    """The abscissa of a chart.
+    """Abscissa of a chart.
 
     Attributes
     ----------
     label, unit : str
-        Those that the column's name says if not given.
+        Label and unit; by default derived from the column's name.
     log : bool
     limits : (float, float), optional
     ticks : float, or sequence of float, optional
-        Step of the ticks, or their places: of the abscissa, or of the numbers across from an abscissa of names.
+        Step or positions of the ticks: of the abscissa, or of the ordinate if the abscissa has names.
     words : mapping of str to str
-        Values of an abscissa of names, in order, and what stands for them: rows of points, names down.
+        Labels by value for an abscissa of names, in order; the chart then has one row of points per name.
     """
 
     label: str = ""
@@ -125,38 +125,38 @@ _FLAT = {
     "ticks": "ticks",
     "words": "words",
 }
-"""Names of the abscissa's fields among the plain values of a chart."""
+"""Name of each field of the abscissa in the JSON form of a chart."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Chart(Lines):
-    """One pair of axes.
+    """Chart with one pair of axes.
 
     Attributes
     ----------
     label, unit : str
-        Of the ordinate; those that its column's name says if not given (``missing_variance_mm2``).
+        Label and unit of the ordinate; by default derived from the column's name (``missing_variance_mm2``).
     abscissa : Axis
     name : str
-        Of the quantity, for entities and files; that of the column if empty.
+        Name of the quantity, for entities and files; empty for the name of the column.
     title : str
     also : sequence of Lines
         Further lines.
     references : sequence of Reference
     timeline : str
-        Timeline of recordings, if it is not `x`: whole numbers, of the logarithm to base 10 if the name begins with
-        ``log10_``, in thousandths if it ends in ``_per_mille``.
+        Timeline of recordings, if it is not `x`.  Its values are whole numbers: of the logarithm to base 10 if the
+        name begins with ``log10_``, in thousandths if it ends in ``_per_mille``.
     zero : bool
         Whether the ordinate begins at 0.
     log_y : bool
     least : float
-        On a logarithmic ordinate, smaller values are drawn there.
+        Lower bound of a logarithmic ordinate, to which smaller values are clamped.
     limits : (float, float), optional
-        Of the ordinate.
+        Limits of the ordinate.
     named : bool
-        Whether the names of the lines stand at their right ends, not in the legend; in pictures only.
+        Whether the lines are labelled at their right ends, not in the legend; in pictures only.
     page, picture : bool
-        Whether the page and the picture show it.
+        Whether the page and the picture show the chart.
     """
 
     label: str = ""
@@ -177,12 +177,12 @@ class Chart(Lines):
 
     @property
     def quantity(self) -> str:
-        """Name of the quantity."""
+        """Name of the quantity, by default that of the column."""
         return self.name or self.y
 
     @property
     def axes(self) -> tuple[str, str]:
-        """Words along the abscissa and the ordinate, with units."""
+        """Labels of the abscissa and the ordinate, with units."""
         return _axis(self.abscissa.label, self.abscissa.unit, self.x), _axis(self.label, self.unit, self.y)
 
 
@@ -195,7 +195,7 @@ UNITS = {
     "_s": "s",
     "_frames": "frames",
 }
-"""What the end of a column's name says."""
+"""Unit by the end of a column's name."""
 
 
 def _axis(label: str, unit: str, column: str) -> str:
@@ -207,21 +207,21 @@ def _axis(label: str, unit: str, column: str) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class Sheet:
-    """The charts of a figure and how its picture arranges them.
+    """Charts of a figure and their arrangement in its picture.
 
     Attributes
     ----------
     charts : sequence of Chart
     caption : str
-        What follows the figure's title and data.
+        Text after the figure's title and data.
     columns : int
-        Panels side by side.
+        Number of panels in a row.
     share_y : bool
-        Whether the panels of a row have one ordinate.
+        Whether the panels of a row share the ordinate.
     letters : bool
         Whether titles begin with (a), (b), …
     panel_size : (float, float), optional
-        Inches.
+        Width and height of a panel in inches.
     """
 
     charts: Sequence[Chart] = ()
@@ -232,11 +232,11 @@ class Sheet:
     panel_size: tuple[float, float] | None = None
 
     def with_published(self, number: Callable[[str], float]) -> Sheet:
-        """Return the sheet with the published numbers in place of the names of their claims."""
+        """Return the sheet with published numbers in place of the names of their claims."""
 
-        def known(reference: Reference) -> Reference:
-            given = {"x": reference.x, "y": reference.y, "percent": reference.percent}
-            named: dict[str, Any] = {n: number(v) for n, v in given.items() if isinstance(v, str)}
+        def resolved(reference: Reference) -> Reference:
+            values = {"x": reference.x, "y": reference.y, "percent": reference.percent}
+            named: dict[str, Any] = {n: number(v) for n, v in values.items() if isinstance(v, str)}
             if reference.left_of and "y" in named:
                 named |= {"y": reference.left_of - named["y"], "left_of": 0.0}
             label = reference.label or ("published" if named else "")
@@ -244,25 +244,27 @@ class Sheet:
 
         return replace(
             self,
-            charts=[replace(chart, references=[known(r) for r in chart.references]) for chart in self.charts],
+            charts=[
+                replace(chart, references=[resolved(r) for r in chart.references]) for chart in self.charts
+            ],
         )
 
 
 @dataclass(frozen=True)
 class Line:
-    """One line, with its numbers.
+    """Line of a chart, with its values.
 
     Attributes
     ----------
     key : str
         Name of the series.
     style : Style
-        With a colour.
+        Style, always with a colour.
     x, y : (N,) float
     band, interval : ((N,), (N,)) float, optional
-        Lower and upper ends, NaN where there is none.
+        Lower and upper ends; NaN where unknown.
     strands : (N,), optional
-        Which line each point belongs to.
+        Line to which each point belongs.
     """
 
     key: str
@@ -277,28 +279,30 @@ class Line:
 def lines_of(chart: Chart, tables: Mapping[str, Any]) -> list[Line]:
     """Return the lines of a chart from the tables of its figure.
 
-    Rows without a number are left out.  Over an abscissa of names, the series stand side by side.
+    Rows without a finite value are left out.  Over an abscissa of names, the series are drawn next to each other.
 
     Raises
     ------
     InvalidInput
-        If a table or column is missing, or no row is left.
+        If a table or column is missing, or no row matches.
     """
-    found: list[Line] = []
+    drawn: list[Line] = []
     for lines in (chart, *chart.also):
         table = tables.get(lines.table) if isinstance(lines.table, str) else lines.table
         if table is None:
-            raise InvalidInput("no such table", lines.table, ", ".join(tables), code="no_table")
-        found += _lines(chart, lines, table, len(found))
+            raise InvalidInput(
+                "the figure has no such table", lines.table, ", ".join(tables), code="no_table"
+            )
+        drawn += _lines(chart, lines, table, len(drawn))
     if (
         chart.abscissa.words
-        and len(found) > 1
-        and len(np.unique(places := np.concatenate([line.x for line in found]))) < len(places)
+        and len(drawn) > 1
+        and len(np.unique(places := np.concatenate([line.x for line in drawn]))) < len(places)
         and not any(lines.strands for lines in (chart, *chart.also))
     ):
-        step = 0.5 / (len(found) - 1)
-        found = [replace(line, x=line.x - 0.25 + step * n) for n, line in enumerate(found)]
-    return found
+        step = 0.5 / (len(drawn) - 1)
+        drawn = [replace(line, x=line.x - 0.25 + step * n) for n, line in enumerate(drawn)]
+    return drawn
 
 
 def _lines(chart: Chart, lines: Lines, table: Any, number: int) -> list[Line]:
@@ -307,7 +311,7 @@ def _lines(chart: Chart, lines: Lines, table: Any, number: int) -> list[Line]:
     ends = [name for name in (f"{y}_low", f"{y}_high") if name in table]
     columns = [x, y, *filter(None, [*around, lines.strands, lines.less]), *ends]
     keys = style_keys(lines.styles)
-    made: list[Line] = []
+    drawn: list[Line] = []
     for key, rows in tidy.groups(table, columns, by=lines.by, where=lines.where, keys=keys).items():
         key = key or (keys[0] if len(keys) == 1 else y)
         style = style_of(lines.styles, key)
@@ -329,39 +333,39 @@ def _lines(chart: Chart, lines: Lines, table: Any, number: int) -> list[Line]:
             interval = (scaled(ends[0]), scaled(ends[1]))
         places = list(chart.abscissa.words)
         at = np.array([places.index(str(v)) for v in rows[x]] if places else rows[x], float)
-        kept = np.flatnonzero(np.isfinite(values) & np.isfinite(at))
+        rows_drawn = np.flatnonzero(np.isfinite(values) & np.isfinite(at))
         if chart.abscissa.log:
-            kept = kept[at[kept] > 0]
-        kept = kept[np.argsort(at[kept], kind="stable")]
-        if kept.size:
-            colour = style.colour or CYCLE[(number + len(made)) % len(CYCLE)]
-            made.append(
+            rows_drawn = rows_drawn[at[rows_drawn] > 0]
+        rows_drawn = rows_drawn[np.argsort(at[rows_drawn], kind="stable")]
+        if rows_drawn.size:
+            colour = style.colour or CYCLE[(number + len(drawn)) % len(CYCLE)]
+            drawn.append(
                 Line(
                     key,
                     replace(style, colour=colour),
-                    at[kept],
-                    values[kept],
-                    _known(band, kept),
-                    _known(interval, kept),
-                    rows[lines.strands][kept] if lines.strands else None,
+                    at[rows_drawn],
+                    values[rows_drawn],
+                    _known(band, rows_drawn),
+                    _known(interval, rows_drawn),
+                    rows[lines.strands][rows_drawn] if lines.strands else None,
                 )
             )
-    return made
+    return drawn
 
 
-def _known(ends: Ends | None, kept: np.ndarray) -> Ends | None:
-    """Return the rows that are kept, with NaN for both ends where one is unknown; None if all are."""
+def _known(ends: Ends | None, rows: np.ndarray) -> Ends | None:
+    """Return the ends of these rows, with NaN for both ends where one is unknown; None if all are unknown."""
     if ends is None:
         return None
-    low, high = (end[kept] for end in ends)
+    low, high = (end[rows] for end in ends)
     if (low > high).any():
-        raise InvalidInput("an interval whose ends are swapped", expected="low ≤ high", code="swapped_ends")
-    known = np.isfinite(low) & np.isfinite(high)
-    return (np.where(known, low, np.nan), np.where(known, high, np.nan)) if known.any() else None
+        raise InvalidInput("the ends of an interval are swapped", expected="low ≤ high", code="swapped_ends")
+    finite = np.isfinite(low) & np.isfinite(high)
+    return (np.where(finite, low, np.nan), np.where(finite, high, np.nan)) if finite.any() else None
 
 
 def to_json(chart: Chart) -> dict[str, Any]:
-    """Return a chart as plain values, without those that are as usual; mappings whose order counts are pairs."""
+    """Return the JSON form of a chart, without default values; ordered mappings become lists of pairs."""
     plain = _plain(chart)
     abscissa = {_FLAT[name]: value for name, value in plain.pop("abscissa").items()}
     return {
@@ -383,7 +387,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_plain(part) for part in value]
     if isinstance(value, str):
-        return str(value)  # of a choice its name
+        return str(value)  # the name of a choice
     return float(f"{value:.6g}") if isinstance(value, float) else value
 
 
@@ -394,55 +398,54 @@ def _is_usual(value: Any, usual: Any) -> bool:
 
 
 def from_json(plain: Mapping[str, Any], where: str = "") -> Chart:
-    """Return a chart from its plain values; `where` says which figure's.
+    """Return a chart from its JSON form; `where` names the figure in messages.
 
     Raises
     ------
     InvalidInput
-        If another version of this software wrote them, or a value is not of the field's type.
+        If another version of this software wrote the values, or a value has the wrong type.
     """
     try:
         values = dict(plain)
-        values["also"] = [Lines(**_restored(one)) for one in values.get("also", [])]
-        values["references"] = [Reference(**one) for one in values.get("references", [])]
+        values["also"] = [Lines(**_restored(part)) for part in values.get("also", [])]
+        values["references"] = [Reference(**part) for part in values.get("references", [])]
         abscissa = {name: values.pop(flat) for name, flat in _FLAT.items() if flat in values}
         if "words" in abscissa:
             abscissa["words"] = dict(abscissa["words"])
-        made = Chart(**_restored(values), abscissa=Axis(**abscissa))
-        for one in (made, made.abscissa, *made.also, *made.references):
-            hints = get_type_hints(type(one))
-            if wrong := [name for name, value in vars(one).items() if not fits(value, hints[name])]:
-                raise TypeError(f"{wrong[0]} is of another type")
-        return made
+        chart = Chart(**_restored(values), abscissa=Axis(**abscissa))
+        for part in (chart, chart.abscissa, *chart.also, *chart.references):
+            hints = get_type_hints(type(part))
+            if wrong := [name for name, value in vars(part).items() if not fits(value, hints[name])]:
+                raise TypeError(f"{wrong[0]} has the wrong type")
+        return chart
     except (
         TypeError,
         ValueError,
         AttributeError,
-    ) as error:  # a field that there is no more, or another value
+    ) as error:  # a field or value that this version does not have
         raise InvalidInput(
-            "a chart of another version of this software",
+            "another version of this software wrote the charts: make the figure again",
             where,
-            "the figure, made again",
-            error,
+            received=error,
             code="other_version",
         ) from None
 
 
 def _restored(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields of lines with their mappings and styles."""
-    found = dict(values)
-    if "where" in found:
-        found["where"] = dict(found["where"])
-    styles = found.get("styles")
+    """Return the fields of lines with mappings and styles restored from their JSON form."""
+    restored = dict(values)
+    if "where" in restored:
+        restored["where"] = dict(restored["where"])
+    styles = restored.get("styles")
     if isinstance(styles, list):
-        found["styles"] = {key: Style(**style) for key, style in styles}
+        restored["styles"] = {key: Style(**style) for key, style in styles}
     elif styles is not None:
-        found["styles"] = Style(**styles)
-    return found
+        restored["styles"] = Style(**styles)
+    return restored
 
 
 def on_timeline(timeline: str, values: np.ndarray) -> np.ndarray:
-    """Return the whole numbers (N,) at which a recording shows values of an abscissa, as `Chart.timeline` says.
+    """Return the positions (N,) of abscissa values on a timeline, as whole numbers except for ``time``.
 
     Examples
     --------

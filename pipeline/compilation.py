@@ -1,10 +1,10 @@
-"""Loops compiled by numba, once on a machine, with sums that do not depend on it.
+"""Loops compiled by numba, once per machine.
 
-Every loop has NaN and infinity as IEEE has them.  What numba keeps on disk goes by the file of a loop: what it calls
-has to stand in the same file, or an edited callee leaves a stale copy in its caller.
+NaN and infinity behave as in IEEE arithmetic.  Numba's cache on disk is keyed by the file of a loop.  A loop and its
+callees must therefore be in the same file: otherwise an edited callee leaves a stale copy in its caller.
 
-The first compilation of all loops takes half a minute.  Of several processes that need one, one compiles it, and the
-others wait and read what it has kept on disk.  A process that calls no loop does not import numba.
+The first compilation of all loops takes half a minute.  When several processes need the same loop, one compiles it and
+the others wait for the cached result.  A process that calls no loop does not import numba.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from pipeline.locks import exclusive
 
 _NUMBA = "numba (extra `papers`), which is not installed: pip install 'gait-pipeline[papers]', in a clone make install"
 
-_HELD: set[Path] = set()
-"""Folders in which this process compiles: a loop is compiled while the one that calls it is."""
+_COMPILING: set[Path] = set()
+"""Folders that this process has locked: compiling a loop also compiles the loops that it calls."""
 
 _ONE_THREAD = RLock()
 
 
 class CompiledLoop:
-    """A loop that is compiled when it is first called; its attributes are those of numba's dispatcher."""
+    """Loop that is compiled at its first call and has the attributes of numba's dispatcher."""
 
     def __init__(self, loop: Callable, **options: Any) -> None:
         update_wrapper(self, loop)
@@ -34,7 +34,7 @@ class CompiledLoop:
         self._dispatcher: Any = None
 
     def dispatcher(self) -> Any:
-        """Return numba's dispatcher, after all loops of the module have become dispatchers: they call each other."""
+        """Return numba's dispatcher; all loops of the module become dispatchers, since they call each other."""
         with _ONE_THREAD:
             if self._dispatcher is None:
                 self._dispatcher = _compiled(self._loop, **self._options)
@@ -48,24 +48,24 @@ class CompiledLoop:
         return (self._dispatcher or self.dispatcher())(*arguments)
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("_"):  # of Python's own, which the loop has or has not
+        if name.startswith("_"):  # Python's special names are not looked up in the dispatcher
             raise AttributeError(name)
         return getattr(self.dispatcher(), name)
 
 
 def compiled_exactly(loop: Callable) -> CompiledLoop:
-    """The loop, compiled when it is first called, with sums in the written order: it equals the plain one.
+    """Return a loop that is compiled at its first call and gives exactly the results of the Python code.
 
-    It is kept on disk.  Where neither the package's folder nor the user's cache can be written to, every process
-    compiles for itself.
+    The compiled code is cached on disk.  If neither the package's folder nor the user's cache is writable, every
+    process compiles for itself.
     """
     return CompiledLoop(loop, error_model="numpy")
 
 
 def compiled_with_free_sums(loop: Callable) -> CompiledLoop:
-    """The loop as by `compiled_exactly`, but the terms of a sum may be taken in another order, and fused.
+    """Return a loop as from `compiled_exactly`, except that the compiler may reorder and fuse the terms of sums.
 
-    Nothing else is assumed.  The result depends on the processor by rounding, which whoever uses it has to allow for.
+    The rounding error of the result depends on the processor; callers must allow for it.
     """
     return CompiledLoop(loop, fastmath={"reassoc", "contract"})
 
@@ -78,23 +78,23 @@ def _compiled(loop: Callable, **options: Any) -> Any:
 
     try:
         dispatcher = njit(cache=True, nogil=True, **options)(loop)
-    except RuntimeError:  # numba's word for no place to keep it
+    except RuntimeError:  # numba finds no writable cache folder
         return njit(nogil=True, **options)(loop)
     compile_for = dispatcher.compile
     folder = Path(dispatcher.stats.cache_path)
 
     def compile_once(signature: Any) -> Any:
-        """Keep other processes from compiling what is kept in this folder."""
+        """Compile while other processes that use the same cache folder wait."""
         with _ONE_THREAD:
-            if folder in _HELD:
+            if folder in _COMPILING:
                 return compile_for(signature)
             folder.mkdir(parents=True, exist_ok=True)
             with exclusive(folder / "compiling.lock"):
-                _HELD.add(folder)
+                _COMPILING.add(folder)
                 try:
                     return compile_for(signature)
                 finally:
-                    _HELD.discard(folder)
+                    _COMPILING.discard(folder)
 
     dispatcher.compile = compile_once
     return dispatcher

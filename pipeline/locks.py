@@ -1,4 +1,4 @@
-"""Locks between processes by a file that the system releases with its owner, however that one ends."""
+"""Locks between processes: file locks that the system releases when their owner ends for any reason."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 try:
     import fcntl
-except ImportError:  # Windows: nobody waits, and of two results the first is kept
+except ImportError:  # Windows: processes do not wait, and the first of two results is kept
     fcntl = None  # type: ignore[assignment]
 
 
@@ -17,59 +17,63 @@ except ImportError:  # Windows: nobody waits, and of two results the first is ke
 def exclusive(
     path: Path, waiting: Callable[[], AbstractContextManager[None]] = nullcontext
 ) -> Iterator[None]:
-    """Hold a lock for the ``with`` block; its file exists only while somebody holds it or waits for it.
+    """Hold a lock during the ``with`` block.
+
+    The lock file exists only while a process holds the lock or waits for it.
 
     Parameters
     ----------
     path : Path
-        In a folder that exists.
+        Lock file, in an existing folder.
     waiting : callable
-        Makes the context in which another owner is waited for.
+        Function that returns the context manager in which this process waits for another owner.
     """
     if fcntl is None:
         yield
         return
     while True:
-        held = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
         try:
             try:
-                fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
                 with waiting():
-                    fcntl.flock(held, fcntl.LOCK_EX)
-            if _is(held, path):
+                    fcntl.flock(descriptor, fcntl.LOCK_EX)
+            if _is_file_of(descriptor, path):
                 break
         except BaseException:
-            os.close(held)
+            os.close(descriptor)
             raise
-        os.close(held)  # its owner has removed it: somebody else may hold another file of this name
+        os.close(
+            descriptor
+        )  # the last owner removed this file: another process may hold a new file of this name
     try:
         yield
     finally:
         path.unlink(missing_ok=True)
-        os.close(held)
+        os.close(descriptor)
 
 
 def remove_unheld(folder: Path, pattern: str) -> None:
-    """Remove lock files of killed processes."""
+    """Remove the lock files of killed processes from a folder."""
     if fcntl is None:
         return
     with suppress(OSError):
         for path in folder.glob(pattern):
-            held = os.open(path, os.O_RDWR | os.O_CLOEXEC)
+            descriptor = os.open(path, os.O_RDWR | os.O_CLOEXEC)
             try:
-                fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                if _is(held, path):
+                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                if _is_file_of(descriptor, path):
                     path.unlink()
             except BlockingIOError:
                 pass
             finally:
-                os.close(held)
+                os.close(descriptor)
 
 
-def _is(held: int, path: Path) -> bool:
-    """Return whether an open file is the one of this name."""
+def _is_file_of(descriptor: int, path: Path) -> bool:
+    """Return whether an open file is the one that a path names now."""
     try:
-        return os.path.samestat(os.fstat(held), path.stat())
+        return os.path.samestat(os.fstat(descriptor), path.stat())
     except FileNotFoundError:
         return False

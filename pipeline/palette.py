@@ -1,8 +1,8 @@
-"""Colours and looks of series, one palette for printed pictures and for recordings.
+"""Colours and styles of series: one palette for printed pictures and for recordings.
 
-The hues are those of Okabe and Ito, told apart by colour-blind readers.  A colour is asked for by its name (``"blue"``)
-or, better, by its role (``"map"``), so that a method has the same colour in every figure.  Pictures have a white ground
-and recordings a dark one: only black ink is replaced there, by silver.
+The hues are those of Okabe and Ito, which colour-blind readers can distinguish.  A colour has a name (``"blue"``) and
+may have roles (``"map"``); roles give a method the same colour in every figure.  Pictures have a white background and
+recordings a dark one, on which silver replaces black.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ COLOURS = {
     "yellow": "#F0E442",
     "silver": "#CDCDCD",
 }
-"""Name → hexadecimal red, green, blue; dark enough for thin lines on white first, the last two for a dark ground."""
+"""Hexadecimal red, green and blue by name; the last two are too light for thin lines on white."""
 
 CYCLE = ("black", "orange", "blue", "green", "purple", "amber", "sky", "grey")
-"""Colours of series that are given none, in this order."""
+"""Colours of series without a colour of their own, in order of use."""
 
 ROLES = {
     "original": "black",
@@ -40,25 +40,25 @@ ROLES = {
     "in_doubt": "amber",
     "undecided": "orange",
 }
-"""Role → name of its colour."""
+"""Name of the colour by role."""
 
 CONFIDENCES = {"green": "decided", "amber": "in_doubt", "red": "undecided"}
-"""Verdict on a limb by the margin of its mirror, and its role."""
+"""Role by confidence in the reconstruction of a limb, which depends on the margin of its mirror image."""
 
 NAMES = (*COLOURS, *ROLES)
-"""Everything that may be given as a colour."""
+"""Valid names of a colour: colours and roles."""
 
 ON_DARK = {"black": "silver"}
-"""Colours that a dark ground replaces."""
+"""Replacement of colours on a dark background."""
 
 
 def colour_name(colour: str) -> str:
-    """Return the name in `COLOURS` of a colour given by name or role.
+    """Return the name in `COLOURS` of a colour, given by name or role.
 
     Raises
     ------
     KeyError
-        If it is neither.
+        If `colour` is neither a name nor a role.
 
     Examples
     --------
@@ -71,7 +71,7 @@ def colour_name(colour: str) -> str:
 
 
 def name_on_dark(colour: str) -> str:
-    """Return the name of a colour given by name or role as a recording draws it, on its dark ground.
+    """Return the name of the colour that replaces a colour, given by name or role, on a dark background.
 
     Examples
     --------
@@ -83,7 +83,7 @@ def name_on_dark(colour: str) -> str:
 
 
 def hex_colour(colour: str) -> str:
-    """Return a colour as ``"#RRGGBB"``, for a white ground.
+    """Return a colour, given by name or role, as ``"#RRGGBB"`` for a white background.
 
     Examples
     --------
@@ -94,7 +94,7 @@ def hex_colour(colour: str) -> str:
 
 
 def rgb_colour(colour: str, *, dark_ground: bool = False) -> tuple[int, int, int]:
-    """Return red, green and blue of a colour, 0 to 255.
+    """Return red, green and blue (0 to 255) of a colour, given by name or role.
 
     Examples
     --------
@@ -108,24 +108,24 @@ def rgb_colour(colour: str, *, dark_ground: bool = False) -> tuple[int, int, int
 
 @dataclass(frozen=True)
 class Style:
-    """How one series is named and drawn, in pictures and in recordings.
+    """Label and line style of a series, in pictures and in recordings.
 
     Attributes
     ----------
     label : str
-        For the legend; empty for none.
+        Label in the legend; empty for no label.
     colour : str
-        A name or a role; empty for the next colour of `CYCLE`.
+        Name or role of a colour; empty for the next colour of `CYCLE`.
     line : str
         ``solid``, ``dashed``, ``dotted`` or ``points``; in pictures only.
     banded : bool
-        Whether the band of the spread is drawn, if there is one.
+        Whether to draw the band of the spread, if the series has one.
     interval : bool
-        Whether the interval of the line is drawn, if there is one.
+        Whether to draw the interval of the line, if the series has one.
     width : float
-        Factor on the usual width of lines.
+        Factor on the default line width.
     opacity : float
-        Of lines, 0 to 1; in pictures only.
+        Opacity of lines, 0 to 1; in pictures only.
     """
 
     label: str = ""
@@ -138,16 +138,16 @@ class Style:
 
 
 Styles = Mapping[str, Style] | Style | None
-"""Of each series, of all series alike, or none given."""
+"""Styles by series, one style for all series, or None for the default."""
 
 
 def style_keys(styles: Styles) -> tuple[str, ...]:
-    """Return the series that have a style of their own, in order."""
+    """Return the names of the series that have their own style, in order."""
     return tuple(styles) if isinstance(styles, Mapping) else ()
 
 
 def style_of(styles: Styles, series: str) -> Style:
-    """Return the style of a series; one that is given none is labelled with its name.
+    """Return the style of a series; the default style labels a series with its name.
 
     Examples
     --------

@@ -27,8 +27,8 @@ GROUP = "gait_pipeline.plugins"
 OBJECT = "PLUGIN"
 """Name of the plug-in in a user's file."""
 
-LARGEST_FILE = 1_000_000
-"""Bytes of a user's file; larger files are rejected."""
+MAX_FILE_BYTES = 1_000_000
+"""Maximum size of a user's file in bytes."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,8 +38,8 @@ class Page:
     Attributes
     ----------
     scripts : sequence of Path
-        JavaScript files, run in this order before the page begins.  They add methods to ``Gait.METHODS``, comparisons
-        to ``Agreement.checks``, and what begins with the walkers to ``Players.additions``.
+        JavaScript files, run in this order before the page starts.  They add methods to ``Gait.METHODS``, comparisons
+        to ``Agreement.checks``, and functions that start with the walkers to ``Players.additions``.
     columns : mapping
         Columns of tables that the scripts read: by figure, by file name of the table.
     """
@@ -52,7 +52,7 @@ class Page:
 class Plugin:
     """Additions to the package.
 
-    Each list is a sequence of values, or its place, ``"package.module:NAME"``, which is imported when it is needed.
+    Each list is a sequence of values, or an import path ``"package.module:NAME"`` that is resolved at the first use.
 
     Attributes
     ----------
@@ -63,9 +63,9 @@ class Plugin:
     claims : sequence of Path, str or mapping, or str
         Files of claims; or claims by name, as a mapping or a YAML text.
     commands : mapping of str to str
-        Commands of the command line, each with the place of its function.
+        Commands of the command line by name, each with the import path of its function.
     conf : Path, optional
-        Folder of presets, data sets, mappings and layouts, as ``conf`` has them.
+        Folder of presets, data sets, mappings and layouts, structured like ``conf``.
     page : Page, optional
         Players and comparisons on the page over all figures.
     """
@@ -90,9 +90,9 @@ class Loaded:
     module : str
         Module that contains it.
     distribution, version : str
-        Of the installed package; empty for a user's file.
+        Name and version of the installed package; empty for a user's file.
     file : Path or None
-        The user's file.
+        The user's file; None for an installed package.
     """
 
     name: str
@@ -104,12 +104,12 @@ class Loaded:
 
     @property
     def root(self) -> str:
-        """Top-level module of its sources."""
+        """Name of the top-level module of the plug-in."""
         return self.module.partition(".")[0]
 
 
 def _invalid(*arguments: Any, **options: Any) -> Exception:
-    """Return an InvalidInput, whose module loads numpy: only where there is an error to report."""
+    """Return an InvalidInput; its module imports numpy and is therefore loaded only for an error."""
     from pipeline.validation import InvalidInput
 
     return InvalidInput(*arguments, **options)
@@ -126,12 +126,12 @@ def _entry_points() -> list[metadata.EntryPoint]:
         return points
     others = [point for point in points if point.dist is None or point.dist.name != NAME]
     named = content.get("entry-points", {}).get(GROUP, {})
-    return [*(metadata.EntryPoint(name, place, GROUP) for name, place in named.items()), *others]
+    return [*(metadata.EntryPoint(name, target, GROUP) for name, target in named.items()), *others]
 
 
 @cache
 def _installed() -> tuple[tuple[Loaded, ...], Mapping[str, str]]:
-    """Return the plug-ins of installed packages, and why others cannot be loaded."""
+    """Return the plug-ins of installed packages, and the reasons why others cannot be loaded, by name."""
     loaded, failures = [], {}
     for point in _entry_points():
         try:
@@ -139,7 +139,7 @@ def _installed() -> tuple[tuple[Loaded, ...], Mapping[str, str]]:
             if not isinstance(plugin, Plugin):
                 raise _invalid("must be a value of the class Plugin", point.value, code="wrong_type")
         except (Exception, SystemExit) as error:
-            failures[point.name] = _why(error)
+            failures[point.name] = _summary(error)
         else:
             origin = point.dist.name if point.dist else NAME
             version = point.dist.version if point.dist else str((project() or {}).get("version", ""))
@@ -147,28 +147,28 @@ def _installed() -> tuple[tuple[Loaded, ...], Mapping[str, str]]:
     return tuple(loaded), failures
 
 
-def _why(error: BaseException) -> str:
-    """Return an error in one line."""
+def _summary(error: BaseException) -> str:
+    """Return the type and message of an error in one line."""
     return " ".join(f"{type(error).__name__}: {error}".split())[:300]
 
 
 def failures() -> Mapping[str, str]:
-    """Return why plug-ins of installed packages cannot be loaded, by name."""
+    """Return the reasons why plug-ins of installed packages cannot be loaded, by name."""
     return _installed()[1]
 
 
 def loaded() -> tuple[Loaded, ...]:
-    """Return the plug-ins that are loaded: those of installed packages, then those of users' files."""
+    """Return the loaded plug-ins: those of installed packages, then those of users' files."""
     return (*_installed()[0], *_files.values())
 
 
 def load_files(paths: Iterable[str | Path]) -> None:
-    """Load users' files; a file that is loaded already with the same content stays.
+    """Load plug-ins from users' files; a file that was loaded before with the same content is not run again.
 
     Raises
     ------
     InvalidInput
-        If a file cannot be read or run, has no plug-in, or two have one name.
+        If a file cannot be read or run, has no plug-in, or two files have the same name.
     """
     files = [*map(Path, paths)]
     names = [*map(_module_name, files)]
@@ -185,55 +185,61 @@ def load_files(paths: Iterable[str | Path]) -> None:
             content = path.read_bytes()
         except OSError as error:
             raise _invalid(f"the plug-in cannot be read: {error.strerror}", path, code="unreadable") from None
-        if len(content) > LARGEST_FILE:
+        if len(content) > MAX_FILE_BYTES:
             raise _invalid(
                 "the plug-in is too large",
                 path,
-                f"at most {LARGEST_FILE} bytes",
+                f"at most {MAX_FILE_BYTES} bytes",
                 len(content),
                 code="file_too_large",
             )
-        known = _files.get(name)
-        if known and known.file == path.resolve() and digest_of(known) == hashlib.sha256(content).hexdigest():
+        loaded_before = _files.get(name)
+        if (
+            loaded_before
+            and loaded_before.file == path.resolve()
+            and digest_of(loaded_before) == hashlib.sha256(content).hexdigest()
+        ):
             continue
         module = _module_of(name, path, content)
         plugin = getattr(module, OBJECT, None)
         if not isinstance(plugin, Plugin):
             raise _invalid(
-                f"the file has no plug-in: end it with {OBJECT} = Plugin(methods=[…])", path, code="no_plugin"
+                f"the file defines no plug-in: end it with {OBJECT} = Plugin(methods=[…])",
+                path,
+                code="no_plugin",
             )
         _files[name] = Loaded(path.stem, plugin, name, file=path.resolve())
         _digests[module.__name__] = hashlib.sha256(content).hexdigest()
 
 
 def _module_name(path: str | Path) -> str:
-    """Return the name of a user's file as a module."""
+    """Return the module name for a user's file."""
     return "plugin_" + re.sub(r"\W", "_", Path(path).stem)
 
 
 _digests: dict[str, str] = {}
-"""sha256 of users' files as they were loaded, by module."""
+"""sha256 of the content of users' files when they were loaded, by module."""
 
 
 def _module_of(name: str, path: Path, content: bytes) -> ModuleType:
-    """Run a user's file as a module."""
+    """Run a user's file as a module and return the module."""
     spec = importlib.util.spec_from_file_location(name, path.resolve())
     assert spec
     module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # dataclasses look their module up
+    sys.modules[name] = module  # dataclasses look up their module here
     try:
         exec(compile(content, str(path), "exec"), module.__dict__)
     except (Exception, SystemExit) as error:
         del sys.modules[name]
         line = next((f"line {frame.lineno}" for frame in _frames(error) if frame.filename == str(path)), "")
         raise _invalid(
-            f"the plug-in cannot be loaded ({_why(error)})", f"{path} {line}".strip(), code="plugin_fails"
+            f"the plug-in cannot be loaded ({_summary(error)})", f"{path} {line}".strip(), code="plugin_fails"
         ) from None
     return module
 
 
 def _frames(error: BaseException) -> list[Any]:
-    """Return the frames of an error, the innermost first; of a syntax error its own line."""
+    """Return the frames of an error, innermost first; for a syntax error only the frame of its line."""
     import traceback
 
     if isinstance(error, SyntaxError) and error.lineno:
@@ -242,12 +248,12 @@ def _frames(error: BaseException) -> list[Any]:
 
 
 def edition() -> tuple[tuple[str, str], ...]:
-    """Return names and digests of the loaded plug-ins, by which what follows from them is cached."""
+    """Return names and digests of the loaded plug-ins, as a key for caches that depend on them."""
     return tuple((each.name, digest_of(each)) for each in loaded())
 
 
 def digest_of(plugin: Loaded) -> str:
-    """Return the sha256 of a user's file as it was loaded; empty for an installed plug-in."""
+    """Return the sha256 of a user's file when it was loaded; empty for an installed plug-in."""
     return _digests.get(plugin.module, "")
 
 
@@ -265,12 +271,12 @@ def named_files(overrides: Iterable[str]) -> list[str]:
 
 
 def resolve(place: str) -> Any:
-    """Return the object at a place: ``"package.module:NAME"``, or a dotted name.
+    """Return the object that an import path names: ``"package.module:NAME"``, or a dotted name.
 
     Raises
     ------
     ImportError, AttributeError, ValueError
-        If there is none.
+        If the object does not exist.
     """
     name, colon, inner = place.partition(":")
     thing: Any = import_module(name) if colon else None
@@ -281,21 +287,21 @@ def resolve(place: str) -> Any:
     name = ""
     for part in place.split("."):
         name = f"{name}.{part}".lstrip(".")
-        # What a package exports comes before a module of the same name.
+        # An attribute of a package takes precedence over a module of the same name.
         thing = getattr(thing, part) if hasattr(thing, part) else import_module(name)
     return thing
 
 
-# --- what they add ----------------------------------------------------------------------------------------
+# --- contributions ----------------------------------------------------------------------------------------
 
 
 def contributions(kind: str) -> list[tuple[Loaded, Any]]:
-    """Return what the loaded plug-ins add of a kind (``methods``, ``studies``, ``claims``): plug-in and value.
+    """Return the additions of one kind (``methods``, ``studies``, ``claims``), each with its plug-in.
 
     Raises
     ------
     InvalidInput
-        If the place that a plug-in names cannot be imported, or has no list.
+        If an import path of a plug-in cannot be resolved or does not lead to a list.
     """
     values: list[tuple[Loaded, Any]] = []
     for each in loaded():
@@ -305,7 +311,7 @@ def contributions(kind: str) -> list[tuple[Loaded, Any]]:
                 added = resolve(added)
             except (Exception, SystemExit) as error:
                 raise _invalid(
-                    f"the {kind} of the plug-in {each.name!r} cannot be loaded ({_why(error)})",
+                    f"the {kind} of the plug-in {each.name!r} cannot be loaded ({_summary(error)})",
                     added,
                     code="plugin_fails",
                 ) from error
@@ -317,57 +323,57 @@ def contributions(kind: str) -> list[tuple[Loaded, Any]]:
 
 
 def pages() -> list[Page]:
-    """Return what the loaded plug-ins add to the page over all figures."""
+    """Return the additions of the loaded plug-ins to the page over all figures."""
     return [each.plugin.page for each in loaded() if each.plugin.page]
 
 
 def modules_of_files(paths: Iterable[str]) -> list[str]:
-    """Return the modules of users' files."""
+    """Return the modules of those files that are loaded."""
     return [name for name in map(_module_name, paths) if name in _files]
 
 
 def methods_of_files(paths: Iterable[str]) -> list[str]:
-    """Return the names of the methods of users' files, which are compared without being named in options."""
-    own = modules_of_files(paths)
-    methods = [method for origin, method in contributions("methods") if origin.module in own]
+    """Return the names of the methods in users' files; figures compare them even if no option names them."""
+    modules = modules_of_files(paths)
+    methods = [method for origin, method in contributions("methods") if origin.module in modules]
     return [str(getattr(method, "name", method)) for method in methods]
 
 
 def conf_folders() -> tuple[Path, ...]:
-    """Return the folders of options: ``conf``, then those of plug-ins."""
+    """Return the folders of options: ``conf``, then the folders of plug-ins."""
     return (CONF, *(each.plugin.conf for each in loaded() if each.plugin.conf))
 
 
 def conf_files(group: str) -> dict[str, Path]:
-    """Return the YAML files of a group of options by name, over all folders, sorted by name.
+    """Return the YAML files of a group of options in all folders, sorted by name.
 
     Raises
     ------
     InvalidInput
-        If two folders have a file of the same name.
+        If two folders contain a file of the same name.
     """
     files: dict[str, Path] = {}
     for folder in conf_folders():
         for path in (folder / group).glob("*.yaml"):
             if path.stem in files:
                 raise _invalid(
-                    "two files have this name", path, received=files[path.stem], code="duplicate_name"
+                    "another file has the same name", path, received=files[path.stem], code="duplicate_name"
                 )
             files[path.stem] = path
     return dict(sorted(files.items()))
 
 
-# --- their sources ----------------------------------------------------------------------------------------
+# --- sources ----------------------------------------------------------------------------------------------
 
 
 def source_of(module: str) -> Path | None:
-    """Return the file of a module of this package or of a plug-in, None for any other."""
+    """Return the source file of a module of this package or of a plug-in; None for any other module."""
     first, _, rest = module.partition(".")
     for each in _files.values():
         if each.file and first == each.module:
             return each.file
     folder = PACKAGE if first == PACKAGE.name else _folders().get(first)
-    if folder is None:  # perhaps a module next to a user's file, which it can import
+    if folder is None:  # it may be a module next to a user's file, which that file can import
         siblings = [each.file.parent / f"{first}.py" for each in _files.values() if each.file]
         return next((path for path in siblings if path.is_file() and not rest), None)
     base = folder.joinpath(*rest.split(".")) if rest else folder
@@ -377,7 +383,7 @@ def source_of(module: str) -> Path | None:
 
 @cache
 def _folders() -> dict[str, Path]:
-    """Return the folders of the installed plug-ins' packages by name."""
+    """Return the package folders of the installed plug-ins, by name of the package."""
     folders = {}
     for each in _installed()[0]:
         if each.root != PACKAGE.name and (file := import_module(each.root).__file__):

@@ -1,12 +1,12 @@
-"""Work spread over processes, and the cores that they share: the only module that forks.
+"""Parallel work on several processes, and the cores that they share: the only module that forks.
 
-`map_processes` calls a function on items in this process and in helpers that are forked from it, so that the function
-may be any closure and arrays are not copied.  Items are handed out one by one, and results come in the order of the
-items: they do not depend on how many processes there are.
+`map_processes` calls a function on items in this process and in helpers that are forked from it.  The function may
+therefore be any closure, and arrays are not copied.  Processes take items one by one, and results are in the order of
+the items: they do not depend on the number of processes.
 
-Figures that are made side by side share the cores.  One that waits lends its core, one that has ended gives it up
-(`core_lent`, the pool of `pipeline.cli`), and a figure that maps takes what is spare before each of its items: so the
-last figures of a run use all cores, and no core has two processes at work.
+Figures that are made in parallel share the cores.  A figure that waits lends its core (`core_lent`), and a figure that
+has ended releases it (the pool of `pipeline.cli`).  A figure that maps takes the spare cores before each of its items.
+The last figures of a run thus use all cores, and no core runs two processes.
 """
 
 from __future__ import annotations
@@ -30,24 +30,24 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 CAN_FORK = sys.platform == "linux"
-"""Elsewhere the libraries of linear algebra do not survive a fork, or there is none: items are then not shared."""
+"""Whether helpers can be forked: on other systems fork is missing, or breaks the linear-algebra libraries."""
 
-_MOST_BLOCKS = 1000
-"""Entries of the queue: each has four bytes, and all of them fit into the smallest pipe."""
+_MAX_BLOCKS = 1000
+"""Maximum number of blocks in the queue: at four bytes each, all of them fit into the smallest pipe."""
 _DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG
 _LIBRARY: Any = ctypes.CDLL(None) if CAN_FORK else None
 
 
 class _Share:
-    """What this process knows of the spare cores.
+    """State of the spare cores in this process.
 
     Attributes
     ----------
     spare : Semaphore or None
-        Count of spare cores that several processes share; None: nobody shares, and `map_processes` starts as many
-        helpers as it may.
+        Number of spare cores, shared by several processes.  None: no sharing; `map_processes` starts up to its maximum
+        of helpers.
     not_returned : int
-        Cores that were lent and have not come back: the next spare ones are not taken but returned.
+        Cores that this process lent and used again before they were returned.  It owes as many spare cores.
     helper : bool
         Whether this process is a helper, which forks no others.
     """
@@ -58,27 +58,27 @@ class _Share:
 
 
 def usable_cores() -> int:
-    """Return how many cores this process may use."""
+    """Return the number of cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
-def processes_for(wanted: int) -> int:
-    """Return how many processes to use: no more than there are cores, or two.
+def processes_for(workers: int) -> int:
+    """Return the number of processes for a requested number: at most one per core, but two on a single core.
 
-    More would only wait for each other and hold memory.
+    More processes would only wait for each other and use memory.
     """
-    return min(wanted, max(usable_cores(), 2))
+    return min(workers, max(usable_cores(), 2))
 
 
 def share_cores(spare: Semaphore, not_returned: int = 0) -> None:
-    """Take the helpers of this process from a count of spare cores, of which it owes some."""
+    """Set the count of spare cores from which this process takes helpers, and the number of cores that it owes."""
     _Share.spare, _Share.not_returned = spare, not_returned
 
 
 def cores_not_returned() -> int:
-    """Return how many cores this process has lent to others and used again before they came back."""
+    """Return the number of cores that this process lent and used again before they were returned."""
     return _Share.not_returned
 
 
@@ -92,13 +92,13 @@ def core_lent() -> Iterator[None]:
     try:
         yield
     finally:
-        # Not waited for: who has it returns it when his item is done, and the next spare core pays for it.
+        # Go on without waiting: the borrower returns the core after its item, and the next spare core settles the debt.
         if not _Share.spare.acquire(False):
             _Share.not_returned += 1
 
 
 def _take_core() -> bool:
-    """Take a spare core if there is one."""
+    """Take a spare core if available; return whether a helper may start."""
     spare = _Share.spare
     if spare is None:
         return True
@@ -117,7 +117,7 @@ def _give_core() -> None:
 
 
 def die_with_parent(parent: int) -> None:
-    """End this process with the process that started it, whose number is given, however that one ends (on Linux)."""
+    """Let the system kill this process when its parent, given by process number, ends for any reason (Linux only)."""
     if CAN_FORK:
         _LIBRARY.prctl(_DIE_WITH_PARENT, signal.SIGKILL)
         if os.getppid() != parent:
@@ -125,33 +125,35 @@ def die_with_parent(parent: int) -> None:
 
 
 def return_memory() -> None:
-    """Give memory that is free in this process back to the system (GNU C library; elsewhere nothing)."""
+    """Return the free memory of this process to the system (GNU C library only)."""
     if hasattr(_LIBRARY, "malloc_trim"):
         _LIBRARY.malloc_trim(0)
 
 
 def one_thread() -> AbstractContextManager[object]:
-    """Limit the libraries of linear algebra to one thread: in many small solves several would wait for each other."""
+    """Limit the linear-algebra libraries to one thread: in many small solves, threads would wait for each other."""
     return threadpool_limits(limits=1)
 
 
 def map_processes(function: Callable[[Item], Result], items: Iterable[Item], workers: int) -> list[Result]:
-    """``[function(item) for item in items]``, on up to `workers` processes; the same for any number.
+    """Return ``[function(item) for item in items]``, computed on up to `workers` processes.
+
+    The result does not depend on the number of processes.
 
     Parameters
     ----------
     function : callable
-        Anything; what it changes outside of its result is lost.  What it returns or raises has to be sent.
+        Any callable.  Its results and exceptions must be picklable; its side effects are lost.
     items : iterable
     workers : int
-        This process and its helpers; fewer if figures that run side by side leave no core.
+        Maximum number of processes, this one included; fewer if parallel figures leave no core.
     """
     tasks = list(items)
     with one_thread():
         most = min(workers, len(tasks)) - 1
         if most < 1 or _Share.helper or not CAN_FORK:
             return [function(item) for item in tasks]
-        size = -(-len(tasks) // _MOST_BLOCKS)
+        size = -(-len(tasks) // _MAX_BLOCKS)
         blocks = [tasks[start : start + size] for start in range(0, len(tasks), size)]
         return [result for block in _spread(function, blocks, most) for result in block]
 
@@ -159,59 +161,61 @@ def map_processes(function: Callable[[Item], Result], items: Iterable[Item], wor
 def _spread(
     function: Callable[[Item], Result], blocks: Sequence[Sequence[Item]], most: int
 ) -> list[list[Result]]:
-    """Return the results of each block, from this process and up to so many helpers."""
+    """Return the results of each block, computed by this process and up to `most` helpers."""
     queue, filling = os.pipe()
     os.write(filling, b"".join(number.to_bytes(4, "little") for number in range(len(blocks))))
     os.close(filling)
-    found: dict[int, list[Result] | Exception] = {}
+    results_by_block: dict[int, list[Result] | Exception] = {}
     helpers: list[_Helper] = []
     try:
-        for number in _taken(queue):
+        for number in _block_numbers(queue):
             while number < len(blocks) - 1 and len(helpers) < most and _take_core():
                 helpers.append(_Helper(function, blocks, queue))
-            _attempt(function, blocks, number, queue, found)
+            _attempt(function, blocks, number, queue, results_by_block)
         for helper in helpers:
-            found |= helper.results()
+            results_by_block |= helper.results()
     finally:
         for helper in helpers:
             helper.end()
         os.close(queue)
-    made: list[list[Result]] = []
+    ordered: list[list[Result]] = []
     for number, block in enumerate(blocks):
-        # Not there: of a helper that was killed, or could not send it.
-        results = found[number] if number in found else [function(item) for item in block]
+        # A result is missing if its helper was killed or could not send it: compute it here.
+        results = (
+            results_by_block[number] if number in results_by_block else [function(item) for item in block]
+        )
         if isinstance(results, Exception):
-            raise results  # the first, as without helpers: blocks before it were all begun
-        made.append(results)
-    return made
+            raise results  # the first error, as without helpers: all blocks before it were begun
+        ordered.append(results)
+    return ordered
 
 
-def _taken(queue: int) -> Iterator[int]:
-    """Numbers of blocks that this process takes from the queue, until it is empty."""
+def _block_numbers(queue: int) -> Iterator[int]:
+    """Yield the numbers of the blocks that this process takes from the queue, until the queue is empty."""
     while entry := os.read(queue, 4):
         yield int.from_bytes(entry, "little")
 
 
 def _attempt(
-    function: Callable, blocks: Sequence[Sequence], number: int, queue: int, found: dict[int, Any]
+    function: Callable, blocks: Sequence[Sequence], number: int, queue: int, results: dict[int, Any]
 ) -> None:
-    """Add a block's results to what was found; or its error, which empties the queue."""
+    """Add a block's results, or its error, to `results`; an error empties the queue."""
     try:
-        found[number] = [function(item) for item in blocks[number]]
+        results[number] = [function(item) for item in blocks[number]]
     except Exception as error:
-        found[number] = error
-        for _ in _taken(queue):
+        results[number] = error
+        for _ in _block_numbers(queue):
             pass
 
 
 class _Helper:
-    """A fork of this process that takes blocks from the queue and sends all results when it is empty."""
+    """Fork of this process that takes blocks from the queue and sends all its results when the queue is empty."""
 
     def __init__(self, function: Callable, blocks: Sequence[Sequence], queue: int) -> None:
         self._receiver, sender = Pipe(duplex=False)
         parent = os.getpid()
         with warnings.catch_warnings():
-            # Threads of this process draw the display: a helper touches nothing of what they may have locked.
+            # Threads of this process draw the display: a helper uses nothing that they may have locked.
             warnings.simplefilter("ignore", DeprecationWarning)
             self._pid = os.fork()
         if self._pid == 0:
@@ -221,23 +225,23 @@ class _Helper:
                 signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for this process's parent
                 signal.signal(signal.SIGTERM, signal.SIG_DFL)
                 _Share.helper = True
-                found: dict[int, Any] = {}
-                for number in _taken(queue):
-                    _attempt(function, blocks, number, queue, found)
-                sender.send(found)
+                results: dict[int, Any] = {}
+                for number in _block_numbers(queue):
+                    _attempt(function, blocks, number, queue, results)
+                sender.send(results)
             finally:
                 os._exit(0)
         sender.close()
 
     def results(self) -> dict[int, Any]:
-        """Return what it found, when it has ended; nothing if it was killed or could not send it."""
+        """Return the results when the helper has ended; empty if it was killed or could not send them."""
         try:
             return dict(self._receiver.recv())
         except (EOFError, OSError):
             return {}
 
     def end(self) -> None:
-        """End it, if it has not, and give its core back."""
+        """Kill the helper if it still runs, and release its core."""
         self._receiver.close()
         with suppress(ProcessLookupError):
             os.kill(self._pid, signal.SIGKILL)

@@ -1,6 +1,6 @@
-"""Reading files that this package wrote: foreign input like any other, since anyone may have changed them.
+"""Safe reading of files that this package wrote: they are checked like any foreign input.
 
-A file must be a regular one, its size and the depth of its content are bounded, and its values must fit a type.
+A file must be a regular one, the size and depth of its content are bounded, and its values must have the expected type.
 """
 
 from __future__ import annotations
@@ -25,26 +25,26 @@ import numpy as np
 from pipeline.validation import InvalidInput, fits
 
 MAX_BYTES = 2**33
-"""Size of the largest file of arrays: 10 000 walkers have 640 MB."""
+"""Maximum size of a file of arrays; 10 000 walkers need 640 MB."""
 MAX_TABLE_BYTES = 2**30
 MAX_UNPACKED_BYTES = 2**23
-"""Size of a compressed table once unpacked: three times the largest that light archives contain."""
+"""Maximum unpacked size of a compressed table, three times the largest in the light archives."""
 MAX_JSON_BYTES, MAX_JSON_VALUES, MAX_DEPTH = 2**26, 2**22, 64
-"""Bounds of a JSON file: the manifest of 10 000 walkers has 6 MB, and none of ours is more than eight deep."""
+"""Bounds of a JSON file; the manifest of 10 000 walkers has 6 MB, and the package writes at most eight levels."""
 
 _STRING = re.compile(r'"(?:[^"\\]++|\\.)*+"?', re.DOTALL)
 
 
 def open_regular(path: Path) -> BinaryIO:
-    """Open a regular file.
+    """Return an open binary stream of a regular file.
 
     Raises
     ------
     OSError
-        If it cannot be opened, or is a folder, pipe, socket or device, which is not waited for.
+        If the file cannot be opened, or is a folder, pipe, socket or device.  The function does not wait for a pipe.
     """
     if stat.S_ISREG(path.stat().st_mode):
-        # Without O_NONBLOCK a pipe that has taken the name since would be waited for.
+        # O_NONBLOCK: a pipe may have taken the name since the check, and opening it would wait for a writer.
         opened = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
         file = os.fdopen(opened, "rb")
         if stat.S_ISREG(os.fstat(opened).st_mode):
@@ -53,117 +53,158 @@ def open_regular(path: Path) -> BinaryIO:
     raise OSError(errno.EINVAL, "it is not a regular file")
 
 
-def read_file(path: Path, *, at_most: int = MAX_TABLE_BYTES) -> bytes:
+def read_file(path: Path, *, at_most: int = MAX_TABLE_BYTES, subject: str = "the file") -> bytes:
     """Return the content of a regular file.
+
+    Parameters
+    ----------
+    path : Path
+    at_most : int
+        Maximum size in bytes.
+    subject : str
+        Name of the file in messages, e.g. ``"the table"``.
 
     Raises
     ------
     InvalidInput
-        If it is missing, not a regular file, or larger than `at_most` bytes, or cannot be read.
+        If the file is missing, too large or not a regular file, or cannot be read.
     """
     try:
         with open_regular(path) as file:
             size = os.fstat(file.fileno()).st_size
             content = file.read(size + 1) if size <= at_most else b""
     except (FileNotFoundError, NotADirectoryError):
-        raise InvalidInput("the file is missing", path, code="no_file") from None
+        raise InvalidInput(f"{subject} is missing", path, code="no_file") from None
     except (OSError, ValueError) as error:
         raise InvalidInput(
-            f"the file cannot be read: {getattr(error, 'strerror', '') or error}",
+            f"{subject} cannot be read: {getattr(error, 'strerror', '') or error}",
             path,
             code="unreadable",
             errno=getattr(error, "errno", None),
         ) from error
     if max(size, len(content)) > at_most:
         raise InvalidInput(
-            f"the file is larger than {at_most} bytes", path, code="file_too_large", at_most=at_most
+            f"{subject} is larger than {at_most} bytes", path, code="file_too_large", at_most=at_most
         )
     return content
 
 
-def unpacked(content: bytes, path: Path, *, at_most: int = MAX_UNPACKED_BYTES) -> bytes:
-    """Return the content of a gzip file of one member.
+def unpacked(
+    content: bytes, path: Path, *, at_most: int = MAX_UNPACKED_BYTES, subject: str = "the file"
+) -> bytes:
+    """Return the unpacked content of a gzip file with a single member.
+
+    Parameters
+    ----------
+    content : bytes
+        Packed content of the file.
+    path : Path
+    at_most, subject
+        Maximum unpacked size, and name of the file in messages, as for `read_file`.
 
     Raises
     ------
     InvalidInput
-        If it is damaged, truncated, or larger than `at_most` bytes once unpacked.
+        If the data are damaged, truncated, or too large once unpacked.
     """
     member = zlib.decompressobj(wbits=31)
     try:
-        made = member.decompress(content, at_most + 1)
+        data = member.decompress(content, at_most + 1)
     except zlib.error as error:
-        raise InvalidInput(f"the file cannot be read: {error}", path, code="broken_gzip") from error
-    if len(made) > at_most:
+        raise InvalidInput(f"{subject} cannot be read: {error}", path, code="broken_gzip") from error
+    if len(data) > at_most:
         raise InvalidInput(
-            f"the file is larger than {at_most} bytes once unpacked",
+            f"{subject} is larger than {at_most} bytes once unpacked",
             path,
             code="too_large_unpacked",
             at_most=at_most,
         )
     if not member.eof or member.unused_data:
         raise InvalidInput(
-            "the file cannot be read: the compressed data end too early or too late", path, code="broken_gzip"
+            f"{subject} cannot be read: the compressed data are truncated or followed by other data",
+            path,
+            code="broken_gzip",
         )
-    return made
+    return data
 
 
 @contextmanager
 def as_written(where: object) -> Iterator[None]:
-    """Raise InvalidInput for an error of a ``with`` block that uses our files: their content is not what we write."""
+    """Raise InvalidInput for an error in a ``with`` block that uses the package's files: another version wrote them."""
     try:
         yield
     except InvalidInput:
         raise
     except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
         words = f"{type(error).__name__}: {error}"
-        what = "the files have other content than this version writes"
-        raise InvalidInput(
-            what, where, "the figure, made again", f"{words:.160}", code="other_version"
-        ) from error
+        what = "another version wrote these files, or they were changed: make the figure again"
+        raise InvalidInput(what, where, received=f"{words:.160}", code="other_version") from error
 
 
-def read_json(path: Path, kind: Any = Any, content: bytes | None = None) -> Any:
-    """Return the content of a JSON file that fits a type, as `fits` does; `content` holds its bytes if they were read.
+def read_json(path: Path, kind: Any = Any, content: bytes | None = None, *, subject: str = "the file") -> Any:
+    """Return the content of a JSON file whose values have an expected type.
+
+    Parameters
+    ----------
+    path : Path
+    kind : type hint
+        Expected type, as for `fits`.
+    content : bytes, optional
+        Content of the file, if it has been read.
+    subject : str
+        Name of the file in messages, as for `read_file`.
 
     Raises
     ------
     InvalidInput
-        As `read_file`; and if it is not JSON, nested too deep, has too many values, or one of another type.
+        As `read_file`; also if the file is not JSON, is nested too deep, or has too many or other values.
     """
     try:
-        text = (read_file(path, at_most=MAX_JSON_BYTES) if content is None else content).decode("utf-8")
+        if content is None:
+            content = read_file(path, at_most=MAX_JSON_BYTES, subject=subject)
+        text = content.decode("utf-8")
         outside = np.frombuffer(_STRING.sub("", text).encode(), np.uint8)
         brackets = outside[np.isin(outside, list(b"[{]}"))]
         opens = np.isin(brackets, list(b"[{"))
         depth = np.cumsum(np.where(opens, 1, -1)).max(initial=0)
         if depth > MAX_DEPTH:
-            raise InvalidInput(f"the file is nested more than {MAX_DEPTH} deep", path, code="too_deep")
+            raise InvalidInput(
+                f"{subject} is nested more than {MAX_DEPTH} levels deep", path, code="too_deep"
+            )
         if opens.sum() + (outside == ord(",")).sum() > MAX_JSON_VALUES:
             raise InvalidInput(
-                f"the file holds more than {MAX_JSON_VALUES} values", path, code="too_many_values"
+                f"{subject} has more than {MAX_JSON_VALUES} values", path, code="too_many_values"
             )
         value = json.loads(text)
     except InvalidInput:
         raise
     except ValueError as error:
-        raise InvalidInput("the file cannot be understood: it is not JSON", path, code="not_json") from error
+        raise InvalidInput(f"{subject} is not valid JSON", path, code="not_json") from error
     if not fits(value, kind):
-        raise InvalidInput(
-            "the file cannot be understood: it has other entries than expected", path, code="other_entries"
-        )
+        raise InvalidInput(f"{subject} has missing or unexpected entries", path, code="other_entries")
     return value
 
 
-def read_arrays(path: Path, content: bytes | None = None) -> dict[str, np.ndarray]:
-    """Return the arrays of an ``.npz`` file that is not compressed; `content` if it has been read.
+def read_arrays(
+    path: Path, content: bytes | None = None, *, subject: str = "the file"
+) -> dict[str, np.ndarray]:
+    """Return the arrays of an uncompressed ``.npz`` file.
+
+    Parameters
+    ----------
+    path : Path
+    content : bytes, optional
+        Content of the file, if it has been read.
+    subject : str
+        Name of the file in messages, as for `read_file`.
 
     Raises
     ------
     InvalidInput
-        As `read_file`; and if it is damaged, compressed, or an array needs more memory than the file has bytes.
+        As `read_file`; also if the file is damaged or compressed, or an array needs more memory than the file has
+        bytes.
     """
-    content = read_file(path, at_most=MAX_BYTES) if content is None else content
+    content = read_file(path, at_most=MAX_BYTES, subject=subject) if content is None else content
     arrays, code = {}, "not_understood"
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
@@ -183,5 +224,5 @@ def read_arrays(path: Path, content: bytes | None = None) -> dict[str, np.ndarra
                 arrays[name] = np.lib.format.read_array(member, allow_pickle=False)
     except (KeyError, ValueError, AttributeError, NotImplementedError, EOFError, RuntimeError, zipfile.BadZipFile,
             zlib.error, TypeError, OverflowError, MemoryError, SyntaxError, tokenize.TokenError) as error:  # fmt: skip
-        raise InvalidInput(f"the file cannot be understood: {error!r:.160}", path, code=code) from error
+        raise InvalidInput(f"{subject} cannot be read: {error!r:.160}", path, code=code) from error
     return arrays

@@ -1,7 +1,7 @@
-"""Files that travel with the package, and the packages that only some commands need.
+"""Data files that are installed with the package, and the packages that only some commands need.
 
-Options, papers and mappings (``conf``) and the table of recordings (``data``) are folders next to the package in a
-clone, and folders inside an installed package.
+The folder ``conf`` has options, papers and mappings, and ``data`` the table of recordings.  In a clone they are next to
+the package; an installed package contains them.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ def _folder(name: str) -> Path:
 
 
 CONF = _folder("conf")
-"""Options and presets, the papers' data, mappings of skeletons."""
+"""Folder of options and presets, data of the papers, and mappings of skeletons."""
 DATA = _folder("data")
-"""The table of public recordings."""
+"""Folder with the table of public recordings."""
 
 
 @cache
@@ -44,22 +44,22 @@ def project() -> dict[str, Any] | None:
 
 def version() -> str:
     """Return the version of the package, installed or in a clone."""
-    own = project()
-    return str(own["version"]) if own else metadata.version(NAME)
+    content = project()
+    return str(content["version"]) if content else metadata.version(NAME)
 
 
 _DISTRIBUTIONS = {
     "cv2": "opencv-python-headless", "ai_edge_litert": "ai-edge-litert", "PIL": "pillow", "hydra": "hydra-core",
     "rerun": "rerun-sdk", "yaml": "pyyaml",
 }  # fmt: skip
-"""Name of the package for pip, where it is not that of the module."""
+"""Name of a package for pip by name of its module, where the two differ."""
 
 _TARGETS = {"papers": "make install", "video": "make video", "cluster": "make cluster"}
 """Command that installs an extra into ``.venv`` of a clone."""
 
 
 def missing_package(error: ModuleNotFoundError) -> str:
-    """Return the name, for pip, of the package that was not found; empty if it is a module of this project.
+    """Return the pip name of the package that an import did not find; empty for a module of this project.
 
     Examples
     --------
@@ -72,19 +72,21 @@ def missing_package(error: ModuleNotFoundError) -> str:
 
 @cache
 def _extras() -> dict[str, str]:
-    """Return the extra that brings each optional package."""
-    if own := project():
-        optional = [(text, name) for name, texts in own["optional-dependencies"].items() for text in texts]
+    """Return the extra that installs each optional package, by name of the package."""
+    if content := project():
+        optional = [
+            (text, name) for name, texts in content["optional-dependencies"].items() for text in texts
+        ]
     else:
         texts = metadata.requires(NAME) or []
         optional = [
-            (text, found[1]) for text in texts if (found := re.search(r"extra == ['\"]([\w-]+)", text))
+            (text, match[1]) for text in texts if (match := re.search(r"extra == ['\"]([\w-]+)", text))
         ]
     return {re.split(r"[^\w.-]", text, maxsplit=1)[0].lower(): name for text, name in optional}
 
 
 def install_hint(package: str) -> str:
-    """Return the name of a missing package with its extra and the command that installs it.
+    """Return a phrase with the name of a missing package, its extra and the command that installs it.
 
     Examples
     --------
@@ -94,14 +96,14 @@ def install_hint(package: str) -> str:
     extra = _extras().get(package)
     if extra is None:
         return f"{package}, which is not installed: pip install {package}"
-    own = _TARGETS.get(extra, f"pip install '.[{extra}]'")
-    command = own if project() else f"pip install '{NAME}[{extra}]'"
+    in_clone = _TARGETS.get(extra, f"pip install '.[{extra}]'")
+    command = in_clone if project() else f"pip install '{NAME}[{extra}]'"
     return f"{package} (extra `{extra}`), which is not installed: {command}"
 
 
 @contextmanager
 def optional_packages() -> Iterator[None]:
-    """Name the extra and the command in the error of an import that does not find its package."""
+    """Raise ModuleNotFoundError with the extra and the install command for a missing package in the ``with`` block."""
     try:
         yield
     except ModuleNotFoundError as error:

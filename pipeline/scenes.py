@@ -1,6 +1,6 @@
-"""What is no chart, as plain values: views of a recording and their arrangement, postures and matrices of a picture.
+"""Contents of figures other than charts, as plain values: views of a recording, postures and matrices of a picture.
 
-Here is neither matplotlib nor rerun: `pipeline.recordings` and `pipeline.pictures` show what is described here.
+This module uses neither matplotlib nor rerun: `pipeline.recordings` and `pipeline.pictures` draw these values.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pipeline.validation import InvalidInput
 
 @dataclass(frozen=True, kw_only=True)
 class View:
-    """One view: its title, the entity of its origin, and the entities it shows (by default all below the origin)."""
+    """View of a recording: title, entity of the origin, and entities shown (by default all below the origin)."""
 
     name: str
     origin: str
@@ -24,10 +24,10 @@ class View:
 
 @dataclass(frozen=True, kw_only=True)
 class Space3D(View):
-    """Skeletons in space, framed; with `shown`, all other entities start hidden, and these are framed.
+    """View of skeletons in space, framed to fill the view.
 
-    They are seen from the direction in which `eye_mm` lies from `target_mm`, from so far that they fill the view, whose
-    width over height in the layout is about `aspect`: bodies side by side fill a wide view.
+    With `shown`, only these entities are framed, and all others start hidden.  The camera looks from `eye_mm` in the
+    direction of `target_mm`; its distance is computed.  The view's width over height in the layout is about `aspect`.
     """
 
     origin: str = "world"
@@ -39,9 +39,10 @@ class Space3D(View):
 
 @dataclass(frozen=True, kw_only=True)
 class Image2D(View):
-    """Skeletons in an image, upright; `shown` as in `Space3D`.
+    """View of skeletons in an image, upright; `shown` as in `Space3D`.
 
-    With `beside`, a view of the same bodies in space that is as high in the layout, both have one scale.
+    The field `beside` names a view in space of the same bodies and the same height in the layout.  Both views then have
+    the same scale.
     """
 
     origin: str = "image"
@@ -51,9 +52,9 @@ class Image2D(View):
 
 @dataclass(frozen=True, kw_only=True)
 class Plot(View):
-    """Curves over the recording's timeline; the range of ordinates defaults to that of the data with their bands.
+    """View of curves over the recording's timeline; the ordinate covers the data and bands by default.
 
-    `headroom` is what to add above them for the legend, as a share of their height.
+    `headroom` is the space for the legend above the curves, as a fraction of their height.
     """
 
     origin: str = "curves"
@@ -63,61 +64,64 @@ class Plot(View):
 
 @dataclass(frozen=True, kw_only=True)
 class Bars(View):
-    """A bar chart."""
+    """View of a bar chart."""
 
     origin: str = "spectrum"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Matrix(View):
-    """A matrix as a coloured image, row 0 at the top."""
+    """View of a matrix as a coloured image, row 0 at the top."""
 
     origin: str = "matrices"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Notes(View):
-    """The description."""
+    """View of the description of a recording."""
 
     name: str = "about"
     origin: str = "about"
 
 
 class Split:
-    """Views and splits side by side: `Columns`, `Rows` or `Tabs`.
+    """Arrangement of views and other arrangements: `Columns`, `Rows` or `Tabs`.
 
     Parameters
     ----------
     parts : View or Split
     shares : sequence of float, optional
-        Share of the space of each part; equal by default.
+        Fraction of the space for each part; equal by default.
     """
 
     def __init__(self, *parts: View | Split, shares: Sequence[float] | None = None) -> None:
         if shares is not None and len(shares) != len(parts):
             raise InvalidInput(
-                "as many shares as parts", expected=len(parts), received=len(shares), code="other_length"
+                "the number of shares differs from the number of parts",
+                expected=len(parts),
+                received=len(shares),
+                code="other_length",
             )
         self.parts, self.shares = parts, shares
 
 
 class Columns(Split):
-    """Parts side by side."""
+    """Arrangement of parts from left to right."""
 
 
 class Rows(Split):
-    """Parts above one another."""
+    """Arrangement of parts from top to bottom."""
 
 
 class Tabs(Split):
-    """Parts of which one is seen at a time; the first is open at the start."""
+    """Arrangement of parts in tabs; the first tab is open at the start."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PostureRow:
-    """Postures side by side, `original` and `reconstructed`, each (n, J, 2) in mm, the second axis up.
+    """Row of postures, `original` and `reconstructed`, each (n, J, 2) in mm, the second axis up.
 
-    Joints that nobody measured, `estimated` (J,) bool, are drawn hollow.
+    Joints that were not measured, `estimated` (J,) bool, are drawn hollow.
     """
 
     label: str
@@ -128,16 +132,18 @@ class PostureRow:
 
 @dataclass(frozen=True, kw_only=True)
 class SkeletonRow:
-    """One posture (J, 2) with others (n, J, 2) over it, and some of them beside it, mm, the second axis up.
+    """Posture overlaid with others, followed by single overlays of some of them, in mm, the second axis up.
 
     Attributes
     ----------
     label : str
-        Above the row.
+        Label above the row.
     centre : (J, 2) float
+        The posture.
     others : (n, J, 2) float
+        Postures that are drawn over it.
     beside : sequence of int
-        Which of the others stand beside it, each over the posture.
+        Indices of the others that are also drawn one by one over the posture, next to it.
     """
 
     label: str
@@ -148,18 +154,18 @@ class SkeletonRow:
 
 @dataclass(frozen=True, kw_only=True)
 class MotionScene:
-    """One motion before a camera.
+    """Motion in front of a camera, its image and its reconstructions.
 
     Attributes
     ----------
     image : (I, J, 2) float
-        What the camera saw at I instants, right and up; NaN where it saw nothing.
+        Image points at I instants, right and up; NaN where a point is not visible.
     rows : sequence of (str, (I, J, 2), (I, J, 2), str)
-        From the top: words, a reconstruction and the truth seen from aside, mm, the second axis up, and a colour.
+        Rows from the top: label, reconstruction and ground truth in a side view (mm, the second axis up), and colour.
     ground : (F, 2) float
         Path of the body from above.
     cameras : sequence of (str, str, (F, 2), (3, 2))
-        Name, colour and path of each from above, and the triangle, from its middle place, of what it saw.
+        Cameras from above: name, colour, path, and triangle of the field of view from the middle of the path.
     """
 
     image: np.ndarray
@@ -170,20 +176,20 @@ class MotionScene:
 
 @dataclass(frozen=True, kw_only=True)
 class HeatMap:
-    """A matrix over two axes of whole numbers.
+    """Matrix over two axes of whole numbers, as a heat map.
 
     Attributes
     ----------
     values : (R, C) float
-        One row to each ordinate; NaN is left white.
+        Values, one row per ordinate; NaN is left white.
     x, y : (C,) and (R,) int
         Abscissae and ordinates of the cells, increasing by one.
     path : (C,) int
         Ordinate of the path at each abscissa.
     outline : (K, 2) float
-        Corners of what is admissible, closed by itself.
+        Corners of the admissible region; the polygon is closed automatically.
     title, xlabel, ylabel, bar : str
-        `bar` is beside the scale of colours.
+        Title and labels; `bar` is the label of the colour bar.
     path_label, outline_label : str
     """
 

@@ -1,4 +1,4 @@
-"""Generators of random numbers that depend on the seed and on what they are for, and on nothing else."""
+"""Random number generators that depend only on the seed and their purpose."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ import numpy as np
 
 
 def derive_generator(seed: int, purpose: str) -> np.random.Generator:
-    """Return the generator of one purpose, e.g. of a stage.
+    """Return the random number generator for one purpose, such as a stage.
 
     Parameters
     ----------
     seed : int
-        Of the experiment.
+        Seed of the experiment.
     purpose : str
-        Name of the stage, or of whatever else draws numbers of its own.
+        Name of the stage or other consumer of random numbers.
 
     Examples
     --------

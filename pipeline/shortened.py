@@ -1,4 +1,4 @@
-"""Results as frozen dataclasses, represented in short: arrays by their shape; a result equals itself alone."""
+"""Frozen dataclasses for results: their representation shows arrays by shape, and equality is identity."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from typing import Any, TypeVar, dataclass_transform
 
 Kind = TypeVar("Kind")
 
-_LONGEST = 60
-"""Characters of a value that are shown."""
+_MAX_SHOWN = 60
+"""Maximum number of characters of a value in a representation."""
 
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))
 def shortened(kind: type[Kind]) -> type[Kind]:
-    """Return a class as a frozen dataclass, represented by its numbers and words, arrays and lists by shape and length.
+    """Return a class as a frozen dataclass whose representation shows arrays by shape and long values by length.
 
     Examples
     --------
@@ -26,7 +26,7 @@ def shortened(kind: type[Kind]) -> type[Kind]:
     Walk(positions_mm: (200, 15, 3), frame_rate_hz=100.0)
     """
     kind.__repr__ = _short  # type: ignore[method-assign]
-    # Arrays are equal place by place, so that `walk in walks` would end in numpy's ValueError.
+    # No field-wise equality: arrays compare element by element, so `walk in walks` would raise numpy's ValueError.
     return dataclass(frozen=True, eq=False)(kind)
 
 
@@ -41,6 +41,6 @@ def _part(name: str, value: Any) -> str:
     if is_dataclass(value):
         return f"{name}: {type(value).__name__}"
     text = repr(value if shape is None else value.item())
-    if len(text) > _LONGEST and hasattr(value, "__len__"):
+    if len(text) > _MAX_SHOWN and hasattr(value, "__len__"):
         return f"{name}: {len(value)} {'characters' if isinstance(value, str) else 'items'}"
     return f"{name}={text}"

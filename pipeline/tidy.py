@@ -1,6 +1,6 @@
-"""Rows of a tidy table, one group to each series: what pictures and recordings draw lines from.
+"""Rows of a tidy table by series, from which pictures and recordings draw lines.
 
-A table is anything with ``table[column]``: a `pandas.DataFrame` or a dict of equally long arrays.
+A table is an object with ``table[column]``: a `pandas.DataFrame` or a dict of equally long arrays.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pipeline.validation import InvalidInput
 
 
 class Table(Protocol):
-    """Columns by name."""
+    """Table whose columns are available by name."""
 
     def __getitem__(self, column: str, /) -> Any: ...
 
@@ -22,7 +22,7 @@ class Table(Protocol):
 
 
 Where = Mapping[str, Any]
-"""Column → the value, or several values, that rows must have there."""
+"""Filter of rows: for each column, the accepted value or values."""
 
 
 def column(table: Table, name: str) -> np.ndarray:
@@ -39,18 +39,18 @@ def column(table: Table, name: str) -> np.ndarray:
 
 
 def rows_where(table: Table, where: Where, length: int) -> np.ndarray:
-    """Return which of the `length` rows have the values asked for, (N,) bool.
+    """Return a mask (N,) of the rows with the accepted values, for a table of `length` rows.
 
     Examples
     --------
     >>> rows_where({"method": ["map", "map", "baseline"], "fold": [1, 2, 1]}, {"method": "map", "fold": [1, 3]}, 3)
     array([ True, False, False])
     """
-    chosen = np.ones(length, bool)
-    for name, wanted in where.items():
-        several = not isinstance(wanted, str) and isinstance(wanted, Iterable)
-        chosen &= np.isin(column(table, name), list(wanted) if several else [wanted])
-    return chosen
+    selected = np.ones(length, bool)
+    for name, value in where.items():
+        several = not isinstance(value, str) and isinstance(value, Iterable)
+        selected &= np.isin(column(table, name), list(value) if several else [value])
+    return selected
 
 
 def groups(
@@ -67,23 +67,23 @@ def groups(
     ----------
     table : mapping of str to (N,) array
     columns : sequence of str
-        What to take; the first is the abscissa.
+        Columns of the result; the first is the abscissa.
     by : str
         Column whose values name the series; empty for one series of all rows, named ``""``.
     where : mapping, optional
-        Only rows with these values: column → value, or several values.
+        Filter of rows: for each column, the accepted value or values.
     keys : iterable of str
-        Order of the series, and the only ones that are taken; empty for any, as they come.
+        Series to return, in order; empty for all series in order of appearance.
 
     Returns
     -------
     dict
-        Series → column → (n,) array; a key without a row is left out.
+        Series → column → (n,) array; keys without rows are left out.
 
     Raises
     ------
     InvalidInput
-        If a column is missing, lengths differ, or no row is left.
+        If a column is missing, lengths differ, or no row matches.
 
     Examples
     --------
@@ -91,25 +91,25 @@ def groups(
     >>> {name: rows["error"].tolist() for name, rows in groups(table, ["x", "error"], by="method").items()}
     {'map': [0.1, 0.2], 'baseline': [0.5]}
     """
-    taken = {name: column(table, name) for name in columns}
+    values_by_column = {name: column(table, name) for name in columns}
     keys = list(keys)
-    labels = column(table, by).astype(str) if by else np.full(len(taken[columns[0]]), "")
+    labels = column(table, by).astype(str) if by else np.full(len(values_by_column[columns[0]]), "")
     if by and keys and column(table, by).dtype.kind == "i" and set(labels).isdisjoint(keys):
         labels = column(table, by).astype(float).astype(str)  # a file writes 30 for 30.0
-    lengths = {len(values) for values in (*taken.values(), labels)}
+    lengths = {len(values) for values in (*values_by_column.values(), labels)}
     if len(lengths) > 1:
-        raise InvalidInput("columns of different lengths", ", ".join(columns), code="other_length")
-    chosen = rows_where(table, where or {}, len(labels))
-    order = (keys if by else []) or list(dict.fromkeys(labels[chosen].tolist()))
-    chosen &= np.isin(labels, order)
-    if not chosen.any():
+        raise InvalidInput("the columns differ in length", ", ".join(columns), code="other_length")
+    selected = rows_where(table, where or {}, len(labels))
+    order = (keys if by else []) or list(dict.fromkeys(labels[selected].tolist()))
+    selected &= np.isin(labels, order)
+    if not selected.any():
         raise InvalidInput(
-            "no row of the table is left", columns[-1], received=dict(where or {}), code="no_rows"
+            "no row of the table matches the filter", columns[-1], dict(where or {}) or "", code="no_rows"
         )
     result = {}
     for key in order:
-        rows = np.flatnonzero(chosen & (labels == key))
+        rows = np.flatnonzero(selected & (labels == key))
         if rows.size:
-            rows = rows[np.argsort(taken[columns[0]][rows], kind="stable")]
-            result[key] = {name: values[rows] for name, values in taken.items()}
+            rows = rows[np.argsort(values_by_column[columns[0]][rows], kind="stable")]
+            result[key] = {name: values[rows] for name, values in values_by_column.items()}
     return result

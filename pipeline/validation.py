@@ -1,9 +1,9 @@
-"""Invalid input, reported in one sentence: what is wrong, where, what was expected, what was received.
+"""Invalid input, reported in one sentence: what is wrong, where, what was expected, what was found.
 
-Everything that a person can get wrong (a file, a value, a clip) raises `InvalidInput`.  The command line prints its
-sentence and exits with status 1; a stage that handles many clips lists it beside the clip and goes on.  The
-``require_*`` functions are the checks that everyone shares; each returns the value it was given.  An option says its
-bounds in its annotation, ``trials: Count``, which `require_bounds` reads.
+Every input that a user can correct (a file, a value, a clip) raises `InvalidInput`.  The command line prints the
+message and exits with status 1.  A stage that handles many clips lists the message in the row of the clip and
+continues.  The ``require_*`` functions are the shared checks; each returns the value that it checked.  The annotation
+of an option states its bounds, as in ``trials: Count``; `require_bounds` reads them.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from copy import deepcopy
 from dataclasses import dataclass, field, fields, is_dataclass
 from functools import partial
 from itertools import pairwise
+from pathlib import Path
 from types import UnionType
 from typing import (
     Annotated,
@@ -34,42 +35,48 @@ import numpy as np
 Value = TypeVar("Value")
 
 
-_LONGEST, _LONGEST_SENTENCE = 300, 3000
-"""Characters of a file's or user's own text in a sentence, and of a whole sentence."""
+_MAX_QUOTE, _MAX_SENTENCE = 300, 3000
+"""Maximum number of characters quoted from a file or a user, and of a message."""
 
 
-def _short(text: str, longest: int = _LONGEST) -> str:
+def _short(text: str, longest: int = _MAX_QUOTE) -> str:
     return text if len(text) <= longest else text[: longest - 1] + "…"
 
 
 def printable(text: str) -> str:
-    """Return a text of one line in which nothing can steer a terminal."""
+    """Return a text in one line, with every control character escaped."""
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
 class InvalidInput(ValueError):
-    """Input that cannot be used, in one sentence.
+    """Error for input that cannot be used, with a message of one sentence.
+
+    The message says *found* for the content of a file and *got* for what a user typed.
 
     Parameters
     ----------
     what : str
-        What is wrong, e.g. ``"the file is truncated"``; or, of an option, what it must be, e.g.
-        ``"must be at least 1"``.
-    where : object
+        The fault, e.g. ``"the file is truncated"``; for an option the requirement, e.g. ``"must be at least 1"``.
+    where : object, optional
         The file, option or clip, e.g. ``"walk.c3d, byte 512"``.
-    expected, received : object
-        What would have been right, and what came instead.  All three are optional, and shown as text.
+    expected, received : object, optional
+        The valid value and the actual one; both are shown as text.
     code : str
-        Name of the fault for other code and for tests, which never read the sentence: ``"truncated"``.
+        Name of the fault, e.g. ``"truncated"``.  Code and tests compare it, never the message.
+    typed : bool, optional
+        Whether a user typed the received value.  By default this is so where `what` begins with ``must`` and `where` is
+        not a path.
     **values
-        Numbers and names in the sentence, for other code and for tests.
+        Numbers and names in the message, for code and tests.
 
     Examples
     --------
     >>> print(InvalidInput("the rate is not positive", where="a.trc", expected="hertz > 0", received="-1"))
-    a.trc: the rate is not positive (expected hertz > 0, received -1)
+    a.trc: the rate is not positive (expected hertz > 0, found -1)
     >>> print(InvalidInput("must be at least 1", where="sweep.trials", received="0"))
     sweep.trials must be at least 1 (got 0)
+    >>> print(InvalidInput("there is no such option", "sweep.trails", received="5", typed=True))
+    sweep.trails: there is no such option (got 5)
     """
 
     def __init__(
@@ -80,19 +87,16 @@ class InvalidInput(ValueError):
         received: object = "",
         *,
         code: str = "",
+        typed: bool | None = None,
         **values: Any,
     ) -> None:
+        requirement = what.startswith("must ") and bool(str(where))
+        self.typed = (requirement and not isinstance(where, Path)) if typed is None else typed
         where, expected, received = _short(str(where)), str(expected), _short(str(received))
-        if where and what.startswith("must "):
-            sentence, got = f"{where} {what}", "got"
-        else:
-            sentence, got = f"{where}: {what}" if where else what, "received"
-        details = ", ".join(
-            f"{label} {value}" for label, value in (("expected", expected), (got, received)) if value
-        )
-        super().__init__(
-            printable(_short(f"{sentence} ({details})" if details else sentence, _LONGEST_SENTENCE))
-        )
+        sentence = f"{where} {what}" if requirement else f"{where}: {what}" if where else what
+        labelled = (("expected", expected), ("got" if self.typed else "found", received))
+        details = ", ".join(f"{label} {value}" for label, value in labelled if value)
+        super().__init__(printable(_short(f"{sentence} ({details})" if details else sentence, _MAX_SENTENCE)))
         self.what = what
         self.where = where
         self.expected = expected
@@ -100,7 +104,7 @@ class InvalidInput(ValueError):
         self.code, self.values = code, values
 
     def __reduce__(self) -> tuple:
-        again = partial(InvalidInput, code=self.code, **self.values)
+        again = partial(InvalidInput, code=self.code, typed=self.typed, **self.values)
         return (again, (self.what, self.where, self.expected, self.received))
 
 
@@ -115,7 +119,7 @@ def require_range(
     whole: bool = False,
     unit: str = "",
 ) -> Any:
-    """Return a finite number that lies within the bounds given.
+    """Return a value that is a finite number within bounds.
 
     Parameters
     ----------
@@ -123,16 +127,16 @@ def require_range(
         Full name of the option or argument, e.g. ``"sweep.trials"``.
     value : float
     at_least, above, at_most, below : float, optional
-        Bounds, closed and open.
+        Bounds: `at_least` and `at_most` are closed, `above` and `below` open.
     whole : bool
-        Refuse numbers with a fraction.
+        Whether the value must be an integer.
     unit : str
-        Written after the bounds.
+        Unit in the message.
 
     Raises
     ------
     InvalidInput
-        If the value is not a finite number, not whole though it must be, or outside the bounds.
+        If the value is not a finite number, not an integer where `whole` is set, or outside the bounds.
 
     Examples
     --------
@@ -167,12 +171,12 @@ def require_range(
 
 
 def require_count(name: str, value: float, at_least: int = 1, **bounds: float) -> int:
-    """Return a whole number of things, within the bounds of `require_range`.
+    """Return a count: an integer, 1 or more by default, within the bounds of `require_range`.
 
     Raises
     ------
     InvalidInput
-        If it is not whole, or out of range.
+        If the value is not an integer or is out of range.
 
     Examples
     --------
@@ -185,12 +189,12 @@ def require_count(name: str, value: float, at_least: int = 1, **bounds: float) -
 
 
 def listed(names: Sequence[str]) -> str:
-    """Return the first eight names, for a sentence."""
+    """Return a list of names for a message, cut after the first eight."""
     return ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
 
 
 def told_apart(value: float, bound: float, decimals: int) -> str:
-    """Return a number with as many decimals as show on which side of a bound it is, and at least so many.
+    """Return a number as text, with enough decimals to show on which side of a bound it lies.
 
     Examples
     --------
@@ -206,37 +210,37 @@ def told_apart(value: float, bound: float, decimals: int) -> str:
 
 
 def require_increasing(name: str, values: Sequence[float], **bounds: float | bool) -> Sequence[float]:
-    """Return values of which there are some, and that increase, each within the bounds of `require_range`.
+    """Return a sequence that is not empty and strictly increasing, each value within the bounds of `require_range`.
 
     Raises
     ------
     InvalidInput
-        If there are none, one is out of range, or they do not increase.
+        If the sequence is empty, a value is out of range, or the values do not increase.
 
     Examples
     --------
     >>> require_increasing("sweep.ratios", [0.2, 0.1], at_least=0)
     Traceback (most recent call last):
         ...
-    pipeline.validation.InvalidInput: sweep.ratios must hold some values that increase (got 0.2, 0.1)
+    pipeline.validation.InvalidInput: sweep.ratios must be non-empty and strictly increasing (got 0.2, 0.1)
     """
     for number, value in enumerate(values):
         require_range(f"{name}[{number}]", value, **bounds)  # type: ignore[arg-type]
     if not values or any(later <= earlier for earlier, later in pairwise(values)):
         received = ", ".join(f"{value:g}" for value in values) or "none"
         raise InvalidInput(
-            "must hold some values that increase", name, received=received, code="not_increasing"
+            "must be non-empty and strictly increasing", name, received=received, code="not_increasing"
         )
     return values
 
 
 def require_choice(name: str, value: Value, choices: Iterable[Value]) -> Value:
-    """Return a value that is one of a few.
+    """Return a value that is one of the choices.
 
     Raises
     ------
     InvalidInput
-        If it is none of them.
+        If the value is not among the choices.
 
     Examples
     --------
@@ -254,28 +258,30 @@ def require_choice(name: str, value: Value, choices: Iterable[Value]) -> Value:
 
 
 def require_distinct(name: str, values: Sequence[Value]) -> Sequence[Value]:
-    """Return values of which there are some, and none stands twice.
+    """Return a sequence that is not empty and has no duplicates.
 
     Raises
     ------
     InvalidInput
-        If there are none, or one stands twice.
+        If the sequence is empty or a value occurs twice.
 
     Examples
     --------
     >>> require_distinct("sweep.frames", [10, 10])
     Traceback (most recent call last):
         ...
-    pipeline.validation.InvalidInput: sweep.frames must hold some values, each once (got 10, 10)
+    pipeline.validation.InvalidInput: sweep.frames must be non-empty, without duplicates (got 10, 10)
     """
     if not values or len(set(values)) < len(values):
         received = ", ".join(map(str, values)) or "none"
-        raise InvalidInput("must hold some values, each once", name, received=received, code="not_distinct")
+        raise InvalidInput(
+            "must be non-empty, without duplicates", name, received=received, code="not_distinct"
+        )
     return values
 
 
 def bounded(**bounds: Any) -> partial[Any]:
-    """Return a check for the annotation of an option, within the bounds of `require_range`."""
+    """Return a check of an option's bounds for its annotation; the bounds are those of `require_range`."""
     return partial(require_range, **bounds)
 
 
@@ -286,16 +292,16 @@ Share = Annotated[float, bounded(at_least=0, at_most=1)]
 Count = Annotated[int, bounded(at_least=1)]
 Several = Annotated[int, bounded(at_least=2)]
 CountOrAll = Annotated[int, bounded(at_least=0)]
-"""0: all, or none."""
+"""Count in which 0 means all, or none."""
 Increasing = Annotated[list[Value], require_increasing]
 Distinct = Annotated[list[Value], require_distinct]
 
 
 @dataclass_transform(kw_only_default=True, field_specifiers=(field,))
 class Options:
-    """Options of one kind; a subclass is a dataclass whose fields are given by name.
+    """Base class of options: each subclass becomes a dataclass with keyword-only fields.
 
-    A default that is a list, or itself options, is copied for each instance.
+    A default that is a list or an `Options` instance is copied for each new instance.
 
     Examples
     --------
@@ -310,7 +316,7 @@ class Options:
         for name, default in list(vars(cls).items()):
             if name not in kinds and name in getattr(cls.__init__, "__annotations__", ()):
                 raise TypeError(
-                    f"{cls.__name__}.{name} needs a type: without one it is no default of the option"
+                    f"{cls.__name__}.{name} needs a type annotation: without one its value is not the option's default"
                 )
             if isinstance(default, list | Options) and "ClassVar" not in str(kinds.get(name, "ClassVar")):
                 setattr(cls, name, field(default_factory=partial(deepcopy, default)))
@@ -318,15 +324,15 @@ class Options:
 
 
 def require_bounds(name: str, options: Any) -> None:
-    """Validate the options of a dataclass, and of those in it, by the checks in their annotations.
+    """Validate the options of a dataclass and of nested dataclasses, by the checks in their annotations.
 
-    A check is called with the full name and the value of what it annotates; None is not checked.  Options without a
-    name are called by those of their fields alone.
+    A check is called with the full name and the value of the option; None is not checked.  With an empty `name`, the
+    full name of an option is its field's name.
 
     Raises
     ------
     InvalidInput
-        By the checks.
+        If a check rejects a value.
 
     Examples
     --------
@@ -345,7 +351,7 @@ def require_bounds(name: str, options: Any) -> None:
 def _require(name: str, value: Any, hint: Any) -> None:
     if is_dataclass(value):
         require_bounds(name, value)
-    for part in (hint, *get_args(hint)):  # of ``X | None`` the checks of X
+    for part in (hint, *get_args(hint)):  # the checks of X in ``X | None``
         if value is None or get_origin(part) is not Annotated:
             continue
         inner, *checks = get_args(part)
@@ -357,7 +363,7 @@ def _require(name: str, value: Any, hint: Any) -> None:
 
 
 def required(hint: Any) -> Any:
-    """Return ``X`` of a type ``X | None``, and any other as it is.
+    """Return the type ``X`` for the type hint ``X | None``, and any other type hint unchanged.
 
     Examples
     --------
@@ -369,12 +375,12 @@ def required(hint: Any) -> Any:
 
 
 def require_name(name: str, value: str) -> str:
-    """Return a value that names one folder and cannot lead out of the folder above it.
+    """Return a name that can be used for a folder without leaving the parent folder.
 
     Raises
     ------
     InvalidInput
-        If it is empty, begins with a dot, or holds a separator, a blank at an end or a control character.
+        If the name is empty, begins with a dot, contains a separator or control character, or has a blank at an end.
 
     Examples
     --------
@@ -397,7 +403,7 @@ _PLAIN_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|-inf", re.IGNORE
 
 
 def harmless(text: str) -> str:
-    """Return a text that no spreadsheet takes for a formula: one that may be a formula gets an apostrophe in front.
+    """Return a text that no spreadsheet reads as a formula: a possible formula gets an apostrophe in front.
 
     Examples
     --------
@@ -409,7 +415,7 @@ def harmless(text: str) -> str:
 
 
 def is_relative(name: object) -> bool:
-    """Return whether a value is a plain relative path below its folder: no root, drive, ``..``, ``.`` or backslash.
+    """Return whether a value is a relative path that stays in its folder: no root, drive, ``..``, ``.`` or backslash.
 
     Examples
     --------
@@ -422,7 +428,7 @@ def is_relative(name: object) -> bool:
 
 
 def fits(value: Any, kind: Any) -> bool:
-    """Return whether a value that comes from JSON fits a type hint; a whole number fits float, a list fits tuple.
+    """Return whether a value from JSON has the type of a type hint; integers count as float, lists as tuple.
 
     Examples
     --------
@@ -458,22 +464,22 @@ def fits(value: Any, kind: Any) -> bool:
 
 
 def _array(name: str, values: Any) -> np.ndarray:
-    """Return values as an array; those under a mask would count again."""
+    """Return values as an array, and reject masked values: a plain array would include them."""
     if np.ma.is_masked(values):
         raise InvalidInput("must have no masked values", name, code="masked")
     return np.asarray(values)
 
 
 def require_shape(name: str, array: Any, shape: Sequence[int | str | None]) -> np.ndarray:
-    """Return an array whose shape fits a pattern, as `numpy.ndarray`.
+    """Return an array whose shape matches a pattern, as `numpy.ndarray`.
 
     Parameters
     ----------
     name : str
-        What the array is, e.g. ``"positions"``.
+        Name of the array, e.g. ``"positions"``.
     array : array_like
     shape : sequence of int, str or None
-        A size for each axis; a letter stands for any size, the same for the same letter, `None` for any.
+        Size of each axis.  Equal letters stand for equal sizes; `None` stands for any size.
 
     Raises
     ------
@@ -490,11 +496,11 @@ def require_shape(name: str, array: Any, shape: Sequence[int | str | None]) -> n
     array = _array(name, array)
     sizes: dict[str, int] = {}
     fits = array.ndim == len(shape)
-    for actual, wanted in zip(array.shape, shape, strict=False):
-        if isinstance(wanted, str):
-            fits = fits and sizes.setdefault(wanted, actual) == actual
-        elif wanted is not None:
-            fits = fits and actual == wanted
+    for actual, required_size in zip(array.shape, shape, strict=False):
+        if isinstance(required_size, str):
+            fits = fits and sizes.setdefault(required_size, actual) == actual
+        elif required_size is not None:
+            fits = fits and actual == required_size
     if not fits:
         pattern = ", ".join("any" if size is None else str(size) for size in shape)
         pattern += "," if len(shape) == 1 else ""
@@ -510,7 +516,7 @@ def require_finite(name: str, array: Any) -> np.ndarray:
     Raises
     ------
     InvalidInput
-        If a number is NaN or infinite, and the sentence gives the index of the first, or masked.
+        If a number is masked, NaN or infinite.  The message gives the index of the first that is not finite.
 
     Examples
     --------

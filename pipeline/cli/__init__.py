@@ -1,1 +1,1 @@
-"""The command line: composing options, making figures, the other commands, progress and summary."""
+"""Command line: options, figures, other commands, progress and summary."""

@@ -1,4 +1,4 @@
-"""Walkers of the second author's laboratory for commands, and walks in the laboratory's format."""
+"""Walkers of the second author's laboratory for commands, and walks in the format of that laboratory."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from pipeline.validation import InvalidInput
 
 
 def author_walk(**values: float) -> Walk:
-    """Return the laboratory's average walker, or the walker at some values on its axes.
+    """Return the laboratory's average walker, or a walker at given values on its axes.
 
-    Its name states the source and its terms.
+    The walker's name states source and terms.
 
     Raises
     ------
@@ -38,16 +38,16 @@ def author_walk(**values: float) -> Walk:
 
 
 def write_mm(path: Path, walk: Walk, speed_mm_s: float) -> None:
-    """Write a walk as an ``mm`` file, about its mean pelvis; at time zero the left ankle is in front.
+    """Write a walk as an ``mm`` file, relative to its mean pelvis, with the left ankle in front at time zero.
 
     Raises
     ------
     InvalidInput
-        If it has not two harmonics.
+        If the walk does not have two harmonics.
     """
     if len(walk.coefficients) != 5:
         harmonics = len(walk.coefficients) // 2
-        raise InvalidInput("an mm file has two harmonics", "harmonics", 2, harmonics, code="two_harmonics")
+        raise InvalidInput("must be 2 for an mm file", "harmonics", received=harmonics, code="two_harmonics")
     later = fourier.shift(walk.coefficients, -np.pi / 2)
     coefficients = fourier_walks.from_world(later)
     period = fourier_walks.RATE_HZ / walk.stride_hz

@@ -1,8 +1,8 @@
 """Figures as jobs of a cluster: a job for each figure, each stage that several figures share, and populations.
 
-All jobs are submitted at once, and Slurm begins each after those whose artefacts it reads: nothing has to stay on the
-login node.  What finds an artefact missing, because its job was lost, makes it.  submitit writes the scripts of jobs,
-carries what they return, and queues a job again that was preempted or ran out of time.
+All jobs are submitted at once, and Slurm starts each after the jobs whose artefacts it reads.  No process has to run on
+the login node.  If a job was lost, the jobs that need its artefact compute it.  The library submitit writes the job
+scripts, returns the results, and requeues jobs that were preempted or timed out.
 """
 
 from __future__ import annotations
@@ -43,29 +43,29 @@ from pipeline.validation import (
     require_choice,
 )
 
-_MOST_WAIT_S = 15.0
-_SEEN_GONE = 4
-"""Looks after which a job that is not queued and left no result is lost: on a shared disk a file may come later."""
+_MAX_WAIT_S = 15.0
+_MAX_MISSES = 4
+"""Number of checks without queue entry and result after which a job counts as lost; shared disks show files late."""
 
 
 class Interrupt(StrEnum):
-    """What Ctrl-C makes of jobs."""
+    """Action on Ctrl-C for running jobs."""
 
     leave = "leave"
-    """They go on; the same command waits for them."""
+    """Jobs continue, and the same command waits for them again."""
     cancel = "cancel"
 
 
 class Launch(Options):
-    """Options of jobs."""
+    """Options of cluster jobs, ``launch.*``."""
 
-    partition: str = ""  # the cluster's own default
+    partition: str = ""  # empty: the cluster's default
     account: str = ""
-    cores: Count = 1  # of each job
-    minutes: CountOrAll = 0  # of each job; 0: from what its figure costs
-    memory_gb: NonNegative = 2.0  # of each job; 0: the partition's default
-    task_s: Positive = 60.0  # processor time of a block of further populations, about
-    retries: CountOrAll = 2  # of a job that was lost
+    cores: Count = 1  # per job
+    minutes: CountOrAll = 0  # per job; 0: estimated from the cost of the figure
+    memory_gb: NonNegative = 2.0  # per job; 0: the partition's default
+    task_s: Positive = 60.0  # approximate processor time of a block of further populations
+    retries: CountOrAll = 2  # resubmissions of a lost job
     interrupt: Interrupt = Interrupt.leave
 
 
@@ -74,12 +74,12 @@ class _Named(Options):
 
 
 def launch_figures(jobs: Jobs, arguments: Sequence[str], *, console: Console) -> list[str]:
-    """Make figures as ``launch=`` and its options say, and return why some were not made, a sentence each.
+    """Make figures with the scheduler and options of ``launch``, and return an error message for each failure.
 
     Raises
     ------
     InvalidInput
-        If there is no such scheduler, or an option is unknown or out of range.
+        If the scheduler or an option is unknown, or a value is out of range.
     """
     where = [item[7:] for item in arguments if item.startswith("launch=")]
     if require_choice("launch", where[-1] if where else "local", ("local", "slurm")) == "local":
@@ -90,7 +90,7 @@ def launch_figures(jobs: Jobs, arguments: Sequence[str], *, console: Console) ->
 
 @dataclass(frozen=True)
 class _Work:
-    """What a job does: submitit calls it, and writes it again where the job is to begin once more."""
+    """Work of a job, which submitit calls, and saves again to restart the job."""
 
     task: Task
     folder: Path
@@ -105,7 +105,7 @@ class _Work:
         return None
 
     def checkpoint(self) -> Any:
-        """Return what begins again: finished stages are in the store."""
+        """Return the submission that restarts this job; finished stages are in the store."""
         from submitit.helpers import DelayedSubmission
 
         return DelayedSubmission(self)
@@ -113,16 +113,16 @@ class _Work:
 
 @dataclass
 class _Job:
-    """A submitted job, and how often it was begun and not seen."""
+    """Submitted job, with the number of its submissions and of the latest checks that missed it."""
 
     task: Task
     handle: Any
-    begun: int = 1
-    gone: int = 0
+    submissions: int = 1
+    misses: int = 0
 
 
 class _Queue:
-    """Jobs of one folder of results."""
+    """Job queue for one folder of results."""
 
     def __init__(self, folder: Path, options: Launch) -> None:
         try:
@@ -132,16 +132,18 @@ class _Queue:
             raise InvalidInput(words, "launch", code="missing_package", package="submitit") from error
         if shutil.which("sbatch") is None:
             raise InvalidInput(
-                "there is no sbatch here", "launch", "a login node of a Slurm cluster", code="no_sbatch"
+                "the command sbatch was not found: run this on a login node of a Slurm cluster",
+                "launch",
+                code="no_sbatch",
             )
         self._submitit, self.folder, self._options = submitit, folder, options
 
     def submit(self, task: Task, folder: Path, after: Sequence[str]) -> _Job:
-        """Submit a task that begins when other jobs have ended, however they did."""
-        options, place = self._options, self.folder / task.name
-        place.mkdir(parents=True, exist_ok=True)
-        executor = self._submitit.SlurmExecutor(place.resolve())
-        wanted = {
+        """Submit a task that starts when other jobs have ended, successfully or not."""
+        options, job_folder = self._options, self.folder / task.name
+        job_folder.mkdir(parents=True, exist_ok=True)
+        executor = self._submitit.SlurmExecutor(job_folder.resolve())
+        parameters = {
             "job_name": task.name,
             "time": options.minutes or 20 + math.ceil(task.cost_s / 6 / options.cores),
             "cpus_per_task": options.cores,
@@ -150,21 +152,21 @@ class _Queue:
             "mem": options.memory_gb and f"{math.ceil(options.memory_gb * 1024)}MB",
             "dependency": after and "afterany:" + ":".join(after),
         }
-        executor.update_parameters(**{name: value for name, value in wanted.items() if value})
+        executor.update_parameters(**{name: value for name, value in parameters.items() if value})
         mine = dataclasses.replace(task.experiment, workers=options.cores)
         work = _Work(dataclasses.replace(task, experiment=mine), folder)
         try:
             return _Job(task, executor.submit(work))
         except (subprocess.CalledProcessError, self._submitit.core.utils.FailedJobError) as error:
             raise InvalidInput(
-                "Slurm refused a job",
+                "Slurm rejected a job",
                 task.name,
                 received=" ".join(str(error).split()[-40:]),
                 code="job_refused",
             ) from None
 
     def adopted(self, task: Task, waiting: dict[str, str]) -> _Job | None:
-        """Return the job of a task that an earlier run left, if it is queued or running."""
+        """Return the job of a task from an earlier run, if it is still queued or running."""
         number = latest(self.folder / task.name)
         if number not in waiting:
             return None
@@ -172,42 +174,46 @@ class _Queue:
 
 
 def make_on_cluster(jobs: Jobs, options: Launch, *, console: Console) -> list[str]:
-    """Make figures as jobs and return why some were not made, a sentence each.
+    """Make figures as cluster jobs, and return an error message for each failure.
 
     Parameters
     ----------
     jobs : sequence of (Experiment, Path)
-        Each figure's experiment and folder.  Those that are current are not made again.
+        Experiment and folder of each figure; current figures are not made again.
     options : Launch
     console : Console
     """
-    stale = [(one, folder) for one, folder in jobs if status(one, folder).state != CURRENT]
+    stale = [
+        (experiment, folder) for experiment, folder in jobs if status(experiment, folder).state != CURRENT
+    ]
     if not stale:
         console.print(f"{len(jobs)} figures are current")
         return []
     started = time.perf_counter()
-    folders = {one.name: folder for one, folder in stale}
+    folders = {experiment.name: folder for experiment, folder in stale}
     queue = _Queue(stale[0][1].parent / JOBS, options)
     running: dict[str, _Job] = {}
     try:
-        _submit(plan([one for one, _ in stale], task_s=options.task_s), folders, queue, running)
+        _submit(plan([experiment for experiment, _ in stale], task_s=options.task_s), folders, queue, running)
         console.print(
             f"{len(jobs) - len(stale)} figures are current; {len(running)} jobs, logs in {queue.folder}/",
             soft_wrap=True,
         )
-        made = _watch(running, folders, queue, options.retries, console)
+        results = _watch(running, folders, queue, options.retries, console)
     except KeyboardInterrupt:
         numbers = [job.handle.job_id for job in running.values()]
         if options.interrupt is Interrupt.cancel and numbers:
             subprocess.run(["scancel", *numbers], check=False)
-        words = "cancelled" if options.interrupt is Interrupt.cancel else "left: `make status` shows them"
-        console.print(f"{len(numbers)} jobs are {words}", soft_wrap=True)
+        words = (
+            "are cancelled" if options.interrupt is Interrupt.cancel else "continue: `make status` shows them"
+        )
+        console.print(f"{len(numbers)} jobs {words}", soft_wrap=True)
         raise
-    return report(stale, made, console, seconds=time.perf_counter() - started)
+    return report(stale, results, console, seconds=time.perf_counter() - started)
 
 
 def _submit(tasks: Sequence[Task], folders: dict[str, Path], queue: _Queue, running: dict[str, _Job]) -> None:
-    """Submit each task whose artefacts are not there, after those that it needs."""
+    """Submit each task whose artefacts are missing, to start after the tasks that it needs."""
     nothing = Store(Path(tasks[0].experiment.results), dry_run=True)
     waiting = states() or {}
     for task in tasks:
@@ -221,38 +227,40 @@ def _submit(tasks: Sequence[Task], folders: dict[str, Path], queue: _Queue, runn
 def _watch(
     running: dict[str, _Job], folders: dict[str, Path], queue: _Queue, retries: int, console: Console
 ) -> list[Made]:
-    """Wait until all jobs have ended, submit again those that were lost, and return what became of the figures."""
-    made: list[Made] = []
+    """Wait until all jobs have ended, resubmit lost jobs, and return the result of each figure."""
+    results: list[Made] = []
     wait_s, printed = 1.0, ""
     while running:
-        seen = states()
+        active = states()
         for name, job in list(running.items()):
             if not job.handle.paths.result_pickle.exists():
-                job.gone = 0 if seen is None or job.handle.job_id in seen else job.gone + 1
-                if job.gone < _SEEN_GONE:
+                job.misses = 0 if active is None or job.handle.job_id in active else job.misses + 1
+                if job.misses < _MAX_MISSES:
                     continue
                 log = f"{queue.folder}/{name}/{job.handle.job_id}_0_log.err"
-                if job.begun <= retries:
-                    console.print(f"{name} was lost and is submitted again ({log})", soft_wrap=True)
+                if job.submissions <= retries:
+                    console.print(f"the job {name} was lost and is submitted again ({log})", soft_wrap=True)
                     again = queue.submit(job.task, folders.get(name, queue.folder), ())
-                    running[name] = dataclasses.replace(again, begun=job.begun + 1)
+                    running[name] = dataclasses.replace(again, submissions=job.submissions + 1)
                     continue
-                ended: Made | None = Failure(name, f"its job was lost {job.begun} times: {log}")
+                ended: Made | None = Failure(name, f"the job was lost {job.submissions} times: see {log}")
             else:
                 error = job.handle.exception()
                 ended = Failure(name, str(error)) if error else job.handle.result()
             del running[name]
             if ended and name in folders:
-                made.append(ended)
+                results.append(ended)
                 if isinstance(ended, Outcome):
-                    console.print(Text(line(f"{len(made)}/{len(folders)}", ended)), soft_wrap=True)
-            elif isinstance(ended, Failure):  # the figures that need it make it themselves
+                    console.print(Text(line(f"{len(results)}/{len(folders)}", ended)), soft_wrap=True)
+            elif isinstance(ended, Failure):  # the figures that need this task compute it themselves
                 console.print(Text(f"{name}: {ended.sentence}", style="yellow"), soft_wrap=True)
-        now = ", ".join(f"{n} {state.lower()}" for state, n in sorted(Counter((seen or {}).values()).items()))
+        now = ", ".join(
+            f"{n} {state.lower()}" for state, n in sorted(Counter((active or {}).values()).items())
+        )
         if now and now != printed and console.is_terminal:
             console.print(f"jobs: {now}")
         printed = now
         if running:
             time.sleep(wait_s)
-            wait_s = min(wait_s * 1.2, _MOST_WAIT_S)
-    return made
+            wait_s = min(wait_s * 1.2, _MAX_WAIT_S)
+    return results

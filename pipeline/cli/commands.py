@@ -11,10 +11,10 @@ from pathlib import Path
 
 from rich.text import Text
 
-from pipeline.cli.compose import compose, compose_figures, lacking
+from pipeline.cli.compose import compose, compose_figures, reason_without_clips
 from pipeline.cli.durations import durations, insert_durations
 from pipeline.cli.earlier_names import require_preset
-from pipeline.cli.presets import apart, listed, split_named
+from pipeline.cli.presets import listed, split_named, split_options
 from pipeline.cli.status import CURRENT, status
 from pipeline.cli.summary import claim_rows, claims_table, counts, open_console
 from pipeline.storage import archive, provenance, tables
@@ -26,7 +26,14 @@ from pipeline.validation import InvalidInput, require_choice
 
 
 def figures_for(arguments: Sequence[str], among: Sequence[str] = ()) -> tuple[Experiment, list[str]]:
-    """Return an experiment on a data set and the figures for which it has clips: of all, or among some.
+    """Return the first experiment on a data set, and the names of the figures for which the data set has clips.
+
+    Parameters
+    ----------
+    arguments : sequence of str
+        Overrides, without ``experiment=``.
+    among : sequence of str
+        Figures to consider; by default all.
 
     Raises
     ------
@@ -35,14 +42,16 @@ def figures_for(arguments: Sequence[str], among: Sequence[str] = ()) -> tuple[Ex
     """
     if split_named(arguments)[0]:
         raise InvalidInput(
-            "this is done for all figures", "experiment", "no experiment=", code="for_all_figures"
+            "this command works on all figures: leave out experiment=", "experiment", code="for_all_figures"
         )
-    found = compose_figures(among, arguments)
-    return found[0], [one.name for one in found if not lacking(one)]
+    experiments = compose_figures(among, arguments)
+    return experiments[0], [
+        experiment.name for experiment in experiments if not reason_without_clips(experiment)
+    ]
 
 
 def fetch(arguments: Sequence[str]) -> int:
-    """Download the public recordings; return 1 if some failed."""
+    """Download the public recordings and return the exit status: 1 if a download failed."""
     from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TransferSpeedColumn
 
     from pipeline.fetch import Progress as Progress_
@@ -86,14 +95,14 @@ def fetch(arguments: Sequence[str]) -> int:
 
 
 def report(arguments: Sequence[str]) -> int:
-    """Judge the claims again and write the page over all figures of a data set."""
-    one, figures = figures_for(arguments)
-    open_console().print(make_page(one.published_in, one.data.name, figures), soft_wrap=True)
+    """Judge the claims again, and write the page over all figures of a data set."""
+    experiment, figures = figures_for(arguments)
+    open_console().print(make_page(experiment.published_in, experiment.data.name, figures), soft_wrap=True)
     return 0
 
 
 def make_page(folder: Path, data_name: str, figures: Sequence[str]) -> str:
-    """Write ``claims.csv`` and ``index.html`` in ``results/<data>/<scale>`` and return a sentence about the page."""
+    """Write ``claims.csv`` and ``index.html`` in ``results/<data>/<scale>``; return a line on the page."""
     from pipeline.report.document import write_page
 
     if folder.is_dir():
@@ -103,20 +112,20 @@ def make_page(folder: Path, data_name: str, figures: Sequence[str]) -> str:
 
 
 def claims(arguments: Sequence[str]) -> int:
-    """Print the papers' claims beside our numbers, and write claims.csv beside the figures.
+    """Print the papers' claims next to our numbers, and write claims.csv in the folder of the figures.
 
-    ``claims FIGURE``, or ``experiment=a,b``, prints those on some figures, and writes none.
+    ``claims FIGURE``, or ``experiment=a,b``, prints only the claims on these figures and writes no file.
     """
     named, common = split_named([a if "=" in a else f"experiment={a}" for a in arguments])
-    one, figures = figures_for(common, [*map(require_preset, named)])
-    folder, out = one.published_in, open_console()
+    experiment, figures = figures_for(common, [*map(require_preset, named)])
+    folder, out = experiment.published_in, open_console()
     if not folder.is_dir():
         from pipeline.report.entries import options_of
 
-        words = f"nothing is made yet in {folder}: make sweeps{options_of(one.data.name, one.scale.name)}"
+        words = f"{folder} has no figures yet: run make sweeps{options_of(experiment.data.name, experiment.scale.name)}"
         out.print(words, soft_wrap=True)
         return 1
-    verdicts = judge_folder(folder, one.data.name, figures, measures=all_measures())
+    verdicts = judge_folder(folder, experiment.data.name, figures, measures=all_measures())
     if not named:
         write_claims(folder / "claims.csv", verdicts)
     rows = claim_rows(verdicts)
@@ -125,7 +134,7 @@ def claims(arguments: Sequence[str]) -> int:
         if row["why"]:
             heading = f"{row['paper']}, {row['claim']} ({row['name']}): {row['quote']}"
             out.print(Text(f"{heading}: {row['agreement']}: {row['why']}"), soft_wrap=True)
-    out.print(f"{one.data.name}, {one.scale.name}")
+    out.print(f"{experiment.data.name}, {experiment.scale.name}")
     out.print("\n".join(counts(verdicts)), soft_wrap=True)
     return 0
 
@@ -143,7 +152,7 @@ FILLED_PAGES: Mapping[str, tuple[str, ...]] = {
 def readme(arguments: Sequence[str]) -> int:
     """Write results and durations into docs/ and README.md, from results/published.csv and results/durations.csv.
 
-    ``data=...`` first renews the rows of a data set from its published figures.  ``data=synthetic`` also draws the
+    ``data=...`` first updates the rows of a data set from its published figures.  ``data=synthetic`` also draws the
     README's pictures, which need the figures of ``data=optical``.
     """
     from pipeline.papers import read_mapping
@@ -155,10 +164,10 @@ def readme(arguments: Sequence[str]) -> int:
         from pipeline.report.first_screen import RECORDED, draw_first_screen
         from pipeline.report.published import read_published
 
-        one, figures = figures_for(arguments)
-        folder = one.published_in
+        experiment, figures = figures_for(arguments)
+        folder = experiment.published_in
         published.renew(path, published.measured(folder, figures, layout, all_measures()))
-        if one.data.name == "synthetic":
+        if experiment.data.name == "synthetic":
             other, theirs = figures_for(
                 [a for a in arguments if not a.startswith("data=")] + [f"data={RECORDED}"]
             )
@@ -168,114 +177,128 @@ def readme(arguments: Sequence[str]) -> int:
                 provenance.PROJECT / "results" / "archive" / "light",
             )
     quoted = {name: layout[name] for name in ("headline", "first", "counts")}
-    made = {"figures": listed(), **published.rendered(quoted, tables.read(path))}
+    texts = {"figures": listed(), **published.rendered(quoted, tables.read(path))}
     measured_s = durations(tables.read_rows(provenance.PROJECT / "results" / "durations.csv"))
     for document, names in FILLED_PAGES.items():
         page = provenance.PROJECT / document
-        text = published.insert(page.read_text("utf-8"), {name: made[name] for name in names})
+        text = published.insert(page.read_text("utf-8"), {name: texts[name] for name in names})
         page.write_text(insert_durations(text, measured_s), encoding="utf-8")
     return 0
 
 
 def view(arguments: Sequence[str]) -> int:
-    """Open a figure's recording in the rerun viewer."""
+    """Open the recording of a figure in the rerun viewer."""
     if not arguments or "=" in arguments[0]:
         raise InvalidInput(
-            "no figure is named", expected="view FIGURE", received=" ".join(arguments), code="no_figure_named"
+            "no figure is named",
+            expected="view FIGURE",
+            received=" ".join(arguments),
+            code="no_figure_named",
+            typed=True,
         )
     path, first = Path(arguments[0]), ""
     if path.suffix != ".rrd":
         name = require_preset(arguments[0])
-        one, _ = figures_for(arguments[1:], [name])
-        path = one.published_in / name / "recording.rrd"
-        first = f"`make {name} DATA={one.data.name} SCALE={one.scale.name}` first"
+        experiment, _ = figures_for(arguments[1:], [name])
+        path = experiment.published_in / name / "recording.rrd"
+        first = f": run `make {name} DATA={experiment.data.name} SCALE={experiment.scale.name}` first"
     if not path.is_file():
-        raise InvalidInput("no such recording yet", path, first, code="no_recording")
+        raise InvalidInput(f"the recording does not exist{first}", path, code="no_recording")
     if sys.platform.startswith("linux") and not (
         os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     ):
         raise InvalidInput(
-            "the viewer needs a screen",
+            "the viewer needs a screen: start it in a desktop session, or use a browser (`make report` writes a page"
+            f" with players; `.venv/bin/rerun --serve-web --bind 127.0.0.1 {path}` prints an address for it)",
             path,
-            "a desktop session; or a browser: `make report` writes a page with players, and "
-            f"`.venv/bin/rerun --serve-web --bind 127.0.0.1 {path}` prints an address that shows it",
             code="no_screen",
         )
-    # A process of its own, since only `recordings` imports rerun.
+    # A separate process, since only `recordings` may import rerun.
     return subprocess.run(
         [sys.executable, "-m", "rerun", "--bind", "127.0.0.1", str(path)], check=False
     ).returncode
 
 
 def keep(arguments: Sequence[str]) -> int:
-    """Archive full-scale results of this commit, or of another with the same sources, in results/archive.
+    """Archive full-scale results in results/archive; they must come from the sources of this commit.
 
-    ``light=1`` writes the small archive of the repository, ``only=FIGURE`` keeps one figure, and ``name=NAME`` keeps a
-    run with changed options: the latest in results/scratch, or ``run=FOLDER``.
+    ``light=1`` writes the small archive of the repository.  ``only=FIGURE`` archives one figure.  ``name=NAME``
+    archives a run with changed options: the latest in results/scratch, or ``run=FOLDER``.
     """
-    own, arguments = apart(arguments, ("light", "only", "name", "run"))
-    one, figures = figures_for(arguments)
-    folder = one.published_in
-    root, made_with, out = Path(one.results) / "archive", provenance.provenance(), open_console()
+    options, arguments = split_options(arguments, ("light", "only", "name", "run"))
+    experiment, figures = figures_for(arguments)
+    folder = experiment.published_in
+    root, made_with, out = Path(experiment.results) / "archive", provenance.provenance(), open_console()
     facts = {
         "date": date.today().isoformat(),
         "commit": made_with["commit"],
         "dirty": made_with["dirty"],
     }
-    if name := own.get("name"):
-        run = Path(own["run"]) if own.get("run") else _latest_run(Path(one.results) / "scratch")
-        data, found = archive.figures_of_run(run)
-        kept = archive.keep(run, root, found, name=name, data=data, scale="", **facts)
-        out.print(f"kept {run} in {kept}", soft_wrap=True)
+    if name := options.get("name"):
+        run = (
+            Path(options["run"]) if options.get("run") else _latest_run(Path(experiment.results) / "scratch")
+        )
+        data, run_figures = archive.figures_of_run(run)
+        archived = archive.keep(run, root, run_figures, name=name, data=data, scale="", **facts)
+        out.print(f"archived {run} in {archived}", soft_wrap=True)
         return 0
-    if only := own.get("only"):
+    if only := options.get("only"):
         require_choice("only", only, figures)
     elif folder.is_dir():
         write_claims(
-            folder / "claims.csv", judge_folder(folder, one.data.name, figures, measures=all_measures())
+            folder / "claims.csv",
+            judge_folder(folder, experiment.data.name, figures, measures=all_measures()),
         )
-    light = own.get("light") not in (None, "", "0")
-    chosen = [only] if only else figures
+    light = options.get("light") not in (None, "", "0")
+    archived_figures = [only] if only else figures
     if light:
-        chosen = [
-            one.name
-            for one in compose_figures(chosen, arguments)
-            if one.figure.traits.in_light_archives and one.data.in_light_archives
+        archived_figures = [
+            experiment.name
+            for experiment in compose_figures(archived_figures, arguments)
+            if experiment.figure.traits.in_light_archives and experiment.data.in_light_archives
         ]
-        if not chosen:
-            what = "the terms of these recordings do not allow copies, so they go into no light archive"
-            raise InvalidInput(what, only or one.data.name, "an archive without light=1", code="no_copies")
-    current = _current(chosen, folder, arguments, commit=facts["commit"])
+        if not archived_figures:
+            what = "the terms of these recordings do not allow copies in a light archive: leave out light=1"
+            raise InvalidInput(what, only or experiment.data.name, code="no_copies")
+    current = _current(archived_figures, folder, arguments, commit=facts["commit"])
     if light:
         from pipeline.report.light import keep_light
 
-        target = root / "light" / one.data.name
-        kinds = keep_light(folder, target, chosen, current=current, **facts)
+        target = root / "light" / experiment.data.name
+        kinds = keep_light(folder, target, archived_figures, current=current, **facts)
         sizes = ", ".join(f"{kind} {size / 1e6:.2f}" for kind, size in sorted(kinds.items()))
-        out.print(f"kept in {target} ({sum(kinds.values()) / 1e6:.2f} MB: {sizes})", soft_wrap=True)
+        out.print(f"archived in {target} ({sum(kinds.values()) / 1e6:.2f} MB: {sizes})", soft_wrap=True)
         return 0
     moment = f"{facts['date']}-{facts['commit'][:12]}" + (f"-{only}" if only else "")
-    kept = archive.keep(folder, root, chosen, name=moment, data=one.data.name, current=current, **facts)
-    out.print(f"kept in {kept}")
+    archived = archive.keep(
+        folder, root, archived_figures, name=moment, data=experiment.data.name, current=current, **facts
+    )
+    out.print(f"archived in {archived}")
     return 0
 
 
 def _current(figures: Sequence[str], folder: Path, arguments: Sequence[str], *, commit: str) -> list[str]:
-    """Return those of another commit that the present sources would make again as they are.
+    """Return the figures of another commit that the present sources would reproduce unchanged.
 
-    Results are archived after `make readme`, whose tables are a commit of their own.
+    This happens because `make readme` is committed before results are archived.
     """
-    there = [name for name in figures if (folder / name / MANIFEST).is_file()]
+    finished = [name for name in figures if (folder / name / MANIFEST).is_file()]
     others = [
-        name for name in there if read_manifest(folder / name, FIGURE)["provenance"].get("commit") != commit
+        name
+        for name in finished
+        if read_manifest(folder / name, FIGURE)["provenance"].get("commit") != commit
     ]
-    known = compose_figures(others, arguments) if others else []
-    return [one.name for one in known if status(one, folder / one.name).state == CURRENT]
+    experiments = compose_figures(others, arguments) if others else []
+    return [
+        experiment.name
+        for experiment in experiments
+        if status(experiment, folder / experiment.name).state == CURRENT
+    ]
 
 
 def _latest_run(scratch: Path) -> Path:
     """Return the folder of the latest run with changed options."""
     runs = [path for path in visible(scratch, "*") if path.is_dir()]
     if not runs:
-        raise InvalidInput("no run with changed options is there", scratch, code="no_run")
+        raise InvalidInput("the folder has no run with changed options", scratch, code="no_run")
     return runs[-1]

@@ -25,18 +25,18 @@ from pipeline.validation import InvalidInput, require_choice, require_name
 
 
 def compose(overrides: Sequence[str]) -> Experiment:
-    """Return the experiment that these overrides name, as on the command line.
+    """Return the experiment for overrides from the command line.
 
     Raises
     ------
     InvalidInput
-        If an override names no option.  Hydra's own errors are put into words by `composition.in_words`.
+        If an override names no option.  `composition.in_words` converts the errors of Hydra.
     """
     return on_this_machine(composed(overrides))
 
 
 def compose_figures(names: Sequence[str], common: Sequence[str]) -> list[Experiment]:
-    """Return the experiments of figures, by default of all in the papers' order, with the same overrides."""
+    """Return the experiments of figures with the same overrides, by default of all figures in the papers' order."""
     return [compose([*common, f"experiment={name}"]) for name in names or built_figures()]
 
 
@@ -48,11 +48,11 @@ def built_figures() -> list[str]:
 
 
 _NOT_APPLICABLE = ("no_clips_of_this_kind", "truth_not_known", "not_fetched")
-"""Codes of data sets that do not have what an experiment needs, and of a further file that is not here."""
+"""Codes of InvalidInput for a data set without suitable clips, or without a further file."""
 
 
-def lacking(experiment: Experiment) -> str:
-    """Return why the data set has no clips for this experiment, or a file of it is not here; empty otherwise."""
+def reason_without_clips(experiment: Experiment) -> str:
+    """Return the reason why the data set has no clips for an experiment or lacks a file; empty if it has both."""
     try:
         experiment.validate()
     except InvalidInput as error:
@@ -62,18 +62,18 @@ def lacking(experiment: Experiment) -> str:
 
 
 def order(experiment: Experiment) -> list[Any]:
-    """Return the place of a figure among others.
+    """Return the sort key of a figure.
 
-    Figures go by subject, on each those of the papers before our own, by paper, the short before the long.
+    Figures are sorted by subject; within a subject the papers' figures precede our own; then by paper and cost.
     """
-    known = all_papers()
-    paper = known[experiment.paper]
-    subject = min(one.order for one in known.values() if one.subject == paper.subject)
+    papers = all_papers()
+    paper = papers[experiment.paper]
+    subject = min(other.order for other in papers.values() if other.subject == paper.subject)
     return [subject, experiment.name in paper.beyond, paper.order, experiment.cost_s, experiment.name]
 
 
 def _whole(value: Any, hint: Any = Experiment) -> Any:
-    """Return the options whose canonical form this is, with names of this or an earlier version."""
+    """Return the options for a canonical form, which may have names of an earlier version."""
     if isinstance(value, list):
         return [_whole(item, hint) for item in value]
     if not isinstance(value, dict):
@@ -81,9 +81,9 @@ def _whole(value: Any, hint: Any = Experiment) -> Any:
     if TYPE not in value:
         return {name: _whole(item, hint) for name, item in value.items()}
     earlier = earlier_names()
-    if (of := earlier.todays_class(value[TYPE])) == TEXT:
+    if (class_name := earlier.todays_class(value[TYPE])) == TEXT:
         return value["name"]
-    named = (kind for kind in _classes() if kind.__name__ == of)
+    named = (kind for kind in _classes() if kind.__name__ == class_name)
     kind = next(kind for kind in named if issubclass(kind, _named(hint)))
     if issubclass(kind, Enum):
         return kind[earlier.todays_choice(kind, value["name"])]
@@ -93,26 +93,26 @@ def _whole(value: Any, hint: Any = Experiment) -> Any:
 
 
 def with_options(experiment: Experiment, kept: Mapping[str, Any]) -> Experiment:
-    """Return an experiment with the options that a published figure's manifest keeps, by today's names.
+    """Return an experiment with the options from a published figure's manifest, under today's names.
 
-    Folders are as they are here, name and paper those of the preset.
+    Folders are those of this machine; name and paper are those of the preset.
 
     Raises
     ------
     InvalidInput
-        If this version does not have one of the options.
+        If this version lacks one of the options.
     """
     try:
-        found = _whole({**canonical(experiment), **kept})
+        restored = _whole({**canonical(experiment), **kept})
     except InvalidInput:
         raise
     except (KeyError, StopIteration, TypeError, AttributeError, ValueError) as error:
-        what = "options are not those of this version"
+        what = "this version lacks options of the archive"
         raise InvalidInput(what, experiment.name, received=error, code="other_version") from error
-    for name in FOLDERS & vars(found.data).keys():
-        setattr(found.data, name, getattr(experiment.data, name))
-    here = {name: getattr(experiment, name) for name in ("name", "paper", "results", "workers")}
-    return replace(found, **here)
+    for name in FOLDERS & vars(restored.data).keys():
+        setattr(restored.data, name, getattr(experiment.data, name))
+    local = {name: getattr(experiment, name) for name in ("name", "paper", "results", "workers")}
+    return replace(restored, **local)
 
 
 def _named(hint: Any) -> tuple[type[Any], ...]:
@@ -129,22 +129,22 @@ def _classes_with(_: object) -> dict[type[Any], dict[str, Any]]:
     """Return the classes of all options, with the types of their fields."""
     waiting: list[type[Any]] = [Experiment, *DATA_SETS.values()]
     waiting += [kind for group in registry.GROUPS for kind in registry.options(group).values()]
-    found: dict[type[Any], dict[str, Any]] = {}
-    for kind in waiting:  # which grows by the classes of the fields
-        if kind not in found:
-            found[kind] = get_type_hints(kind) if is_dataclass(kind) else {}
-            waiting += [inner for hint in found[kind].values() for inner in _named(hint)]
-    return found
+    classes: dict[type[Any], dict[str, Any]] = {}
+    for kind in waiting:  # the list grows by the classes of the fields
+        if kind not in classes:
+            classes[kind] = get_type_hints(kind) if is_dataclass(kind) else {}
+            waiting += [inner for hint in classes[kind].values() for inner in _named(hint)]
+    return classes
 
 
 def on_this_machine(experiment: Experiment) -> Experiment:
-    """Return a composed experiment with the number of its processes and the names of its folders, validated."""
-    mappings.chosen(experiment.skeleton.mapping)  # refuses one that does not exist
+    """Return a composed experiment for this machine: names are checked, processes limited to the cores."""
+    mappings.chosen(experiment.skeleton.mapping)  # raises for an unknown mapping
     require_choice("paper", experiment.paper, list(all_papers()))
     data = experiment.data
     if isinstance(data, FolderData):
         if data.name == "folder" and data.path:
-            # Named after the user's folder, so that two do not share results.
+            # The name contains that of the user's folder, so that two folders do not share results.
             data.name = "folder_" + re.sub(r"[^\w.-]+", "_", Path(data.path).resolve().name)
         elif data.name != "folder" and data.name in plugins.conf_files("data"):
             raise InvalidInput(
@@ -159,7 +159,7 @@ def on_this_machine(experiment: Experiment) -> Experiment:
     ):  # which a shell leaves in an option
         received = experiment.results.strip() or "nothing"
         raise InvalidInput("must name a folder", "results", received=received, code="no_folder_named")
-    # The folder of a figure is made of these three.
+    # These three names form the path of the figure's folder.
     require_name("name", experiment.name)
     require_name("data.name", data.name)
     require_name("scale.name", experiment.scale.name)

@@ -1,7 +1,7 @@
-"""Composing an experiment by Hydra: the only module with Hydra and OmegaConf.
+"""Composition of an experiment by Hydra: the only module that uses Hydra and OmegaConf.
 
-The option classes are registered as schemas, so that an unknown key, a wrong type, a wrong choice or a missing value
-is refused, with the full key, before anything runs.  An option class needs no YAML file.
+The option classes are registered as schemas.  An unknown key, a wrong type, a wrong choice or a missing value is
+therefore rejected, with its full key, before any computation.  An option class needs no YAML file.
 """
 
 from __future__ import annotations
@@ -41,22 +41,22 @@ from pipeline.studies.experiment import Experiment, Scale
 from pipeline.validation import InvalidInput
 
 _BY_SCALE = "by_scale"
-"""Name of the resolver of options that have sizes of their own."""
+"""Name of the resolver for options that state a value for each scale."""
 
 
 class _PluginFolders(SearchPathPlugin):
-    """Adds the folders of options that plug-ins bring."""
+    """Hydra plug-in that adds the option folders of the package's plug-ins."""
 
     def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
-        """Append the folders to Hydra's."""
+        """Append the folders to Hydra's search path."""
         for folder in plugins.conf_folders()[1:]:
             search_path.append("plug-in", f"file://{folder}")
 
 
 def register() -> None:
-    """Register the option classes with Hydra, once for each set of plug-ins: it takes longer than to compose.
+    """Register the option classes with Hydra, once for each set of plug-ins, since it takes longer than composing.
 
-    A YAML file of an option extends the schema ``base_<name>``; an option without a YAML file is chosen by its name.
+    A YAML file of an option extends the schema ``base_<name>``; an option without a YAML file is selected by its name.
     """
     _register(plugins.edition())
 
@@ -64,7 +64,7 @@ def register() -> None:
 @cache
 def _register(_: object) -> None:
     Plugins.instance().register(_PluginFolders)
-    # Hydra copies the whole store before every composition, and again each node that it takes out: once is enough.
+    # Hydra copies the whole store before every composition, and each node again when it uses it: skip the first copy.
     ConfigStore.__deepcopy__ = lambda stored, _: stored  # type: ignore[attr-defined]
     store = ConfigStore.instance()
     store.store(name="experiment_schema", node=Experiment)
@@ -78,7 +78,7 @@ def _register(_: object) -> None:
 
 
 def _schema(option: type[Any]) -> Any:
-    """Return the structured configuration of an option class, with the sizes that the scale sets."""
+    """Return the structured configuration of an option class, with interpolations for values that the scale sets."""
     schema = OmegaConf.structured(option)
     for field in fields(option):
         if sizes := field.metadata.get("scale"):
@@ -89,7 +89,7 @@ def _schema(option: type[Any]) -> Any:
 
 
 def _interpolation(size: str | float | Mapping[str, float]) -> str | float:
-    """Return the value of a part of a scaled option: a number, or the text that OmegaConf resolves to one."""
+    """Return the value of a scaled option: a number, or an OmegaConf interpolation that resolves to a number."""
     if isinstance(size, Mapping):
         sizes = ",".join(f"{scale}:{value}" for scale, value in size.items())
         return f"${{{_BY_SCALE}:${{scale.name}},{{{sizes}}}}}"
@@ -97,10 +97,10 @@ def _interpolation(size: str | float | Mapping[str, float]) -> str | float:
 
 
 def _by_scale(scale: str, sizes: Mapping[str, float]) -> float:
-    """Return the size of an option at a scale.  Raises InvalidInput if the option has no size at this scale."""
+    """Return the value of an option at a scale; raise InvalidInput if the option has no value for the scale."""
     if scale not in sizes:
         raise InvalidInput(
-            "must be given: it has no size at this scale",
+            "must be set, since it has no default at this scale",
             expected=f"scale={'|'.join(sizes)}",
             received=scale,
             code="no_size",
@@ -112,7 +112,7 @@ OmegaConf.register_new_resolver(_BY_SCALE, _by_scale, replace=True)
 
 
 def with_plugins(overrides: Sequence[str]) -> list[str]:
-    """Load the users' files that overrides name, and return the overrides with the files as a list."""
+    """Load the users' files that overrides name, and return the overrides with these files as one list."""
     files = plugins.named_files(overrides)
     plugins.load_files(files)
     others = [item for item in overrides if not item.startswith("plugins=")]
@@ -121,7 +121,7 @@ def with_plugins(overrides: Sequence[str]) -> list[str]:
 
 
 def composed(overrides: Sequence[str]) -> Experiment:
-    """Return the experiment that these overrides name, as on every machine."""
+    """Return the experiment for overrides, before it is adapted to this machine."""
     overrides = with_plugins(overrides)
     register()
     GlobalHydra.instance().clear()
@@ -134,13 +134,13 @@ def composed(overrides: Sequence[str]) -> Experiment:
             if isinstance(error, OmegaConfBaseException | InvalidInput):
                 raise
             where = _not_utf8() if isinstance(error, UnicodeDecodeError) else "conf"
-            # A file there is broken.
+            # A file in this folder is broken.
             raise InvalidInput(str(error), where, code="broken_options") from None
         return _typed(chosen, overrides)
 
 
 def _not_utf8() -> str:
-    """The first file of options whose bytes are no UTF-8."""
+    """Return the first file of options that is not valid UTF-8, with advice; ``conf`` if there is no such file."""
     for path in (path for folder in plugins.conf_folders() for path in sorted(folder.rglob("*.yaml"))):
         try:
             path.read_text("utf-8")
@@ -153,42 +153,49 @@ def _typed(composed: Any, overrides: Sequence[str]) -> Experiment:
     missing = OmegaConf.missing_keys(composed)
     if "name" in missing:
         raise InvalidInput(
-            "no experiment is chosen", expected="experiment=" + "|".join(presets()), code="no_experiment"
+            "no experiment is named", expected="experiment=" + "|".join(presets()), code="no_experiment"
         )
     if missing:
         raise InvalidInput("a value is missing", ", ".join(sorted(missing)), code="missing_value")
     OmegaConf.resolve(composed)
     experiment: Experiment = OmegaConf.to_object(composed)  # type: ignore[assignment]
-    _refuse_additions(experiment, "")
+    _reject_additions(experiment, "")
     if not any(item.startswith("sweep.methods") for item in overrides):
         names = plugins.methods_of_files(experiment.plugins)
         experiment.sweep = experiment.sweep.with_methods(names)
         if left_out := [name for name in names if name not in getattr(experiment.sweep, "methods", [])]:
-            print(f"{experiment.name} cannot compare {', '.join(left_out)}", file=sys.stderr)
-    # Results of a copy that keeps the name of its original would take the original's place.
+            print(f"{experiment.name} cannot compare the methods {', '.join(left_out)}", file=sys.stderr)
+    # The results of a copied preset with the original name would replace those of the original.
     files = [name.strip("[]' ") for name in split_named(overrides)[0]]
     if files and experiment.name not in files and not any(item.startswith("name=") for item in overrides):
         where = f"conf/experiment/{files[-1]}.yaml, name"
-        raise InvalidInput("must be that of the file", where, files[-1], experiment.name, code="other_name")
+        raise InvalidInput(
+            "must equal the name of the file",
+            where,
+            files[-1],
+            experiment.name,
+            code="other_name",
+            typed=False,
+        )
     return experiment
 
 
-def _refuse_additions(options: Any, path: str) -> None:
-    """Refuse keys that ``+key=value`` added, which no stage would read."""
+def _reject_additions(options: Any, path: str) -> None:
+    """Raise InvalidInput for keys that ``+key=value`` added: no stage would read them."""
     if not is_dataclass(options):
         return
-    known = [field.name for field in fields(options)]
+    names = [field.name for field in fields(options)]
     for name, value in vars(options).items():
-        if name not in known:
+        if name not in names:
             raise _unknown_option(type(options), path + name)
-        _refuse_additions(value, f"{path}{name}.")
+        _reject_additions(value, f"{path}{name}.")
 
 
 def _unknown_option(kind: type[Any], key: str) -> InvalidInput:
-    """Return the error for a full key that names no option of a class."""
+    """Return the error for a full key that is not an option of a class."""
     names = [field.name for field in fields(kind)]
-    known = "one of " + ", ".join(names) if names else "none: there are no options here"
-    unknown = InvalidInput("there is no such option", key, known, code="unknown_option")
+    expected = "one of " + ", ".join(names) if names else "no option: this group has none"
+    unknown = InvalidInput("there is no such option", key, expected, code="unknown_option")
     return earlier_names().option_rejection(kind, key) or unknown
 
 
@@ -198,28 +205,33 @@ def in_words(error: Exception) -> Exception:
         group, _, name = error.missing_cfg_file.partition("/")
         if rejection := earlier_names().rejection(group, name):
             return rejection
-        if group == "hydra":  # whose groups are folders of folders
+        if group == "hydra":  # the groups of Hydra are nested folders
             group, _, name = error.missing_cfg_file.rpartition("/")
         options = " or ".join(o for o in error.options or () if not o.startswith("base_"))
         if group == "hydra/launcher":
             options += "; joblib and submitit_* need the extra `cluster`"
-        return InvalidInput("there is no such option", group, options, name, code="unknown_option")
+        return InvalidInput(
+            "there is no such option", group, options, name, code="unknown_option", typed=True
+        )
     if isinstance(error, OverrideParseException):
         return InvalidInput(
             "this is not an override",
             expected="option=value",
             received=repr(error.override or error.message),
             code="not_an_override",
+            typed=True,
         )
     cause = error if isinstance(error, OmegaConfBaseException) else error.__cause__
     if isinstance(
         cause, InterpolationResolutionError
-    ):  # OmegaConf wraps what `_by_scale` raises, several times
+    ):  # OmegaConf wraps the error of `_by_scale` several times
         inner: BaseException | None = cause
         while inner is not None and not isinstance(inner, InvalidInput):
             inner = inner.__context__
         if inner is not None:
-            return InvalidInput(inner.what, cause.full_key, inner.expected, inner.received, code=inner.code)
+            return InvalidInput(
+                inner.what, cause.full_key, inner.expected, inner.received, code=inner.code, typed=True
+            )
     if isinstance(cause, OmegaConfBaseException) and cause.full_key:
         if isinstance(cause, ConfigAttributeError | ConfigKeyError) and is_dataclass(cause.object_type):
             return _unknown_option(cause.object_type, cause.full_key)
@@ -227,7 +239,7 @@ def in_words(error: Exception) -> Exception:
     lines = str(error).splitlines()
     first = " ".join(lines[: 2 if lines[0].endswith(":") else 1])
     if first.startswith("Ambiguous"):
-        several = "one value; several values are a multirun: -m in front"
+        several = "one value; for several values put -m in front (multirun)"
         return InvalidInput(first, expected=several, code="several_values")
     return InvalidInput(first, code="not_composed")
 
@@ -244,10 +256,10 @@ def run_hydra(
     arguments : sequence of str
         Hydra's flags and overrides.
     make : callable
-        Given an experiment, its overrides and, for a variant of a multirun, its folder: makes the figure and returns
-        why it was refused, empty if it was not.
+        Function that makes a figure from an experiment, its overrides and, for a variant of a multirun, its folder.  It
+        returns the error message, empty on success.
     prepared : callable
-        Makes a composed experiment one of this machine.
+        Function that adapts a composed experiment to this machine.
     """
     arguments = with_plugins(arguments)
     register()
@@ -259,7 +271,7 @@ def run_hydra(
         settings = HydraConfig.get()
         variant = settings.mode == RunMode.MULTIRUN
         try:
-            plugins.load_files(composed.plugins)  # a launcher's process has not loaded them
+            plugins.load_files(composed.plugins)  # not yet loaded in a process of a launcher
             experiment = prepared(_typed(composed, settings.overrides.task))
         except InvalidInput as error:
             if variant:
@@ -269,16 +281,16 @@ def run_hydra(
             return
         folder = Path(settings.runtime.output_dir) / experiment.name if variant else None
         if variant and settings.runtime.choices["hydra/launcher"] != "basic":
-            # Variants run side by side, each on the cores that its launcher has asked for.
+            # Variants run in parallel, each on the cores that its launcher has requested.
             experiment.workers = min(experiment.workers, settings.launcher.get("cpus_per_task") or 1)
-        refused = make(experiment, settings.overrides.task, folder)
-        if refused and variant:
-            # The other variants are made; the launcher passes this one's error to the caller.
-            raise InvalidInput(refused, settings.job.override_dirname, code="refused")
-        status = 1 if refused else 0
+        failure = make(experiment, settings.overrides.task, folder)
+        if failure and variant:
+            # The other variants are still made; the launcher passes this error to the caller.
+            raise InvalidInput(failure, settings.job.override_dirname, code="refused")
+        status = 1 if failure else 0
 
     os.environ["HYDRA_FULL_ERROR"] = "1"  # errors reach the caller
-    # Hydra takes overrides in one piece, flags and their words before or behind it.
+    # Hydra requires all overrides in one block; flags and their values go before or after it.
     sys.argv[1:] = sorted(
         quoted(arguments), key=lambda item: item[0] != "-" and ("=" in item or item[0] == "~")
     )

@@ -1,7 +1,7 @@
-"""Names of earlier versions: what their presets, options and columns are called now, or why they went.
+"""Names of earlier versions: today's names of presets, options and columns, or the reasons for their removal.
 
-Each folder of options may have a table ``earlier_names.yaml``; the tables of plug-ins join that of ``conf``.  An
-archive of an earlier version is read by these tables, and an old name that a user types is rejected with the new one.
+Each folder of options may have a table ``earlier_names.yaml``; the tables of plug-ins extend that of ``conf``.
+Archives of earlier versions are read with these tables.  If a user types an old name, the error states the new one.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ TABLE = "earlier_names.yaml"
 """Name of the table in a folder of options."""
 
 TEXT = "str"
-"""New name of a class of choices that are plain text now."""
+"""New name of a class of choices that are now plain text."""
 
 
 @dataclass(frozen=True)
@@ -31,13 +31,13 @@ class Change:
     Attributes
     ----------
     now : str
-        Today's name; empty if there is none.
+        Today's name; empty if the name was removed.
     moved : str
-        Full key of the option that replaces it and that archives have as well, such as ``sweep.partners``.
+        Full key of the option that replaces it and that archives also have, such as ``sweep.partners``.
     gone, added, text : str
-        Reason why an option or column went; why archives lack a column; why a column of sentences is not compared.
+        Reason why an option or column was removed, archives lack a column, or a column of sentences is not compared.
     was : list
-        Values of an option that went with which this version computes the same; all of them if empty.
+        Values of a removed option for which this version computes the same results; empty for all values.
     """
 
     now: str = ""
@@ -55,13 +55,14 @@ class EarlierNames:
     Attributes
     ----------
     files : dict
-        Presets and chosen files of options: ``experiment/zhang2007_fig5``, ``sweep/known_view``.
+        Changes of presets and option files: ``experiment/zhang2007_fig5``, ``sweep/known_view``.
     classes : dict
-        Classes of options.
+        Changes of option classes.
     options : dict
-        Options and members of choices, with the class that has them today: ``Scale.trials``, ``Heading.steps``.
+        Changes of options and members of choices, with their present class: ``Scale.trials``, ``Heading.steps``.
     columns : dict
-        Columns of published tables: ``zhang2007_fig5/table.csv/method``; of every figure: ``table.csv/method``.
+        Changes of columns in published tables: ``zhang2007_fig5/table.csv/method``; in all figures:
+        ``table.csv/method``.
     """
 
     files: dict[str, Change] = field(default_factory=dict)
@@ -70,21 +71,21 @@ class EarlierNames:
     columns: dict[str, Change] = field(default_factory=dict)
 
     def option(self, kind: type[Any], name: str) -> Change | None:
-        """Return the change of an option of a class, or of the class that it inherits from."""
-        changes = (self.options.get(f"{one.__name__}.{name}") for one in kind.__mro__)
+        """Return the change of an option of a class or its base classes; None if it did not change."""
+        changes = (self.options.get(f"{base.__name__}.{name}") for base in kind.__mro__)
         return next((change for change in changes if change), None)
 
     def rejection(self, group: str, name: str) -> InvalidInput | None:
-        """Return the error for a file of options that has another name now or went, None for any other."""
+        """Return the error for an option file that was renamed or removed; None for any other file."""
         return _rejection(self.files.get(f"{group}/{name}"), group, name)
 
     def option_rejection(self, kind: type[Any], key: str) -> InvalidInput | None:
-        """Return the error for the full key of an option that has another name now or went, None for any other."""
+        """Return the error for the full key of an option that was renamed or removed; None for any other key."""
         above, dot, name = key.rpartition(".")
         return _rejection(self.option(kind, name), key, name, above + dot)
 
     def todays_preset(self, name: str) -> Change:
-        """Return today's name of a figure, or why it went."""
+        """Return the change of a figure's preset: today's name, or the reason for its removal."""
         change = self.files.get(f"experiment/{name}", Change(now=name))
         return replace(change, now=change.now.rpartition("/")[2])
 
@@ -97,18 +98,18 @@ class EarlierNames:
         return change.now if (change := self.option(kind, name)) else name
 
     def todays_options(self, kind: type[Any], values: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the values of a class's options by today's names, without those that went.
+        """Return the values of a class's options by today's names, without removed options.
 
         Raises
         ------
         InvalidInput
-            If an option went with a value that this version does not compute.
+            If a removed option has a value that this version cannot compute.
         """
-        found = {}
+        options = {}
         for name, value in values.items():
             change = self.option(kind, name) or Change(now=name)
             if change.now:
-                found[change.now] = value
+                options[change.now] = value
             elif change.moved:
                 continue
             elif change.was and value not in change.was:
@@ -120,12 +121,12 @@ class EarlierNames:
                     value,
                     code="gone",
                 )
-        return found
+        return options
 
     def alike(self, figure: str, table: str, kept: Table, made: Table) -> tuple[Table, Table]:
-        """Return the columns of an archived table by today's names, and those of today's table to compare them with.
+        """Return the comparable columns of an archived table, by today's names, and of today's table.
 
-        Left out are columns that went, that the archive lacks because they were added since, and columns of sentences.
+        Columns that were removed, that were added since, or that contain sentences are left out.
         """
         changes = {
             key.rpartition("/")[2]: change
@@ -148,29 +149,29 @@ def earlier_names() -> EarlierNames:
     Raises
     ------
     InvalidInput
-        If a table cannot be understood.
+        If a table is malformed.
     """
     return _earlier_names(plugins.edition())
 
 
 @cache
 def _earlier_names(_: object) -> EarlierNames:
-    found = EarlierNames()
+    names = EarlierNames()
     for path in (folder / TABLE for folder in plugins.conf_folders()):
         for section, entries in read_mapping(path).items() if path.is_file() else ():
-            require_choice(f"{path}: section", section, [one.name for one in fields(EarlierNames)])
+            require_choice(f"{path}: section", section, [part.name for part in fields(EarlierNames)])
             if not isinstance(entries, dict):
-                raise InvalidInput("is not a mapping", f"{path}: {section}", code="not_a_mapping")
-            getattr(found, section).update(
+                raise InvalidInput("the section is not a mapping", f"{path}: {section}", code="not_a_mapping")
+            getattr(names, section).update(
                 {str(name): _change(entry, f"{path}: {name}") for name, entry in entries.items()}
             )
-    return found
+    return names
 
 
 def _change(entry: Any, where: str) -> Change:
     """Return the change that an entry of a table states."""
     stated = {"now": entry} if isinstance(entry, str) else entry
-    kinds = {one.name for one in fields(Change)} - {"was"}
+    kinds = {part.name for part in fields(Change)} - {"was"}
     valid = (
         isinstance(stated, dict)
         and len(kinds & stated.keys()) == 1
@@ -180,28 +181,30 @@ def _change(entry: Any, where: str) -> Change:
     )
     if not valid:
         expected = "a new name, {moved: full key}, {gone: reason}, {added: reason} or {text: reason}"
-        raise InvalidInput("is no change of a name", where, expected, repr(entry), code="not_understood")
+        raise InvalidInput(
+            "the change of a name is malformed", where, expected, repr(entry), code="not_understood"
+        )
     return Change(**stated)
 
 
 def _rejection(change: Change | None, where: str, name: str, above: str = "") -> InvalidInput | None:
-    """Return the error for an old name that was typed."""
+    """Return the error for an old name that a user typed; None without a change."""
     if change is None:
         return None
     if new := change.moved or (change.now and above + change.now.rpartition("/")[2]):
-        return InvalidInput("this name was changed", where, new, name, code="renamed", now=new)
-    return InvalidInput(f"no longer exists: {change.gone}", where, received=name, code="gone")
+        return InvalidInput("this name was changed", where, new, name, code="renamed", typed=True, now=new)
+    return InvalidInput(f"no longer exists: {change.gone}", where, received=name, code="gone", typed=True)
 
 
 def require_preset(name: str) -> str:
-    """Return the name of a figure that has a preset.
+    """Return a name after checking that a preset of this name exists.
 
     Raises
     ------
     InvalidInput
-        If there is none: with today's name, or why the figure went, where it is an old one.
+        If there is no such preset.  For an old name the message states the new name or the reason for the removal.
     """
-    known = presets()
-    if name not in known and (error := earlier_names().rejection("experiment", name)):
+    names = presets()
+    if name not in names and (error := earlier_names().rejection("experiment", name)):
         raise error
-    return require_choice("experiment", name, known)
+    return require_choice("experiment", name, names)

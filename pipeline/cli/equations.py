@@ -1,4 +1,4 @@
-"""The command `equations`."""
+"""Command `equations`: the register of the papers' equations."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pipeline.resources import PACKAGE
 
 
 def equations(arguments: Sequence[str]) -> int:
-    """Print every equation, numbered or not: in words, the function as printed, the one in use, and the test."""
+    """Print every equation: in words, the functions that implement it as printed and as used, and the test."""
     chosen = [papers.paper(key) for key in arguments] or list(papers.all_papers().values())
     for paper in chosen:
         tell(f"{paper.key}: {paper.authors} ({paper.year}). {paper.title}.", "bold")
@@ -26,6 +26,6 @@ def equations(arguments: Sequence[str]) -> int:
 
 
 def _where(dotted: str) -> str:
-    """Return file, line and name of a function."""
+    """Return file, line and name of a function, given by its dotted name."""
     path, line = papers.locate(dotted)
     return f"{path.relative_to(PACKAGE.parent).as_posix()}:{line} {dotted.rpartition('.')[2]}"

@@ -1,4 +1,4 @@
-"""Errors that the user can correct, in one sentence."""
+"""Messages for errors that the user can correct."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from pipeline.validation import InvalidInput
 
 
 def sentence(error: Exception) -> str:
-    """Return the message of an error that the user can correct; empty for a bug, which needs its traceback."""
+    """Return the message for an error that the user can correct; empty for a bug, which needs its traceback."""
     if isinstance(error, InvalidInput):
         return str(error)
     if isinstance(error, ModuleNotFoundError):
         package = missing_package(error)
         return f"this needs {install_hint(package)}" if package else ""
     if isinstance(error, MemoryError):
-        return f"there is too little memory for this: {error}"
+        return f"there is not enough memory: {error}"
     if type(error).__module__.partition(".")[0] in ("hydra", "omegaconf"):
-        from pipeline.cli.composition import in_words  # loaded, or there would be no such error
+        from pipeline.cli.composition import in_words  # already loaded, since it raised the error
 
         return str(in_words(error))
     if type(error).__module__.startswith("yaml."):

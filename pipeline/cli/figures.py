@@ -1,4 +1,4 @@
-"""Making one figure from its experiment, and several with a progress display and a summary."""
+"""Computation of one figure from its experiment, or of several with a progress display and a summary."""
 
 from __future__ import annotations
 
@@ -38,9 +38,10 @@ def make_figure(
     at: Callable[[str], None] = lambda stage: None,
     early: bool = False,
 ) -> Outcome:
-    """Run the five stages and publish the figure in `folder`; `at` is called with each stage that begins.
+    """Run the five stages of an experiment, publish the figure in `folder`, and return the outcome.
 
-    With `early`, first without further populations.
+    `at` is called with the name of each stage when it starts.  With `early`, the figure is first published without
+    further populations.
     """
     experiment.validate()
     require_replaceable(folder)
@@ -57,8 +58,8 @@ def make_figure(
     stages = chain.run(experiment, store, at=stage)
     with stage("figure"):
         verdicts = figure.run(experiment, stages, folder, store, measures=all_measures(), early=early)
-    reused = tuple(kept.artefact.stage for kept in stages if not kept.artefact.computed)
-    remarks = [remark for kept in stages for remark in getattr(kept.value, "remarks", [])]
+    reused = tuple(result.artefact.stage for result in stages if not result.artefact.computed)
+    remarks = [remark for result in stages for remark in getattr(result.value, "remarks", [])]
     remarks += _remarks_on(stages[0].value)
     took_s = _processor_s() - processor_s
     return Outcome(experiment.name, folder, seconds, reused, verdicts, tuple(remarks), took_s)
@@ -70,25 +71,25 @@ def _processor_s() -> float:
 
 
 def _remarks_on(clips: Clips) -> list[str]:
-    """Return warnings on the clips: unusual ones that are kept, and how many are refused."""
+    """Return warnings about clips: unusual clips that are used, and the number of rejected clips."""
     remarks = [
-        f"{row['clip']} is {row['reason']}: look at its frame rate"
+        f"{row['clip']} is {row['reason']}: check its frame rate"
         for row in clips.report
         if row["verdict"] == "kept" and row["code"] == FAR_FREQUENCY
     ]
     refused = [row for row in clips.report if row["verdict"] == "refused"]
     if refused:
         remarks.append(
-            f"{len(refused)} of {len(clips.report)} clips refused, with reasons, in table_ingest.csv"
+            f"{len(refused)} of {len(clips.report)} clips are rejected; table_ingest.csv has the reasons"
             f" (e.g. {refused[0]['clip']}: {refused[0]['reason']})"
         )
     return remarks
 
 
 def attempt(experiment: Experiment, folder: Path, at: Callable[[str], None], *, early: bool = False) -> Made:
-    """Make a figure and return it, or why it could not be made; it comes early also where it is the first.
+    """Make a figure and return the outcome, or the failure; the first figure of a folder is published early.
 
-    A store of its own remembers the artefacts of one figure: memory does not grow with the number of figures.
+    Each figure uses a new store, so that memory does not grow with the number of figures.
     """
     early |= not folder.parent.exists()
     try:
@@ -103,43 +104,48 @@ def attempt(experiment: Experiment, folder: Path, at: Callable[[str], None], *, 
 
 
 def make_figures(jobs: Jobs, *, console: Console) -> list[str]:
-    """Make figures and return why some were not made, a sentence each; the others are made all the same.
+    """Make figures and return the error messages; the failure of one figure does not stop the others.
 
     Parameters
     ----------
     jobs : sequence of (Experiment, Path)
-        Each figure's experiment and folder, in the order in which they are begun.  As many processes as the
-        experiments' `workers` make them side by side; one figure alone uses all of these for its own work.
+        Experiment and folder of each figure, in starting order.  The largest `workers` of the experiments is the number
+        of processes; a single figure uses all of them for its own work.
     console : Console
-        For progress and summary; why figures were not made is printed to standard error.
+        Console for progress and summary; error messages go to standard error.
     """
     cores = max([1, *(experiment.workers for experiment, _ in jobs)])
     processes = min(cores, len(jobs))
     started = time.perf_counter()
     with Display([e for e, _ in jobs], console, slots=processes) as display:
         if processes > 1:
-            made = make_side_by_side(jobs, attempt, display, processes=processes, cores=cores)
+            results = make_side_by_side(jobs, attempt, display, processes=processes, cores=cores)
         else:
-            made = _make_in_turn(jobs, display)
-    return report(jobs, made, console, seconds=time.perf_counter() - started)
+            results = _make_in_turn(jobs, display)
+    return report(jobs, results, console, seconds=time.perf_counter() - started)
 
 
 def report(
     jobs: Jobs,
-    made: Sequence[Made],
+    results: Sequence[Made],
     console: Console,
     *,
     seconds: float,
 ) -> list[str]:
-    """Print the summary of figures that were made in some time, and return why some were not, a sentence each."""
-    outcomes = [one for one in made if isinstance(one, Outcome)]
+    """Print the summary of figures and the errors of failed ones, and return the error messages.
+
+    `seconds` is the duration of the whole run.
+    """
+    outcomes = [result for result in results if isinstance(result, Outcome)]
     if outcomes:
-        own = {e.name for e, _ in jobs if isinstance(e.data, FolderData)}
-        for words in filter(None, (own_result(one.folder) for one in outcomes if one.figure in own)):
+        on_user_data = {e.name for e, _ in jobs if isinstance(e.data, FolderData)}
+        for words in filter(
+            None, (own_result(result.folder) for result in outcomes if result.figure in on_user_data)
+        ):
             console.print(Text(words, style="bold"), soft_wrap=True)
         verdicts = _ledger(outcomes, {e.name: e for e, _ in jobs})
         summarise(outcomes, verdicts, console, seconds=seconds)
-    failures = [one for one in made if isinstance(one, Failure)]
+    failures = [result for result in results if isinstance(result, Failure)]
     complaints = Console(stderr=True, highlight=False)
     for trace in dict.fromkeys(failure.traceback for failure in failures if failure.traceback):
         complaints.print(Text(trace), soft_wrap=True)
@@ -147,30 +153,30 @@ def report(
     for failure in failures:
         by_sentence.setdefault(failure.sentence, []).append(failure.figure)
     for words, figures in by_sentence.items():
-        complaints.print(Text(f"refused ({', '.join(figures)}): {words}", style="red"), soft_wrap=True)
+        complaints.print(Text(f"not made ({', '.join(figures)}): {words}", style="red"), soft_wrap=True)
     return list(by_sentence)
 
 
 def _make_in_turn(jobs: Jobs, display: Display) -> list[Made]:
     """Make figures one after the other in this process."""
-    made: list[Made] = []
+    results: list[Made] = []
     for number, (experiment, folder) in enumerate(jobs):
         display.began(0, number)
-        made.append(attempt(experiment, folder, lambda stage: display.at(0, stage), early=len(jobs) == 1))
-        display.ended(0, number, made[-1])
-    return made
+        results.append(attempt(experiment, folder, lambda stage: display.at(0, stage), early=len(jobs) == 1))
+        display.ended(0, number, results[-1])
+    return results
 
 
 def _ledger(outcomes: Sequence[Outcome], experiments: dict[str, Experiment]) -> list[papers.Verdict]:
-    """Return the verdicts on these figures; writes ``claims.csv`` beside several that share a folder."""
+    """Return the verdicts on figures, and write ``claims.csv`` if several figures share a folder."""
     parents = {outcome.folder.parent for outcome in outcomes}
     if len(parents) > 1 or len(outcomes) == 1:
         return [verdict for outcome in outcomes for verdict in outcome.verdicts]
     parent = parents.pop()
     figures = [outcome.figure for outcome in outcomes]
-    one = experiments[figures[0]]
+    first = experiments[figures[0]]
     verdicts = judge_folder(
-        parent, one.data.name, figures, measures=all_measures(), overridden=parent != one.published_in
+        parent, first.data.name, figures, measures=all_measures(), overridden=parent != first.published_in
     )
     write_claims(parent / "claims.csv", verdicts, judged=figures)
     return verdicts

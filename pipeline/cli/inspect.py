@@ -1,4 +1,4 @@
-"""What is in the user's recordings, which mapping fits each, and what to type next."""
+"""Command `inspect`: the content of recordings, the mapping that fits each, and the next command to type."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from pipeline.validation import InvalidInput, bounded, listed
 
 @dataclass
 class Inspect:
-    """Options of the command; empty: the file's own, or what fits."""
+    """Options of the command; by default the values stated in the file and the best mapping."""
 
     write: str = ""
     replace: bool = False
@@ -42,18 +42,19 @@ class Inspect:
 
 @dataclass
 class Findings:
-    """What was found in one recording, in lines to be printed.
+    """Findings on one recording.
 
     Attributes
     ----------
     name : str
     lines : list of str
+        Lines to print.
     mapping : str
-        Mapping that fits; empty if none does.
+        Mapping that fits; empty if none fits.
     strides : float
-        Strides of steady walking; 0 if it holds none.
+        Number of strides of steady walking; 0 without a walk.
     people : tuple of str
-        Who is in it, if there are several.
+        Names of the people in a recording of several.
     """
 
     name: str
@@ -64,31 +65,31 @@ class Findings:
 
 
 def recordings(source: Path) -> list[Path]:
-    """Return the recordings of a folder, in order, or the one file.
+    """Return the recordings in a folder and its subfolders, sorted, or a single file.
 
     Raises
     ------
     InvalidInput
-        If there is nothing of the kind.
+        If the path does not exist or the folder contains no recording.
     """
     if source.is_file():
         return [source]
     if not source.is_dir():
         raise InvalidInput("there is no such file or folder", source, code="no_file")
-    found = sorted(p for p in source.rglob("*") if formats.is_recording(p) and p.is_file())
-    if not found:
+    files = sorted(p for p in source.rglob("*") if formats.is_recording(p) and p.is_file())
+    if not files:
         expected = "files ending in " + " ".join(formats.READERS)
         raise InvalidInput(
-            "no motion capture in the folder: keypoints of a film go to `reconstruct`",
+            "the folder has no motion capture (for keypoints of a video use `reconstruct`)",
             source,
             expected,
             code="no_recordings",
         )
-    return found
+    return files
 
 
 def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
-    """Yield the findings on each recording that the arguments name, and write a proposal where one is asked for.
+    """Yield the findings on each recording that the arguments name; with ``write=`` also write a proposed mapping.
 
     Raises
     ------
@@ -99,47 +100,47 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
     source = Path(named)
     files = recordings(source)
     chosen = mappings.chosen(options.skeleton or mappings.AUTO)
-    known = [chosen] if chosen else list(mappings.shipped().values())
+    candidates = [chosen] if chosen else list(mappings.shipped().values())
     stated: dict[str, Any] = {"units": options.units or None, "frame_rate_hz": options.frame_rate_hz}
     statics = _statics(files)
     for path in files:
-        found = Findings(path.relative_to(source if source.is_dir() else path.parent).as_posix())
+        findings = Findings(path.relative_to(source if source.is_dir() else path.parent).as_posix())
         try:
             motion = formats.read(path, **stated, up=options.up)
         except InvalidInput as refusal:
-            found.lines.append(f"cannot be read: {_found(refusal)}")
-            yield found
+            findings.lines.append(f"cannot be read: {refusal}")
+            yield findings
             continue
-        found.lines += _of_file(motion, path.suffix)
+        findings.lines += _of_file(motion, path.suffix)
         try:
-            motion = _one_person(motion, known, options.subject, found)
+            motion = _one_person(motion, candidates, options.subject, findings)
             noted = len(motion.notes)
             if static := options.static:
                 posture = joints.standing(Path(static), **stated)
-                motion = joints.carry(motion, posture, Path(static).name, known)
+                motion = joints.carry(motion, posture, Path(static).name, candidates)
             else:
-                motion = joints.completed(motion, known, statics[path], **stated)
-            found.lines += motion.notes[noted:]
-            fit = mappings.suggest(motion, known)
+                motion = joints.completed(motion, candidates, statics[path], **stated)
+            findings.lines += motion.notes[noted:]
+            fit = mappings.suggest(motion, candidates)
         except InvalidInput as refusal:
-            found.lines.append(f"cannot be used: {refusal if found.people else _found(refusal)}")
-            if found.people:
-                found.lines.append(f"next: {_again(path, f'subject={shlex.quote(found.people[0])}')}")
-            yield found
+            findings.lines.append(f"cannot be used: {refusal}")
+            if findings.people:
+                findings.lines.append(f"next: {_again(path, f'subject={shlex.quote(findings.people[0])}')}")
+            yield findings
             continue
         if fit.usable:
-            _of_walk(motion, fit, path, options, found)
+            _of_walk(motion, fit, path, options, findings)
         else:
-            found.lines += _of_no_mapping(motion, fit, path)
+            findings.lines += _of_no_mapping(motion, fit, path)
         if target := options.write:
-            _write(motion, Path(target), path, found, replace=options.replace)
+            _write(motion, Path(target), path, findings, replace=options.replace)
         elif not fit.usable:
-            found.lines.append(f"next: {_again(path, 'write=my_lab.yaml')}")
-        yield found
+            findings.lines.append(f"next: {_again(path, 'write=my_lab.yaml')}")
+        yield findings
 
 
 def _statics(files: Sequence[Path]) -> dict[Path, tuple[Path, ...]]:
-    """What may be the static trial of each recording: of those that are inspected, or of one file's folder."""
+    """Return the possible static trials of each recording, among the inspected files or in the folder of one file."""
     if len(files) == 1:
         near = files[0].parent.iterdir()
         files = sorted({*files, *(p for p in near if formats.is_recording(p) and p.is_file())})
@@ -147,46 +148,43 @@ def _statics(files: Sequence[Path]) -> dict[Path, tuple[Path, ...]]:
 
 
 def _person(name: str, pattern: str = FolderData.person) -> str:
-    """Whom the name of a file names by data.person."""
+    """Return the person that a file name states by the pattern of data.person, else the whole name."""
     match = re.search(pattern, name)
     return match[1] if match else name
 
 
-def _found(refusal: object) -> str:
-    """The sentence on what a file contains: nobody sent it."""
-    return re.sub(r"(?<=\()received |(?<=, )received ", "found ", str(refusal))
-
-
 def _of_no_mapping(motion: MotionCapture, fit: mappings.Fit, path: Path) -> list[str]:
-    """Which mapping is nearest, if any point of it is there, and what marks no joint."""
+    """Return lines for a recording without a fitting mapping: the nearest mapping, and markers that are no joints."""
     lines = ["no mapping fits"]
     if fit.points:
         lacking = listed(fit.lacking)
-        lines[0] += f"; the nearest is {fit.mapping.name}, for which are missing: {lacking}"
+        lines[0] += f"; the nearest is {fit.mapping.name}, which also needs: {lacking}"
     clusters = joints.technical_clusters(motion)
-    if len({plain_name(motion.names[group[0]])[0] for group in clusters}) == 2:  # of both sides
+    if len({plain_name(motion.names[group[0]])[0] for group in clusters}) == 2:  # on both sides
         names = "; ".join(", ".join(motion.names[k] for k in group) for group in clusters[:4])
         lines += [
-            f"clusters that move rigidly with a segment and mark no joint: {names}"
+            f"marker clusters that move rigidly with a segment and mark no joint: {names}"
             + "; …" * (len(clusters) > 4),
-            f"next: {_again(path, 'static=STANDING_TRIAL')}   (with knees and ankles;"
-            " found by itself if its name begins with the person's and holds the word static)",
+            f"next: {_again(path, 'static=STANDING_TRIAL')}   (a trial with knees and ankles; it is found"
+            " automatically if its name begins with the person's and contains the word static)",
         ]
     return lines
 
 
-def summary(folder: Path, found: Sequence[Findings]) -> list[str]:
-    """Return what the recordings of a folder hold together, in lines to be printed."""
-    walks = [one for one in found if one.strides]
-    doubled = len({Path(one.name).name for one in found}) < len(found)
-    who = sorted({_person(one.name, BY_FOLDER) if doubled else _person(Path(one.name).name) for one in walks})
-    lines = [f"{len(walks)} of {len(found)} files hold walks, of {len(who)} people: {listed(who)}"]
+def summary(folder: Path, findings: Sequence[Findings]) -> list[str]:
+    """Return the summary of a folder's recordings: files with walks, people, the next command, unread files."""
+    walks = [each for each in findings if each.strides]
+    doubled = len({Path(each.name).name for each in findings}) < len(findings)
+    who = sorted(
+        {_person(each.name, BY_FOLDER) if doubled else _person(Path(each.name).name) for each in walks}
+    )
+    lines = [f"{len(walks)} of {len(findings)} files contain walks, of {len(who)} people: {listed(who)}"]
     if doubled:
-        lines.append(f"(files of one name in several folders: runs need data.person={WHOSE})")
+        lines.append(f"(several folders have files of the same name: set data.person={WHOSE} in runs)")
     elif len(who) < len(walks) or len(who) < 3:
         lines.append(
-            f"(a person is what data.person='{FolderData.person}' finds in the name of a file; with a folder for each"
-            " person: data.person='^(.+?)/')"
+            f"(the pattern data.person='{FolderData.person}' takes the person from the name of a file; with one folder"
+            " per person use data.person='^(.+?)/')"
         )
     if len(who) >= 3:
         lines.append(
@@ -199,7 +197,7 @@ def summary(folder: Path, found: Sequence[Findings]) -> list[str]:
 
 
 def _other_files(folder: Path) -> str:
-    """How many files of each suffix that no reader has lie below a folder; empty if there are none."""
+    """Return the number of files in a folder that no reader supports, by suffix, as text; empty if there are none."""
     counts = Counter(
         p.suffix.lower() or "no suffix"
         for p in folder.rglob("*")
@@ -209,29 +207,29 @@ def _other_files(folder: Path) -> str:
         and p.suffix.lower() != ".asf"
     )
     return ", ".join(
-        f"{count} of {suffix}" + (f" ({formats.ADVICE[suffix]})" if suffix in formats.ADVICE else "")
+        f"{count} {suffix}" + (f" ({formats.ADVICE[suffix]})" if suffix in formats.ADVICE else "")
         for suffix, count in sorted(counts.items())
     )
 
 
 def _one_person(
-    motion: MotionCapture, known: Sequence[SourceMapping], subject: str, found: Findings
+    motion: MotionCapture, candidates: Sequence[SourceMapping], subject: str, findings: Findings
 ) -> MotionCapture:
-    """The points of the person that is chosen, of a file of several, who are listed.
+    """Return the points of one person, and add the names of all people to the findings.
 
     Raises
     ------
     InvalidInput
-        If nothing was measured, or nobody is chosen.
+        If no sample was measured, or `subject` does not select one of several people.
     """
     if not motion.valid.any():
-        raise InvalidInput("no sample of any point was measured", code="nothing_measured")
-    found.people = tuple(mappings.people(motion, known))
-    if found.people:
-        found.lines.append(f"people: {', '.join(found.people)}")
+        raise InvalidInput("every sample of every point is missing", code="nothing_measured")
+    findings.people = tuple(mappings.people(motion, candidates))
+    if findings.people:
+        findings.lines.append(f"people: {', '.join(findings.people)}")
     noted = len(motion.notes)
-    motion = mappings.of_one_person(motion, known, subject)
-    found.lines += motion.notes[noted:]
+    motion = mappings.of_one_person(motion, candidates, subject)
+    findings.lines += motion.notes[noted:]
     return motion
 
 
@@ -246,46 +244,48 @@ def _of_file(motion: MotionCapture, suffix: str) -> list[str]:
     return [line, f"points: {listed(motion.names)}", *motion.notes]
 
 
-def _of_walk(motion: MotionCapture, fit: mappings.Fit, path: Path, options: Inspect, found: Findings) -> None:
-    """What the mapping gives, and whether somebody walks steadily."""
-    found.mapping = fit.mapping.name
-    given = f"mapping: {fit.mapping.name}, {15 - len(fit.missing)} of 15 joints"
+def _of_walk(
+    motion: MotionCapture, fit: mappings.Fit, path: Path, options: Inspect, findings: Findings
+) -> None:
+    """Add to the findings the joints that the mapping gives, and the steady walk or the reason why there is none."""
+    findings.mapping = fit.mapping.name
+    line = f"mapping: {fit.mapping.name}, {15 - len(fit.missing)} of 15 joints"
     if fit.missing:
-        given += f"; estimated in walks: {', '.join(fit.missing)}"
-    found.lines.append(given)
+        line += f"; estimated in walks: {', '.join(fit.missing)}"
+    findings.lines.append(line)
     try:
         read, positions, valid = joints_of(motion, fit.mapping)
-        found.lines += read.notes[len(motion.notes) :]
+        findings.lines += read.notes[len(motion.notes) :]
         up = up_axis(motion, fit.mapping)
     except InvalidInput as refusal:
-        found.lines.append(_found(refusal))
+        findings.lines.append(str(refusal))
         return
-    found.lines.append(f"axis up: {up}")
+    findings.lines.append(f"axis up: {up}")
     walk = walk_in(path.name, positions, read.frame_rate_hz, valid, options.up)
-    run = _run(path, options, found.mapping)
+    run = _run(path, options, findings.mapping)
     if walk.positions is None:
-        reason, code, values = _found(walk.row["reason"]), walk.row["code"], walk.row["values"]
+        reason, code, values = walk.row["reason"], walk.row["code"], walk.row["values"]
         if walk.row["leg_length_mm"] and joints.moves(positions) <= joints.MAX_MOTION:
-            reason, code = "nobody moves; it may be the static trial of other recordings", "nobody_moves"
+            reason, code = "the person does not move: this may be a static trial", "nobody_moves"
             values = {}
-        found.lines += [
-            _found(complaint.sentence)
+        findings.lines += [
+            complaint.sentence
             for complaint in check(positions, valid, read.frame_rate_hz, walk=False, up=options.up)
             if complaint.sentence != walk.row["reason"]
         ]
-        found.lines.append(f"not usable as a walk: {reason}")
-        found.lines.append(f"next: {_after_refusal(code, values, path, options, run)}")
+        findings.lines.append(f"not usable as a walk: {reason}")
+        findings.lines.append(f"next: {_after_refusal(code, values, path, options, run)}")
         return
-    found.strides = walk.row["strides"]
-    found.lines.append(
-        f"walk: {found.strides:.1f} strides, {walk.row['locomotion']}, {walk.row['frequency_hz']:.2f} Hz"
+    findings.strides = walk.row["strides"]
+    findings.lines.append(
+        f"walk: {findings.strides:.1f} strides, {walk.row['locomotion']}, {walk.row['frequency_hz']:.2f} Hz"
         + (f"; {walk.row['reason']}" if walk.row["reason"] else "")
     )
-    found.lines.append(f"next (with recordings of three people or more in the folder): {run}")
+    findings.lines.append(f"next (if the folder has recordings of at least three people): {run}")
 
 
 def _run(path: Path, options: Inspect, mapping: str) -> str:
-    """The command that makes a figure of the folder's recordings."""
+    """Return the command that makes a figure of the folder's recordings."""
     stated = "".join(
         f" data.{name}={shlex.quote(f'{value:g}' if isinstance(value, float) else value)}"
         for name in ("units", "frame_rate_hz", "subject", "up")
@@ -297,12 +297,12 @@ def _run(path: Path, options: Inspect, mapping: str) -> str:
 
 
 def _again(path: Path, option: str = "") -> str:
-    """The command that inspects a recording with an option."""
+    """Return the command that inspects a recording again with an option."""
     return f"python -m pipeline inspect {shlex.quote(str(path))} {option}".rstrip()
 
 
 def _after_refusal(code: str, values: dict[str, Any], path: Path, options: Inspect, run: str) -> str:
-    """What to do about a recording that is no walk."""
+    """Return the next command or advice for a recording that is not a walk."""
     if code == "unit" and options.units:
         return f"{_again(path)}   (without units={options.units})"
     if code == "unit":
@@ -315,43 +315,45 @@ def _after_refusal(code: str, values: dict[str, Any], path: Path, options: Inspe
             )
         return again
     if bounds := values.get("take"):
-        return f"if it is a walk all the same: {run} {' '.join(bounds)}"
-    return "for actions and limbs (mozerov2006, park2011) all joints are needed, walking is not"
+        return f"if it is a walk nevertheless: {run} {' '.join(bounds)}"
+    return "figures of actions and limbs (mozerov2006, park2011) need all joints, but no walking"
 
 
-def _write(motion: MotionCapture, target: Path, source: Path, found: Findings, *, replace: bool) -> None:
+def _write(motion: MotionCapture, target: Path, source: Path, findings: Findings, *, replace: bool) -> None:
     if target.suffix.lower() not in (".yaml", ".yml"):
         raise InvalidInput("must end in .yaml", "write", received=target.name, code="unknown_format")
     proposal = nearest_joints.propose(motion, target.stem)
     with new_file(target, replace=replace, sources=[source]) as path:
         path.write_text(nearest_joints.REMARK + mappings.written(proposal, motion), "utf-8")
-    found.lines.append(
-        f"proposed in {target}: {len(proposal.guessed)} of 15 joints, guessed from names and an average walker"
+    findings.lines.append(
+        f"wrote {target}: {len(proposal.guessed)} of 15 joints, guessed from names and an average walker"
     )
-    found.lines.append(f"next: check it, then skeleton={shlex.quote(str(target))}")
+    findings.lines.append(f"next: check the proposal, then use skeleton={shlex.quote(str(target))}")
 
 
 def look(arguments: Sequence[str]) -> int:
-    """Print what recordings hold, which mapping fits and what to type next: inspect PATH [OPTION=VALUE ...].
+    """Show points, mapping and walk of recordings, and the next command: inspect PATH [OPTION=VALUE ...].
 
-    PATH is a file, or a folder with those below it.  Return 1 if no mapping fits any of them.
+    PATH is a file or a folder; subfolders are included.  The exit status is 1 if no mapping fits any recording.
 
-    write=my_lab.yaml     write a proposal of a mapping of the file's points to joints, every guess marked
-    replace=true          in place of a file that exists
-    skeleton=…            a mapping that ships, or a file.yaml, in place of the one that fits best
-    units=m               of a file that does not state its unit: mm, cm, m, in, ft
-    frame_rate_hz=100     of a file that does not state its rate
-    subject=…             who, in a file of several people
-    up=y                  axis of the file that points up: x, y, z, -x, -y, -z, in place of what the joints say
-    static=standing.trc   a standing trial, whose markers of knees and ankles clusters of the walk carry along;
-                          found by itself if its name begins with the person's and holds the word static
+    write=my_lab.yaml     write a proposed mapping of the file's points to joints, with every guess marked
+    replace=true          let write= replace an existing file
+    skeleton=…            use this shipped mapping or file.yaml; default: the mapping that fits best
+    units=m               unit of a file that does not state one: mm, cm, m, in, ft
+    frame_rate_hz=100     frame rate of a file that does not state one
+    subject=…             name of the person, for a file of several people
+    up=y                  axis of the file that points up: x, y, z, -x, -y, -z; default: from the joints
+    static=standing.trc   standing trial with knee and ankle markers, for walks with marker clusters only; found
+                          automatically if its name begins with the person's and contains the word static
     """
 
-    seen = []
-    for found in inspect(arguments):
-        tell_section(found.name, found.lines)
-        seen.append(found)
+    inspected = []
+    for findings in inspect(arguments):
+        tell_section(findings.name, findings.lines)
+        inspected.append(findings)
     folder = next((Path(item) for item in arguments if Path(item).is_dir()), None)
     if folder is not None:
-        tell_section("in all", summary(folder, seen))
-    return 0 if any(one.mapping for one in seen) or any(a.startswith("write=") for a in arguments) else 1
+        tell_section("summary", summary(folder, inspected))
+    return (
+        0 if any(each.mapping for each in inspected) or any(a.startswith("write=") for a in arguments) else 1
+    )

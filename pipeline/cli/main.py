@@ -1,29 +1,29 @@
-"""python -m pipeline: 3D motion from 2D motion, the figures of four papers.
+"""python -m pipeline: reconstruct 3D motion from 2D motion, and compute the figures of four papers.
 
-  python -m pipeline experiment=FIGURE [OVERRIDE ...]     one figure
-  python -m pipeline figures [OVERRIDE ...]               every figure; resumable
-  python -m pipeline status [OVERRIDE ...]                each figure: current, stale and why, or missing
-  python -m pipeline -m experiment=FIGURE model.components=10,20,30        variants (Hydra multirun)
+  python -m pipeline experiment=FIGURE [OVERRIDE ...]     make one figure
+  python -m pipeline figures [OVERRIDE ...]               make every figure; an interrupted run can be continued
+  python -m pipeline status [OVERRIDE ...]                show for each figure: current, stale (and why) or missing
+  python -m pipeline -m experiment=FIGURE model.components=10,20,30        make variants (Hydra multirun)
 
-  python -m pipeline fetch [data=optical]                 download the recordings of data/sources.csv
-  python -m pipeline report [data=...] [scale=...]        one page over all figures, results/DATA/SCALE/index.html
-  python -m pipeline claims [data=...] [scale=...]        the papers' claims beside our numbers
-  python -m pipeline sensitivity [data=...] [GROUP]       each switch of conf/sensitivity.yaml: which verdict it moves
-                     [SWITCH ...]                         these alone, with _ for spaces
-  python -m pipeline equations [PAPER]                    every numbered equation: as printed, as used, its test
-  python -m pipeline readme [data=...]                    the tables of results in docs/, from results/published.csv
-  python -m pipeline view FIGURE [data=...] [scale=...]   open a recording in the rerun viewer
+  python -m pipeline fetch [data=optical]                 download the recordings that data/sources.csv lists
+  python -m pipeline report [data=...] [scale=...]        write a page over all figures, results/DATA/SCALE/index.html
+  python -m pipeline claims [data=...] [scale=...]        print the papers' claims next to our numbers
+  python -m pipeline sensitivity [data=...] [GROUP]       test how switches of conf/sensitivity.yaml change verdicts
+                     [SWITCH ...]                         test only these switches (write _ for spaces)
+  python -m pipeline equations [PAPER]                    print every equation: where it is printed, used and tested
+  python -m pipeline readme [data=...]                    write the result tables in docs/ from results/published.csv
+  python -m pipeline view FIGURE [data=...] [scale=...]   open the recording of a figure in the rerun viewer
   python -m pipeline archive [data=...] [light=1]         archive full-scale results in results/archive
-                     [only=FIGURE] [name=NAME [run=DIR]]  of one figure; of a run with changed options
-  python -m pipeline verify ARCHIVE                       re-hash an archive and name the files that changed
-                     [rerun=1 [only=FIGURE]]              compute its figures again and compare the digits that hold
-  python -m pipeline inspect PATH [write=my_lab.yaml]     what recordings hold, which mapping fits, what to type next
+                     [only=FIGURE] [name=NAME [run=DIR]]  archive one figure, or a run with changed options
+  python -m pipeline verify ARCHIVE                       check the files of an archive against their checksums
+                     [rerun=1 [only=FIGURE]]              also compute its figures again and compare their numbers
+  python -m pipeline inspect PATH [write=my_lab.yaml]     show points, mapping and walk of recordings, and the next step
 {commands}
   python -m pipeline COMMAND --help, python -m pipeline --version
 
 {figures}
 
-Overrides name any option by its full path; `--cfg job` prints them all with their values, e.g.
+An override sets an option by its full name; `--cfg job` prints all options with their values.  Examples:
   data=synthetic|optical|many|cmu|hdm05|folder scale=full|smoke          seed=2007     workers=2
   model.components=20                     model.mirror=true         model.omega_scale_mm=1.0
   sweep.view_angle_deg.step=5             sweep.sigma2_mm2.stop=2000
@@ -31,15 +31,15 @@ Overrides name any option by its full path; `--cfg job` prints them all with the
   dataset.walks=all                       dataset.size=stature      dataset.origin=floor
   model.penalty=as_printed                model.smoothness=0.1      sweep.particles=[100,1000]
   model.basis=soft                        sweep.cameras=[still]     sweep.trials=300
-Your own recordings (skeleton=auto recognises the marker set; skeleton=my_lab.yaml is a mapping of your own):
+Figures of your own recordings (skeleton=auto recognises the marker set; skeleton=my_lab.yaml is your own mapping):
   python -m pipeline experiment=FIGURE data=folder data.path=DIR data.pattern='**/*.c3d' skeleton=auto
-On a cluster (extra `cluster`; docs/cluster.md):
+Figures on a cluster (needs the extra `cluster`; see docs/cluster.md):
   python -m pipeline figures launch=slurm launch.partition=short launch.cores=4 launch.minutes=60
   python -m pipeline -m hydra/launcher=submitit_slurm experiment=zhang2007_fig5 model.components=10,20,30
 
-A preset writes to results/DATA/SCALE/FIGURE; with other overrides, to results/scratch/TIME/FIGURE.
-Figures are made side by side in `workers` processes: every core by default, and no more than there are.
-Exit status: 0 done, 1 refused (with a sentence that says why), 130 interrupted (Ctrl-C or SIGTERM).
+A figure with the options of its preset is written to results/DATA/SCALE/FIGURE, with changed options to
+results/scratch/TIME/FIGURE.  Figures are made in parallel by `workers` processes, by default one per core.
+Exit status: 0 success, 1 failure (a message says why), 130 interrupted (Ctrl-C or SIGTERM).
 """
 
 from __future__ import annotations
@@ -67,11 +67,11 @@ if TYPE_CHECKING:
     from pipeline.studies.experiment import Experiment
 
 IDENTITY = {"experiment", "data", "scale", "workers", "results", "data.mirror", "data.raw"}
-"""Overrides with which a preset is still published in its own folder."""
+"""Overrides that do not move a preset's figure to the scratch folder."""
 OWN_FILES = {"skeleton", "skeleton.mapping", "skeleton.missing"} | {
     f"data.{x}" for x in ("path", "pattern", "person", "subject", "units", "up", "frame_rate_hz", "name")
 }
-"""Further ones with data=folder: they define the data set."""
+"""Further overrides of this kind with data=folder: they define the data set."""
 
 
 _INTERRUPTED = 130
@@ -91,53 +91,57 @@ COMMANDS = {
     "verify": "pipeline.cli.verify:verify",
     "inspect": "pipeline.cli.inspect:look",
 }
-"""Place of the function of each command, imported when it is called; its docstring is the help."""
+"""Import path of the function of each command; its docstring is the help of the command."""
 
 LIGHT = ("inspect", "equations")
-"""Commands of `COMMANDS` that start at once; the others load the libraries of every study to compose experiments."""
+"""Commands that start at once; all other commands first load the libraries of every study."""
 
 
 def commands() -> dict[str, str]:
-    """Return the places of all commands by name: the package's, then those of plug-ins."""
-    places = dict(COMMANDS)
+    """Return the import paths of all commands by name: those of the package, then those of plug-ins."""
+    targets = dict(COMMANDS)
     for each in plugins.loaded():
-        for name, place in each.plugin.commands.items():
-            if name in places:
+        for name, target in each.plugin.commands.items():
+            if name in targets:
                 from pipeline.validation import InvalidInput
 
-                raise InvalidInput(f"there is another command {name!r}", each.name, code="duplicate_name")
-            places[name] = place
-    return places
+                raise InvalidInput(
+                    f"the plug-in has a command {name!r}, but another command has this name",
+                    each.name,
+                    code="duplicate_name",
+                )
+            targets[name] = target
+    return targets
 
 
 def command(name: str) -> Callable[[Sequence[str]], int]:
-    """Return the function of a command, with the modules that it alone needs."""
+    """Return the function of a command, imported with the modules that it needs."""
     function: Callable[[Sequence[str]], int] = plugins.resolve(commands()[name])
     return function
 
 
 def _help_of(name: str) -> str:
-    """Return the docstring of a command, without the modules that it needs."""
+    """Return the docstring of a command without importing its modules."""
     module, _, function = commands()[name].partition(":")
     source = plugins.source_of(module)
     tree = ast.parse(source.read_text("utf-8") if source else "")
-    found = (node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == function)
-    return next((ast.get_docstring(node) or "" for node in found), "")
+    functions = (node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == function)
+    return next((ast.get_docstring(node) or "" for node in functions), "")
 
 
 def script() -> int:
     """Run ``python -m pipeline``, or the console command ``gait-pipeline``, and return the exit status."""
-    # Many small solves: BLAS threads would wait for each other.  Before numpy is loaded; the user's own wish wins.
+    # BLAS threads would wait for each other in many small solves.  Set before numpy loads; the user's setting wins.
     for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(variable, "1")
-    if sys.stdout is None or sys.stderr is None:  # the next file to be opened would take its place
+    if sys.stdout is None or sys.stderr is None:  # the next opened file would take the free descriptor
         with suppress(OSError):
             os.write(
                 2, b"standard output or standard error is closed: redirect it to a file or to /dev/null\n"
             )
         return 1
     for stream in (sys.stdout, sys.stderr):
-        stream.reconfigure(errors="replace")  # type: ignore[union-attr]  # σ² and ° on a terminal without them
+        stream.reconfigure(errors="replace")  # type: ignore[union-attr]  # a terminal may lack σ² and °
     status = main(sys.argv[1:])
     try:
         sys.stdout.flush()
@@ -151,7 +155,7 @@ def script() -> int:
 
 
 def _cannot_write(error: OSError) -> int:
-    """Say that the output cannot be written, and let nobody try again."""
+    """Report that the output cannot be written, discard further output, and return the exit status."""
     with suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     with suppress(OSError):
@@ -160,12 +164,12 @@ def _cannot_write(error: OSError) -> int:
 
 
 def _first_words(docstring: str) -> str:
-    """Return the first line of a command's help up to its usage, in at most 60 characters."""
+    """Return the first line of a command's help up to the usage, cut to 60 characters."""
     return textwrap.shorten(docstring.partition("\n")[0].split(":")[0], 60, placeholder=" …")
 
 
 def help_text() -> str:
-    """Return the module's docstring with the figures filled in."""
+    """Return the help: the module's docstring with the figures and the commands of plug-ins."""
     lines = ["Figures:"]
     for name in presets():
         words = f"  {name:<26} {first_comment(name)}"
@@ -177,7 +181,7 @@ def help_text() -> str:
 
 
 def destination(experiment: Experiment, overrides: Sequence[str], moment: str) -> Path:
-    """Return the folder of a figure: its own for a preset without further overrides, else one in scratch."""
+    """Return the folder of a figure: the preset's folder, or with changed options a folder in scratch."""
     allowed = IDENTITY | (OWN_FILES if "data=folder" in overrides else set())
     names = {item.split("=", 1)[0].lstrip("+~") for item in overrides}
     run = experiment.published_in if names <= allowed else Path(experiment.results) / "scratch" / moment
@@ -189,78 +193,78 @@ def _moment() -> str:
 
 
 def make_all(arguments: Sequence[str]) -> int:
-    """Make figures side by side: figures [experiment=A,B] [data=...] [scale=...] [launch=slurm]
+    """Make figures in parallel: figures [experiment=A,B] [data=...] [scale=...] [launch=slurm]
     [OVERRIDE ...] [--dry-run].
 
-    Without experiment=, all for which the data set has clips.  Finished stages are found again: the same command
-    continues a run that was interrupted.  --dry-run says what would be made.  launch=slurm makes them as jobs of a
-    cluster (launch.partition, .minutes, .cores; docs/cluster.md).
+    Without experiment=, the command makes all figures for which the data set has clips.  Finished stages are cached:
+    the same command continues an interrupted run.  --dry-run only prints what would be made.  launch=slurm makes the
+    figures as jobs of a cluster (launch.partition, .minutes, .cores; docs/cluster.md).
     """
-    from pipeline.cli.compose import compose_figures, lacking, order
+    from pipeline.cli.compose import compose_figures, order, reason_without_clips
     from pipeline.cli.summary import open_console
 
-    launched, arguments = _apart(arguments, lambda item: item.startswith(("launch=", "launch.")))
-    dry, arguments = _apart(arguments, lambda item: item == "--dry-run")
-    chosen, common = split_named(arguments)
-    experiments = compose_figures(chosen, common)
+    launched, arguments = _split(arguments, lambda item: item.startswith(("launch=", "launch.")))
+    dry, arguments = _split(arguments, lambda item: item == "--dry-run")
+    named, common = split_named(arguments)
+    experiments = compose_figures(named, common)
     left_out: dict[str, list[str]] = {}
-    for one in () if chosen else experiments:
-        left_out.setdefault(lacking(one), []).append(one.name)
-    names = left_out.pop("", chosen)
-    ordered = experiments if chosen else sorted((e for e in experiments if e.name in names), key=order)
+    for experiment in () if named else experiments:
+        left_out.setdefault(reason_without_clips(experiment), []).append(experiment.name)
+    names = left_out.pop("", named)
+    ordered = experiments if named else sorted((e for e in experiments if e.name in names), key=order)
     moment, console = _moment(), open_console()
     from pipeline.cli.status import CURRENT, print_status, status
     from pipeline.storage.sealed_folders import MANIFEST
 
-    folders = [destination(one, common, moment) for one in ordered]
+    folders = [destination(experiment, common, moment) for experiment in ordered]
     if dry:
         print_status([*map(status, ordered, folders)], console, folders[0].parent if folders else None)
         return 0
-    whole = bool(folders) and not chosen and all(map(_is_presets_own, ordered, folders))
-    current, refused = whole and all((folder / MANIFEST).is_file() for folder in folders), []
-    if current and all(one.state == CURRENT for one in map(status, ordered, folders)):
-        words = "figures are current; experiment=NAME makes one again"
+    complete = bool(folders) and not named and all(map(_is_presets_own, ordered, folders))
+    current, failures = complete and all((folder / MANIFEST).is_file() for folder in folders), []
+    if current and all(experiment.state == CURRENT for experiment in map(status, ordered, folders)):
+        words = "figures are current; experiment=NAME makes a figure again"
         console.print(f"{folders[0].parent}: {len(folders)} {words}", soft_wrap=True)
     else:
         jobs = [*zip(ordered, folders, strict=True)]
         if launched:
             from pipeline.cli.cluster import launch_figures
 
-            refused = launch_figures(jobs, launched, console=console)
+            failures = launch_figures(jobs, launched, console=console)
         else:
             from pipeline.cli.figures import make_figures
 
-            refused = make_figures(jobs, console=console)
-    if whole and any((folder / MANIFEST).is_file() for folder in folders):
+            failures = make_figures(jobs, console=console)
+    if complete and any((folder / MANIFEST).is_file() for folder in folders):
         from pipeline.cli.commands import make_page
 
         page = make_page(folders[0].parent, ordered[0].data.name, names)
         console.print(page, soft_wrap=True)
     for reason, without in left_out.items():
         console.print(f"Left out: {', '.join(without)}: {reason}", style="yellow", soft_wrap=True)
-    return 1 if refused else 0
+    return 1 if failures else 0
 
 
 def show_status(arguments: Sequence[str]) -> int:
-    """Say of each figure, without computing, whether it is current, stale and why, or missing.
+    """Show without computing whether each figure is current, stale (and why) or missing.
 
     status [experiment=A,B] [data=...] [scale=...] [OVERRIDE ...]
     """
     return make_all([*arguments, "--dry-run"])
 
 
-def _apart(arguments: Sequence[str], chosen: Callable[[str], bool]) -> tuple[list[str], list[str]]:
-    """Return the arguments that are chosen, and the others."""
+def _split(arguments: Sequence[str], chosen: Callable[[str], bool]) -> tuple[list[str], list[str]]:
+    """Return the arguments that meet a condition, and the others."""
     return [item for item in arguments if chosen(item)], [item for item in arguments if not chosen(item)]
 
 
 def _is_presets_own(one: Experiment, folder: Path) -> bool:
-    """Return whether a figure goes to its preset's own folder, without changed options."""
+    """Return whether a folder is the preset's folder, that is, no option was changed."""
     return folder == one.published_in / one.name
 
 
 def _make_one(experiment: Experiment, overrides: Sequence[str], folder: Path | None) -> str:
-    """Make one figure; return why it was refused, empty if it was not."""
+    """Make one figure; return the error message, empty on success."""
     from pipeline.cli.figures import make_figures
     from pipeline.cli.summary import open_console
 
@@ -269,22 +273,22 @@ def _make_one(experiment: Experiment, overrides: Sequence[str], folder: Path | N
 
 
 def _make_variant(experiment: Experiment, overrides: Sequence[str], folder: Path | None) -> str:
-    """Make one figure of a multirun; a preset without further overrides in its own folder."""
-    own = destination(experiment, overrides, _moment())
-    return _make_one(experiment, overrides, own if _is_presets_own(experiment, own) else folder)
+    """Make one figure of a multirun; a figure without changed options goes to the preset's folder."""
+    target = destination(experiment, overrides, _moment())
+    return _make_one(experiment, overrides, target if _is_presets_own(experiment, target) else folder)
 
 
 def main(arguments: Sequence[str]) -> int:
     """Run the command line and return the exit status."""
     try:
-        with _ended_by_signals():
+        with _interrupted_by_signals():
             status = _run(arguments)
             sys.stdout.flush()
             return status
     except KeyboardInterrupt:
         with suppress(OSError):
             print(
-                "interrupted: what was finished is kept; the same command continues from there",
+                "interrupted: finished work is kept, and the same command continues from there",
                 file=sys.stderr,
             )
         return _INTERRUPTED
@@ -301,8 +305,8 @@ def main(arguments: Sequence[str]) -> int:
 
 
 @contextmanager
-def _ended_by_signals() -> Iterator[None]:
-    """Let Ctrl-C and SIGTERM raise KeyboardInterrupt."""
+def _interrupted_by_signals() -> Iterator[None]:
+    """Raise KeyboardInterrupt on Ctrl-C and SIGTERM during the ``with`` block."""
 
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
@@ -328,7 +332,7 @@ def _run(arguments: Sequence[str]) -> int:
         return 0
     plugins.load_files(plugins.named_files(arguments))
     for name, why in plugins.failures().items():
-        print(f"the plug-in {name} is left out: it cannot be loaded ({why})", file=sys.stderr)
+        print(f"the plug-in {name} is ignored: it cannot be loaded ({why})", file=sys.stderr)
     if first in commands():
         if {"--help", "-h"} & set(others):
             print(_help_of(first))
@@ -344,6 +348,7 @@ def _run(arguments: Sequence[str]) -> int:
             expected="an override (option=value) or one of " + ", ".join(commands()),
             received=first,
             code="unknown_command",
+            typed=True,
         )
     if not any(item.startswith("-") and item not in ("-m", "--multirun") for item in arguments):
         _announce("the figure", arguments)
@@ -356,11 +361,11 @@ def _run(arguments: Sequence[str]) -> int:
     from pipeline.cli.composition import run_hydra
 
     several = {"-m", "--multirun"} & set(arguments)
-    given = [Path(item[16:]) for item in arguments if item.startswith("hydra.sweep.dir=")]
-    for folder in given if several else ():
-        if folder.is_dir():  # Hydra writes its own file there
+    sweep_folders = [Path(item[16:]) for item in arguments if item.startswith("hydra.sweep.dir=")]
+    for folder in sweep_folders if several else ():
+        if folder.is_dir():  # Hydra will write multirun.yaml in this folder
             require_new(folder / "multirun.yaml", replace=lambda old: old.startswith(b"hydra:"))
-    if not several or given:
+    if not several or sweep_folders:
         return run_hydra(arguments, _make_one, on_this_machine)
     moment = _moment()
     results = next((item[8:] for item in reversed(arguments) if item.startswith("results=")), "results")
@@ -371,17 +376,17 @@ def _run(arguments: Sequence[str]) -> int:
         return run_hydra(arguments, _make_variant, on_this_machine)
     finally:
         _compare(Path(results) / "scratch" / moment)
-        _tell_presets(arguments)
+        _print_preset_folders(arguments)
 
 
 def _announce(work: str, arguments: Sequence[str]) -> None:
-    """Print what is being set up, before the libraries that compose it are loaded."""
+    """Print the name of the work before the libraries that compose it are loaded."""
     named, _ = split_named(arguments)
     print("setting up " + (", ".join(named) or work), flush=True)
 
 
 def _compare(run: Path) -> None:
-    """Put the variants of a multirun that are finished side by side, and say where."""
+    """Write comparisons of the finished variants of a multirun, and print their paths."""
     from pipeline.cli.summary import open_console
     from pipeline.report.variants import compare_variants
 
@@ -389,14 +394,14 @@ def _compare(run: Path) -> None:
         open_console().print("compared in " + ", ".join(map(str, written)), soft_wrap=True)
 
 
-def _tell_presets(arguments: Sequence[str]) -> None:
-    """Say where a multirun of presets, without further overrides, has put them."""
+def _print_preset_folders(arguments: Sequence[str]) -> None:
+    """Print the folders of the presets that a multirun without changed options has made."""
     from pipeline.cli.compose import compose
     from pipeline.storage.sealed_folders import MANIFEST
 
-    given = [item.partition("=") for item in arguments if "=" in item and not item.startswith("hydra")]
-    if not {key for key, _, _ in given} <= IDENTITY:
+    pairs = [item.partition("=") for item in arguments if "=" in item and not item.startswith("hydra")]
+    if not {key for key, _, _ in pairs} <= IDENTITY:
         return
-    for overrides in product(*([f"{key}={value}" for value in text.split(",")] for key, _, text in given)):
+    for overrides in product(*([f"{key}={value}" for value in text.split(",")] for key, _, text in pairs)):
         folder = destination(compose(overrides), overrides, "")
         print(f"{folder}/" if (folder / MANIFEST).is_file() else f"{folder}/ was not made")

@@ -1,4 +1,4 @@
-"""Options of a command as a dataclass, filled in from ``option=value``, with the standard library alone."""
+"""Options of a command as a dataclass, filled from ``option=value`` arguments without Hydra."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ Options = TypeVar("Options")
 
 
 def filled(kind: type[Options], overrides: Sequence[str]) -> Options:
-    """Return the options of a command.
+    """Return the options of a command, with values from overrides.
 
     Parameters
     ----------
     kind : dataclass
-        Every field has a default; a field may be options again, named as ``input.path``.
+        Class of the options.  Every field has a default; nested options are named as in ``input.path``.
     overrides : sequence of str
-        ``option=value``.
+        Arguments of the form ``option=value``.
 
     Raises
     ------
     InvalidInput
-        If one is no override, names no option, or its value is of another type or out of its annotation's bounds.
+        If an argument is not an override, the option is unknown, or the value has the wrong type or is out of bounds.
 
     Examples
     --------
@@ -45,6 +45,7 @@ def filled(kind: type[Options], overrides: Sequence[str]) -> Options:
                 expected="option=value",
                 received=repr(item),
                 code="not_an_override",
+                typed=True,
             )
         *groups, name = key.split(".")
         owner: Any = options
@@ -53,7 +54,7 @@ def filled(kind: type[Options], overrides: Sequence[str]) -> Options:
         hint = get_type_hints(type(owner))[_known(owner, name, key)]
         if is_dataclass(hint):
             raise InvalidInput(
-                "names several options", key, f"{key}.{_names(hint)[0]}=…", code="several_options"
+                "this is a group of options", key, f"{key}.{_names(hint)[0]}=…", code="several_options"
             )
         setattr(owner, name, _value(key, hint, text))
     require_bounds("", options)
@@ -65,22 +66,22 @@ def _names(kind: Any) -> list[str]:
 
 
 def _known(owner: Any, name: str, key: str) -> str:
-    known = _names(owner)
-    if name not in known:
-        within = [f"{group}.{name}" for group in known if name in _names(getattr(owner, group))]
-        expected = " or ".join(within) or "one of " + ", ".join(known)
+    names = _names(owner)
+    if name not in names:
+        within = [f"{group}.{name}" for group in names if name in _names(getattr(owner, group))]
+        expected = " or ".join(within) or "one of " + ", ".join(names)
         raise InvalidInput("there is no such option", key, expected, code="unknown_option")
     return name
 
 
 def _value(key: str, kind: Any, text: str) -> Any:
-    """Return a value of the type of its field; of ``X | None`` one of X."""
+    """Return the value of an option, converted from text to the type of its field."""
     kind = required(kind)
     if get_origin(kind) is list:
         if text[:1] + text[-1:] != "[]":
             raise InvalidInput("must be a list", key, "[a,b]", text, code="not_a_list")
-        (of,) = get_args(kind)
-        return [_value(key, of, part.strip()) for part in text[1:-1].split(",") if part.strip()]
+        (item_type,) = get_args(kind)
+        return [_value(key, item_type, part.strip()) for part in text[1:-1].split(",") if part.strip()]
     if kind is bool:
         return require_choice(key, text.lower(), ("true", "false")) == "true"
     if isinstance(kind, type) and issubclass(kind, Enum):

@@ -1,4 +1,4 @@
-"""Lines that commands print, without rich."""
+"""Printing of lines and sections to standard output, without the library rich."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _CODES = {"bold": "1", "dim": "2"}
 
 
 def tell(text: str, style: str = "") -> None:
-    """Print a line, on a terminal in a style: ``bold`` or ``dim``; what could steer the terminal is spelled out."""
+    """Print a line with escaped control characters, on a terminal in the style ``bold`` or ``dim``."""
     text = printable(text)
     if style and sys.stdout.isatty():
         text = f"\x1b[{_CODES[style]}m{text}\x1b[0m"
@@ -19,7 +19,7 @@ def tell(text: str, style: str = "") -> None:
 
 
 def tell_section(title: str, lines: Iterable[str]) -> None:
-    """Print a title and lines below it."""
+    """Print a title in bold, and indented lines below it."""
     tell(title, "bold")
     for line in lines:
         tell(f"  {line}")

@@ -1,4 +1,4 @@
-"""Overrides as people type them in a shell, put into Hydra's grammar."""
+"""Conversion of overrides from shell input to Hydra's grammar."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ _WORDS = {
     "data.path", "data.pattern", "data.person", "data.mirror", "data.raw", "data.table", "data.name", "results",
     "skeleton.mapping", "input.path", "output.path", "model_folder",
 }  # fmt: skip
-"""Options that are text as the user's shell passes it: paths, patterns, names."""
+"""Options whose value is plain text: paths, patterns, names."""
 
-_NAMES = {f"sweep.{of}{name}" for of in ("", "papers_") for name in ("lengths", "root")}
-"""Options with a choice that is called ``true``."""
+_NAMES = {f"sweep.{prefix}{name}" for prefix in ("", "papers_") for name in ("lengths", "root")}
+"""Options with a choice named ``true``, which Hydra would read as a truth value."""
 
 _GROUPS = {"scale", "data", "dataset", "model", "sweep", "figure"}
-"""Options that choose a file by its name, of which Hydra takes no number, truth value or null."""
+"""Options that select a file by its name; Hydra rejects unquoted numbers, truth values and null for them."""
 
 
 def quoted(overrides: Sequence[str]) -> list[str]:
-    """Return overrides in Hydra's grammar: text with letters or signs of its own is quoted, a mapping is an option.
+    """Return overrides in Hydra's grammar: text with special characters is quoted, and ``skeleton=`` is expanded.
 
-    A comma is one of these signs, except with ``-m``, where it stands between variants.
+    A comma is a special character, except with ``-m``, where it separates variants.
 
     Examples
     --------
@@ -42,7 +42,11 @@ def _quoted(item: str, plain: str) -> str:
     key, equals, value = item.partition("=")
     if not key:
         raise InvalidInput(
-            "this is not an override", expected="option=value", received=repr(item), code="not_an_override"
+            "this is not an override",
+            expected="option=value",
+            received=repr(item),
+            code="not_an_override",
+            typed=True,
         )
     if key == "skeleton" and equals:
         key = "skeleton.mapping"
@@ -52,7 +56,7 @@ def _quoted(item: str, plain: str) -> str:
         value = re.sub(r"(?i)^(true|false|null|nan|inf|[-+.\d_e]*\d[-+.\d_e]*)$", r"'\1'", value)
     if key not in _WORDS or re.fullmatch(rf"{plain}|(['\"]).*\1|\$\{{.*\}}", value, re.DOTALL):
         return f"{key}{equals}{value}"
-    # A backslash only counts before a quote, and the last one stands before the closing quote.
+    # Backslashes are special only before a quote: before an inner quote, and at the end, before the closing quote.
     inner = re.sub(r"(\\*)'", r"\1\1\\'", value)
     inner = re.sub(r"(\\+)$", r"\1\1", inner)
     return f"{key}='{inner}'"

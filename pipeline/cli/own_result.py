@@ -1,4 +1,4 @@
-"""The result on the user's own recordings in a line, with which the summary begins."""
+"""One-line result on the user's own recordings, printed at the top of the summary."""
 
 from __future__ import annotations
 
@@ -12,24 +12,26 @@ MEASURES = {
     "rms_error_mm": ("depth, all views", " mm"),
     "absolute_angle_error_median_deg": ("view angle, median off", "°"),
 }
-"""Columns of ``table.csv`` of which there is a value for each method: what they are an error of, and the unit."""
+"""Error columns of ``table.csv`` with a value for each method: quantity and unit by column."""
 _WORDS = {"map": "MAP"}
 
 
 def own_result(folder: Path) -> str:
-    """Return the mean error of each method in a figure's folder, and of how many people; empty if it has none.
+    """Return a line with the mean error of each method in a figure's folder, and the number of people.
 
-    Variants of a method, whose names end in a number, are left to the table.
+    Variants of a method, whose names end in a number, are left out.  Without an error column the line is empty.
     """
     table = tables.read(folder / "table.csv")
     measure = next((name for name in MEASURES if name in table), "")
     if not measure or "method" not in table:
         return ""
-    of, unit = MEASURES[measure]
+    quantity, unit = MEASURES[measure]
     methods = [name for name in dict.fromkeys(table["method"].tolist()) if not name[-1].isdigit()]
     means = {name: np.nanmean(table[measure][table["method"] == name]) for name in methods}
     ordered = sorted(methods, key=lambda name: means[name])
     parts = [f"{_WORDS.get(name, name.replace('_', ' '))} {means[name]:.3g}{unit}" for name in ordered]
     clips = tables.read(folder / "table_ingest.csv")
     people = set(clips["person"][clips["verdict"] == "kept"].tolist()) if "person" in clips else set()
-    return f"{folder.name}: error of {of}: {', '.join(parts)}" + (f"; {len(people)} people" if people else "")
+    return f"{folder.name}: error of {quantity}: {', '.join(parts)}" + (
+        f"; {len(people)} people" if people else ""
+    )

@@ -1,6 +1,6 @@
-"""Figures side by side, begun in order: each in a process of its own, which takes its memory with it when it ends.
+"""Parallel computation of figures, started in order, each in a separate process that frees its memory at the end.
 
-A process that dies costs its figure, not the others.  However the program ends, the processes end with it.
+If a process dies, only its figure fails.  The processes end together with the program.
 """
 
 from __future__ import annotations
@@ -31,23 +31,23 @@ from pipeline.storage.store import Store
 from pipeline.studies.experiment import Experiment
 
 Jobs = Sequence[tuple[Experiment, Path]]
-"""Each figure's experiment and folder."""
+"""Experiment and folder of each figure."""
 
 Make = Callable[[Experiment, Path, Callable[[str], None]], Made]
 
-TIMES, EACH_S = 10, 0.5
-"""How often a worker is told to end, and what it has each time to tidy up, before it is killed."""
+MAX_SIGNALS, SIGNAL_INTERVAL_S = 10, 0.5
+"""Number of termination signals for a worker before it is killed, and the time after each in seconds."""
 
-_OF_MOST_FIGURES = ("numba", "pipeline.pictures.picture")
-"""What takes long to import: imported once for all but the first figures.  Not rerun, which begins threads."""
+_SHARED_MODULES = ("numba", "pipeline.pictures.picture")
+"""Modules that are slow to import, imported once for later workers; rerun is excluded, since it starts threads."""
 
-# No thread runs when workers begin, and what the program has imported and composed is not loaded again.
+# Workers fork while no thread runs, and reuse the modules and experiments that the program has loaded.
 _CONTEXT: Any = multiprocessing.get_context("fork" if CAN_FORK else "spawn")
 
 
 @dataclass(frozen=True)
 class _Worker:
-    """A process, our end of its pipe, and the number of the figure it is making."""
+    """Worker process, this program's end of its pipe, and the number of its figure."""
 
     process: BaseProcess
     pipe: Connection
@@ -55,32 +55,32 @@ class _Worker:
 
 
 def make_side_by_side(jobs: Jobs, make: Make, display: Display, *, processes: int, cores: int) -> list[Made]:
-    """Make figures, begun in the order of the jobs, and return what became of each.
+    """Make figures in parallel, started in the order of the jobs, and return the outcome or failure of each.
 
     Parameters
     ----------
     jobs : sequence of (Experiment, Path)
     make : callable
-        Makes one, given its experiment, its folder and what is to be called with each stage that begins.
+        Function that makes a figure from its experiment, its folder, and a callback for the start of each stage.
     display : Display
-        Is told what runs where.
+        Display of the running figures and their stages.
     processes : int
-        Figures at a time.
+        Number of figures at a time.
     cores : int
-        What is beyond the processes, and what they no longer need, helps those that still run.
+        Number of cores.  Cores without a process, or released by one, help the figures that still run.
     """
-    found: dict[int, Made] = {}
+    results: dict[int, Made] = {}
     spare = _CONTEXT.Semaphore(cores - processes)
     queue = deque(range(len(jobs)))
     workers: dict[int, _Worker] = {}
 
     def begin(slot: int, not_returned: int = 0) -> None:
-        """Begin the next figure in a slot, or give its core to the others."""
+        """Start the next figure in a slot, or release its core to the others."""
         if queue:
             figure = queue.popleft()
             ours, its = _CONTEXT.Pipe()
-            given = (its, *jobs[figure], make, spare, not_returned, os.getpid())
-            process = _CONTEXT.Process(target=_work, args=given)
+            arguments = (its, *jobs[figure], make, spare, not_returned, os.getpid())
+            process = _CONTEXT.Process(target=_work, args=arguments)
             process.start()
             its.close()
             workers[slot] = _Worker(process, ours, figure)
@@ -88,19 +88,19 @@ def make_side_by_side(jobs: Jobs, make: Make, display: Display, *, processes: in
         elif not not_returned:
             spare.release()
 
-    gc.freeze()  # or a collection in a worker writes to what it shares with this process, which is then copied
-    gc.set_threshold(50_000)  # little of what figures make is garbage, and looking for it takes long
-    with _told_to_end() as told_to_end:
+    gc.freeze()  # otherwise a collection in a worker would write to shared memory pages and so copy them
+    gc.set_threshold(50_000)  # figures create little garbage, and collections take long
+    with _signal_connection() as end_signal:
         try:
             for slot in range(processes):
                 begin(slot)
-            for module in _OF_MOST_FIGURES if queue else ():
+            for module in _SHARED_MODULES if queue else ():
                 plugins.resolve(module)
             for figure in queue:
-                figure_code(jobs[figure][0])  # the sources are parsed once for all of them
+                figure_code(jobs[figure][0])  # parse the sources once for all workers
             while workers:
-                ready = wait([told_to_end, *(worker.pipe for worker in workers.values())])
-                if told_to_end in ready:
+                ready = wait([end_signal, *(worker.pipe for worker in workers.values())])
+                if end_signal in ready:
                     raise KeyboardInterrupt
                 for slot, worker in list(workers.items()):
                     if worker.pipe not in ready:
@@ -113,26 +113,31 @@ def make_side_by_side(jobs: Jobs, make: Make, display: Display, *, processes: in
                             continue
                         message, not_returned = message
                     except (EOFError, OSError):
-                        message = _dead(worker, jobs[worker.figure][0].name)
+                        message = _failure_of_dead(worker, jobs[worker.figure][0].name)
                     worker.pipe.close()
-                    worker.process.kill()  # which has nothing left to do, but may be long about it
+                    worker.process.kill()  # its work is done, but exiting normally may take long
                     worker.process.join()
                     del workers[slot]
-                    found[worker.figure] = message
+                    results[worker.figure] = message
                     display.ended(slot, worker.figure, message)
                     begin(slot, not_returned)
         except BaseException:
             _end(workers.values(), jobs)
             raise
-    return [found[number] for number in range(len(jobs))]
+    return [results[number] for number in range(len(jobs))]
 
 
 @contextmanager
-def _told_to_end() -> Iterator[Connection]:
-    """Let signals be read from a connection: raised anywhere, they could leave a worker that is not in the list."""
+def _signal_connection() -> Iterator[Connection]:
+    """Yield a connection from which Ctrl-C and SIGTERM are read.
+
+    An exception raised by a signal at any moment could leave a started worker out of the list of workers.
+    """
     receiver, signals = _CONTEXT.Pipe(duplex=False)
     before = {}
-    in_main_thread = threading.current_thread() is threading.main_thread()  # elsewhere there are none
+    in_main_thread = (
+        threading.current_thread() is threading.main_thread()
+    )  # only this thread can handle signals
     try:
         for number in (signal.SIGINT, signal.SIGTERM) if in_main_thread else ():
             before[number] = signal.signal(number, lambda *_: signals.send(None))
@@ -140,7 +145,7 @@ def _told_to_end() -> Iterator[Connection]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-    if receiver.poll():  # when all was done
+    if receiver.poll():  # a signal arrived after the last figure
         raise KeyboardInterrupt
 
 
@@ -153,14 +158,14 @@ def _work(
     not_returned: int,
     parent: int,
 ) -> None:
-    """Make a figure; send each stage that begins, and what became of it with the cores that it still owes."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which then ends its workers
+    """Make a figure in a worker; send the name of each stage, then the result with the number of owed cores."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C and ends its workers
     signal.signal(signal.SIGTERM, _interrupt)
-    sys.stdout, sys.stderr = sys.__stdout__, sys.__stderr__  # not the display's
+    sys.stdout, sys.stderr = sys.__stdout__, sys.__stderr__  # the display had replaced them
     die_with_parent(parent)
     share_cores(spare, not_returned)
-    with suppress(KeyboardInterrupt):  # who tells a whole group to end tells us twice
-        with suppress(KeyboardInterrupt, BrokenPipeError):  # the parent has ended, or ends us
+    with suppress(KeyboardInterrupt):  # SIGTERM to the process group arrives twice
+        with suppress(KeyboardInterrupt, BrokenPipeError):  # the parent has ended, or ends this worker
             pipe.send((make(experiment, folder, pipe.send), cores_not_returned()))
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
 
@@ -169,28 +174,29 @@ def _interrupt(*_: object) -> None:
     raise KeyboardInterrupt
 
 
-def _dead(worker: _Worker, name: str) -> Failure:
-    """Return what is said of the figure of a worker that has died."""
+def _failure_of_dead(worker: _Worker, name: str) -> Failure:
+    """Return the failure of a figure whose worker has died."""
     worker.process.join()
     code = worker.process.exitcode or 0
     how = f"by signal {-code}" if code < 0 else f"with status {code}"
     return Failure(
-        name, f"the process that made it ended {how}; finished stages are kept: the same command continues"
+        name,
+        f"the process of the figure ended {how}; finished stages are kept, and the same command continues",
     )
 
 
 def _end(workers: Any, jobs: Jobs) -> None:
-    """End workers, who tidy up; those that take long are killed, and what they leave is removed.
+    """Terminate the workers, kill those that take too long, and remove their temporary files.
 
-    They are told again and again: an interrupt that comes within a callback of a library is lost.
+    The signal is repeated, since an interrupt within a callback of a library is lost.
     """
     processes: list[Any] = [worker.process for worker in workers]
     try:
-        for _ in range(TIMES):
+        for _ in range(MAX_SIGNALS):
             running = [process for process in processes if process.is_alive()]
             for process in running:
                 process.terminate()
-            ends = time.monotonic() + EACH_S
+            ends = time.monotonic() + SIGNAL_INTERVAL_S
             for process in running:
                 process.join(max(ends - time.monotonic(), 0.0))
     finally:
@@ -201,4 +207,4 @@ def _end(workers: Any, jobs: Jobs) -> None:
     for folder in {folder.parent for _, folder in jobs}:
         remove_stale(folder)
     for results in {experiment.results for experiment, _ in jobs}:
-        Store(Path(results))  # which tidies its cache
+        Store(Path(results))  # a new store removes stale files from its cache

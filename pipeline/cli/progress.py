@@ -1,4 +1,4 @@
-"""What is shown while figures are made: on a terminal one live display, elsewhere a line for each finished figure."""
+"""Progress of figures: a live display on a terminal, elsewhere a line for each finished figure."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from pipeline.cli.summary import STAGES, Made, Outcome
 from pipeline.studies.experiment import Experiment
 
 _PACE_S = 3600.0
-"""Of the time that is left, the pace of the last hour: a single figure may take minutes."""
+"""Period in seconds from which the remaining time is estimated; a single figure may take minutes."""
 
 
 class Display:
-    """Progress of several figures, each of which counts as its preset's cost, to be used as a context.
+    """Context manager that shows the progress of several figures, each weighted by the cost of its preset.
 
     Parameters
     ----------
     experiments : sequence of Experiment
     console : Console
     slots : int
-        Figures at a time.
+        Number of figures at a time.
     """
 
     def __init__(self, experiments: Sequence[Experiment], console: Console, *, slots: int) -> None:
@@ -57,18 +57,18 @@ class Display:
         self._progress.stop()
 
     def began(self, slot: int, figure: int) -> None:
-        """Show that a figure, by its number, is made in a slot."""
+        """Show the start of a figure, given by its number, in a slot."""
         name = self._experiments[figure].name
         self._progress.reset(self._slots[slot], description=name, visible=True, figure=name, count="")
 
     def at(self, slot: int, stage: str) -> None:
-        """Show that a stage begins."""
+        """Show the start of a stage in a slot."""
         task = self._slots[slot]
         name = self._progress.tasks[slot + 1].fields["figure"]
         self._progress.update(task, description=f"{name}: {stage}", completed=STAGES.index(stage))
 
     def ended(self, slot: int, figure: int, made: Made) -> None:
-        """Show that a figure is finished; where there is no terminal, in a line."""
+        """Show the end of a figure; without a terminal, print a line."""
         self._ended += 1
         self._progress.update(self._slots[slot], visible=False)
         self._progress.update(self._all, advance=self._experiments[figure].cost_s, count=self._count)
@@ -77,7 +77,7 @@ class Display:
 
 
 def line(count: str, made: Outcome) -> str:
-    """Return a finished figure in a line; `count` says how many there are."""
+    """Return the line for a finished figure, headed by `count`, such as ``3/12``."""
     reused = f", reused {' '.join(made.reused)}" if made.reused else ""
     return (
         f"{count} {made.figure}: {sum(made.seconds.values()):.1f} s, "

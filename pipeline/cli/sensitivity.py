@@ -1,4 +1,4 @@
-"""``sensitivity``: every switch of the papers' ambiguities, one at a time: which moves which verdict."""
+"""Command `sensitivity`: effect on the verdicts of each switch that resolves an ambiguity of the papers."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ from pipeline.studies.registry import all_measures
 from pipeline.validation import InvalidInput, require_choice
 
 PLAIN = "as it is"
-"""Name of the figures without a switch."""
+"""Switch name of the baseline figures, made without a switch."""
 
 KEEP, QUOTED = "keep", "quoted"
-"""Arguments: keep the results in the repository; make the switches alone that explanations quote."""
+"""Arguments that write the results into the repository, and that select the switches quoted in explanations."""
 
 QUIET = ("figure.picture=false", "figure.recording=false")
 
 
 def groups() -> dict[str, tuple[Path, Mapping[str, Any]]]:
-    """Return the groups of switches by name, each with the folder of options that has it."""
+    """Return the groups of switches by name, each with the folder of options that contains it."""
     files = {folder: folder / "sensitivity.yaml" for folder in plugins.conf_folders()}
     return {
         name: (folder, group)
@@ -47,7 +47,7 @@ def groups() -> dict[str, tuple[Path, Mapping[str, Any]]]:
 
 
 def switches(group: Mapping[str, Any], data_name: str) -> Iterator[Switch]:
-    """Yield the plain figures of a group of `conf/sensitivity.yaml`, then each switch for this data set."""
+    """Yield the baseline of a group of `conf/sensitivity.yaml`, then each switch for a data set."""
     common, every = tuple(group["common"]), tuple(group["figures"])
     yield Switch(PLAIN, common, (), every)
     for name, switch in group["switches"].items():
@@ -56,7 +56,7 @@ def switches(group: Mapping[str, Any], data_name: str) -> Iterator[Switch]:
 
 
 def compare(plain: Sequence[Verdict], switched: Sequence[Verdict], name: str) -> list[dict[str, Any]]:
-    """Return a row for each claim that both judge: value and answers as it is and with the switch."""
+    """Return a row for each claim judged in both runs: value and answers of the baseline and with the switch."""
     before = {verdict.claim.name: verdict for verdict in plain}
     rows = []
     for verdict in switched:
@@ -84,34 +84,33 @@ def compare(plain: Sequence[Verdict], switched: Sequence[Verdict], name: str) ->
 
 
 def sensitivity(arguments: Sequence[str]) -> int:
-    """Tabulate claim × switch → value and both answers, in ``results/sensitivity/<data>/<group>/table.csv``.
+    """Tabulate value and both answers of each claim with each switch: sensitivity [GROUP] [SWITCH ...] [OVERRIDE ...].
 
-    Arguments are overrides as on the command line, and names of groups of ``conf/sensitivity.yaml``; by default all.
-    Names of switches (``start_free``) make these alone, beside the figures as they are that they are compared with.
-    ``quoted`` makes alone what explanations quote.  ``keep`` also writes what the repository holds: the numbers of
-    explanations and, of whole groups, what switches move, ``results/sensitivity.csv``, and what was run,
-    ``results/sensitivity_runs.csv``.  A figure that is current is not made again: an interrupted run goes on where it
-    ended.
+    Results go to ``results/sensitivity/<data>/<group>/table.csv``.  Groups are those of ``conf/sensitivity.yaml``, by
+    default all.  Names of switches (``start_free``) run only these and their baseline figures.  ``quoted`` runs only
+    the switches that explanations quote.  ``keep`` also updates the files of the repository: the numbers in
+    explanations and, for whole groups, the moved verdicts (``results/sensitivity.csv``) and the runs
+    (``results/sensitivity_runs.csv``).  Current figures are not made again: an interrupted run can be continued.
     """
-    known = groups()
+    groups_by_name = groups()
     options = [item for item in arguments if "=" in item]
     words = [item for item in arguments if "=" not in item and item not in (KEEP, QUOTED)]
     having = {
         name: set(words) & {_word(switch) for switch in group["switches"]}
-        for name, (_, group) in known.items()
+        for name, (_, group) in groups_by_name.items()
     }
     named = set().union(*having.values())
     chosen = [word for word in words if word not in named] or [
-        name for name in known if having[name] or not named
+        name for name in groups_by_name if having[name] or not named
     ]
     out = open_console()
     for name in chosen:
-        conf, group = known[require_choice("the group of switches", name, known)]
+        conf, group = groups_by_name[require_choice("the group of switches", name, groups_by_name)]
         first = compose([f"experiment={group['figures'][0]}", *options])
         folder = Path(first.results) / "sensitivity" / first.data.name / name
         every = list(switches(group, first.data.name))
         if named:
-            every = list(_alone(every, named))
+            every = list(_selected(every, named))
         if QUOTED in arguments:
             every = list(_quoted(every, first.data.name, name))
         rows, numbers = _measured(every, name, options, folder)
@@ -121,14 +120,14 @@ def sensitivity(arguments: Sequence[str]) -> int:
         out.print(f"{len(rows)} values in {folder / 'table.csv'}")
         if KEEP in arguments:
             interventions.require_clean(folder)
-            if named:  # the figures as they are were made in part: those of the whole group stay
+            if named:  # the baseline figures were made in part: the rows of the whole group stay
                 rows = [row for row in rows if row["switch"] != PLAIN]
                 numbers = [run for run in numbers if run.name != PLAIN]
             quoted = conf / "paper" / papers.INTERVENTIONS
             interventions.keep_numbers(quoted, numbers, first.data.name, name)
             if QUOTED not in arguments:
-                kept, runs = (PROJECT / "results" / f"sensitivity{end}.csv" for end in ("", "_runs"))
-                interventions.keep_table(kept, rows, numbers, first.data.name, name)
+                table, runs = (PROJECT / "results" / f"sensitivity{end}.csv" for end in ("", "_runs"))
+                interventions.keep_table(table, rows, numbers, first.data.name, name)
                 interventions.keep_runs(runs, rows, numbers, first.data.name, name)
     return 0
 
@@ -136,7 +135,7 @@ def sensitivity(arguments: Sequence[str]) -> int:
 def _measured(
     every: Sequence[Switch], name: str, options: Sequence[str], below: Path
 ) -> tuple[list[dict[str, Any]], list[interventions.Numbers]]:
-    """Make the figures of a group with each switch; return the rows of its table and the numbers for explanations."""
+    """Make the figures of a group with each switch; return the rows of the table and the numbers for explanations."""
     rows: list[dict[str, Any]] = []
     numbers: list[interventions.Numbers] = []
     plain_tables: dict[str, Any] = {}
@@ -157,7 +156,7 @@ def _measured(
                     str(error), f"{switch.name}, {figure_name}", code=error.code, **error.values
                 ) from None
         smoke = any(read_manifest(folder / figure, FIGURE)["scale"] == SMOKE for figure in switch.figures)
-        made = {**plain_tables, **read_folder(folder, switch.figures)}
+        all_tables = {**plain_tables, **read_folder(folder, switch.figures)}
         claims = [
             claim
             for paper in papers.all_papers().values()
@@ -166,46 +165,48 @@ def _measured(
             and {t.split("/")[0] for t in claim.tables} & set(switch.figures)
         ]
         measures = all_measures()
-        verdicts = judge(claims, made, data_name, measures=measures, smoke=smoke, overridden=True)
+        verdicts = judge(claims, all_tables, data_name, measures=measures, smoke=smoke, overridden=True)
         if switch.name == PLAIN:
-            plain_tables, plain = made, verdicts
+            plain_tables, plain = all_tables, verdicts
         rows += compare(plain, verdicts, switch.name)
         scale, _ = interventions.made_by(folder)
-        without, with_it = (numbers_of(names, known, measures) for known in (plain_tables, made))
+        without, with_it = (
+            numbers_of(names, figure_tables, measures) for figure_tables in (plain_tables, all_tables)
+        )
         numbers.append(interventions.Numbers(**vars(switch), scale=scale, without=without, with_it=with_it))
     if not rows:
-        raise InvalidInput("no claim rests on the figures of this group", name, code="no_claim")
+        raise InvalidInput("no claim uses the figures of this group", name, code="no_claim")
     return rows, numbers
 
 
 def _word(name: str) -> str:
-    """The name of a switch as an argument and as a folder."""
+    """Return the name of a switch as an argument and as a folder, with _ for spaces."""
     return name.replace(" ", "_")
 
 
-def _alone(every: Sequence[Switch], named: Collection[str]) -> Iterator[Switch]:
-    """Yield the switches that are named, after the figures that they change as they are."""
+def _selected(every: Sequence[Switch], named: Collection[str]) -> Iterator[Switch]:
+    """Yield the baseline of the changed figures, then the named switches."""
     plain, *others = every
-    kept = [switch for switch in others if _word(switch.name) in named]
-    changed = {figure for switch in kept for figure in switch.figures}
+    selected = [switch for switch in others if _word(switch.name) in named]
+    changed = {figure for switch in selected for figure in switch.figures}
     yield replace(plain, figures=tuple(figure for figure in plain.figures if figure in changed))
-    yield from kept
+    yield from selected
 
 
 def _quoted(every: Sequence[Switch], data_name: str, group: str) -> Iterator[Switch]:
-    """Yield the switches that explanations quote, on the figures of what is quoted, and these figures as they are."""
+    """Yield the switches that explanations quote and their baseline, restricted to the quoted figures."""
     figures = {
         switch.name: interventions.figures_of(interventions.names_quoted(data_name, group, switch.name))
         for switch in every
     }
     figures[PLAIN] = set().union(*figures.values())
     for switch in every:
-        if kept := tuple(figure for figure in switch.figures if figure in figures[switch.name]):
-            yield replace(switch, figures=kept)
+        if selected := tuple(figure for figure in switch.figures if figure in figures[switch.name]):
+            yield replace(switch, figures=selected)
 
 
 def moved_table(rows: Sequence[Mapping[str, Any]]) -> Table:
-    """Return the values with which an answer moves, as a table to be read."""
+    """Return a table to print, with the values of claims whose answer a switch moves."""
     table = Table(title="Answers that a switch moves", title_justify="left", box=None, pad_edge=False)
     for heading in ("claim", "as it is", "", "switch", "with it", " "):
         table.add_column(heading)

@@ -1,4 +1,4 @@
-"""Which figures are current, stale or missing, found without computing anything, and the jobs that make them."""
+"""Status of figures (current, stale or missing), without computing, and the cluster jobs that make them."""
 
 from __future__ import annotations
 
@@ -21,20 +21,23 @@ CURRENT, STALE, MISSING = "current", "stale", "missing"
 _STYLES = {CURRENT: "green", STALE: "yellow", MISSING: "red"}
 
 JOBS = "jobs"
-"""Folder of scripts and logs of a cluster's jobs, beside the figures."""
+"""Name of the folder for scripts and logs of cluster jobs, next to the figures."""
 _SUBMITTED = "_submitted.pkl"
+
+QUEUED, RUNNING, ENDED = "queued", "running", "ended"
+"""States of a cluster job."""
 
 
 @dataclass(frozen=True)
 class Status:
-    """Whether a published figure is what its experiment would make now.
+    """Status of a published figure compared with its experiment.
 
     Attributes
     ----------
     figure, state : str
-        The state is ``current``, ``stale`` or ``missing``.
+        Name of the figure, and ``current``, ``stale`` or ``missing``.
     why : str
-        Which option, input or source changed; empty if it is current.
+        Option, input or source that changed; empty if the figure is current.
     to_compute : tuple of str
         Stages that are not in the cache.
     """
@@ -45,13 +48,36 @@ class Status:
     to_compute: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class Job:
+    """Latest cluster job of a task.
+
+    Attributes
+    ----------
+    number : str
+    state : str
+        ``queued``, ``running`` or ``ended``.
+    log : Path or None
+        Log of errors, if the job has started.
+    """
+
+    number: str
+    state: str
+    log: Path | None = None
+
+    def describe(self, *, current: bool) -> str:
+        """Return the job in words; an ended job has failed if its figure is not current."""
+        state = "failed" if self.state == ENDED and not current else self.state
+        return f"{state} {self.number}" + (f", {self.log}" if self.log else "")
+
+
 def status(experiment: Experiment, folder: Path) -> Status:
-    """Compare a published figure with its experiment: stages by content, the figure by options and sources.
+    """Return the status of a published figure; stages are compared by content, the figure by options and sources.
 
     Raises
     ------
     InvalidInput
-        If the data set has no clips for it, or an option cannot be kept.
+        If the data set has no clips for the experiment, or an option cannot be stored.
     """
     complaints = (
         complaints_about(folder, hashes=False, needed=FIGURE) if folder.is_dir() else ["not made yet"]
@@ -61,17 +87,17 @@ def status(experiment: Experiment, folder: Path) -> Status:
         name: (stage["key"], stage.get("content", "")) for name, stage in manifest.get("stages", {}).items()
     }
     store = Store(Path(experiment.results), dry_run=True, before=before)
-    artefacts = [kept.artefact for kept in chain.run(experiment, store)]
+    artefacts = [result.artefact for result in chain.run(experiment, store)]
     changed = [a for a in artefacts if not a.content or a.content != before.get(a.stage, ("", ""))[1]]
     state, why = STALE, ""
     if complaints:
         state, why = MISSING, complaints[0]
-    elif changed:  # the first explains those that follow from it
+    elif changed:  # the first changed stage explains the later ones
         why = f"{changed[0].stage}: {changed[0].why}"
     elif manifest["configuration"].get("figure") != canonical(experiment.figure):
         why = "figure: options changed"
     elif not manifest.get("code"):
-        why = "figure: without further populations yet"
+        why = "figure: further populations are missing"
     elif manifest["code"] != figure_code(experiment):
         why = "figure: code changed"
     else:
@@ -79,31 +105,27 @@ def status(experiment: Experiment, folder: Path) -> Status:
     return Status(experiment.name, state, why, tuple(a.stage for a in artefacts if a.computed))
 
 
-def print_status(found: Sequence[Status], console: Console, results: Path | None) -> None:
-    """Print a row for each figure, and what is known of the cluster's jobs of a folder of results.
-
-    Those of figures stand in the table, those of shared work below it.
-    """
+def print_status(figures: Sequence[Status], console: Console, results: Path | None) -> None:
+    """Print a row for each figure, with its cluster job if `results` has jobs, and the jobs of shared stages below."""
     jobs = jobs_of(results) if results else {}
     table = Table(box=None, pad_edge=False)
     for heading in ("figure", "state", "to compute", "why", *(["job"] if jobs else [])):
         table.add_column(heading, overflow="fold")
-    for one in found:
-        state = Text(one.state, style=_STYLES[one.state])
-        job = jobs.pop(one.figure, "")
-        if job.startswith("ended") and one.state != CURRENT:
-            job = job.replace("ended", "failed", 1)
-        table.add_row(one.figure, state, " ".join(one.to_compute) or "-", one.why, *([job] if job else []))
+    for each in figures:
+        state = Text(each.state, style=_STYLES[each.state])
+        job = jobs.pop(each.figure, None)
+        cells = [job.describe(current=each.state == CURRENT)] if job else []
+        table.add_row(each.figure, state, " ".join(each.to_compute) or "-", each.why, *cells)
     console.print(table)
     for name in sorted(jobs):
-        if not jobs[name].startswith("ended"):
-            console.print(Text(f"{name}: {jobs[name]}"), soft_wrap=True)
-    counts = {state: sum(one.state == state for one in found) for state in _STYLES}
+        if jobs[name].state != ENDED:
+            console.print(Text(f"{name}: {jobs[name].describe(current=True)}"), soft_wrap=True)
+    counts = {state: sum(each.state == state for each in figures) for state in _STYLES}
     console.print(", ".join(f"{count} {state}" for state, count in counts.items()) + "; nothing was computed")
 
 
 def states() -> dict[str, str] | None:
-    """Return the state of each of this user's jobs that has not ended; None if Slurm does not answer."""
+    """Return the Slurm state of each queued or running job of this user; None if Slurm does not answer."""
     command = ["squeue", "--me", "-h", "-o", "%i %T"]
     try:
         listing = subprocess.run(command, check=True, capture_output=True, text=True).stdout
@@ -113,19 +135,19 @@ def states() -> dict[str, str] | None:
 
 
 def latest(folder: Path) -> str:
-    """Return the number of the last job of a task, empty if there was none."""
+    """Return the number of the latest job in a task's folder; empty without a job."""
     names = (path.name.removesuffix(_SUBMITTED) for path in folder.glob(f"[0-9]*{_SUBMITTED}"))
     return max((name for name in names if name.isdecimal()), key=int, default="")
 
 
-def jobs_of(results: Path) -> dict[str, str]:
-    """Return what is known of the last job of each task below ``jobs``: queued, running or ended, and its log."""
-    found: dict[str, str] = {}
-    names = {path.name: number for path in visible(results / JOBS, "*") if (number := latest(path))}
-    seen = (states() or {}) if names else {}
-    words = {"PENDING": "queued", "CONFIGURING": "queued"}
-    for name, number in names.items():
+def jobs_of(results: Path) -> dict[str, Job]:
+    """Return the latest job of each task in the folder ``jobs`` of some results, by name of the task."""
+    jobs: dict[str, Job] = {}
+    numbers = {path.name: number for path in visible(results / JOBS, "*") if (number := latest(path))}
+    slurm_states = (states() or {}) if numbers else {}
+    words = {"PENDING": QUEUED, "CONFIGURING": QUEUED}
+    for name, number in numbers.items():
         log = results / JOBS / name / f"{number}_0_log.err"
-        state = words.get(seen[number], "running") if number in seen else "ended"
-        found[name] = f"{state} {number}" + (f", {log}" if log.is_file() else "")
-    return found
+        state = words.get(slurm_states[number], RUNNING) if number in slurm_states else ENDED
+        jobs[name] = Job(number, state, log if log.is_file() else None)
+    return jobs

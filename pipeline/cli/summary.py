@@ -1,4 +1,4 @@
-"""The summary after figures are made: files, seconds, verdicts on the papers' claims, remarks."""
+"""Summary after figures are made: files, durations, verdicts on the papers' claims, remarks."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from pipeline.papers import Verdict
 
 WIDE = 110
-"""Columns of a terminal in which all of a claim has room."""
+"""Width in columns from which the table of claims shows every column."""
 
 STAGES = ("ingest", "dataset", "model", "sweep", "figure")
 
@@ -30,16 +30,16 @@ def open_console() -> Console:
 
 
 class _Console(Console):
-    """A console that says so where its reader has gone."""
+    """Console that raises an error if the reader of its output has closed the pipe."""
 
     def on_broken_pipe(self) -> None:
-        """Raise the error, which `main` puts into words."""
+        """Raise BrokenPipeError, which `main` reports."""
         raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE))
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """A figure that was made.
+    """Outcome of a figure that was made.
 
     Attributes
     ----------
@@ -50,11 +50,11 @@ class Outcome:
     reused : tuple of str
         Stages whose result was found in the cache.
     verdicts : list of Verdict
-        On the claims that rest on the figure alone.
+        Verdicts on the claims that use only this figure.
     remarks : tuple of str
         Warnings, one sentence each.
     processor_s : float
-        Processor time of all of it, on every core.
+        Processor time of the figure, summed over all cores.
     """
 
     figure: str
@@ -68,15 +68,15 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Failure:
-    """A figure that was not made.
+    """Failure of a figure.
 
     Attributes
     ----------
     figure : str
     sentence : str
-        Why.
+        Error message.
     traceback : str
-        Of a bug; empty for what the user can correct.
+        Traceback of a bug; empty for an error that the user can correct.
     """
 
     figure: str
@@ -90,9 +90,9 @@ Made = Outcome | Failure
 def summarise(
     outcomes: Sequence[Outcome], verdicts: Sequence[Verdict], console: Console, *, seconds: float
 ) -> None:
-    """Print each figure with its files and seconds, the verdicts on the papers' claims and the remarks.
+    """Print the table of figures with files and seconds, the verdicts on the papers' claims, and the remarks.
 
-    `seconds` is the time that all of them took together.
+    `seconds` is the duration of the whole run.
     """
     figures = Table(title="Figures", title_justify="left", box=None, pad_edge=False)
     for heading in ("figure", "seconds", "of which figure", "processor", "reused", "folder", "files"):
@@ -113,7 +113,7 @@ def summarise(
     console.print(figures)
     processor = sum(outcome.processor_s for outcome in outcomes)
     console.print(
-        f"Made in {seconds:.1f} s, {processor:.1f} s of processor time (the stages of all figures: "
+        f"Made in {seconds:.1f} s with {processor:.1f} s of processor time (seconds per stage over all figures: "
         + ", ".join(f"{stage} {sum(outcome.seconds[stage] for outcome in outcomes):.1f}" for stage in STAGES)
         + ")."
     )
@@ -141,19 +141,19 @@ _BEYOND = {
     "worse": ("red", "worse than it"),
     "unknown": ("yellow", "not known"),
 }
-"""Styles of the answers, in the order in which they are counted, and words of the counts."""
+"""Styles of the answers in counting order, and their words in counts."""
 
 Row = dict[str, str]
 
 
 def claim_rows(verdicts: Sequence[Verdict]) -> list[Row]:
-    """Return what is shown of verdicts, in text, kind by kind; ``why`` where a claim does not agree."""
+    """Return the cells of the table of claims, as text, sorted by kind; ``why`` is filled if a claim does not agree."""
     from pipeline.papers import Kind, all_papers
 
     rows, kinds = [], list(Kind)
     keys = [*all_papers()]
     for v in sorted(verdicts, key=lambda v: (kinds.index(v.claim.kind), keys.index(v.claim.paper))):
-        found, agreement = v.evidence, str(v.agreement)
+        evidence, agreement = v.evidence, str(v.agreement)
         rows.append(
             {
                 "agreement": agreement,
@@ -163,20 +163,20 @@ def claim_rows(verdicts: Sequence[Verdict]) -> list[Row]:
                 "name": v.claim.name,
                 "quote": v.claim.text.quote if v.claim.kind is Kind.TARGET else f"“{v.claim.text.quote}”",
                 "published": "" if v.claim.published is None else f"{v.claim.published:g}",
-                "ours": str(found.value) if found else "",
+                "ours": str(evidence.value) if evidence else "",
                 "unit": v.claim.unit,
-                "baseline": str(found.baseline) if found and found.baseline else "",
+                "baseline": str(evidence.baseline) if evidence and evidence.baseline else "",
                 "kind": str(v.claim.kind),
-                "why": v.why if found and agreement not in ("agrees", "met") else "",
+                "why": v.why if evidence and agreement not in ("agrees", "met") else "",
             }
         )
     return rows
 
 
 def claims_table(rows: Sequence[Row], width: int = 160) -> Table:
-    """Return the claims as a table, kind by kind: both answers, the published number, ours and the baseline's.
+    """Return the table of claims by kind: both answers, the published number, ours and the baseline's.
 
-    In less than `WIDE` columns without the baseline's number.
+    Below a width of `WIDE` columns, the baseline's number is left out.
     """
     table = Table(title="Claims", title_justify="left", box=None, pad_edge=False)
     verdicts = ("agreement", "beyond baseline")
@@ -194,7 +194,7 @@ def claims_table(rows: Sequence[Row], width: int = 160) -> Table:
 
 
 def counts(verdicts: Sequence[Verdict]) -> list[str]:
-    """Return a line for each kind of claims with its counts, then one for each paper, and one for what is ours."""
+    """Return lines with the counts of verdicts: for each kind of claims, then for each paper and our targets."""
     from pipeline.papers import JUDGED, OF_PAPERS, Agreement, Beyond, Kind, all_papers, count, count_by_kind
 
     rows, lines = [verdict.row for verdict in verdicts], []
@@ -210,9 +210,11 @@ def counts(verdicts: Sequence[Verdict]) -> list[str]:
         )
         if tally.judged:
             beyond = tally.number(Agreement.AGREES, beyond=Beyond.YES)
-            apart = ", ".join(f"{tally.number(one)} {one}" for one in JUDGED[1:])
+            others = ", ".join(
+                f"{tally.number(agreement_kind)} {agreement_kind}" for agreement_kind in JUDGED[1:]
+            )
             lines.append(
                 f"{key}{'' if paper.figures else ' (our targets)'}: {tally.number(Agreement.AGREES)} of {tally.judged}"
-                f" agree ({beyond} beyond the baseline); {apart}; {tally.number(Agreement.UNTESTABLE)} untestable"
+                f" agree ({beyond} beyond the baseline); {others}; {tally.number(Agreement.UNTESTABLE)} untestable"
             )
     return lines

@@ -1,7 +1,7 @@
-"""The work of several figures as tasks: each figure, each stage that several figures share, blocks of populations.
+"""Tasks of several figures: each figure, each stage that several figures share, and blocks of populations.
 
-A task leaves artefacts in the store, and the tasks that need it find them there by their keys: it may run in any
-process of any machine that sees the store, more than once, or not at all.
+A task writes artefacts to the store, and later tasks find them there by their keys.  A task may therefore run on any
+machine with access to the store.  It may also run twice, or be skipped: later tasks compute missing artefacts.
 """
 
 from __future__ import annotations
@@ -23,27 +23,27 @@ from pipeline.studies.study import NoSweep
 
 SAMPLES, SWEPT, FIGURE = "population", "population_sweep", "figure"
 _SAMPLES_S = 0.012
-"""Processor time of the samples of one synthetic walker, about."""
+"""Approximate processor time of the samples of one synthetic walker."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """A part of the work of some figures.
+    """Part of the work of one or several figures.
 
     Attributes
     ----------
     name : str
-        A figure's own, or stage, digest of what it is made of, and first population of its block.
+        Name of the figure; or stage, digest of the inputs and first population of the block.
     experiment : Experiment
-        Of the first figure that needs it.
+        Experiment of the first figure that needs the task.
     through : str
-        Last stage of the chain; or `SAMPLES` or `SWEPT`, of further populations; or `FIGURE`.
+        Last stage of the chain; or `SAMPLES` or `SWEPT` for further populations; or `FIGURE`.
     populations : tuple of int
-        Their numbers.
+        Numbers of the further populations.
     needs : tuple of str
-        Tasks whose artefacts it reads.
+        Tasks whose artefacts this task reads.
     cost_s : float
-        Processor time, about.
+        Approximate processor time.
     """
 
     name: str
@@ -54,30 +54,30 @@ class Task:
     cost_s: float
 
     def run(self, store: Store) -> bool:
-        """Run a task that is no figure's own; return whether something was, or in a dry run is to be, computed."""
+        """Run a task other than a figure; return whether an artefact was computed, or in a dry run would be."""
         if self.through in chain.STAGES:
-            made = chain.run(self.experiment, store, through=self.through)
-            return any(kept.artefact.computed for kept in made)
+            results = chain.run(self.experiment, store, through=self.through)
+            return any(result.artefact.computed for result in results)
 
         def computed(number: int) -> bool:
-            one = self.experiment
+            experiment = self.experiment
             if self.through == SAMPLES:
-                return ingest.run(one, store, number).artefact.computed
-            return populations.sweep_population(one, number, store).artefact.computed
+                return ingest.run(experiment, store, number).artefact.computed
+            return populations.sweep_population(experiment, number, store).artefact.computed
 
         return any(map_processes(computed, self.populations, self.experiment.workers))
 
 
 def plan(experiments: Sequence[Experiment], *, task_s: float) -> list[Task]:
-    """Return the tasks of some figures, each after those that it needs.
+    """Return the tasks of several figures, each after the tasks that it needs.
 
     Parameters
     ----------
     experiments : sequence of Experiment
     task_s : float
-        Processor time of a block of populations, about.
+        Approximate processor time of a block of populations.
     """
-    keys = [_keys(one) for one in experiments]
+    keys = [_keys(experiment) for experiment in experiments]
     users: dict[str, list[int]] = defaultdict(list)
     for number, of_figure in enumerate(keys):
         for key in of_figure.values():
@@ -85,16 +85,21 @@ def plan(experiments: Sequence[Experiment], *, task_s: float) -> list[Task]:
     tasks: dict[str, Task] = {}
 
     def add(
-        one: Experiment, through: str, key: str, needs: tuple[str, ...], *, populations: tuple[int, ...] = ()
+        experiment: Experiment,
+        through: str,
+        key: str,
+        needs: tuple[str, ...],
+        *,
+        populations: tuple[int, ...] = (),
     ) -> str:
-        """Enter the work on a stage, or on a block of populations, and return the name of its task."""
+        """Add the task of a stage, or of a block of populations, and return its name."""
         name = f"{through}_{key[:8]}" + (f"_{populations[0] + 1}" if populations else "")
-        cost_s = max(len(populations), 1) * _each_s(one, through)
-        tasks.setdefault(name, Task(name, one, through, populations, needs, cost_s))
+        cost_s = max(len(populations), 1) * _each_s(experiment, through)
+        tasks.setdefault(name, Task(name, experiment, through, populations, needs, cost_s))
         return name
 
     figures = []
-    for one, of_figure in zip(experiments, keys, strict=True):
+    for experiment, of_figure in zip(experiments, keys, strict=True):
         needs: tuple[str, ...] = ()
         samples: tuple[str, ...] = ()
         following = dict(pairwise(name for name in of_figure if name in chain.STAGES))
@@ -103,51 +108,51 @@ def plan(experiments: Sequence[Experiment], *, task_s: float) -> list[Task]:
             if through in chain.STAGES:
                 last = through not in following or users[key] != users[of_figure[following[through]]]
                 if shared and last:
-                    needs = (add(one, through, key, needs),)
+                    needs = (add(experiment, through, key, needs),)
                 continue
-            blocks = _blocks(populations.count(one), _each_s(one, through), task_s)
+            blocks = _blocks(populations.count(experiment), _each_s(experiment, through), task_s)
             if shared or len(blocks) > 1:
-                made = tuple(add(one, through, key, samples, populations=block) for block in blocks)
-                samples = made if through == SAMPLES else samples
-                needs = (*needs, *made)
-        figures.append(Task(one.name, one, FIGURE, (), needs, _cost_s(one)))
+                names = tuple(add(experiment, through, key, samples, populations=block) for block in blocks)
+                samples = names if through == SAMPLES else samples
+                needs = (*needs, *names)
+        figures.append(Task(experiment.name, experiment, FIGURE, (), needs, _cost_s(experiment)))
     return [*tasks.values(), *figures]
 
 
-def _keys(one: Experiment) -> dict[str, str]:
-    """Return the stages of a figure, and of its further populations, with digests of what each is made of."""
-    asked = Store(Path(one.results), dry_run=True)
-    sweeps = not isinstance(one.sweep, NoSweep)
-    chain.run(one, asked, through="sweep" if sweeps else "model")
-    if populations.count(one):
+def _keys(experiment: Experiment) -> dict[str, str]:
+    """Return the digest of the inputs of each stage of a figure and its further populations."""
+    store = Store(Path(experiment.results), dry_run=True)
+    sweeps = not isinstance(experiment.sweep, NoSweep)
+    chain.run(experiment, store, through="sweep" if sweeps else "model")
+    if populations.count(experiment):
         if sweeps:
-            populations.sweep_population(one, 0, asked)
+            populations.sweep_population(experiment, 0, store)
         else:
-            ingest.run(one, asked, 0)
+            ingest.run(experiment, store, 0)
     keys: dict[str, str] = {}
-    for step in asked.steps:
+    for step in store.steps:
         made_from = [step, *(keys[stage] for stage in step["reads"])]
         keys[step["stage"]] = digest(compact(made_from))
     return keys
 
 
-def _people(one: Experiment) -> int:
-    return one.data.population if isinstance(one.data, SyntheticPeople) else 0
+def _people(experiment: Experiment) -> int:
+    return experiment.data.population if isinstance(experiment.data, SyntheticPeople) else 0
 
 
-def _cost_s(one: Experiment) -> float:
-    """Return the processor time of a figure, which grows with its people beyond those of the papers."""
-    return one.cost_s * max(1.0, _people(one) / SyntheticPeople.population)
+def _cost_s(experiment: Experiment) -> float:
+    """Return the processor time of a figure; it grows with the number of people above the papers' number."""
+    return experiment.cost_s * max(1.0, _people(experiment) / SyntheticPeople.population)
 
 
-def _each_s(one: Experiment, through: str) -> float:
-    """Return the processor time of a stage, or of one population."""
+def _each_s(experiment: Experiment, through: str) -> float:
+    """Return the processor time of a stage for one population."""
     if through in (SAMPLES, "ingest"):
-        return max(_people(one), 1) * _SAMPLES_S
-    return _cost_s(one) / (populations.count(one) + 1)
+        return max(_people(experiment), 1) * _SAMPLES_S
+    return _cost_s(experiment) / (populations.count(experiment) + 1)
 
 
 def _blocks(count: int, each_s: float, task_s: float) -> list[tuple[int, ...]]:
-    """Return the numbers of populations in blocks of about the same time."""
+    """Return the numbers of the populations, in blocks of about equal processor time."""
     size = max(1, min(count, math.floor(task_s / each_s)))
     return [tuple(range(start, min(start + size, count))) for start in range(0, count, size)]

@@ -1,4 +1,4 @@
-"""Walkers that commands take from outside: of a figure's folder, of a recording, of reconstructed keypoints."""
+"""Walkers as input of commands: from a figure's folder, a recording, or reconstructed keypoints."""
 
 from __future__ import annotations
 
@@ -26,25 +26,25 @@ from pipeline.storage.sealed_folders import FIGURE, read_manifest
 from pipeline.validation import InvalidInput, require_choice, require_range
 
 SUMMARY = "summary.json"
-"""What a folder of `reconstruct` holds, also where nobody walks."""
-FIGURES = "a folder of zhang2007_fig4, zhang2007_fig5, zhang2004_fig3 or zhang2004_fig4, made anew"
+"""Name of the file that every folder of `reconstruct` contains, even without a walk."""
+FIGURES = "a newly made folder of zhang2007_fig4, zhang2007_fig5, zhang2004_fig3 or zhang2004_fig4"
 
 
 @dataclass(frozen=True)
 class Walk:
-    """One walker as a Fourier representation.
+    """Walk of one person as a Fourier representation.
 
     Attributes
     ----------
     name : str
-        Who, and how reconstructed, for captions.
+        Name of the walker and method of reconstruction, for captions.
     coefficients : (1 + 2H, 15, 3)
-        mm, z up.
+        Fourier coefficients in mm, z up.
     stride_hz : float
     unmeasured : (15,) bool
         Joints that were estimated from the others or dropped.
     speed_mm_s : float
-        Over the ground; 0: not known.
+        Speed over the ground; 0 if unknown.
     """
 
     name: str
@@ -55,58 +55,66 @@ class Walk:
 
 
 def options_of(arguments: Sequence[str], kind: type[Options], *, usage: str) -> tuple[str, Options]:
-    """Return the one source that is named and the options of a command, with their defaults.
+    """Return the source that the arguments name, and the options of the command.
 
     Raises
     ------
     InvalidInput
-        If an option is unknown or of another type, or none or several sources are named.
+        If an option is unknown or has the wrong type, or the arguments do not name exactly one source.
     """
     sources = [item for item in arguments if "=" not in item or Path(item).exists()]
     options = filled(kind, [item for item in arguments if item not in sources])
     if len(sources) != 1:
         raise InvalidInput(
-            "one source is needed",
+            "name exactly one source",
             expected=usage,
             received=" ".join(arguments)[:80] or "nothing",
             code="no_source",
+            typed=True,
         )
     return sources[0], options
 
 
 def kind_of(source: str, arguments: Sequence[str], of: Mapping[str, str]) -> str:
-    """Return the kind of a source, with options that change something; refuse those that would not.
+    """Return the kind of a source; raise InvalidInput for an option that has no effect on this kind.
 
     Parameters
     ----------
     source : str
     arguments : sequence of str
     of : mapping of str to str
-        Which kinds of source have an option: figure, film (a folder of `reconstruct`), recording, synthetic, author.
+        Kinds of sources by option: figure, film (a folder of `reconstruct`), recording, synthetic, author.
     """
     path, kind = Path(source), source
     if path.exists() or source not in ("synthetic", "author"):
         kind = "film" if (path / SUMMARY).is_file() else "figure" if path.is_dir() else "recording"
     for name in (item.partition("=")[0] for item in arguments):
         if kind not in of.get(name, kind):
-            raise InvalidInput("would change nothing here", name, of[name], kind, code="no_effect")
+            raise InvalidInput(
+                "the option has no effect on this kind of source",
+                name,
+                of[name],
+                kind,
+                code="no_effect",
+                typed=True,
+            )
     return kind
 
 
 def target_file(to: str, suffixes: Sequence[str], usage: str, source: str, *, replace: bool) -> Path:
-    """Return the file ``to=`` that is to be written, whose suffix says the format."""
+    """Return the path of ``to=`` after checking that its suffix is supported and the file may be written."""
     if not to:
-        raise InvalidInput("to=FILE is needed", expected=usage, code="no_target")
+        raise InvalidInput("name the output file by to=FILE", expected=usage, code="no_target")
     target = Path(to)
     if target.suffix.lower() not in suffixes:
-        expected = f"one that ends in {', '.join(suffixes[:-1])} or {suffixes[-1]}"
-        raise InvalidInput("the format is unknown", "to", expected, target.name, code="unknown_format")
+        expected = f"end in {', '.join(suffixes[:-1])} or {suffixes[-1]}"
+        raise InvalidInput(f"must {expected}", "to", received=target.name, code="unknown_format")
     require_new(target, replace=replace, sources=[source])
     return target
 
 
 class FigureWalkers:
-    """The walkers of a figure's folder.
+    """Walkers of a figure's folder, as recorded and as reconstructed.
 
     Parameters
     ----------
@@ -115,7 +123,7 @@ class FigureWalkers:
     Raises
     ------
     InvalidInput
-        If the folder holds no reconstructed motion.
+        If the folder contains no reconstructed motion.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -131,64 +139,68 @@ class FigureWalkers:
             "unmeasured",
         }
         if not path.is_file():
-            raise InvalidInput("this is no folder of a figure", folder, "arrays.npz in it", code="no_figure")
+            raise InvalidInput(
+                "the folder is not that of a figure: it has no arrays.npz", folder, code="no_figure"
+            )
         try:
             self._arrays = read_arrays(path)
         except InvalidInput:
-            raise InvalidInput("is damaged", path, "the figure, made anew", code="unreadable") from None
+            raise InvalidInput(
+                "the file is damaged: make the figure again", path, code="unreadable"
+            ) from None
         if lacking := needed - set(self._arrays):
             received = f"arrays.npz without {', '.join(sorted(lacking))}"
-            what = "this figure holds no reconstructed motion"
+            what = "this figure contains no reconstructed motion"
             raise InvalidInput(what, folder, FIGURES, received, code="no_motion")
 
     def original(self, name: str) -> Walk:
-        """Return a walker as recorded; the first if none is named."""
+        """Return a walker as recorded, by default the first."""
         with as_written(self._folder):
             r, facts = self._index(name), ("walker", "original", "stride_hz", "unmeasured")
             return Walk(*(self._arrays[fact][r] for fact in facts))
 
     def reconstructed(self, name: str, method: str, view_angle_deg: float | None) -> Walk:
-        """Return a walker as reconstructed from a view: from any, where the figure holds what the model learns from.
+        """Return a walker as reconstructed from a view.
+
+        If the figure contains the training data of its model, every view is available, else only the demonstrated ones.
 
         Parameters
         ----------
         name, method : str
         view_angle_deg : float, optional
-            By default the figure's first demonstration.
+            View angle; by default the first demonstrated view of the figure.
         """
         walk = self.original(name)
         with as_written(self._folder):
             views, methods = self._arrays["demonstration_view_deg"], self._arrays["methods"].tolist()
             m = methods.index(require_choice("method", method, methods))
-            wanted = views[0] if view_angle_deg is None else view_angle_deg
-            near = np.flatnonzero(np.abs(views - wanted) < 1e-6)
+            view = views[0] if view_angle_deg is None else view_angle_deg
+            near = np.flatnonzero(np.abs(views - view) < 1e-6)
             missing = (
                 self._arrays["missing"][m, self._index(name), near[0]]
                 if near.size
-                else self._from_view(self._index(name), methods[m], wanted)
+                else self._from_view(self._index(name), methods[m], view)
             )
-            angle = np.radians(wanted)
+            angle = np.radians(view)
             again = camera.combine(camera.project(walk.coefficients, angle), missing, angle)
-        return replace(walk, name=f"{walk.name}, {method} from {wanted:g}°", coefficients=again)
+        return replace(walk, name=f"{walk.name}, {method} from {view:g}°", coefficients=again)
 
     def _index(self, name: str) -> int:
         walkers = self._arrays["walker"].tolist()
         return walkers.index(require_choice("walker", name or walkers[0], walkers))
 
     def _from_view(self, r: int, method: str, view_angle_deg: float) -> np.ndarray:
-        """The missing dimension (5, 15) from a view that the figure does not demonstrate, by the fold's own model."""
+        """Return the missing dimension (5, 15) for any view, reconstructed with the model of the walker's fold."""
         require_range("view_angle_deg", view_angle_deg, at_least=-180, at_most=180)
-        shown = ", ".join(f"{view:g}" for view in self._arrays["demonstration_view_deg"])
+        listed_views = ", ".join(f"{view:g}" for view in self._arrays["demonstration_view_deg"])
         stored = {"samples", "person", "residual_covariance_mm2"} <= set(self._arrays)
         options = read_manifest(self._folder, FIGURE)["configuration"] if stored else {}
         model, sweep = options.get("model", {}), options.get("sweep", {})
         as_computed = stored and self._arrays["samples"].shape[1] == 225 and model.get("mirror") is False
         if not as_computed:
-            expected = (
-                f"{shown}; or make the figure with sweep.demonstration_views_deg; or any, of zhang2007_fig5"
-            )
-            raise InvalidInput("the figure holds no reconstruction from this view", "view_angle_deg",
-                               expected, f"{view_angle_deg:g}", code="no_such_view")  # fmt: skip
+            expected = f"{listed_views}; for others make the figure with sweep.demonstration_views_deg"
+            raise InvalidInput("the figure has no reconstruction from this view", "view_angle_deg",
+                               expected, f"{view_angle_deg:g}", code="no_such_view", typed=True)  # fmt: skip
         samples, person = self._arrays["samples"], self._arrays["person"]
         fold = linear_model.fit(
             samples[person != person[r]], model["components"], divisor=model["divisor"]["name"]
@@ -200,7 +212,7 @@ class FigureWalkers:
             angle,
             noise_variance=None if method == "least_squares" else float(sweep["noise_variance_mm2"]),
         )
-        # Of joints that nobody measured, what the eigenwalkers expect.
+        # Joints that were not measured take the expectation of the eigenwalkers.
         of_model = linear_model.unflatten(fold.mean + views.coefficients[0] @ fold.components)
         return np.where(measured, views.missing[0], camera.missing_dimension(of_model, angle[0]))
 
@@ -214,17 +226,17 @@ def recorded_walk(
     ----------
     path : Path
     skeleton, units : str
-        As ``skeleton=`` and ``data.units=``; empty: recognised, and the file's own.
+        Mapping and unit, as for ``skeleton=`` and ``data.units=``; empty: recognised, and as stated in the file.
     subject : str
-        Who, in a file of several people.
+        Name of the person, for a file of several people.
     up : UpAxis
-        Axis of the file that points up; ``auto``: the one along which its joints stand.
+        Axis of the file that points up; ``auto``: found from the joints.
     harmonics : int
 
     Raises
     ------
     InvalidInput
-        If the file cannot be read or nobody walks steadily in it.
+        If the file cannot be read or contains no steady walk.
     """
     read = formats.read(path, units=units or None, up=up)
     read, positions, valid = joints_of(read, mappings.chosen(skeleton or mappings.AUTO), subject)
@@ -234,33 +246,32 @@ def recorded_walk(
 
 
 def keypoint_walk(folder: Path, *, harmonics: int = 2) -> Walk:
-    """Return the walk in the ``joints.csv`` that ``reconstruct`` wrote; the longest stretch of several.
+    """Return the walk in a ``joints.csv`` of ``reconstruct``, from its longest stretch.
 
     Raises
     ------
     InvalidInput
-        If there is none, it lasts for less than a stride, or the files are not those of ``reconstruct``.
+        If there is no walk, it is shorter than a stride, or ``reconstruct`` did not write the files.
     """
     stretches = read_one(folder / SUMMARY, _stretches)
     positions, rate, (strides, locomotion) = read_one(folder / "joints.csv", _longest, stretches=stretches)
     if strides < 1:
-        what = "the film holds less than a stride, of which no cycle is made: its motion is in walk.c3d, .trc and .csv"
+        what = "the film is too short for a walking cycle: use its motion in walk.c3d, .trc or .csv"
         raise InvalidInput(
             what, folder.name, "1 stride", f"{strides:g}", code="too_few_strides", strides=strides
         )
-    # Who walks on a belt, or is followed by the camera, drifts on it and does not walk there.
+    # On a treadmill, or with a following camera, displacement is drift, not walking.
     ground = Locomotion.auto if locomotion == "overground" else Locomotion.treadmill
     return steady(folder.name, positions, rate, None, harmonics=harmonics, locomotion=ground)
 
 
 def _stretches(path: Path) -> list[tuple[float, str]]:
-    """Strides and locomotion of each stretch in a ``summary.json``; 0 strides of one that is no walk."""
+    """Return strides and locomotion of each stretch in a ``summary.json``; 0 strides if the stretch is not a walk."""
     summary = read_json(path, dict[str, Any])
     if summary["verdict"] == "not_a_walk":
-        what = "`reconstruct` found no walk, so that there is no motion"
-        raise InvalidInput(
-            what, path.parent.name, received="; ".join(map(str, summary["why"])), code="no_walk"
-        )
+        reasons = "; ".join(map(str, summary["why"]))
+        what = f"`reconstruct` wrote no motion, since the film shows no walk ({reasons:.200})"
+        raise InvalidInput(what, path.parent.name, code="no_walk")
     return [
         (float(stretch.get("strides", 0)), stretch.get("locomotion", "")) for stretch in summary["stretches"]
     ]
@@ -269,11 +280,11 @@ def _stretches(path: Path) -> list[tuple[float, str]]:
 def _longest(
     path: Path, stretches: Sequence[tuple[float, str]]
 ) -> tuple[np.ndarray, float, tuple[float, str]]:
-    """Joints (T, 15, 3) of the longest stretch in a ``joints.csv``, frames per second, and what is said of it."""
+    """Return joints (T, 15, 3), frame rate in Hz, strides and locomotion of the longest stretch in ``joints.csv``."""
     table = tables.read(path)
     if lacking := {"stretch", "time_s", "x", "y", "z"} - set(table):
-        received = f"no column {sorted(lacking)[0]}"
-        raise InvalidInput("is no table of `reconstruct`", path, received=received, code="no_column")
+        what = f"the table is not from `reconstruct`: it has no column {sorted(lacking)[0]!r}"
+        raise InvalidInput(what, path, code="no_column")
     numbers, counts = np.unique(table["stretch"], return_counts=True)
     rows = table["stretch"] == numbers[counts.argmax()]
     count = rows.sum()
@@ -295,11 +306,11 @@ def steady(
     locomotion: Locomotion = Locomotion.auto,
     up: UpAxis = UpAxis.auto,
 ) -> Walk:
-    """Return the Fourier representation of the steady part of joints (T, 15, 3), mm, and print remarks on it."""
+    """Return the Fourier representation of the steady walk in joints (T, 15, 3), mm, and print remarks on it."""
     prepared = walk_in(name, positions, frame_rate_hz, valid, up, locomotion=locomotion)
     if prepared.positions is None:
         code, values = prepared.row["code"], prepared.row["values"]
-        raise InvalidInput(f"no walk: {prepared.row['reason']}", name, code=code, **values)
+        raise InvalidInput(f"not a walk: {prepared.row['reason']}", name, code=code, **values)
     if remarks := prepared.row["reason"]:
         tell(remarks)
     series = fourier.represent(

@@ -1,7 +1,7 @@
-"""Digits that hold when published tables are computed again, and whether those of an archive do.
+"""Tolerances for tables that are computed again, and the comparison with the tables of an archive.
 
-A light archive states the rule in ``digits.csv``: for each table the relative difference allowed to every number.
-Text, and the order of rows and columns, have to be the same.
+A light archive states the tolerances in ``digits.csv``: for each table the relative difference that is allowed for
+every number.  Text and the order of rows and columns must be equal.
 """
 
 from __future__ import annotations
@@ -20,44 +20,44 @@ from pipeline.validation import InvalidInput, is_relative, require_range
 DIGITS = "digits.csv"
 CLAIMS = "claims.csv"
 ANSWERS = ("agreement", "beyond_baseline")
-"""Columns of the claims that are compared exactly."""
+"""Columns of ``claims.csv`` that are compared exactly."""
 
 TIMING = "table_timing"
-"""Table of times on the machine that made a figure; nothing is compared with it and no claim uses it."""
+"""Name of tables with durations on one machine, which are not compared and which no claim uses."""
 
 DIRECT = (
     "zhang2004_fig2", "zhang2004_fig3", "zhang2004_fig4", "zhang2007_fig2", "zhang2007_fig3", "zhang2007_fig4",
     "zhang2007_fig5", "mozerov2006_fig",
 )  # fmt: skip
-"""Beginnings of the figures whose numbers come out of no search and no refinement."""
+"""Name prefixes of the figures whose numbers need no search and no iterative refinement."""
 
 CLOSED_FORM, SEARCHED = 1e-5, 1e-3
-"""Relative difference allowed where nothing iterates, and where something does.
+"""Relative tolerance of figures without and with iterative methods.
 
-Measured at full scale between two BLAS kernels: at most 1.7e-7 (zhang2007_fig3, zhang2004_fig3) and 7.9e-5
-(zhang2007_fig6, park2011_fig3c); the tests measure smoke tables over eight kernels.
+The differences between two BLAS kernels at full scale were at most 1.7e-7 (zhang2007_fig3, zhang2004_fig3) and 7.9e-5
+(zhang2007_fig6, park2011_fig3c).  The tests measure smoke tables over eight kernels.
 """
 
-NOT_ZERO = 1e-6
-"""Numbers that are closer than this agree, whatever their ratio: tables hold millimetres, degrees and fractions."""
+ABSOLUTE_TOLERANCE = 1e-6
+"""Absolute difference below which numbers agree; tables contain millimetres, degrees and fractions."""
 
 
 Alike = Callable[[str, str, Table, Table], tuple[Table, Table]]
-"""Given names of figure and table, and its columns as kept and as made: the columns to compare, by today's names."""
+"""Function of figure name, table name, archived columns and new columns; it returns the columns to compare."""
 
 
 @dataclass(frozen=True)
 class Agreement:
-    """How one table, computed again, agrees with the one that was kept.
+    """Agreement of a table that was computed again with the archived one.
 
     Attributes
     ----------
     table : str
     difference : float
-        Largest relative difference of a number; infinite if something else differs.
+        Largest relative difference of a number; infinite if text, rows or columns differ.
     tolerance : float
     complaints : tuple of str
-        The first cells that differ by more, a sentence each.
+        First cells that differ by more than the tolerance, one sentence each.
     """
 
     table: str
@@ -67,7 +67,7 @@ class Agreement:
 
 
 def tolerance(figure: str) -> float:
-    """Return the relative difference that is allowed to the tables of a figure.
+    """Return the relative tolerance for the tables of a figure.
 
     Examples
     --------
@@ -78,50 +78,50 @@ def tolerance(figure: str) -> float:
 
 
 def rule(folder: Path) -> dict[str, float]:
-    """Return the relative difference that is allowed to each table of a figure, by name, from the tables there."""
+    """Return the relative tolerance for each table in a figure's folder, by name of the table."""
     names = sorted({path.name.removesuffix(".gz") for path in folder.glob("table*.csv*")})
     return {name: tolerance(folder.name) for name in names if not name.startswith(TIMING)}
 
 
 def write_rule(folder: Path, figures: Iterable[str]) -> None:
-    """Write the rule for all tables of these figures, which are folders of their names, beside them."""
+    """Write ``digits.csv`` with the tolerances for all tables of figures, whose folders are in `folder`."""
     rows = [(figure, *item) for figure in sorted(figures) for item in rule(folder / figure).items()]
     names = ("figure", "table", "relative_difference_allowed")
     tables.write(folder / DIGITS, tables.of_rows(names, rows))
 
 
 def compare_again(kept: Path, made: Path, alike: Alike | None = None) -> list[Agreement]:
-    """Compare the tables and verdicts of a figure, computed again, with those that an archive keeps.
+    """Compare the tables and verdicts of a figure that was computed again with those in an archive.
 
     Parameters
     ----------
     kept : Path
-        Folder of the figure in an archive; tables may be compressed.  All of them are compared, by the rule of this
-        version, or that of the ``digits.csv`` beside it where it allows less.
+        Folder of the figure in an archive; tables may be compressed.  Every table is compared, with the smaller of
+        this version's tolerance and the one in the archive's ``digits.csv``.
     made : Path
-        Folder of the figure as published.
+        Folder of the figure that was computed again.
     alike : callable, optional
-        Columns of an earlier version's table to compare; by default all.
+        Selection of the columns to compare, for archives of an earlier version; by default all columns.
 
     Raises
     ------
     InvalidInput
-        If there is no table to compare, one cannot be read, or a tolerance is no number.
+        If there is no table to compare, a table cannot be read, or a tolerance is not a number.
     """
     with as_written(kept):
         allowed = rule(kept)
         for name, most in _stated(kept).items():
             allowed[name] = min(most, allowed.get(name, most))
         if not allowed:
-            raise InvalidInput("no table to compare", kept, code="no_table")
-        found = [_compared(kept, made, name, most, alike) for name, most in allowed.items()]
+            raise InvalidInput("the folder has no table to compare", kept, code="no_table")
+        agreements = [_compared(kept, made, name, most, alike) for name, most in allowed.items()]
         if (kept / CLAIMS).is_file() or (made / CLAIMS).is_file():
-            found.append(_verdicts(kept, made, max(allowed.values())))
-        return found
+            agreements.append(_verdicts(kept, made, max(allowed.values())))
+        return agreements
 
 
 def _stated(kept: Path) -> dict[str, float]:
-    """Return what the archive itself allows to each table of a figure."""
+    """Return the tolerance that the archive's ``digits.csv`` states for each table of a figure."""
     path, stated = kept.parent / DIGITS, {}
     for row in tables.read_rows(path) if path.is_file() else ():
         if row["figure"] == kept.name:
@@ -131,8 +131,8 @@ def _stated(kept: Path) -> dict[str, float]:
                 most = np.nan
             if not is_relative(row["table"]):
                 raise InvalidInput(
-                    "must be a plain path below its folder",
-                    f"{DIGITS}: table",
+                    "the table must have a relative path inside its folder",
+                    DIGITS,
                     received=row["table"],
                     code="not_plain_path",
                 )
@@ -145,23 +145,24 @@ def _compared(kept: Path, made: Path, name: str, most: float, alike: Alike | Non
     now: Table = tables.read(_there(made, name))
     if alike:
         before, now = alike(made.name, name, before, now)
-    differences = tables.relative_differences(before, now, absolute=NOT_ZERO)
+    differences = tables.relative_differences(before, now, absolute=ABSOLUTE_TOLERANCE)
     largest = max(differences.values(), default=0.0)
-    complaints = tables.compare(before, now, relative=most, absolute=NOT_ZERO) if largest > most else ()
+    complaints = (
+        tables.compare(before, now, relative=most, absolute=ABSOLUTE_TOLERANCE) if largest > most else ()
+    )
     return Agreement(name, largest, most, tuple(complaints))
 
 
 def _verdicts(kept: Path, made: Path, most: float) -> Agreement:
-    """Compare our values to the digits of the tables that they come from, verdicts exactly."""
+    """Compare the values of claims within the largest tolerance of the figure's tables, and verdicts exactly."""
     before, now = (
         {row["claim"]: row for row in tables.read_rows(_there(folder, CLAIMS))} for folder in (kept, made)
     )
     for folder, rows in ((kept, before), (made, now)):
         if lacking := [name for name in ANSWERS for row in rows.values() if name not in row]:
             raise InvalidInput(
-                "claims of another rule",
+                f"the claims lack the columns {', '.join(dict.fromkeys(lacking))}: another version judged them",
                 folder / CLAIMS,
-                ", ".join(dict.fromkeys(lacking)),
                 code="other_rule",
                 lacking=sorted(set(lacking)),
             )
@@ -170,12 +171,12 @@ def _verdicts(kept: Path, made: Path, most: float) -> Agreement:
     for claim, row in before.items():
         again = now.get(claim)
         if again is None:
-            wrong.append(f"{claim}: not there")
+            wrong.append(f"{claim}: missing")
         elif other := [name for name in ANSWERS if row[name] != again[name]]:
             wrong += [f"{claim}, {name}: {row[name]} is not {again[name]}" for name in other]
         else:
-            a, b = (np.array([float(one["value"] or "nan")]) for one in (row, again))
-            off = tables.needed(a, b, NOT_ZERO)[0]
+            a, b = (np.array([float(cells["value"] or "nan")]) for cells in (row, again))
+            off = tables.needed(a, b, ABSOLUTE_TOLERANCE)[0]
             largest = max(largest, off)
             if off > most:
                 wrong.append(f"{claim}: {a[0]:.10g} is not {b[0]:.10g}")
@@ -183,6 +184,6 @@ def _verdicts(kept: Path, made: Path, most: float) -> Agreement:
 
 
 def _there(folder: Path, name: str) -> Path:
-    """Return a table, or what is kept of it compressed."""
+    """Return the path of a table, or of its compressed form if only that exists."""
     path = folder / name
     return path if path.is_file() else path.with_name(f"{name}.gz")

@@ -1,7 +1,7 @@
-"""Archives of full-scale results: a folder for each date and commit, and in it one for each data set.
+"""Archives of full-scale results: a folder for each date and commit, with a subfolder for each data set.
 
-``<archive>/<date>-<commit>/<data>/<figure>/…`` holds the published files, ``SHA256SUMS`` in the folder of the data set
-their digests (``sha256sum -c SHA256SUMS`` checks them), and a sealed ``manifest.json`` beside it date and commit.
+``<archive>/<date>-<commit>/<data>/<figure>/…`` has the published files.  The folder of the data set also has their
+digests in ``SHA256SUMS`` (checked by ``sha256sum -c SHA256SUMS``), and date and commit in a sealed ``manifest.json``.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pipeline.validation import InvalidInput, is_relative, require_name
 CHECKSUMS = "SHA256SUMS"
 
 Files = dict[str, Path | bytes]
-"""Files by their names in an archive, or their content."""
+"""Files of an archive by name: the path of each, or its content."""
 
 
 def keep(
@@ -37,45 +37,44 @@ def keep(
 ) -> Path:
     """Archive figures in ``<archive_root>/<name>/<data>`` and return that folder.
 
-    Archived are the files that each figure's manifest lists, the tables beside the figures, the lock file and its
+    An archive contains the files that the figures' manifests list, the tables of all figures, the lock file and its
     bill of materials.  Archiving the same results again changes nothing.
 
     Parameters
     ----------
     source : Path
-        ``results/<data>/full``, or a run of ``results/scratch``.
+        ``results/<data>/full``, or a run in ``results/scratch``.
     archive_root : Path
         Folder of all archives.
     figures : sequence of str
-        Folders of figures that must be in `source`.
+        Folders of the figures in `source`.
     name : str
-        A plain name: ``<date>-<first 12 digits of the commit>``, or one of your own.
+        Name of the archive: ``<date>-<first 12 digits of the commit>``, or any plain name.
     data : str
-        Of the data set.
+        Name of the data set.
     scale : str
-        At which the figures must be; empty: at any.
+        Required scale of the figures; empty for any.
     **traced
-        As for `traced_files`.
+        Facts as for `traced_files`.
 
     Raises
     ------
     InvalidInput
-        As `traced_files`; if the archive has other content already; or it cannot be written.
+        As `traced_files`; also if the archive exists with other content or cannot be written.
     """
     target = archive_root / require_name("the archive's name", name) / data
     files = traced_files(source, figures, scale=scale, **traced)
     for figure in sorted(set(figures)):
-        files |= {f"{figure}/{one}": source / figure / one for one in _listed(source / figure)}
+        files |= {f"{figure}/{file}": source / figure / file for file in _listed(source / figure)}
     if target.exists():
-        wanted = {
+        expected = {
             name: folders.digest(item) if isinstance(item, bytes) else folders.file_digest(item)
             for name, item in files.items()
         }
-        if not (target / CHECKSUMS).is_file() or verify(target) or _read_sums(target) != wanted:
+        if not (target / CHECKSUMS).is_file() or verify(target) or _read_sums(target) != expected:
             raise InvalidInput(
-                "the archive already holds other results of this date and commit",
+                "the archive already has other results of this date and commit",
                 f"{name}/{data}",
-                "the same files, or none",
                 code="other_content",
             )
         return target
@@ -84,7 +83,7 @@ def keep(
         for figure in figures:
             if complaints := folders.complaints_about(publication.folder / figure):
                 raise InvalidInput(
-                    f"changed while it was being archived: {complaints[0]}", figure, code="changed"
+                    f"the figure changed while it was being archived: {complaints[0]}", figure, code="changed"
                 )
         facts = {"archive": name, "data": data, "date": traced["date"], "commit": traced["commit"]}
         seal(publication, facts)
@@ -101,7 +100,7 @@ def write_files(folder: Path, files: Files) -> None:
 
 
 def seal(publication: Publication, facts: Mapping[str, Any]) -> dict[str, int]:
-    """Write the list of checksums of an archive and give its manifest these facts; return the bytes of each file."""
+    """Write an archive's list of checksums, set the facts of its manifest, and return each file's size in bytes."""
     folder = publication.folder
     files = {path.relative_to(folder).as_posix(): path for path in folder.rglob("*") if path.is_file()}
     sums = "".join(f"{folders.file_digest(files[name])}  {name}\n" for name in sorted(files))
@@ -111,21 +110,21 @@ def seal(publication: Publication, facts: Mapping[str, Any]) -> dict[str, int]:
 
 
 def figures_of_run(run: Path) -> tuple[str, list[str]]:
-    """Return the data set of a run with changed options, or of a multirun, and the finished figures below it.
+    """Return the data set and the finished figures of a run with changed options, or of a multirun.
 
     Raises
     ------
     InvalidInput
-        If nothing finished is there or the figures are of several data sets.
+        If the run has no finished figure, or figures of several data sets.
     """
-    found = sorted(path.parent for path in folders.visible(run, f"**/{folders.MANIFEST}"))
-    data = {str(folders.read_manifest(figure).get("data")) for figure in found}
+    figures = sorted(path.parent for path in folders.visible(run, f"**/{folders.MANIFEST}"))
+    data = {str(folders.read_manifest(figure).get("data")) for figure in figures}
     if len(data) != 1:
-        what = "figures of several data sets" if data else "no finished figure is there"
+        what = "the run has figures of several data sets" if data else "the run has no finished figure"
         raise InvalidInput(
             what, run, received=", ".join(sorted(data)), code="mixed_data" if data else "no_figure"
         )
-    return data.pop(), [figure.relative_to(run).as_posix() for figure in found]
+    return data.pop(), [figure.relative_to(run).as_posix() for figure in figures]
 
 
 def traced_files(
@@ -139,39 +138,37 @@ def traced_files(
     current: Collection[str] = (),
     scale: str = "full",
 ) -> Files:
-    """Return what every archive of figures holds beside them, if all of it can be traced.
+    """Return the files of an archive other than its figures, after checking that every figure can be traced.
 
-    Each figure's manifest must state its ``scale`` and, under ``provenance``, what `provenance.provenance` returns.
+    The manifest of each figure must state its ``scale`` and, as ``provenance``, the facts of `provenance.provenance`.
 
     Parameters
     ----------
     source : Path
     figures : sequence of str
     date : str
-        ``2026-01-31``.
+        Date as ``2026-01-31``.
     commit : str
-        The commit that is checked out, forty hexadecimal digits.
+        Commit that is checked out, forty hexadecimal digits.
     dirty : bool or str
-        Whether the working tree differs from that commit; anything but False is refused.
+        Whether the working tree differs from that commit; only False is accepted.
     lock : Path
-        The lock file that the results were made with.
+        Lock file with which the results were made.
     current : collection of str
-        Figures that the sources of this commit would make again as they are, by the keys of their stages: these may
-        come from another commit, which their manifests name.
+        Figures that the sources of this commit would reproduce, by the keys of their stages.  These may come from
+        another commit, which their manifests state.
     scale : str
 
     Raises
     ------
     InvalidInput
-        If the tree is dirty; or a result is missing, unfinished, damaged, of another scale or made by other sources.
+        If the tree is dirty, or a result is missing, unfinished, damaged, of another scale or from other sources.
     """
     if not re.fullmatch(r"\d{4}-\d{2}-\d{2}", date):
-        raise InvalidInput(
-            "the archive's date is not a date", expected="2026-01-31", received=date, code="not_a_date"
-        )
+        raise InvalidInput("must be a date", "the archive's date", "2026-01-31", date, code="not_a_date")
     if not re.fullmatch(r"[0-9a-f]{40}", commit):
         raise InvalidInput(
-            "the archive needs a commit",
+            "the archive needs a commit: run this in a git clone",
             expected="40 hexadecimal digits",
             received=commit or "none",
             code="not_a_commit",
@@ -179,31 +176,29 @@ def traced_files(
         )
     if dirty is not False:
         raise InvalidInput(
-            "the tree differs from its commit, so the results could not be traced: commit first",
-            expected="a clean tree",
-            received=f"dirty = {dirty}",
+            "the working tree has uncommitted changes, so the results cannot be traced: commit first",
             code="uncommitted_changes",
         )
     if not lock.is_file():
         raise InvalidInput("the lock file is missing", lock.name, code="no_file")
     if not figures:
-        raise InvalidInput("no figure is expected, so there is nothing to keep", source, code="no_figure")
+        raise InvalidInput("there is no figure to archive", source, code="no_figure")
     for figure in sorted(set(figures)):
         check_figure(source / figure, commit=commit, lock=lock, scale=scale, current=figure in current)
-    beside = {path.name: path for path in folders.visible(source, "*.csv") if path.is_file()}
-    return {lock.name: lock, SBOM: bill_of_materials(lock, commit), **beside}
+    tables = {path.name: path for path in folders.visible(source, "*.csv") if path.is_file()}
+    return {lock.name: lock, SBOM: bill_of_materials(lock, commit), **tables}
 
 
 def verify(archive: Path) -> list[str]:
-    """Return what changed in an archive, one sentence per file; an empty list if nothing did.
+    """Return the changes in an archive, one phrase per file; an empty list if nothing changed.
 
     Raises
     ------
     InvalidInput
-        If the folder is no archive, or its list of checksums cannot be understood.
+        If the folder is not an archive, or its list of checksums is malformed.
     """
     if not (archive / CHECKSUMS).is_file():
-        raise InvalidInput("this is no archive", archive, f"a folder with {CHECKSUMS}", code="no_archive")
+        raise InvalidInput(f"the folder is not an archive: it has no {CHECKSUMS}", archive, code="no_archive")
     sums = _read_sums(archive)
     problems = []
     for name, expected in sorted(sums.items()):
@@ -222,20 +217,21 @@ def verify(archive: Path) -> list[str]:
 
 
 def _not_sealed(archive: Path, sums: dict[str, str]) -> list[str]:
-    """Return how the manifest of an archive differs from its list of checksums."""
+    """Return a complaint if the manifest of an archive is damaged or differs from the list of checksums."""
     try:
         files = folders.read_manifest(archive)["files"].items()
     except InvalidInput as complaint:
-        return [f"{folders.MANIFEST}: {complaint.what.removeprefix(folders.MANIFEST).strip()}"]
+        return [complaint.what]
     expected = {**sums, CHECKSUMS: folders.file_digest(archive / CHECKSUMS)}
     agree = {name: fact["sha256"] for name, fact in files} == expected
-    return [] if agree else [f"{CHECKSUMS}: not what {folders.MANIFEST} recorded"]
+    return [] if agree else [f"{CHECKSUMS}: differs from {folders.MANIFEST}"]
 
 
 def check_figure(folder: Path, *, commit: str, lock: Path, scale: str, current: bool) -> None:
-    """Require a finished result, made with this lock file, at this scale (empty: at any).
+    """Raise InvalidInput unless a folder has a finished figure of this scale, made with this lock file.
 
-    It must be of this commit, or `current`: such that this commit's sources would make the same.
+    The figure must come from this commit, or be `current`: this commit's sources would reproduce it.  An empty scale
+    stands for any.
     """
     where = f"{folder.parent.parent.name}/{folder.parent.name}/{folder.name}"
     if not folder.is_dir():
@@ -243,7 +239,7 @@ def check_figure(folder: Path, *, commit: str, lock: Path, scale: str, current: 
     if complaints := folders.complaints_about(folder):
         raise InvalidInput(f"the result is unfinished or damaged: {complaints[0]}", where, code="unfinished")
     manifest = folders.read_manifest(folder)
-    made = manifest.get("provenance", {})
+    origin = manifest.get("provenance", {})
     stated = (
         (
             "scale",
@@ -253,15 +249,15 @@ def check_figure(folder: Path, *, commit: str, lock: Path, scale: str, current: 
         ),
         (
             "commit",
-            made.get("commit") if current else commit,
-            made.get("commit"),
-            "the result was made by another commit, whose sources differ: make it again",
+            origin.get("commit") if current else commit,
+            origin.get("commit"),
+            "a commit with other sources made the result: make it again",
         ),
-        ("dirty", False, made.get("dirty"), "the result was made by a tree that differs from its commit"),
+        ("dirty", False, origin.get("dirty"), "a working tree with uncommitted changes made the result"),
         (
             "lock_sha256",
             folders.file_digest(lock),
-            made.get("lock_sha256"),
+            origin.get("lock_sha256"),
             "another lock file made the result",
         ),
     )
@@ -279,27 +275,20 @@ def check_figure(folder: Path, *, commit: str, lock: Path, scale: str, current: 
 
 
 def _listed(folder: Path) -> list[str]:
-    """Return the names of the files that a figure's manifest lists, and of the manifest."""
+    """Return the names of the files that a figure's manifest lists, and that of the manifest."""
     return [*sorted(folders.read_manifest(folder)["files"]), folders.MANIFEST]
 
 
 def _read_sums(archive: Path) -> dict[str, str]:
     """Return the sha256 of each file, by its name in the archive."""
     sums = {}
-    try:
-        text = read_file(archive / CHECKSUMS).decode("utf-8", errors="replace")
-    except InvalidInput as error:
-        raise InvalidInput(
-            error.what.replace("the file", "the list of checksums", 1),
-            archive / CHECKSUMS,
-            code=error.code,
-            **error.values,
-        ) from error
+    content = read_file(archive / CHECKSUMS, subject="the list of checksums")
+    text = content.decode("utf-8", errors="replace")
     for number, line in enumerate(text.splitlines(), start=1):
         match = re.fullmatch(r"([0-9a-f]{64})  (\S.*)", line)
         if not match or not is_relative(match[2]):
             raise InvalidInput(
-                "the list of checksums cannot be understood",
+                "the line is not a checksum",
                 f"{archive.name}/{CHECKSUMS}, line {number}",
                 "64 hexadecimal digits, two spaces, a name inside the archive",
                 code="not_understood",

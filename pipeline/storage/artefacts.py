@@ -1,4 +1,4 @@
-"""An artefact, the result of a stage, as a folder: reading it again, and how it differs from another one."""
+"""Artefacts, the results of stages, as folders: reading, packing, and differences between two of them."""
 
 from __future__ import annotations
 
@@ -28,29 +28,29 @@ from pipeline.validation import InvalidInput
 ARRAYS = "arrays.npz"
 
 _KINDS = "biufcUSV"
-"""Kinds of data types that are stored without pickle."""
+"""Kinds of numpy data types that are stored without pickle."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Artefact:
-    """The result of a stage, computed or found in the cache.
+    """Result of a stage, computed or found in the cache.
 
     Attributes
     ----------
     stage, key : str
-        Name of the folder: ``<stage>-<key>``.
+        Parts of the folder's name, ``<stage>-<key>``.
     content : str
-        Digest of arrays and notes, of which the keys of later stages are made; empty if it is unknown.
+        Digest of arrays and notes, from which the keys of later stages are computed; empty if unknown.
     arrays : mapping of str to np.ndarray
-        Read-only, contiguous, bit-identical whether computed or read.
+        Arrays: read-only, contiguous, bit-identical whether computed or read.
     notes : dict
         Plain JSON values.
     computed : bool
-        False if it was found in the cache.
+        False if the artefact was found in the cache.
     seconds : float
         Duration of the computation.
     why : str
-        Why it was computed, empty when reused: ``"first time"``, ``"options.step changed 1 -> 5"``, …
+        Reason for the computation: ``"first time"``, ``"options.step changed 1 -> 5"``, …; empty if reused.
     """
 
     stage: str
@@ -64,7 +64,7 @@ class Artefact:
 
     @property
     def name(self) -> str:
-        """Stage and key: the name of the folder."""
+        """Name of the folder: stage and key."""
         return f"{self.stage}-{self.key}"
 
 
@@ -74,12 +74,12 @@ def content_digest(manifest: Mapping[str, Any]) -> str:
 
 
 class Damaged(Exception):
-    """An artefact that differs from what was written.
+    """Error for an artefact whose files differ from what was written.
 
     Parameters
     ----------
     what : str
-        In which way.
+        The difference.
     """
 
     def __init__(self, what: str) -> None:
@@ -87,7 +87,7 @@ class Damaged(Exception):
 
 
 def read_artefact(folder: Path) -> Artefact | None:
-    """Return a verified artefact, None if there is none.  Raises `Damaged`."""
+    """Return the verified artefact in a folder, None if the folder does not exist; raise `Damaged` if it differs."""
     if not folder.is_dir():
         return None
     try:
@@ -96,14 +96,14 @@ def read_artefact(folder: Path) -> Artefact | None:
         manifest = read_manifest(folder, ARTEFACT)
         if f"{manifest['stage']}-{manifest['key']}" != folder.name:
             raise Damaged(f"{MANIFEST} belongs to {manifest['stage']}-{manifest['key']}")
-        content = read_file(folder / ARRAYS, at_most=MAX_BYTES)
+        content = read_file(folder / ARRAYS, at_most=MAX_BYTES, subject=ARRAYS)
         if ARRAYS not in manifest["files"] or digest(content) != manifest["files"][ARRAYS]["sha256"]:
-            raise Damaged(f"{ARRAYS} sha256 differs")
-        arrays = read_arrays(folder / ARRAYS, content)
+            raise Damaged(f"the sha256 of {ARRAYS} differs")
+        arrays = read_arrays(folder / ARRAYS, content, subject=ARRAYS)
     except OSError as error:
         raise Damaged(f"cannot be read: {error.strerror}") from error
     except InvalidInput as error:
-        raise Damaged(error.what.replace("the file", ARRAYS, 1)) from error
+        raise Damaged(error.what) from error
     for array in arrays.values():
         array.setflags(write=False)
     facts = {name: manifest[name] for name in ("stage", "key", "notes", "seconds")}
@@ -113,13 +113,13 @@ def read_artefact(folder: Path) -> Artefact | None:
 
 
 def fixed(arrays: Mapping[str, Any], stage: str) -> Mapping[str, np.ndarray]:
-    """Return read-only arrays with the memory layout that they will have when read."""
-    made = {}
+    """Return arrays as read-only views, with the memory layout that they will have when read from disk."""
+    fixed_arrays = {}
     for name, value in arrays.items():
         array = np.asarray(value)
         if isinstance(value, np.ma.MaskedArray) or array.dtype.hasobject or array.dtype.kind not in _KINDS:
             raise InvalidInput(
-                f"the array {name!r} cannot be kept",
+                f"the array {name!r} cannot be stored",
                 stage,
                 "numbers, booleans or text",
                 f"{type(value).__name__} of {array.dtype}",
@@ -129,16 +129,19 @@ def fixed(arrays: Mapping[str, Any], stage: str) -> Mapping[str, np.ndarray]:
             )
         if not re.fullmatch(r"\w[\w.\-/]*", name) or name.endswith(".npy"):
             raise InvalidInput(
-                "an array has no usable name", stage, received=repr(name), code="unusable_name"
+                "the name of an array cannot be used in a file",
+                stage,
+                received=repr(name),
+                code="unusable_name",
             )
         contiguous = array.flags.c_contiguous or array.flags.f_contiguous
-        made[name] = (array if contiguous else array.copy(order="C")).view()
-        made[name].setflags(write=False)
-    return MappingProxyType(made)
+        fixed_arrays[name] = (array if contiguous else array.copy(order="C")).view()
+        fixed_arrays[name].setflags(write=False)
+    return MappingProxyType(fixed_arrays)
 
 
 def packed(arrays: Mapping[str, np.ndarray]) -> bytes:
-    """Return the bytes of an ``.npz`` without time stamps, so that equal arrays give equal bytes."""
+    """Return the content of an ``.npz`` file without time stamps, so that equal arrays give equal bytes."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
         for name, array in arrays.items():
@@ -148,7 +151,7 @@ def packed(arrays: Mapping[str, np.ndarray]) -> bytes:
 
 
 def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
-    """Return what changed between two artefacts of one stage, in phrases."""
+    """Return the differences between the origins of two artefacts of a stage, as phrases."""
     changes = []
     if before["code"] != now["code"]:
         changes.append("code changed")
@@ -166,7 +169,7 @@ def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
 
 
 def _leaves(value: Any, path: str) -> dict[str, str]:
-    """Return the JSON text of everything that is not a mapping, by dotted path."""
+    """Return the JSON text of every value that is not a mapping, by dotted path."""
     if isinstance(value, dict):
         return {k: v for name, part in value.items() for k, v in _leaves(part, f"{path}.{name}").items()}
     return {path: json.dumps(value)}

@@ -1,4 +1,4 @@
-"""Metadata of an archive: a Process Run Crate, which repositories with a DOI read, and its bill of materials."""
+"""Metadata of an archive: a Process Run Crate, which data repositories can read, and a bill of materials."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ SBOM = "sbom.cdx.json"
 
 
 def bill_of_materials(lock: Path, commit: str) -> bytes:
-    """Return the packages of a lock file as CycloneDX 1.6, the same bytes for the same lock and commit.
+    """Return the packages of a lock file as CycloneDX 1.6; equal lock and commit give equal bytes.
 
-    The digests of the packages' files stay in the lock file, which is named with its own.
+    The digests of the packages' files are only in the lock file, which the bill names with its digest.
 
     Raises
     ------
@@ -26,7 +26,7 @@ def bill_of_materials(lock: Path, commit: str) -> bytes:
     """
     pinned = re.findall(r"^([A-Za-z0-9._-]+)==([^\s;\\]+)", lock.read_text("utf-8"), re.MULTILINE)
     if not pinned:
-        raise InvalidInput("no package is pinned", lock.name, "name==version", code="nothing_pinned")
+        raise InvalidInput("the lock file pins no package", lock.name, "name==version", code="nothing_pinned")
     packages = [
         {"type": "library", "bom-ref": purl, "name": name, "version": version, "purl": purl}
         for name, version in pinned
@@ -53,7 +53,7 @@ def bill_of_materials(lock: Path, commit: str) -> bytes:
         "version": 1,
         "metadata": {"component": program},
         "components": packages,
-        "dependencies": [{"ref": "gait-pipeline", "dependsOn": [one["bom-ref"] for one in packages]}],
+        "dependencies": [{"ref": "gait-pipeline", "dependsOn": [package["bom-ref"] for package in packages]}],
     }
     return json.dumps(bill, indent=1).encode() + b"\n"
 
@@ -84,17 +84,17 @@ def crate(
     date: str,
     commit: str,
 ) -> dict[str, Any]:
-    """Return the metadata: every file, and for each figure the run that made its files.
+    """Return the metadata of an archive: every file, and for each figure the run that made its files.
 
     Parameters
     ----------
     files : mapping of str to (int, str)
-        Bytes and sha256 by name in the archive.
+        Size in bytes and sha256 of each file, by name in the archive.
     figures : mapping of str to mapping
-        Title, command and provenance of each figure; its files are those in the folder of its name.
+        Title, command and provenance of each figure; its files are in the folder of the same name.
     name, description : str
     date : str
-        ``2026-01-31``.
+        Date as ``2026-01-31``.
     commit : str
     """
     software = {

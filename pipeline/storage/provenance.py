@@ -38,7 +38,7 @@ def versions(packages: Sequence[str]) -> dict[str, str]:
 
 
 def _git(*arguments: str) -> str | None:
-    """Return the output of a git command in the project, None if it fails or there is no git."""
+    """Return the output of a git command in the project, None if the command fails or git is not installed."""
     try:
         answer = subprocess.run(
             ["git", "-C", str(PROJECT), *arguments],
@@ -53,22 +53,22 @@ def _git(*arguments: str) -> str | None:
 
 
 def provenance() -> dict[str, Any]:
-    """Return versions, commit, machine type, threads and the digest of the lock file.
+    """Return the provenance of results: versions, commit, machine type, threads and digest of the lock file.
 
-    It contains no path and no name of a person or machine.  ``commit`` and ``dirty`` are ``"unknown"`` without git.
+    It contains no paths and no names of people or machines.  Without git, ``commit`` and ``dirty`` are ``"unknown"``.
     """
     top = _git("rev-parse", "--show-toplevel")
     ours = top is not None and Path(top).resolve() == PROJECT
     commit = _git("rev-parse", "--verify", "HEAD") if ours else None
-    # Results do not depend on what is kept of them: the archive, numbers that texts quote.
-    kept = (
+    # Changes of these outputs do not make the tree dirty: no result depends on them.
+    excluded = (
         "results/archive",
         "results/sensitivity.csv",
         "results/sensitivity_runs.csv",
         "conf/paper/interventions.csv",
     )
-    aside = ("--", ".", *(f":(exclude){path}" for path in kept))
-    changes = _git("status", "--porcelain", *aside) if ours else None
+    arguments = ("--", ".", *(f":(exclude){path}" for path in excluded))
+    changes = _git("status", "--porcelain", *arguments) if ours else None
     return {
         "python": platform.python_version(),
         "packages": versions(PACKAGES),
@@ -82,55 +82,54 @@ def provenance() -> dict[str, Any]:
 
 
 def used_plugins(modules: Iterable[str], files: Iterable[str]) -> list[dict[str, str]]:
-    """Return the plug-ins whose sources these modules reach, and users' files, as a manifest has them.
+    """Return the plug-ins and users' files that modules use, in the form of a manifest's entries.
 
-    An installed plug-in has its distribution, version and the sha256 of the sources that are reached; a user's file the
-    sha256 of its text.
+    The entry of an installed plug-in states distribution, version and the sha256 of the sources used; that of a user's
+    file states the sha256 of its content.
     """
     reached = source_code.reached(modules)
     names = {Path(file).stem for file in files}
     described = []
     for each in plugins.loaded():
-        own = sorted(name for name in reached if name.partition(".")[0] == each.root)
-        if each.file and (own or each.name in names):
+        modules_used = sorted(name for name in reached if name.partition(".")[0] == each.root)
+        if each.file and (modules_used or each.name in names):
             described.append({"file": each.file.name, "sha256": plugins.digest_of(each)})
-        elif own:
+        elif modules_used:
             facts = {"name": each.name, "distribution": each.distribution, "version": each.version}
-            described.append({**facts, "sha256": source_code.sources_digest(own)})
+            described.append({**facts, "sha256": source_code.sources_digest(modules_used)})
     return described
 
 
 def require_plugins(used: Sequence[Mapping[str, str]], where: object) -> list[str]:
-    """Return the paths of the users' files that a result used, if files with the same content are loaded.
+    """Return the paths of the loaded users' files whose content equals that of the files a result used.
 
     Raises
     ------
     InvalidInput
-        If one is not; the sentence has its name and sha256.
+        If a file is not loaded; the message states its name and sha256.
     """
-    here = {plugins.digest_of(each): str(each.file) for each in plugins.loaded() if each.file}
+    paths = {plugins.digest_of(each): str(each.file) for each in plugins.loaded() if each.file}
     texts = isinstance(used, list) and all(isinstance(each, dict) for each in used)
     if not texts or any({*map(type, each.values())} - {str} for each in used):
-        raise InvalidInput("the manifest lists plug-ins in another form", where, code="other_entries")
-    wanted = [{"sha256": "", **each} for each in used if "file" in each]
-    for each in wanted:
-        if each["sha256"] not in here:
+        raise InvalidInput("the manifest's list of plug-ins is malformed", where, code="other_entries")
+    entries = [{"sha256": "", **each} for each in used if "file" in each]
+    for each in entries:
+        if each["sha256"] not in paths:
             raise InvalidInput(
-                f"the result used the file {each['file']} with sha256 {each['sha256']}: give your own copy, since no"
-                " code of an archive is run",
+                f"the result used the file {each['file']} with sha256 {each['sha256']}: pass your own copy by"
+                " plugins=FILE, since code in an archive is never run",
                 where,
-                "plugins=FILE",
                 code="plugin_not_loaded",
             )
-    return [here[each["sha256"]] for each in wanted]
+    return [paths[each["sha256"]] for each in entries]
 
 
 FOLDERS = {"mirror", "raw", "path"}
-"""Options of data that name folders of this machine."""
+"""Options of data whose values are folders on this machine."""
 
 
 def without_paths(configuration: dict[str, Any]) -> dict[str, Any]:
-    """Return the configuration with folders and files of this machine reduced to their last name."""
+    """Return the configuration with the paths of folders and files reduced to their names."""
     data = dict(configuration["data"])
     for option in FOLDERS & {name for name, value in data.items() if value}:
         data[option] = Path(data[option]).name

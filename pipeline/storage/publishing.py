@@ -1,7 +1,7 @@
-"""The two ways out: `publish` replaces a folder of ours as a whole, `new_file` writes one file.
+"""Safe writing of results: `publish` replaces a whole folder, `new_file` writes a single file.
 
-Nothing else that a person may have put somewhere is ever replaced: a folder only if it carries our sealed manifest, a
-file only where that is asked for; never what is read, never through a symbolic link, never inside a published folder.
+A folder is replaced only if it has this package's sealed manifest, a file only if the caller allows it.  Input files,
+symbolic links and the content of published folders are never replaced.
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ from pipeline.storage.sealed_folders import (
 from pipeline.validation import InvalidInput
 
 Replace = bool | Callable[[bytes], bool]
-"""Whether a file may be replaced, or whether one with this content may."""
+"""Permission to replace a file: a truth value, or a function of the present content."""
 
 
 @dataclass
 class Publication:
-    """The temporary folder of what is being published.
+    """Publication in progress.
 
     Attributes
     ----------
     folder : Path
-        Write the files here.
+        Temporary folder into which the caller writes the files.
     facts : mapping or None
-        Content of the manifest, to be set; the size and digest of every file are added at the end.
+        Content of the manifest, set by the caller; size and digest of every file are added at the end.
     """
 
     folder: Path
@@ -49,21 +49,21 @@ class Publication:
 
 @contextmanager
 def publish(folder: Path, *, having: str = "") -> Iterator[Publication]:
-    """Fill a temporary folder that replaces `folder` when the ``with`` block ends without an exception.
+    """Yield a publication whose temporary folder replaces `folder` when the ``with`` block succeeds.
 
-    The block writes files into ``publication.folder`` and sets ``publication.facts``.  If it raises,
-    `folder` is not changed.  Files in `folder` that its manifest does not list move into the new folder.
+    The block writes files into ``publication.folder`` and sets ``publication.facts``.  If it raises, `folder` is not
+    changed.  Files in `folder` that its manifest does not list move into the new folder.
 
     Parameters
     ----------
     folder : Path
     having : str
-        Entry of the manifest by which a folder of this kind is known: one of another kind is not replaced.
+        Entry that the manifest of a folder must have to be replaced.
 
     Raises
     ------
     InvalidInput
-        If the results cannot be written, `folder` holds something and has no sealed manifest, or it is inside a
+        If the results cannot be written, `folder` has content without a sealed manifest, or `folder` is inside a
         published folder.
     """
     if folder.name in ("", ".."):
@@ -84,15 +84,15 @@ def publish(folder: Path, *, having: str = "") -> Iterator[Publication]:
 
 @contextmanager
 def new_file(path: Path, *, replace: Replace = False, sources: Iterable[str | Path] = ()) -> Iterator[Path]:
-    """Yield a temporary name; the file that the ``with`` block writes there is renamed to `path` when it is on disk.
+    """Yield a temporary path; the file that the ``with`` block writes there is synced to disk and renamed to `path`.
 
     Parameters
     ----------
     path : Path
     replace : bool or callable
-        Whether a file that is there may be replaced; or, given its content, whether it is one of ours.
+        Whether an existing file may be replaced, or a function that decides by its content.
     sources : iterable of str or Path
-        What is read, which is never replaced.
+        Input files, which are never replaced.
 
     Raises
     ------
@@ -110,38 +110,40 @@ def new_file(path: Path, *, replace: Replace = False, sources: Iterable[str | Pa
 
 
 def require_new(path: Path, *, replace: Replace = False, sources: Iterable[str | Path] = ()) -> None:
-    """Require that a file may be written; the parameters are those of `new_file`.
+    """Raise InvalidInput unless a file may be written; the parameters are those of `new_file`.
 
     Raises
     ------
     InvalidInput
-        If its folder is missing or published, or what stands there may not be replaced.
+        If the folder is missing or published, or an existing file may not be replaced.
     """
     if not path.parent.is_dir():
-        raise InvalidInput("cannot write results: there is no such folder", path.parent, code="no_folder")
+        raise InvalidInput("cannot write results: the folder does not exist", path.parent, code="no_folder")
     _require_outside(path)
-    expected = "another name"
+    advice = "use another name"
     if path.is_symlink():
         reason, why = "it is a symbolic link", "link"
     elif not os.path.lexists(path):
         return
     elif not path.is_file():
-        reason, why = "it is no file", "not_a_file"
+        reason, why = "it is not a regular file", "not_a_file"
     elif any(Path(source).exists() and path.samefile(source) for source in sources):
-        reason, why = "it is what is read", "source"
+        reason, why = "it is an input of this command", "source"
     elif callable(replace):
         if replace(read_file(path)):
             return
-        reason, why, expected = "this program did not write it", "not_ours", "that it is moved away"
+        reason, why, advice = "this program did not write it", "not_ours", "move it away"
     elif replace:
         return
     else:
-        reason, why, expected = "the file exists", "exists", "another name, or replace=true"
-    raise InvalidInput(f"{reason}, so it is not replaced", path, expected, code="not_replaced", why=why)
+        reason, why, advice = "it exists", "exists", "use another name, or replace=true"
+    raise InvalidInput(
+        f"the file is not replaced, since {reason}: {advice}", path, code="not_replaced", why=why
+    )
 
 
 def _require_outside(path: Path) -> None:
-    """Require that no folder above a path is a published one."""
+    """Raise InvalidInput if a path is inside a published folder."""
     for folder in (above := path.parent.resolve(), *above.parents):
         if is_sealed(folder):
             raise InvalidInput(

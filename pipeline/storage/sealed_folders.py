@@ -1,8 +1,8 @@
-"""Folders written atomically, with a sealed manifest; `store` and `archive` are built on this.
+"""Folders written atomically, with a sealed manifest: the basis of `store` and `archive`.
 
-A folder is filled under a temporary name, synced to disk and renamed.  Its ``manifest.json`` holds the size and sha256
-of every other file, and a digest of itself.  A published folder is replaced only if it carries such a manifest; files
-in it that the manifest does not list are moved into the new folder.
+A folder is filled under a temporary name, synced to disk and renamed.  Its ``manifest.json`` lists the size and sha256
+of every other file, and has a digest of itself, the seal.  A published folder is replaced only if it has such a
+manifest; files that the manifest does not list are moved into the new folder.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ TYPE = "<type>"
 
 CANNOT_WRITE = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.EFBIG, errno.EACCES, errno.EPERM}
 FULL = {errno.ENOTEMPTY, errno.EEXIST}
-"""Errors of a rename onto a folder that is not empty."""
+"""Error numbers of a rename onto a folder that is not empty."""
 _ONE_DAY_S = 86400.0
 
 
@@ -54,7 +54,7 @@ class _Provenance(TypedDict, total=False):
 
 
 class _FigureFacts(TypedDict, total=False):
-    """Entries that the manifest of a figure has, with their types."""
+    """Entries of a figure's manifest, with their types."""
 
     figure: str
     paper: str
@@ -69,7 +69,7 @@ class _FigureFacts(TypedDict, total=False):
 
 
 class _Facts(_FigureFacts, total=False):
-    """Entries that some manifests have, those of an artefact or of both."""
+    """Entries of a figure's manifest, and those of an artefact's."""
 
     code: str
     inputs: dict[str, str] | list[str]
@@ -87,14 +87,13 @@ class _Manifest(_Facts):
 
 FIGURE = ("figure", "data", "scale", "configuration", "provenance")
 ARTEFACT = ("stage", "key", "notes", "seconds", "options", "inputs", "code", "libraries")
-"""Entries that the manifest of a figure, and that of an artefact, must have."""
+"""Required entries in the manifest of a figure, and in that of an artefact."""
 
 
 def _process_space() -> str:
-    """Return six digits of where process numbers mean the same: a machine since it started, a container of its own.
+    """Return six hexadecimal digits that identify the space of process numbers: machine, boot and container.
 
-    Two containers may share a host name and a folder of results; that one of them has no process of some number says
-    nothing of the other.
+    Two containers may share a host name and a folder of results, but have separate process numbers.
     """
     parts = [platform.node()]
     with suppress(OSError):
@@ -105,7 +104,7 @@ def _process_space() -> str:
 
 
 _HERE = _process_space()
-"""In the names of temporary folders, which may lie on a shared disk."""
+"""Part of the names of temporary folders, which may be on a shared disk."""
 _live_temporaries: set[str] = set()
 
 
@@ -115,7 +114,7 @@ def canonical(value: Any, where: str = "options") -> Any:
     Raises
     ------
     InvalidInput
-        If a part is not a finite number, text, enum, list, mapping or dataclass of such.
+        If a part is not a finite number, text, enum, or a list, mapping or dataclass of these.
 
     Examples
     --------
@@ -131,7 +130,9 @@ def canonical(value: Any, where: str = "options") -> Any:
         return {TYPE: type(value).__name__, **canonical(parts, where)}
     if isinstance(value, Mapping):
         if strange := [k for k in value if not isinstance(k, str)]:
-            raise InvalidInput("a key cannot be kept", where, "text", repr(strange[0]), code="key_not_text")
+            raise InvalidInput(
+                "the key cannot be stored", where, "text", repr(strange[0]), code="key_not_text"
+            )
         return {key: canonical(value[key], f"{where}.{key}") for key in sorted(value)}
     if isinstance(value, list | tuple):
         return [canonical(item, f"{where}[{i}]") for i, item in enumerate(value)]
@@ -140,7 +141,7 @@ def canonical(value: Any, where: str = "options") -> Any:
     if value is None or isinstance(value, bool | int | float | str):
         return value
     raise InvalidInput(
-        "the value cannot be kept",
+        "the value cannot be stored",
         where,
         "a number, text, enum, list, mapping or dataclass",
         type(value).__name__,
@@ -155,7 +156,7 @@ def compact(value: Any) -> bytes:
 
 
 def digest(content: bytes) -> str:
-    """Return the sha256 of bytes, in hexadecimal."""
+    """Return the sha256 of some bytes, in hexadecimal."""
     return hashlib.sha256(content).hexdigest()
 
 
@@ -174,7 +175,7 @@ def write_bytes(path: Path, content: bytes) -> None:
 
 
 def sync(folder: Path) -> None:
-    """Sync a folder or file to disk, where the system can."""
+    """Sync a folder or file to disk, on systems that support it."""
     if os.name == "posix":
         descriptor = os.open(folder, os.O_RDONLY)
         try:
@@ -184,7 +185,7 @@ def sync(folder: Path) -> None:
 
 
 def write_manifest(folder: Path, facts: Mapping[str, Any]) -> None:
-    """Write ``manifest.json``: the facts, the size and sha256 of every file, and a digest of itself (the seal)."""
+    """Write ``manifest.json`` with some facts, the size and sha256 of every file, and a digest of itself (the seal)."""
     files = {}
     for path in sorted(p for p in folder.rglob("*") if p.is_file() and p != folder / MANIFEST):
         sync(path)
@@ -195,9 +196,9 @@ def write_manifest(folder: Path, facts: Mapping[str, Any]) -> None:
     content = json.dumps(manifest, sort_keys=True, indent=1).encode() + b"\n"
     if len(content) > MAX_JSON_BYTES:
         raise InvalidInput(
-            "the manifest would be too large",
+            "the manifest is too large",
             folder,
-            f"{MAX_JSON_BYTES} bytes",
+            f"at most {MAX_JSON_BYTES} bytes",
             len(content),
             code="file_too_large",
         )
@@ -212,25 +213,23 @@ def read_manifest(folder: Path, needed: Iterable[str] = ()) -> dict[str, Any]:
     ----------
     folder : Path
     needed : iterable of str
-        Entries that it must have, such as `FIGURE`.
+        Required entries, such as `FIGURE`.
 
     Raises
     ------
     InvalidInput
-        If it is missing, was changed, lacks an entry, lists a file that is not below its folder, or was not written by
+        If the manifest is missing, was changed, lacks an entry, lists a file outside its folder, or was not written by
         `write_manifest`.
     """
     try:
-        manifest: dict[str, Any] = read_json(folder / MANIFEST, _Manifest)
+        manifest: dict[str, Any] = read_json(folder / MANIFEST, _Manifest, subject=MANIFEST)
     except InvalidInput as error:
-        raise InvalidInput(
-            error.what.replace("the file", MANIFEST, 1), folder, code=error.code, **error.values
-        ) from None
+        raise InvalidInput(error.what, folder, code=error.code, **error.values) from None
     seal = manifest.pop("seal")
     try:
         sealed = digest(compact(manifest)) == seal
     except ValueError:
-        what = f"{MANIFEST} cannot be understood: it has numbers that are not finite"
+        what = f"{MANIFEST} contains numbers that are not finite"
         raise InvalidInput(what, folder, code="not_finite") from None
     if not sealed:
         raise InvalidInput(f"{MANIFEST} was changed", folder, code="changed")
@@ -238,7 +237,7 @@ def read_manifest(folder: Path, needed: Iterable[str] = ()) -> dict[str, Any]:
         what = f"{MANIFEST} has no entry {lacking[0]!r}"
         raise InvalidInput(what, folder, code="missing_key", key=lacking[0])
     if outside := [name for name in manifest["files"] if not is_relative(name)]:
-        what = f"{MANIFEST} lists a name that is not a plain path below its folder: {outside[0]!r:.80}"
+        what = f"{MANIFEST} lists a file whose path is not inside its folder: {outside[0]!r:.80}"
         raise InvalidInput(what, folder, code="not_plain_path", name=outside[0])
     return manifest
 
@@ -251,59 +250,64 @@ def is_sealed(folder: Path) -> bool:
 
 
 def _edition(folder: Path) -> tuple[int, ...]:
-    """Return what changes when another folder takes this name, or an entry comes or goes; empty if there is none."""
+    """Return the identity and times of a folder, which change with every replacement or new entry; empty if missing."""
     try:
-        found = folder.lstat()
+        state = folder.lstat()
     except (FileNotFoundError, NotADirectoryError):
         return ()
-    return found.st_dev, found.st_ino, found.st_mtime_ns, found.st_ctime_ns
+    return state.st_dev, state.st_ino, state.st_mtime_ns, state.st_ctime_ns
 
 
 def require_replaceable(folder: Path, *, having: str = "") -> None:
-    """Require that a path is free, or an empty folder, or one with a sealed manifest that has this entry.
+    """Raise InvalidInput unless a path is free, an empty folder, or a folder with a sealed manifest.
+
+    Parameters
+    ----------
+    folder : Path
+    having : str
+        Entry that the manifest must have; empty for none.
 
     Raises
     ------
     InvalidInput
-        If anything else stands there.
+        If the path may not be replaced.
     """
     while edition := _edition(folder):
         reason, why = "it is a symbolic link", "link"
         if not folder.is_symlink():
             try:
-                found = read_manifest(folder)
-                if not having or having in found:
+                manifest = read_manifest(folder)
+                if not having or having in manifest:
                     return
-                reason, why = f"{MANIFEST} without {having!r}: of another command", "other_command"
+                reason, why = f"another command wrote it: {MANIFEST} has no {having!r}", "other_command"
             except InvalidInput as complaint:
                 reason, why = complaint.what, complaint.code
             with suppress(FileNotFoundError, NotADirectoryError):
                 if not any(folder.iterdir()):
                     return
-        if _edition(folder) == edition:  # else another process has just published it
+        if _edition(folder) == edition:  # otherwise another process has just published the folder
             break
     else:
         return
     raise InvalidInput(
-        "not published by this program, so it is not replaced",
+        f"the folder is not replaced, since this program did not publish it: {reason}. Move it away",
         folder,
-        f"nothing, or a folder with its sealed {MANIFEST}",
-        reason,
         code="not_replaced",
         why=why,
     )
 
 
 def complaints_about(folder: Path, *, hashes: bool = True, needed: Iterable[str] = ()) -> list[str]:
-    """Return what is wrong with a folder that `write_manifest` sealed; an empty list if nothing is.
+    """Return the differences of a folder from its sealed manifest, one phrase each; an empty list if there are none.
 
     Parameters
     ----------
     folder : Path
     hashes : bool
-        Compare sha256, which reads every file; otherwise sizes, and sha256 of files that are newer than the manifest.
+        Whether to compare the sha256 of every file.  Otherwise sizes are compared, and the sha256 only of files that
+        are newer than the manifest.
     needed : iterable of str
-        As for `read_manifest`.
+        Required entries, as for `read_manifest`.
     """
     try:
         files = read_manifest(folder, needed)["files"].items()
@@ -318,14 +322,14 @@ def complaints_about(folder: Path, *, hashes: bool = True, needed: Iterable[str]
         elif path.stat().st_size != fact["bytes"]:
             complaints.append(f"{name} has {path.stat().st_size} bytes, not {fact['bytes']}")
         elif (hashes or path.stat().st_mtime_ns > sealed_ns) and file_digest(path) != fact["sha256"]:
-            complaints.append(f"{name} sha256 differs")
+            complaints.append(f"the sha256 of {name} differs")
     return complaints
 
 
 def visible(folder: Path, pattern: str) -> list[Path]:
-    """Return the paths below a folder that fit a pattern, sorted; none in or of a name that begins with a dot.
+    """Return the sorted paths in a folder that match a pattern, without names that begin with a dot.
 
-    Such names are those of folders that are being written, and of programs that keep their own files here.
+    Such names belong to folders that are being written, and to files of other programs.
     """
     below = (path for path in folder.glob(pattern) if path != folder)
     return sorted(p for p in below if not any(part.startswith(".") for part in p.relative_to(folder).parts))
@@ -333,7 +337,7 @@ def visible(folder: Path, pattern: str) -> list[Path]:
 
 @contextmanager
 def temporary_folder(parent: Path) -> Iterator[Path]:
-    """Make a folder inside `parent` and remove it afterwards, unless it was renamed."""
+    """Yield a new folder inside `parent`, and remove it afterwards unless it was renamed."""
     path = parent / f".tmp-{_tag()}"
     _live_temporaries.add(path.name)
     try:
@@ -347,23 +351,23 @@ def temporary_folder(parent: Path) -> Iterator[Path]:
 def swap_in(temporary: Path, folder: Path) -> None:
     """Replace `folder` by a finished temporary folder.
 
-    A folder cannot be renamed onto one with files in it, so the older one is renamed first, to a name from which
-    `remove_stale` restores it if the run is killed in between.
+    A folder cannot be renamed onto a folder with files, so the older one is renamed first.  If the run is killed in
+    between, `remove_stale` restores it.
 
     Raises
     ------
     InvalidInput
-        If `folder` has no sealed manifest, or a file that the manifest does not list has a name of a new file.
+        If `folder` has no sealed manifest, or a file that the manifest does not list has the name of a new file.
     """
     aside = folder.with_name(f".old-{_tag()}-{folder.name}")
     _live_temporaries.add(aside.name)
     try:
         while True:
             require_replaceable(folder)
-            if taken := [name for name in _not_listed(folder) if os.path.lexists(temporary / name)]:
+            if conflicts := [name for name in _not_listed(folder) if os.path.lexists(temporary / name)]:
                 raise InvalidInput(
-                    "this program did not write this file, and needs its name",
-                    folder / taken[0],
+                    "the file is in the way, and this program did not write it: move it away",
+                    folder / conflicts[0],
                     code="not_ours",
                 )
             with suppress(FileNotFoundError):
@@ -374,7 +378,7 @@ def swap_in(temporary: Path, folder: Path) -> None:
             except OSError as error:
                 if error.errno not in FULL:
                     raise
-                _retire(aside, folder)  # another process published in the meantime
+                _retire(aside, folder)  # another process published meanwhile
         sync(folder.parent)
     except BaseException:
         if not folder.exists() and aside.exists():
@@ -389,21 +393,21 @@ def swap_in(temporary: Path, folder: Path) -> None:
 def _not_listed(folder: Path) -> list[str]:
     """Return the relative names of files and folders that the manifest of a published folder does not list.
 
-    Manifest and files are those of one edition: another process may publish the folder in between.
+    The function repeats until manifest and files belong together: another process may publish the folder in between.
     """
     while edition := _edition(folder):
         ours = {MANIFEST}
         with suppress(InvalidInput):
             ours |= read_manifest(folder)["files"].keys()
         with suppress(FileNotFoundError):
-            names = list(_besides(folder, ours))
+            names = list(_names_except(folder, ours))
             if _edition(folder) == edition:
                 return names
     return []
 
 
-def _besides(folder: Path, ours: set[str]) -> Iterator[str]:
-    """Yield the relative names of what is in a folder besides files of ours; OSError if it cannot be read whole."""
+def _names_except(folder: Path, ours: set[str]) -> Iterator[str]:
+    """Yield the relative names of the entries of a folder, except the files in `ours`; raise OSError if unreadable."""
     parents = {parent.as_posix() for name in ours for parent in PurePosixPath(name).parents}
 
     def walk(inside: Path) -> Iterator[str]:
@@ -421,7 +425,7 @@ def _besides(folder: Path, ours: set[str]) -> Iterator[str]:
 
 
 def _retire(aside: Path, folder: Path) -> None:
-    """Delete an older publication after moving to `folder` what its manifest does not list; keep all if it cannot."""
+    """Move the unlisted files of an older publication to `folder`; if all could be moved, delete the rest."""
     with suppress(OSError):
         for name in _not_listed(aside):
             if os.path.lexists(folder / name):
@@ -436,14 +440,14 @@ def _tag() -> str:
 
 
 def remove_stale(parent: Path) -> None:
-    """Remove the temporary folders of killed runs, and restore the folders that they had renamed."""
+    """Remove the temporary folders of killed runs, and restore the folders that these runs had renamed."""
     with suppress(OSError):
         for path in list(parent.iterdir()):
             left = re.fullmatch(r"\.(tmp|old)-(\d+)-([0-9a-f]{6})[0-9a-f]{8}(?:-(.+))?", path.name)
             if not left or path.name in _live_temporaries:
                 continue
             kind, pid, machine, name = left.groups()
-            # Processes of another machine cannot be checked: its folders are removed when they are a day old.
+            # Processes of another machine cannot be checked: remove its folders after a day.
             if _is_alive(int(pid)) if machine == _HERE else time.time() - path.stat().st_mtime < _ONE_DAY_S:
                 continue
             if kind == "old" and name:
@@ -456,10 +460,10 @@ def remove_stale(parent: Path) -> None:
 
 
 def _is_alive(pid: int) -> bool:
-    """Return whether another process has this number and runs; our own folders are in `_live_temporaries`."""
+    """Return whether another process with this number runs; folders of this process are in `_live_temporaries`."""
     if pid == os.getpid():
         return False
-    with suppress(OSError):  # one that has ended, and that nobody has waited for, does not run
+    with suppress(OSError):  # a zombie process does not run
         return Path(f"/proc/{pid}/stat").read_text("utf-8").rpartition(")")[2].split()[0] not in "ZX"
     try:
         os.kill(pid, 0)
@@ -472,7 +476,7 @@ def _is_alive(pid: int) -> bool:
 
 @contextmanager
 def writing(target: Path, *, only: set[int] | None = None) -> Iterator[None]:
-    """Raise InvalidInput for an error of the disk; with `only`, for these error numbers alone."""
+    """Raise InvalidInput for an OSError in the ``with`` block; with `only`, just for these error numbers."""
     try:
         yield
     except OSError as error:

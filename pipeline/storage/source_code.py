@@ -1,7 +1,7 @@
-"""Digests of source code: of a module together with every module of the package and of plug-ins that it imports.
+"""Digests of source code: of a module and all modules of the package and of plug-ins that it imports.
 
-The key of an artefact contains the digest of the sources that its study imports, so that a change elsewhere
-recomputes nothing.  Comments and docstrings are not part of it.
+The key of an artefact contains the digest of the sources that its study imports.  A change in other modules therefore
+does not invalidate it.  The digest ignores comments and docstrings.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from pipeline.plugins import edition, source_of
 from pipeline.storage.sealed_folders import digest
 
 Code = tuple[str, frozenset[tuple[str, str]]]
-"""The digest of a module's syntax tree, and each name that it imports with the module it comes from."""
+"""Digest of a module's syntax tree, and the imported names, each with its module."""
 
 
 def sources_digest(modules: Iterable[str]) -> str:
-    """Return the sha256 of these modules and of all that they import, directly or not.
+    """Return the sha256 of the sources of modules and of all modules that they import, directly or indirectly.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def sources_digest(modules: Iterable[str]) -> str:
 
 
 def reached(modules: Iterable[str]) -> set[str]:
-    """Return these modules and all that they import, directly or not, of the package and of plug-ins."""
+    """Return modules and all modules of the package and of plug-ins that they import, directly or indirectly."""
     reached: set[str] = set()
     waiting = [name for name in modules if source_of(name)]
     while waiting:
@@ -44,26 +44,30 @@ def reached(modules: Iterable[str]) -> set[str]:
 
 @functools.cache
 def _module(name: str, _: object) -> tuple[str, frozenset[str]]:
-    """Return the digest of a module's code, and the modules of the package that it imports names from.
+    """Return the digest of a module's code, and the modules of the package from which it imports names.
 
-    Their parent packages are left out, for no name is imported from them.
+    Parent packages are not included, since no name is imported from them.
     """
     path = source_of(name)
     assert path is not None
     seal, imports = _parsed(path.read_bytes())
-    # From a package, a name is a module of it, or one that its __init__ has.
+    # A name imported from a package is one of its modules, or a name in its __init__.
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
     absolute = {tuple(_absolute(each, package) for each in pair) for pair in imports}
     imported = {full if source_of(full) else module for full, module in absolute}
-    return seal, frozenset(found for found in imported if found != name and source_of(found))
+    return seal, frozenset(
+        imported_module
+        for imported_module in imported
+        if imported_module != name and source_of(imported_module)
+    )
 
 
 @functools.cache
 def _parsed(content: bytes) -> Code:
-    """Return a module's code; its docstrings, and those in it and of attributes, do not count."""
+    """Return the code of a module from its source text, without any docstrings."""
     tree = ast.parse(content)
     imports: set[tuple[str, str]] = set()
-    # What is imported for annotations alone does not run.
+    # Imports for type checking do not run.
     unread = {
         id(inner)
         for node in ast.walk(tree)
@@ -75,9 +79,9 @@ def _parsed(content: bytes) -> Code:
         if id(node) in unread:
             continue
         if isinstance(node, ast.ImportFrom):
-            of = "." * node.level + (node.module or "")
-            between = "" if of.endswith(".") else "."
-            imports |= {(f"{of}{between}{alias.name}", of) for alias in node.names}
+            origin = "." * node.level + (node.module or "")
+            between = "" if origin.endswith(".") else "."
+            imports |= {(f"{origin}{between}{alias.name}", origin) for alias in node.names}
         elif isinstance(node, ast.Import):
             imports |= {(alias.name, alias.name) for alias in node.names}
         elif isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
@@ -86,7 +90,7 @@ def _parsed(content: bytes) -> Code:
 
 
 def _absolute(module: str, package: str) -> str:
-    """Return the full name of a module that a module of a package imports."""
+    """Return the absolute name of a module that is imported, perhaps relatively, in a package."""
     dots = len(module) - len(module.lstrip("."))
     if not dots:
         return module

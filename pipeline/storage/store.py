@@ -1,11 +1,10 @@
-"""The store: artefacts found by a key, and published figures; written atomically, verified when read.
+"""Store of artefacts, which are found by a key, written atomically, and verified when read.
 
 An *artefact* is the result of a stage: named arrays and notes, in ``cache/<stage>-<key>/`` as ``arrays.npz`` and
-``manifest.json``.  The key is a digest of everything that the artefact depends on: options, sources, numerical
-libraries and the content of its inputs, so that an input that is computed again and comes out equal changes no key.
-A *publication* is the folder of one figure.
+``manifest.json``.  The key is a digest of everything on which the artefact depends: options, sources, numerical
+libraries and the content of its inputs.  If an input is computed again with equal content, the key stays the same.
 
-Both are written to a temporary folder that is renamed when complete: a killed run leaves the old state or the new one.
+An artefact is written to a temporary folder that is renamed when complete: a killed run leaves no partial artefact.
 """
 
 from __future__ import annotations
@@ -52,38 +51,38 @@ from pipeline.validation import InvalidInput
 
 _KEYED_LIBRARIES = ("numpy", "scipy")
 _UNREADABLE = (OSError, ValueError, KeyError, TypeError, AttributeError)
-"""What a manifest that is missing or damaged may raise."""
+"""Errors that a missing or damaged manifest may raise."""
 _LOCK = ".lock-"
-"""Beginning of the name of a lock file, beside the artefacts."""
+"""Prefix of the names of lock files, next to the artefacts."""
 
 
 Compute = Callable[[], tuple[Mapping[str, Any], Mapping[str, Any]]]
-"""Makes the arrays and notes of an artefact."""
+"""Function that computes the arrays and notes of an artefact."""
 Fits = Callable[[Artefact], object]
-"""Raises InvalidInput for an artefact that is not what its stage returns."""
+"""Function that raises InvalidInput for an artefact that does not fit the result type of its stage."""
 
 
 class Store:
-    """Artefacts under ``<results>/cache`` and publications anywhere below `results`.
+    """Store of artefacts in ``<results>/cache``.
 
-    Several processes may share one folder: an artefact that another one computes is waited for.  Where files cannot
-    be locked (Windows) both compute it, and that of the first to finish is kept.
+    Several processes may share one folder: a process waits for an artefact that another one computes.  Without file
+    locks (Windows) both compute it, and the first to finish keeps its artefact.
 
     Parameters
     ----------
     results : Path
-        Created at the first write.  Temporary folders of killed runs are removed from its cache.
+        Folder of results, created at the first write.  Temporary folders of killed runs are removed from its cache.
     waiting : callable
-        Makes the context in which another process's artefact is waited for.
+        Function that returns the context manager in which this process waits for another one.
     dry_run : bool
-        Compute and write nothing; `artefact` then returns the keys that artefacts would have, and why they differ.
+        Whether to compute and write nothing; `artefact` then returns keys, and reasons for their changes.
     before : mapping of str to (str, str)
         Key and content of earlier artefacts by stage, with which a dry run compares.
 
     Attributes
     ----------
     steps : list of dict
-        Stage, options, names of the inputs and code of each artefact of a dry run, in plain values.
+        Stage, options, names of the inputs and code of each artefact of a dry run, as plain values.
     """
 
     def __init__(
@@ -103,7 +102,7 @@ class Store:
             remove_unheld(self.cache, f"{_LOCK}*")
 
     def forgetful(self) -> Store:
-        """Return the same store with a memory of its own: what it finds there is let go with it."""
+        """Return a copy of the store with an empty memory, so that its artefacts can be freed together with it."""
         other = copy.copy(self)
         other._memory = {}
         return other
@@ -118,24 +117,26 @@ class Store:
         code: str,
         fits: Fits = lambda artefact: None,
     ) -> Artefact:
-        """Return the artefact of a stage for these options and inputs; compute it if it is not in the cache.
+        """Return the artefact of a stage for given options and inputs; compute it if it is not in the cache.
 
-        A dry run returns it without arrays: `computed` if it is not in the cache, `why` it differs from before.
+        A dry run returns the artefact without arrays.  Its `computed` tells that the artefact is not in the cache, and
+        `why` states the change since the earlier artefact.
 
         Parameters
         ----------
         stage : str
-            Letters, digits and underscores.
+            Name of the stage: letters, digits and underscores.
         options : dataclass or mapping
-            Whatever changes the result: finite numbers, text, enums, lists and mappings.
+            Values that change the result: finite numbers, text, enums, lists and mappings.
         inputs : sequence of Artefact or str
             Artefacts, or digests of files.
         compute : callable
-            Returns (arrays, notes).  Called at most once.
+            Function that returns (arrays, notes); called at most once.
         code : str
             Digest of the sources.
         fits : callable
-            Raises InvalidInput for an artefact that is not what the stage returns: it is damaged, and computed again.
+            Function that raises InvalidInput for an artefact of the wrong type: it counts as damaged and is computed
+            again.
 
         Raises
         ------
@@ -149,27 +150,29 @@ class Store:
             self.steps.append({"stage": stage, "options": made_from["options"], "reads": reads, "code": code})
             return self._planned(made_from, key)
         name = f"{stage}-{key}"
-        if known := self._memory.get(name):
-            return dataclasses.replace(known, notes=copy.deepcopy(known.notes), computed=False, why="")
+        if remembered := self._memory.get(name):
+            return dataclasses.replace(
+                remembered, notes=copy.deepcopy(remembered.notes), computed=False, why=""
+            )
         folder = self.cache / name
-        found, damage = self._found(folder, fits)
-        if found is None:
+        result, damage = self._found(folder, fits)
+        if result is None:
             with writing(folder):
                 self.cache.mkdir(parents=True, exist_ok=True)
-                if not os.access(self.cache, os.W_OK | os.X_OK):  # before the work, not after it
+                if not os.access(self.cache, os.W_OK | os.X_OK):  # fail before the computation, not after it
                     raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
             with self._alone(name):
-                found, damaged_since = self._found(folder, fits)  # another process may have been faster
-                if found is None:
+                result, damaged_since = self._found(folder, fits)  # another process may have been faster
+                if result is None:
                     why = damage or damaged_since or self._why(made_from)
-                    found = self._made(folder, made_from, compute, why)
-        self._memory[name] = found
-        return dataclasses.replace(found, notes=copy.deepcopy(found.notes))
+                    result = self._made(folder, made_from, compute, why)
+        self._memory[name] = result
+        return dataclasses.replace(result, notes=copy.deepcopy(result.notes))
 
     def _key(
         self, stage: str, options: Any, inputs: Sequence[Artefact | str], code: str
     ) -> tuple[dict[str, Any], str]:
-        """Return what an artefact is made from, and its key."""
+        """Return the origin of an artefact (stage, options, inputs, code, libraries), and its key."""
         made_from = {
             "stage": stage,
             "options": canonical(options),
@@ -182,10 +185,10 @@ class Store:
         return made_from, digest(compact(made_from))[:16]
 
     def _planned(self, made_from: dict[str, Any], key: str) -> Artefact:
-        """Return an artefact without arrays.
+        """Return the artefact of a dry run, without arrays.
 
-        Its content is that of the cache, or that of before if the key is the same; otherwise it is unknown, and so
-        are the keys of what is made from it.
+        Its content digest is that in the cache, or the earlier one if the key is the same.  Otherwise it is unknown,
+        and so are the keys of later stages.
         """
         stage, why, computed = made_from["stage"], "", False
         before, content = self._before.get(stage, ("", ""))
@@ -194,7 +197,7 @@ class Store:
                 earlier = read_manifest(self.cache / f"{stage}-{before}")
                 why = "; ".join(differences(earlier, made_from)[:3])
             except _UNREADABLE:
-                why = "changed; what it was made from is no longer in the cache"
+                why = "changed (details unknown: the earlier artefact is no longer in the cache)"
             content = ""
         try:
             content = content_digest(read_manifest(self.cache / f"{stage}-{key}"))
@@ -204,19 +207,19 @@ class Store:
 
     @contextmanager
     def _alone(self, name: str) -> Iterator[None]:
-        """Hold the lock of an artefact."""
+        """Hold the lock of an artefact during the ``with`` block."""
         path = self.cache / f"{_LOCK}{name}"
-        with ExitStack() as held:
+        with ExitStack() as stack:
             with writing(path):
-                held.enter_context(exclusive(path, self._waiting))
+                stack.enter_context(exclusive(path, self._waiting))
             yield
 
     def _found(self, folder: Path, fits: Fits) -> tuple[Artefact | None, str]:
-        """Return an artefact, None if there is none; and what is wrong with one that was therefore set aside."""
+        """Return an artefact from the cache or None, and the damage of an artefact that was set aside."""
         try:
-            if found := read_artefact(folder):
-                fits(found)
-            return found, ""
+            if artefact := read_artefact(folder):
+                fits(artefact)
+            return artefact, ""
         except (Damaged, InvalidInput) as error:
             self._set_aside(folder)
             return None, f"artefact damaged: {error}"
@@ -228,7 +231,7 @@ class Store:
         compute: Compute,
         why: str,
     ) -> Artefact:
-        """Compute an artefact and keep it."""
+        """Compute an artefact, write it to the cache, and return it."""
         stage, _, key = folder.name.rpartition("-")
         started = time.perf_counter()
         made_arrays, made_notes = compute()
@@ -243,20 +246,20 @@ class Store:
         return Artefact(stage, key, content, arrays, notes, True, seconds, why)
 
     def _why(self, made_from: dict[str, Any]) -> str:
-        """Return what differs from the most similar artefact of the same stage."""
-        found: list[tuple[int, float, list[str]]] = []
+        """Return the differences from the most similar artefact of the same stage, as the reason to compute."""
+        candidates: list[tuple[int, float, list[str]]] = []
         for path in sorted(self.cache.glob(f"{made_from['stage']}-*/{MANIFEST}")):
-            with suppress(*_UNREADABLE):  # damaged, which is reported when it is read
+            with suppress(*_UNREADABLE):  # damage is reported when the artefact is read
                 changes = differences(read_manifest(path.parent), made_from)
-                found.append((len(changes), -path.stat().st_mtime, changes))
-        if not found:
+                candidates.append((len(changes), -path.stat().st_mtime, changes))
+        if not candidates:
             return "first time"
-        count, _, changes = min(found)
-        shown = changes[:3] + ([f"and {count - 3} more"] if count > 3 else [])
-        return "; ".join(shown) or "the artefact was removed"
+        count, _, changes = min(candidates)
+        phrases = changes[:3] + ([f"and {count - 3} more"] if count > 3 else [])
+        return "; ".join(phrases) or "the artefact was removed"
 
     def _place(self, folder: Path, content: bytes, facts: Mapping[str, Any]) -> Artefact | None:
-        """Write an artefact; return that of another process if it was faster, else None."""
+        """Write an artefact; return the one of another process if that was faster, else None."""
         with writing(folder):
             while True:
                 with temporary_folder(self.cache) as temporary:

@@ -1,7 +1,7 @@
 """Tidy tables as CSV: one row per observation, units in the column names, equal bytes for equal numbers.
 
-A short or long row is refused: a parser that pads it would shift or invent values.  A text that a spreadsheet would run
-as a formula is written with an apostrophe in front, and read without it.
+Rows of another length than the header are rejected, since padding would shift or invent values.  A text that a
+spreadsheet would run as a formula is written with an apostrophe in front, and read without it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from pipeline.validation import InvalidInput, harmless
 
 _INTEGER, _NUMBER = r"(?:0|-?[1-9]\d{0,17})", r"(?:-?(?:0|[1-9]\d*)(?:\.\d+)?(?:e[+-]?\d+)?|-?inf|)"
 _NO_INTEGER, _NO_NUMBER = (re.compile(rf"^(?!{cell}$)", re.MULTILINE) for cell in (_INTEGER, _NUMBER))
-"""A cell of a column, of which each is a line."""
+"""Patterns for a line of text that is not an integer, and not a number."""
 _SHOWN_DIFFERENCES = 10
 _ROWS_AT_A_TIME = 50_000
 _MAX_COLUMNS = 10_000
@@ -49,13 +49,13 @@ def write(
     sort_by : sequence of str
         Columns by which the rows are sorted, stably.
     replace : bool or callable, optional
-        As for `new_file`; by default a table with the same columns is replaced, and no other file.
+        Permission to replace a file, as for `new_file`; by default only a table with the same columns is replaced.
 
     Raises
     ------
     InvalidInput
-        If there is no column, lengths differ, a column is not of one plain type, a column of `sort_by` is missing,
-        or the file cannot be written.
+        If there is no column, lengths differ, a column has mixed types, a column of `sort_by` is missing, or the file
+        cannot be written.
     """
     arrays = {name: _column(name, columns[name], path.name) for name in columns}
     if not arrays:
@@ -101,50 +101,52 @@ def renew(
     sort_by: Sequence[str],
     replace: Replace = True,
 ) -> None:
-    """Write rows into a table in place of the stale ones of those that are there.
+    """Write rows into a table, where they replace its stale rows.
 
     Parameters
     ----------
     path : Path
     rows : sequence of mapping
-        Cells by column: text, numbers or booleans.
+        New rows: cells by column, as text, numbers or booleans.
     stale : callable, optional
-        Of a row that is there, each cell as text, whether it goes.  None: every row, without reading the file.
+        Function that returns whether an existing row, with each cell as text, is removed.  None: all are removed, and
+        the file is not read.
     columns, sort_by : sequence of str
-        All columns; those of text by which the rows are sorted.
+        All columns, and the text columns by which the rows are sorted.
     replace : bool or callable
-        As for `write`.
+        Permission to replace a file, as for `write`.
     """
-    kept = [row for row in read_rows(path) if not stale(row)] if stale and path.is_file() else []
+    remaining = [row for row in read_rows(path) if not stale(row)] if stale and path.is_file() else []
     cells = {
-        name: [*(row.get(name, "") for row in kept), *(_cell(row[name]) for row in rows)] for name in columns
+        name: [*(row.get(name, "") for row in remaining), *(_cell(row[name]) for row in rows)]
+        for name in columns
     }
     write(path, cells, sort_by=sort_by, replace=replace)
 
 
 def of_rows(names: Sequence[str], rows: Sequence[Sequence[Any]]) -> dict[str, list[Any]]:
-    """Return rows as columns of these names."""
+    """Return a table, as columns by name, from rows of cells."""
     return {name: [row[n] for row in rows] for n, name in enumerate(names)}
 
 
 def read(path: Path, *, sha256: str | None = None) -> dict[str, np.ndarray]:
     """Return the columns of a table, in file order.
 
-    A column is int64 if every cell is a whole number without leading zeros, else float64 if every cell is a
-    number or empty (NaN), bool if every cell is ``True`` or ``False``, else text.  A column of floats that
-    all happened to be whole therefore comes back as int64, and ``02`` stays text.
+    A column is int64 if every cell is an integer without leading zeros, else float64 if every cell is a number or empty
+    (NaN), bool if every cell is ``True`` or ``False``, else text.  Floats without fractions are thus read as int64, and
+    ``02`` stays text.
 
     Raises
     ------
     InvalidInput
-        If the file is missing, empty, not UTF-8, a row is not as long as the header, or the bytes that were read
-        do not have the sha256 given.
+        If the file is missing, empty or not UTF-8, a row and the header differ in length, or the content does not have
+        the expected sha256.
     """
     return {name: _typed(cells) for name, cells in _cells(path, sha256).items()}
 
 
 def read_published(folder: Path) -> dict[str, dict[str, np.ndarray]]:
-    """Return the tables of a published figure by name (``table``, ``table_walkers``, …), each as `read` does.
+    """Return the tables of a published figure by name (``table``, ``table_walkers``, …), each as from `read`.
 
     Raises
     ------
@@ -178,10 +180,10 @@ Table = Mapping[str, np.ndarray]
 def compare(
     one: Path | Table, other: Path | Table, *, relative: float = 1e-6, absolute: float = 1e-9
 ) -> list[str]:
-    """Return the first cells in which two tables differ, one sentence each; an empty list if they agree.
+    """Return the first differing cells of two tables, one sentence each; an empty list if the tables agree.
 
-    Numbers agree within ``absolute + relative * max(|a|, |b|)``, and NaN agrees with NaN; text and order of
-    columns and rows must be the same.
+    Numbers agree within ``absolute + relative * max(|a|, |b|)``, and NaN agrees with NaN.  Text and the order of
+    columns and rows must be equal.
 
     Raises
     ------
@@ -192,21 +194,21 @@ def compare(
     if complaint := _unlike(a, b):
         return [complaint]
     differences = [
-        (i, f"line {i + 2}, {name}: {a[name][i]} is not {b[name][i]}")
+        (i, f"line {i + 2}, {name}: {a[name][i]} differs from {b[name][i]}")
         for name in a
         for i in np.flatnonzero(needed(a[name], b[name], absolute) > relative)
     ]
     differences.sort(key=lambda item: item[0])
-    shown = [sentence for _, sentence in differences[:_SHOWN_DIFFERENCES]]
-    if (more := len(differences) - len(shown)) > 0:
-        shown.append(f"and {more} more cells")
-    return shown
+    sentences = [sentence for _, sentence in differences[:_SHOWN_DIFFERENCES]]
+    if (more := len(differences) - len(sentences)) > 0:
+        sentences.append(f"and {more} more cells")
+    return sentences
 
 
 def relative_differences(
     one: Path | Table, other: Path | Table, *, absolute: float = 1e-9
 ) -> dict[str, float]:
-    """Return for each column the least ``relative`` at which `compare` finds no difference; infinite if none does.
+    """Return the smallest ``relative`` at which `compare` accepts each column; infinite if no value does.
 
     Raises
     ------
@@ -220,18 +222,18 @@ def relative_differences(
 
 
 def _unlike(a: Table, b: Table) -> str:
-    """Return why the cells of two tables cannot be compared; empty if they can."""
+    """Return the reason why the cells of two tables cannot be compared; empty if they can."""
     if list(a) != list(b):
-        return f"columns differ: {', '.join(a)} is not {', '.join(b)}"
+        return f"the columns differ: {', '.join(a)} and {', '.join(b)}"
     length_a, length_b = (len(next(iter(table.values()))) for table in (a, b))
-    return "" if length_a == length_b else f"rows differ in number: {length_a} is not {length_b}"
+    return "" if length_a == length_b else f"the numbers of rows differ: {length_a} and {length_b}"
 
 
 def needed(a: np.ndarray, b: np.ndarray, absolute: float) -> np.ndarray:
     """Return the relative tolerance at which each cell of two columns agrees; 0 where equal, infinite if never."""
     if a.dtype.kind not in "if" or b.dtype.kind not in "if":
         return np.where(a.astype(str) == b.astype(str), 0.0, np.inf)
-    with np.errstate(invalid="ignore", divide="ignore"):  # infinity less infinity, nothing over nothing
+    with np.errstate(invalid="ignore", divide="ignore"):  # infinity minus infinity, zero over zero
         beyond = np.maximum(np.abs(a.astype(float) - b) - absolute, 0.0)
         needed = beyond / np.maximum(np.abs(a), np.abs(b))
     never = ~(np.isfinite(a) & np.isfinite(b))
@@ -239,10 +241,12 @@ def needed(a: np.ndarray, b: np.ndarray, absolute: float) -> np.ndarray:
 
 
 def _column(name: str, values: Any, where: str) -> np.ndarray:
-    """Return a column as an array (N,) of a plain type."""
+    """Return a column as an array (N,) of numbers, booleans or text."""
     if not name:
         raise InvalidInput("a column has no name", where, code="no_name")
-    if getattr(values, "dtype", None) == "str" and len(values):  # of a DataFrame: each text is looked at once
+    if getattr(values, "dtype", None) == "str" and len(
+        values
+    ):  # a DataFrame column: check each distinct text once
         codes, texts = values.factorize()
         if codes.min() >= 0:
             return _column(name, texts.tolist(), where).astype(object)[codes]
@@ -258,11 +262,11 @@ def _column(name: str, values: Any, where: str) -> np.ndarray:
     kinds = set(map(type, values)) if array.dtype.kind in "OU" else set()
     mixed = not all(issubclass(kind, str) for kind in kinds)
     if array.dtype.kind == "O" and not mixed:
-        array = array.astype(str)  # as a DataFrame holds text, or a column without rows
+        array = array.astype(str)  # text of a DataFrame, or a column without rows
     if array.dtype.kind not in "biufU" or mixed:
-        received = "text and other things" if array.dtype.kind == "U" else str(array.dtype)
+        received = "text and other types" if array.dtype.kind == "U" else str(array.dtype)
         raise InvalidInput(
-            f"the column {name!r} is not of one plain type",
+            f"the column {name!r} has mixed or unsupported types",
             where,
             "numbers, booleans or text",
             received,
@@ -273,7 +277,7 @@ def _column(name: str, values: Any, where: str) -> np.ndarray:
     texts = set(array.tolist()) if kinds else set()
     if broken := [v for v in texts if any(c in v for c in "\r\n\0")]:
         raise InvalidInput(
-            f"the column {name!r} holds text of several lines",
+            f"the column {name!r} contains text of several lines",
             where,
             received=repr(min(broken)),
             code="several_lines",
@@ -286,25 +290,25 @@ def _column(name: str, values: Any, where: str) -> np.ndarray:
 
 
 def _escaped(text: str) -> str:
-    """Return a text with an apostrophe in front if a spreadsheet would run it, or would without its apostrophes."""
+    """Return a text with an apostrophe in front if a spreadsheet would run it, ignoring leading apostrophes."""
     bare = text.lstrip("'")
     return text if harmless(bare) == bare else f"'{text}"
 
 
 def _restored(text: str) -> str:
-    """Return the text that `_escaped` wrote."""
+    """Return the original of a text from `_escaped`."""
     return text[1:] if text[:1] == "'" and _escaped(text[1:]) != text[1:] else text
 
 
 def _lines(rows: Iterable[Iterable[Any]]) -> bytes:
-    """Return rows as CSV."""
+    """Return rows in CSV format."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(rows)
     return text.getvalue().encode()
 
 
 def _written(array: np.ndarray) -> list[Any]:
-    """Return the cells of a column: numbers of ten significant digits, NaN as nothing."""
+    """Return the cells of a column for CSV: floats with ten significant digits, NaN as an empty cell."""
     if array.dtype.kind != "f":
         return list(array.tolist())
     cells = ["%.10g" % value for value in array.tolist()]  # noqa: UP031 - a third quicker than f-strings
@@ -320,15 +324,10 @@ def _cell(value: Any) -> str:
 
 
 def _cells(path: Path, sha256: str | None = None) -> dict[str, Sequence[str]]:
-    """Return the columns of a CSV file, every row as long as the header."""
-    try:
-        content = packed = read_file(path)
-        if path.suffix == ".gz":
-            content = unpacked(packed, path)
-    except InvalidInput as error:
-        raise InvalidInput(
-            error.what.replace("the file", "the table", 1), path, code=error.code, **error.values
-        ) from error
+    """Return the columns of a CSV file, each cell as text, after checking that rows and header have equal length."""
+    content = packed = read_file(path, subject="the table")
+    if path.suffix == ".gz":
+        content = unpacked(packed, path, subject="the table")
     try:
         if sha256 is not None and (received := digest(packed)) != sha256:
             raise InvalidInput(
@@ -357,10 +356,10 @@ def _cells(path: Path, sha256: str | None = None) -> dict[str, Sequence[str]]:
             header = next(reader, [])
             rows = []
             for row in reader:
-                # In a table of one column an empty cell is written as "", so an empty line is a truncated row.
+                # A table of one column has "" for an empty cell, so an empty line is a truncated row.
                 if len(row) != len(header):
                     raise InvalidInput(
-                        "a row is not as long as the header",
+                        "the row and the header differ in length",
                         f"{path.name}, line {reader.line_num}",
                         f"{len(header)} cells",
                         len(row),
@@ -379,10 +378,10 @@ def _cells(path: Path, sha256: str | None = None) -> dict[str, Sequence[str]]:
             f"the table is not CSV: {error}", f"{path.name}, line {reader.line_num}", code="not_csv"
         ) from error
     if not any(header):
-        raise InvalidInput("the table is empty", path.name, "a line of column names", code="empty_table")
+        raise InvalidInput("the table is empty: it has no column names", path.name, code="empty_table")
     if twice := [name for name, count in Counter(header).items() if count > 1]:
         raise InvalidInput(
-            f"two columns are called {twice[0]!r}", path.name, code="duplicate_name", column=twice[0]
+            f"two columns have the name {twice[0]!r}", path.name, code="duplicate_name", column=twice[0]
         )
     if "'" in text:
         header, columns = [*map(_restored, header)], [[*map(_restored, column)] for column in columns]
@@ -390,9 +389,9 @@ def _cells(path: Path, sha256: str | None = None) -> dict[str, Sequence[str]]:
 
 
 def _typed(cells: Sequence[str]) -> np.ndarray:
-    """Return a column in the narrowest type that fits every cell."""
+    """Return a column as an array of the narrowest type for all its cells."""
     lines = "\n".join(cells)
-    # One search for all cells takes a fifth of the time of one for each.
+    # A single search over all cells takes a fifth of the time of a search per cell.
     if lines.count("\n") == len(cells) - 1:
         if not _NO_INTEGER.search(lines):
             return np.array(list(map(int, cells)), np.int64)

@@ -1,8 +1,8 @@
 """Conversion of dataclasses to arrays and notes for the store, and back.
 
-What a stage hands to the next is a frozen dataclass.  Its arrays become the arrays of an artefact, named by the path to
-the field (``space.mean``), as do the columns of its tables; everything else becomes its notes.  Of a column of texts
-the array says which one stands in each row, and the notes list each once.
+The result of a stage is a frozen dataclass.  Its arrays, and the columns of its tables, become the arrays of an
+artefact, named by the path to the field (``space.mean``).  All other values become the notes.  A column of texts is
+stored as an array of codes, and the notes list the distinct texts.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ import numpy as np
 from pipeline.validation import InvalidInput, fits, required
 
 _SHAPES = re.compile(r"^(\w+(?:, \w+)*) : (\(.*)$", re.MULTILINE)
-"""Fields of a docstring, and what it says of their shapes: ``mean, scale : (D,), (R, D)``."""
+"""Pattern of a docstring line that states the shapes of fields: ``mean, scale : (D,), (R, D)``."""
 
 
 def result_type(method: Callable[..., Any]) -> type:
-    """Return the dataclass that a function is annotated to return."""
+    """Return the dataclass in the return annotation of a function."""
     return typing.get_type_hints(method)["return"]
 
 
 def pack(value: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Return the arrays of a dataclass by path, and everything else in it as a tree of plain values.
+    """Return the arrays of a dataclass by path, and all its other values as a tree.
 
     Parameters
     ----------
     value : dataclass
-        Its fields are arrays, tables, dataclasses, `None`, mappings from text to arrays or dataclasses, or plain
-        values (numbers, text, lists and mappings of such).
+        Dataclass with fields that are arrays, tables, dataclasses, `None`, mappings from text to arrays or dataclasses,
+        or plain values (numbers, text, lists and mappings of these).
 
     Examples
     --------
@@ -54,8 +54,8 @@ def pack(value: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
             for name in part:
                 column, texts = part[name].to_numpy(), None
                 if part[name].dtype == "str":
-                    codes, found = part[name].factorize(use_na_sentinel=False)
-                    column, texts = codes.astype(np.min_scalar_type(len(found))), found.tolist()
+                    codes, texts_found = part[name].factorize(use_na_sentinel=False)
+                    column, texts = codes.astype(np.min_scalar_type(len(texts_found))), texts_found.tolist()
                 elif column.dtype.kind == "O":
                     column = np.array(column.tolist())
                 arrays[f"{path}{name}"] = column
@@ -76,12 +76,12 @@ def pack(value: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
 
 
 def _is_table(part: Any) -> bool:
-    """Return whether a value or type is a DataFrame, told by what it has: the store does not import pandas."""
+    """Return whether a value or type is a DataFrame, by its attributes, since the store does not import pandas."""
     return hasattr(part, "iloc")
 
 
 def _parts(part: Any) -> dict[str, Any] | None:
-    """Return the fields of a dataclass, or the items of a mapping with arrays or dataclasses; else None."""
+    """Return the fields of a dataclass, or the items of a mapping with arrays or dataclasses; None for other values."""
     if dataclasses.is_dataclass(part) and not isinstance(part, type):
         return {field.name: getattr(part, field.name) for field in dataclasses.fields(part)}
     if isinstance(part, Mapping) and any(
@@ -93,22 +93,23 @@ def _parts(part: Any) -> dict[str, Any] | None:
 
 @cache
 def _axes(kind: type) -> dict[str, tuple[list[str], bool]]:
-    """Return the axes of each array of a dataclass and whether it holds text, as the docstrings of the fields say."""
-    found: dict[str, tuple[list[str], bool]] = {}
-    for one in reversed(kind.__mro__):
-        for field, words in _SHAPES.findall(inspect.cleandoc(vars(one).get("__doc__") or "")):
+    """Return for each array of a dataclass its axes and whether it contains text, as its docstring states."""
+    axes_by_name: dict[str, tuple[list[str], bool]] = {}
+    for base in reversed(kind.__mro__):
+        for field, words in _SHAPES.findall(inspect.cleandoc(vars(base).get("__doc__") or "")):
             names, shapes = field.split(", "), re.findall(r"\(([^()]*)\)", words)
             for name, shape in zip(names, shapes * len(names) if len(shapes) == 1 else shapes, strict=False):
                 if len(shapes) in (1, len(names)):
                     axes = [axis.strip() for axis in shape.split(",") if axis.strip()]
-                    found[name] = axes, "text" in words.split()
-    return found
+                    axes_by_name[name] = axes, "text" in words.split()
+    return axes_by_name
 
 
 def _require_axes(name: str, array: np.ndarray, axes: list[str], text: bool, sizes: dict[str, int]) -> None:
-    """Raise InvalidInput if an array has other axes than documented, or text for numbers; a part may be stacked.
+    """Raise InvalidInput if an array has other axes or another type (text, numbers) than documented.
 
-    Axes called by one letter, ``N`` or ``N + 1``, have one size in all arrays of a dataclass: `sizes`, which is filled.
+    Arrays of nested dataclasses may have an additional first axis.  Axes named by a letter, ``N`` or ``N + 1``, have
+    the same size in all arrays of a dataclass; the function adds new letters to `sizes`.
     """
     more = array.ndim - len(axes)
     fit = more in ((0, 1) if "." in name else (0,)) and text == (array.dtype.kind in "US")
@@ -116,12 +117,12 @@ def _require_axes(name: str, array: np.ndarray, axes: list[str], text: bool, siz
         if axis.isdigit():
             fit = fit and size == int(axis)
         elif sum_of := re.fullmatch(r"(?:(\d+) \+ )?([A-Z])(?: \+ (\d+))?", axis):
-            one = size - int(sum_of[1] or sum_of[3] or 0)
-            fit = fit and (not array.size or sizes.setdefault(sum_of[2], one) == one)
+            letter_size = size - int(sum_of[1] or sum_of[3] or 0)
+            fit = fit and (not array.size or sizes.setdefault(sum_of[2], letter_size) == letter_size)
     if array.size and not fit:
         expected = f"({', '.join(axes)}{',' * (len(axes) == 1)}) of {'text' if text else 'numbers'}"
         raise InvalidInput(
-            "has another shape",
+            "the array has another shape than documented",
             name,
             expected,
             f"{array.shape} of {array.dtype}",
@@ -132,20 +133,20 @@ def _require_axes(name: str, array: np.ndarray, axes: list[str], text: bool, siz
 
 
 def unpack(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any) -> Any:
-    """Return the dataclass whose arrays and notes `pack` returned.
+    """Return the dataclass that `pack` converted to arrays and notes.
 
     Parameters
     ----------
     kind : type
-        The dataclass, or a generic alias of one.
+        Dataclass, or a generic alias of one.
     arrays, notes : mapping
-        As `pack` returned them, also after a round trip through files.
+        Arrays and notes from `pack`, possibly after a round trip through files.
 
     Raises
     ------
     InvalidInput
-        If a part is missing or of another type, or an array has another shape than its field's docstring says:
-        whole numbers are sizes, and a letter is one size.
+        If a part is missing or has another type, or an array has another shape than its field's docstring states.
+        Integers are sizes, and a letter stands for one size.
     """
     try:
         return _unpacked(kind, arrays, notes, "")
@@ -153,7 +154,7 @@ def unpack(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any) -> Any:
         if isinstance(error, InvalidInput):
             raise
         raise InvalidInput(
-            f"does not fit {kind.__name__}: {error!r:.160}", code="does_not_fit", type=kind.__name__
+            f"the data do not fit {kind.__name__}: {error!r:.160}", code="does_not_fit", type=kind.__name__
         ) from error
 
 
@@ -192,5 +193,5 @@ def _unpacked(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str
         if below:
             return {name[len(prefix) :]: arrays[name] for name in arrays if name.startswith(prefix)}
     if not fits(notes, kind):
-        raise InvalidInput("is missing or of another type", path, kind, code="wrong_type")
+        raise InvalidInput("the value is missing or has another type", path, kind, code="wrong_type")
     return tuple(notes) if origin is tuple else notes

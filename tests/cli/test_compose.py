@@ -10,7 +10,13 @@ from pathlib import Path
 import pytest
 
 from pipeline.cli import composition
-from pipeline.cli.compose import built_figures, compose, compose_figures, lacking, on_this_machine
+from pipeline.cli.compose import (
+    built_figures,
+    compose,
+    compose_figures,
+    on_this_machine,
+    reason_without_clips,
+)
 from pipeline.cli.errors import sentence
 from pipeline.cli.main import _help_of, command, commands
 from pipeline.cli.presets import presets
@@ -113,8 +119,8 @@ def test_figures_are_composed_in_the_papers_order_with_the_same_overrides() -> N
     first, second = compose_figures(["zhang2007_fig5", "mozerov2006_fig1"], ["data=hdm05", "seed=3"])
     assert [one.name for one in (first, second)] == ["zhang2007_fig5", "mozerov2006_fig1"]
     assert (first.seed, second.seed) == (3, 3)
-    assert "holds no walks" in lacking(first)
-    assert lacking(second) == ""
+    assert "holds no walks" in reason_without_clips(first)
+    assert reason_without_clips(second) == ""
 
 
 def test_a_folder_is_named_as_it_is_called_now(tmp_path: Path) -> None:

@@ -143,7 +143,7 @@ def interrupted(results: Path, *more: str) -> tuple[str, str, int]:
 def test_jobs_that_ctrl_c_leaves_are_found_again(slurm: Path, tmp_path: Path) -> None:
     out, err, code = interrupted(tmp_path)
     assert code == 130, (out, err)
-    assert "jobs are left" in out
+    assert "jobs continue" in out
     left = set(states() or {})
     assert left
     shown = finished([sys.executable, "-m", "pipeline", "status", "scale=smoke", f"results={tmp_path}"])

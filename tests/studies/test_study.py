@@ -12,7 +12,7 @@ from typing import Any, ClassVar, get_type_hints
 import numpy as np
 import pytest
 
-from pipeline.cli.compose import compose, lacking
+from pipeline.cli.compose import compose, reason_without_clips
 from pipeline.clips.kinds import Corpus
 from pipeline.storage.typed import result_type
 from pipeline.studies import registry
@@ -191,7 +191,7 @@ def test_the_code_says_that_a_data_set_has_no_clips(
         raise InvalidInput("cannot be used", where, code=code)
 
     monkeypatch.setattr(Experiment, "validate", validate)
-    assert bool(lacking(preset("zhang2007_fig5"))) is lacks
+    assert bool(reason_without_clips(preset("zhang2007_fig5"))) is lacks
 
 
 def test_a_data_set_without_clips_of_a_kind_is_rejected_by_code() -> None:

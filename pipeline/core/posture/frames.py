@@ -23,6 +23,8 @@ Frames are arrays (T, 3, 3) whose rows are the axes in the world; directions are
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from pipeline.skeleton import POSTURE12
@@ -122,7 +124,7 @@ def _turned(from_: np.ndarray, to: np.ndarray, vectors: np.ndarray, limb: str) -
     return cosine * vectors + np.cross(axis, vectors) + along / (1.0 + cosine) * axis
 
 
-def undefined(frame: int, fault: tuple[str, str], **values: str) -> InvalidInput:
+def undefined(frame: int, fault: tuple[str, str], **values: Any) -> InvalidInput:
     """Return the rejection of directions that make no frame, from its code and its words."""
     code, what = fault
     sentence = f"{what.format(**values)}, so its frame is not defined"

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.cli.compose import compose, lacking
+from pipeline.cli.compose import compose, reason_without_clips
 from pipeline.cli.figures import make_figure
 from pipeline.cli.summary import Outcome
 from pipeline.clips.options import SyntheticPerformances
@@ -319,7 +319,7 @@ def test_recorded_bends_make_every_figure_but_the_one_that_needs_the_truth(store
     for name in FIGURES:
         if name == "mozerov2006_warp_error":
             config = compose([f"experiment={name}", "data=hdm05"])
-            assert "synthetic performances alone" in lacking(config)
+            assert "synthetic performances alone" in reason_without_clips(config)
             with rejects("truth_not_known"):
                 make(store, name, *quick)
             continue

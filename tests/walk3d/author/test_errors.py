@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pipeline.cli.compose import compose, lacking
+from pipeline.cli.compose import compose, reason_without_clips
 from pipeline.cli.figures import make_figure
 from pipeline.core import camera, linear_model, reconstruction
 from pipeline.formats import fourier_walks
@@ -193,8 +193,8 @@ def test_another_file_is_another_key_and_a_missing_one_leaves_the_figure_out(
         compose([*preset, "sweep.walker=gone.mm"]).validate()
     monkeypatch.delenv("MOCAP_MIRROR", raising=False)
     monkeypatch.chdir(tmp_path)
-    assert "make data" in lacking(compose([*preset, "sweep.walker=''"]))
-    assert "many people" in lacking(compose([*preset, "data=author"]))
+    assert "make data" in reason_without_clips(compose([*preset, "sweep.walker=''"]))
+    assert "many people" in reason_without_clips(compose([*preset, "data=author"]))
 
 
 def test_the_caption_names_source_and_terms_and_says_what_map_does(tmp_path: Path) -> None:
