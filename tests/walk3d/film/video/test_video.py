@@ -247,5 +247,5 @@ def test_a_film_of_a_walk_is_found_and_one_of_squats_is_none(tmp_path: Path) -> 
     with with_keypoints(Input(path=str(film))) as found:
         walk = reconstruct_clip(found)
     assert walk.best.judgement.verdict == "walk"
-    assert walk.best.found is not None
-    assert np.degrees(walk.best.found.candidates[0].heading_rad) == pytest.approx(-45.0, abs=8.0)
+    assert walk.best.reconstruction is not None
+    assert np.degrees(walk.best.reconstruction.candidates[0].heading_rad) == pytest.approx(-45.0, abs=8.0)
