@@ -17,7 +17,7 @@ from pipeline.validation import harmless
 
 MAX_PX = 1e6
 MAX_REPEATED_SHARE = 0.05
-"""Share of rows that repeat the time of the row before, up to which these times are taken for mistakes."""
+"""Largest share of rows that repeat the time of the row before, in which these times count as mistakes."""
 MAX_FRAMES = 10_000_000
 MAX_PAIRS = 20_000_000
 """Largest number of pairs of people within frames, summed over frames, that are compared to follow people."""
@@ -26,10 +26,10 @@ MAX_PEOPLE = 30
 """Largest number of people in a frame, unless there are more frames: all frames of one person in one, say."""
 
 MAX_DEPTH_SHARE, DEPTH = 0.2, 101.0
-"""Share of third numbers below 0 or above 100 %, above which they are depths, not confidences; a depth."""
+"""Share of third numbers outside 0 to 100 %, above which they are depths; and a number that stands for a depth."""
 IN_3D = "If the points are in 3D, they are not keypoints of a film: see `inspect`."
 PLACEHOLDER_DISTANCE = 2.2
-"""Distance of a placeholder from the middle of a person's points, over their root mean square distance."""
+"""Smallest distance of a placeholder from the mean of a person's points, over their root mean square distance."""
 
 
 @shortened

@@ -23,7 +23,7 @@ from walk3d.film.keypoints.contract import DEPTH, MAX_PEOPLE, MEDIAPIPE, Detecti
 
 
 def load(path: Path) -> Any:
-    """Return the content of a JSON file; of JSON lines a list, or settings in the first line with the list as frames.
+    """Return the content of a JSON file; JSON lines become a list, or frames of the settings in the first line.
 
     Raises
     ------

@@ -13,7 +13,7 @@ import numpy as np
 from pipeline.skeleton import WALKER15
 from walk3d.film.keypoints import MEDIAPIPE
 from walk3d.film.reconstruct.clip import Input, Walk
-from walk3d.film.video import kept
+from walk3d.film.video import cached
 
 SUFFIXES = (".mp4", ".mov", ".m4v", ".avi", ".mkv", ".webm")
 OVERLAY = "overlay.mp4"
@@ -39,14 +39,14 @@ def with_keypoints(
     earlier : Path, optional
         Folder of an earlier reconstruction; its keypoints are reused if the film is the same.
     tell, progress : callable
-        See `walk3d.film.video.kept.keypoints_table`.
+        See `walk3d.film.video.cached.keypoints_table`.
     """
     if not is_video(options):
         yield options
         return
     with tempfile.TemporaryDirectory() as name:
         before = earlier or Path(name)
-        table = kept.keypoints_table(Path(options.path), Path(name), MEDIAPIPE, before, tell, progress)
+        table = cached.keypoints_table(Path(options.path), Path(name), MEDIAPIPE, before, tell, progress)
         yield replace(options, path=str(table), layout=options.layout or "mediapipe33")
 
 

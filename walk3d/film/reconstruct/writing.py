@@ -19,7 +19,7 @@ from walk3d.film.reconstruct.clip import Input, Walk, reconstruct_clip
 from walk3d.film.reconstruct.model_file import SHIPPED
 from walk3d.film.reconstruct.motion import Format
 from walk3d.film.reconstruct.summary import summarise, table_rows
-from walk3d.film.video import kept
+from walk3d.film.video import cached
 
 PAGE = "walk.html"
 
@@ -80,7 +80,7 @@ def run(
         summary = summarise(walk)
         with publish(folder, having="verdict") as publication:
             if video.is_video(options.input):
-                kept.copy(Path(keypoints.path).parent, publication.folder)
+                cached.copy(Path(keypoints.path).parent, publication.folder)
             _fill(publication.folder, walk, summary, options)
             publication.facts = {"command": "reconstruct", "verdict": summary["verdict"]}
     return walk, summary, folder

@@ -101,7 +101,7 @@ class KeypointChanges(FilmedClips):
         }
 
     def cases(self, dataset: FilmedWalkers) -> list[Case]:
-        """Return the clips: each take of another person, as far as possible, and from another side.
+        """Return the clips: the takes are spread over people and over sides.
 
         A condition that needs other sources is left out if too few people would remain.
         """

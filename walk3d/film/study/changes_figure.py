@@ -27,7 +27,7 @@ ROW_HEIGHT = 0.17
 OURS, AVERAGE = "keypoint_walk", "average_walker"
 AXIS_ENDS = (("error_mm", "joints", 40.0), ("knee_error_deg", "knees", 10.0))
 MAX_VIEW_DEG = 10.0
-"""Ends of the axes, without which single mistaken views would compress the rest."""
+"""Ends of the axes; single mistaken views would otherwise compress the rest."""
 
 
 class KeypointChangesFigure(KeypointFigure):
@@ -110,10 +110,10 @@ class KeypointChangesFigure(KeypointFigure):
             charts=charts,
             columns=4,
             panel_size=(1.85, 0.8 + ROW_HEIGHT * len(words)),
-            caption=f"{options.takes} simulated clips, the same for every condition, of people whom the model does not"
-            " know, from all sides, overground and on a treadmill. (a), (b) Mean difference from the same clips as"
-            " usual, whose own error stands at the line, with "
-            f"{OVER_PEOPLE}. What lies beyond the axes is in the tables.",
+            caption=f"{options.takes} simulated clips, the same for every condition, of people left out of the model,"
+            " from all sides, overground and on a treadmill. (a), (b) Mean difference from the same clips under the"
+            " usual condition, whose own error is written at the line, with "
+            f"{OVER_PEOPLE}. Values beyond the axes are in the tables.",
         )
 
 

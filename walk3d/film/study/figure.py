@@ -141,7 +141,7 @@ class KeypointHeadingsFigure(KeypointFigure):
         return Sheet(
             charts=charts,
             columns=2,
-            caption=f"{len(tables['table_clips'])} simulated clips of people whom the model does not know: perspective,"
+            caption=f"{len(tables['table_clips'])} simulated clips of people left out of the model: perspective,"
             f" white and slow error, a bias of {options.bias_mm:g} mm of each joint, missing and exchanged keypoints;"
             " distance, path, view, phase and cadence unknown; overground and on a treadmill, either side."
             f" Bands: {OVER_PEOPLE}. Bars: of {', '.join(map(str, LEVELS_PERCENT))} %.",

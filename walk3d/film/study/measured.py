@@ -179,7 +179,7 @@ class FilmedClips(Sweep):
         return dataset.people
 
     def _model(self, case: Case, inputs: Inputs) -> int:
-        """Return the number of the model without the walker's group, or without the walker's source if asked for."""
+        """Return the number of the model without the walker's group, or without the walker's source if required."""
         other_sources = self.conditions[case.condition].knowledge.other_sources
         source = inputs.model.source[case.person]
         return source if other_sources and source >= 0 else inputs.model.group[case.person]

@@ -32,7 +32,7 @@ CYCLE_KIND_OF = np.array([
 VIEW_EXTRA_RAD = np.radians(2.5)
 """Standard deviation added to that of the heading: people walk a few degrees crabwise."""
 CADENCE_EXTRA = 0.005
-"""Standard deviation added to the relative one of the cadence."""
+"""Relative standard deviation added to that of the cadence."""
 AS_OURS, ANYBODY = "measured_as_ours", "anybody"
 """Kinds of bars: for a person of one of the model's laboratories, and for a person of any other laboratory."""
 

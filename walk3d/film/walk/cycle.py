@@ -68,14 +68,14 @@ class GaitCycle:
 
 
 def _product(factor: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the product of two numbers, all (408,): a value and its derivatives."""
+    """Return the product of two numbers; each is an array (408,) of a value and its derivatives."""
     product = factor[0] * other + other[0] * factor
     product[0] = factor[0] * other[0]
     return product
 
 
 def _at(walker: np.ndarray, joint: int, axis: int, psi: np.ndarray) -> np.ndarray:
-    """Return a joint's coordinate at a phase, both (408,): a value and its derivatives."""
+    """Return a joint's coordinate at a phase; both are arrays (408,) of a value and its derivatives."""
     basis, along = cycle_basis(psi[0], BLOCKS), walker[joint, axis]
     coordinate = (cycle_slope(psi[0], BLOCKS) @ along) * psi
     coordinate[0] = basis @ along
@@ -88,7 +88,7 @@ def _event(walker: np.ndarray, ankle: int, sign: float, later: float) -> np.ndar
     y = walker[ankle, 1] - walker[PELVIS, 1]
     psi = _GRID[np.argmax(np.round(sign * (_BASIS @ y), 6))]
     for _ in range(_STEPS):
-        # Without the curvature of a walker the phase of the grid is kept.
+        # The phase of the grid is kept if the curve lacks a walker's curvature.
         bent = min(sign * (-(_ORDER**2) * cycle_basis(np.array(psi), BLOCKS) @ y), -1e-6)
         slope = cycle_slope(np.array(psi), BLOCKS)
         psi -= sign * (slope @ y) / bent if bent < -1e-6 else 0.0

@@ -71,7 +71,7 @@ def bounce(reconstruction: Reconstruction) -> float:
     """Return the trunk's oscillation twice a stride along the average walker's, whose amplitude and phase give 1.
 
     Walkers are lowest where their feet are farthest apart; runners are then in flight.  The estimate is raised by twice
-    its standard error, so that a shaking camera is not taken for a bounce.
+    its standard error, so that a shaking camera does not count as a bounce.
     """
     times, down = reconstruction.fit.times, reconstruction.filmed_px[..., 1]
     basis = cycle_basis(reconstruction.fit.phases_rad, BLOCKS)

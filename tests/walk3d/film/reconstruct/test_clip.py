@@ -227,12 +227,12 @@ def test_an_unknown_rate_is_asked_for_and_a_wrong_one_remarked_on(model: Path, t
     notes: list[str] = []
     assert _rate(given(slow, frame_rate_hz=25.03), keypoints.read(slow), notes) == 25.03
     assert notes == ["The file says 25 frames per second; 25.03 was given and is used."]
-    # At half the rate it is a slow walk, of which times and speeds are as right as the rate.
+    # At half the rate it is a slow walk, whose times and speeds depend on the rate.
     half = given(path, frame_rate_hz=15.0, focal_px=sim.focal_px)
     found = summarise(reconstruct_clip(half, model))
     assert found["verdict"] == "doubtful"
     assert "or the frame rate is wrong" in found["why"][0]
-    assert found["usable"] == ["Usable: heading; cadence, times and speeds are as right as the frame rate."]
+    assert found["usable"] == ["Usable: heading; cadence, times and speeds are wrong if the frame rate is."]
 
 
 def test_what_is_remarked_on_times_is_given_where_the_rate_is_unknown(tmp_path: Path) -> None:
