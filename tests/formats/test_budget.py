@@ -205,7 +205,7 @@ def test_a_crowd_is_followed_or_refused(monkeypatch: pytest.MonkeyPatch) -> None
     pixels = np.concatenate([body + places + shift for shift in (0.0, 0.05, 0.1)])
     tracks = find_tracks(np.repeat(np.arange(3), 300), np.full(900, ""), pixels, 30.0)
     assert sorted(track.rows.tolist() for track in tracks) == [[k, 300 + k, 600 + k] for k in range(300)]
-    monkeypatch.setattr(contract, "MOST_PAIRS", 3 * 300**2 - 1)
+    monkeypatch.setattr(contract, "MAX_PAIRS", 3 * 300**2 - 1)
     rows = [(frame, "", np.ones((1, 3))) for frame in range(3) for _ in range(300)]
     with rejects("too_many_people", people=300):
         keypoints.detections("csv", "a.csv", rows, 3)

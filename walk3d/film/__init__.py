@@ -1,1 +1,1 @@
-"""Films and keypoints of one camera to walks in 3D."""
+"""Reconstruction of 3D walks from films and keypoints of one camera."""

@@ -12,7 +12,7 @@ from walk3d.film.reconstruct.writing import Reconstruct, run
 
 
 def _progress(done: int, every: int) -> None:
-    """Show on a terminal how many frames of a film are done."""
+    """Show the number of processed frames of a film on a terminal."""
     if sys.stderr.isatty() and (done % 10 == 0 or done == every):
         end = "\n" if done == every else ""
         print(f"\r  keypoints: frame {done} of {every or 'many'}", end=end, file=sys.stderr, flush=True)
@@ -21,27 +21,27 @@ def _progress(done: int, every: int) -> None:
 def reconstruct(arguments: Sequence[str]) -> int:
     """Reconstruct a walk from keypoints or film: reconstruct FILE_OR_FOLDER [OPTION=VALUE ...].
 
-    Return 0 also if it was no walk, which the summary says.
+    Return 0 also if the clip is not a walk; the summary then says so.
 
-    input.frame_rate_hz=30     of keypoints that do not state their rate
+    input.frame_rate_hz=30     frame rate of keypoints whose file does not state it
     input.width=1920, input.height=1080
-                               of the image, px, where the file does not say
-    input.layout=coco17        coco17, halpe26, body25, …; recognised unless it is given
-    input.frames=2s:6.5s       first:last, or seconds; where somebody walks unless it is given
-    input.person=2             identity in the file, or a number by length of track; the longest track unless given
-    input.stature_mm=1740      of the walker: lengths are then in true millimetres
-    input.focal_px=1400        of the camera; found with the walk unless it is given
-    input.least_confidence=.3  keypoints below it are not used
-    input.labels=as_given      left and right are not tried exchanged (both)
-    output.path=DIR            results/reconstructed/<its folder>_<its name> unless it is given
-    output.formats=[c3d,csv]   of the walk in 3D: c3d, trc, bvh, csv, csv_wide
-    output.names=mixamo        of a BVH's joints: ours, mixamo, rokoko
-    output.in_place=true       a BVH without the path
+                               size of the image, px, if the file does not state it
+    input.layout=coco17        coco17, halpe26, body25, …; default: recognised from the file
+    input.frames=2s:6.5s       first:last, or seconds; default: the frames in which the person walks
+    input.person=2             identity in the file, or a number by length of track; default: the longest track
+    input.stature_mm=1740      stature of the walker; lengths are then in true millimetres
+    input.focal_px=1400        focal length of the camera; default: estimated with the walk
+    input.least_confidence=.3  keypoints below this confidence are ignored
+    input.labels=as_given      do not try left and right exchanged (default: both)
+    output.path=DIR            default: results/reconstructed/<its folder>_<its name>
+    output.formats=[c3d,csv]   formats of the 3D walk: c3d, trc, bvh, csv, csv_wide
+    output.names=mixamo        joint names of the BVH: ours, mixamo, rokoko
+    output.in_place=true       BVH without the path
     output.recording=false, output.page=false, output.overlay=false
-                               without the viewer's recording, the page, the skeleton over the film
-    model_folder=DIR           of a model of your own, as `model` writes it
+                               leave out the viewer's recording, the page, the skeleton over the film
+    model_folder=DIR           your own model, as written by `model`
     """
-    if arguments and "=" not in arguments[0]:  # a file or folder alone, as other commands take it
+    if arguments and "=" not in arguments[0]:  # a file or folder alone, as in other commands
         arguments = [f"input.path={arguments[0]}", *arguments[1:]]
     _, summary, folder = run(filled(Reconstruct, arguments), lambda words: tell(words, "dim"), _progress)
     (_, reasons), *others = words.facts(summary)

@@ -22,15 +22,17 @@ class _Named(Options):
 def train_model(arguments: Sequence[str]) -> int:
     """Train the model of walkers from a data set and write it with its manifest.
 
-    Of fewer people than twice the eigenwalkers none is learnt: the model that comes with the package is calibrated.
+    If the data have at most twice as many people as eigenwalkers, the shipped model is calibrated instead.
     """
-    own = [item for item in arguments if item.startswith(("training.", "output="))]
-    rest = [item for item in arguments if item not in own]
-    if "output=" in own:
+    training_items = [item for item in arguments if item.startswith(("training.", "output="))]
+    rest = [item for item in arguments if item not in training_items]
+    if "output=" in training_items:
         raise InvalidInput("must name a folder", "output", received="nothing", code="none_named")
-    folder = Path(next((item[7:] for item in own if item.startswith("output=")), str(model_file.SHIPPED)))
-    require_replaceable(folder, having=model_file.ENTRY)  # before the work, not after it
-    training = filled(_Named, [item for item in own if item.startswith("training.")]).training
+    folder = Path(
+        next((item[7:] for item in training_items if item.startswith("output=")), str(model_file.SHIPPED))
+    )
+    require_replaceable(folder, having=model_file.ENTRY)  # before the long training
+    training = filled(_Named, [item for item in training_items if item.startswith("training.")]).training
     print("setting up the model", flush=True)
     from pipeline.cli.compose import compose  # loads Hydra, which takes a while
 
@@ -46,7 +48,7 @@ def train_model(arguments: Sequence[str]) -> int:
         sentence = f"{people} people"
     elif folder.resolve() == model_file.SHIPPED:
         raise InvalidInput(
-            "must be named: of so few people the model that comes with the package is calibrated, not replaced",
+            "must name a folder: too few people to train a model, and the shipped one must not be replaced",
             "output",
             f"output=… or more than {2 * training.components} people",
             people,

@@ -1,7 +1,7 @@
 """Readers of 2D keypoints of people: OpenPose, AlphaPose, MMPose, RTMLib, MediaPipe, Sports2D, CSV, numpy.
 
 `read` takes a file or a folder and returns `Detections`: points as the file numbers or names them, of all people in all
-frames.  Which joints they are, and who walks, is decided by who asks.
+frames.  The caller decides which joints they are, and who walks.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ READERS = {
     ".jsonl": people_json.read,
     ".ndjson": people_json.read,
 }
-"""Reader of each suffix, lower case; folders are OpenPose's."""
+"""Reader of each suffix, lower case; folders are read as OpenPose's."""
 
 
 def read(path: str | Path) -> Detections:
@@ -32,29 +32,31 @@ def read(path: str | Path) -> Detections:
     Raises
     ------
     InvalidInput
-        If there is no such file, no reader has this suffix, or the reader refuses the file.
+        If there is no such file, no reader has this suffix, or the reader rejects the file.
     """
     path = Path(path)
     if path.is_dir():
         files = sorted(file for file in path.iterdir() if file.is_file() and file.name[0] != ".")
-        beside = [file for file in files if file.suffix.lower() == ".json"]
+        metadata = [file for file in files if file.suffix.lower() == ".json"]
         # A text may be anything.
-        alone = [file for file in files if file.suffix.lower() in READERS.keys() - {".json", ".txt"}]
-        if alone and not any(map(people_json.holds_keypoints, beside)):
-            if len(alone) > 1:
-                received = f"{len(alone)} files: {alone[0].name}, {alone[1].name} …"
+        table_files = [file for file in files if file.suffix.lower() in READERS.keys() - {".json", ".txt"}]
+        if table_files and not any(map(people_json.holds_keypoints, metadata)):
+            if len(table_files) > 1:
+                received = f"{len(table_files)} files: {table_files[0].name}, {table_files[1].name} …"
                 raise damaged(
-                    "these may be several films or people",
+                    "the folder contains several tables, perhaps of several films or people",
                     path.name,
                     "the path of one file",
                     received,
                     code="several_films",
-                    files=[file.name for file in alone],
+                    files=[file.name for file in table_files],
                 )
-            found = read(alone[0])
-            aside = ", ".join(file.name for file in beside) or "none"
-            note = f"Of the folder {alone[0].name} is read; files without keypoints beside it: {aside}."
-            return replace(found, notes=(note, *found.notes))
+            table = read(table_files[0])
+            unused = ", ".join(file.name for file in metadata) or "none"
+            note = (
+                f"Only {table_files[0].name} in the folder is read; other files, without keypoints: {unused}."
+            )
+            return replace(table, notes=(note, *table.notes))
         return read_one(path, people_json.read_folder)
     if not path.is_file():
         raise damaged("there is no such file or folder", path, code="no_file")

@@ -1,4 +1,4 @@
-"""What every reader of keypoints returns."""
+"""Result of every reader of keypoints."""
 
 from __future__ import annotations
 
@@ -15,49 +15,49 @@ from pipeline.shortened import shortened
 from pipeline.skeleton.complaint import Remark
 from pipeline.validation import harmless
 
-LARGEST_PX = 1e6
-TWICE = 0.05
-"""Share of rows with the time of the row before, up to which these were written by mistake."""
-MOST_FRAMES = 10_000_000
-MOST_PAIRS = 20_000_000
-"""Of people in a frame, each with each, summed over frames: so many are compared to follow who walks."""
+MAX_PX = 1e6
+MAX_REPEATED_SHARE = 0.05
+"""Largest share of rows that repeat the time of the row before, in which these times count as mistakes."""
+MAX_FRAMES = 10_000_000
+MAX_PAIRS = 20_000_000
+"""Largest number of pairs of people within frames, summed over frames, that are compared to follow people."""
 
-CROWD = 30
-"""More in a frame, and more than there are frames, are no people: all frames of one person in one, say."""
+MAX_PEOPLE = 30
+"""Largest number of people in a frame, unless there are more frames: all frames of one person in one, say."""
 
-DEPTHS, DEPTH = 0.2, 101.0
-"""Share of numbers below 0 or above 100 %, from which these are depths and no confidence; a depth."""
-IN_3D = "If the points are in 3D, they are no film's: see `inspect`."
-FAR = 2.2
-"""Distance from the middle of a person's points, to their root mean square distance, beyond which there are none."""
+MAX_DEPTH_SHARE, DEPTH = 0.2, 101.0
+"""Share of third numbers outside 0 to 100 %, above which they are depths; and a number that stands for a depth."""
+IN_3D = "If the points are in 3D, they are not keypoints of a film: see `inspect`."
+PLACEHOLDER_DISTANCE = 2.2
+"""Smallest distance of a placeholder from the mean of a person's points, over their root mean square distance."""
 
 
 @shortened
 class Detections:
-    """2D keypoints of one video, as a file holds them: any number of people in any frame.
+    """2D keypoints of one video as in its file: any number of people in any frame.
 
     Attributes
     ----------
     format : str
-        ``"openpose"``, ``"alphapose"``, ``"coco"``, ``"mmpose"``, ``"mediapipe"``, or its suffix.
+        ``"openpose"``, ``"alphapose"``, ``"coco"``, ``"mmpose"``, ``"mediapipe"``, or the suffix of the file.
     names : tuple of str
         K names of points; empty where the file numbers them.
     frame : (N,)
-        Frame of each detection, from 0; not a whole number where a file has times that are uneven.
+        Frame of each detection, from 0; not a whole number if the times in the file are uneven.
     identity : (N,) str
-        Who it is, as the file says; empty where it does not.
+        Identity in the file; empty if there is none.
     points : (N, K, 2) float64
         Columns and rows, rows counted downwards unless a note says otherwise; NaN where missing.
     confidence : (N, K)
-        As the file says; 1 where it does not.
+        Confidence in the file; 1 if there is none.
     n_frames : int
-        Frames of the video as far as the file tells, those without people included.
+        Number of frames of the video as far as known, including frames without people.
     frame_rate_hz : float
-        0 if the file does not say.
+        Frames per second; 0 if unknown.
     image_size : tuple of int
-        Width and height in pixels; 0 if the file does not say.
+        Width and height in pixels; 0 if unknown.
     notes : tuple of str
-        What is odd in the file but readable, one sentence each.
+        Remarks on unusual but readable content, one sentence each.
     """
 
     format: str
@@ -73,12 +73,12 @@ class Detections:
 
 
 def _require_few_people(people: np.ndarray, where: str) -> None:
-    """Require numbers of people by frame (T,) that can be assigned to tracks."""
-    if (pairs := int(people @ people)) > MOST_PAIRS or people.max() > max(len(people), CROWD):
+    """Require numbers of people by frame (T,) that tracking can handle."""
+    if (pairs := int(people @ people)) > MAX_PAIRS or people.max() > max(len(people), MAX_PEOPLE):
         raise damaged(
-            "too many people to be told apart",
+            "too many people to be tracked",
             where,
-            f"fewer than frames (are all frames of a person in one?), and {MOST_PAIRS} pairs or fewer",
+            f"fewer people than frames, and {MAX_PAIRS} pairs or fewer (all frames of a person may be in one)",
             f"up to {people.max()} in a frame, {pairs} pairs",
             code="too_many_people",
             people=int(people.max()),
@@ -113,18 +113,18 @@ def detections(
     Raises
     ------
     InvalidInput
-        If nobody was detected, detections have different numbers of points, or there are too many people or frames.
+        If no person was detected, detections have different numbers of points, or there are too many people or frames.
 
     Notes
     -----
-    A point at (0, 0) or (-1, -1), of no confidence, or not finite is missing; so is one of a number that stands again
-    and again in both coordinates, far from the others of the person (999, -9999).
+    A point is missing if it is at (0, 0) or (-1, -1), has no confidence, or is not finite.  Placeholders such as 999 or
+    -9999 are missing, too: one number that recurs in both coordinates, far from the other points of the person.
     """
     counts = sorted({len(row) for _, _, row in rows})
     if not counts:
-        called = "keypoints of a person, called so, landmarks, joints or pose_keypoints_2d"
+        called = "keypoints of a person, named so, or landmarks, joints or pose_keypoints_2d"
         raise damaged(
-            "nobody was detected in any frame", where, called, f"{n_frames} frames", code="nobody_seen"
+            "no person was detected in any frame", where, called, f"{n_frames} frames", code="nobody_seen"
         )
     if len(counts) > 1:
         raise damaged(
@@ -134,22 +134,26 @@ def detections(
     frame = np.array([frame for frame, _, _ in rows])
     _require_few_people(np.unique(frame, return_counts=True)[1], where)
     frames = max(n_frames, int(frame[-1]) + 1)
-    if frames > MOST_FRAMES:
+    if frames > MAX_FRAMES:
         raise damaged(
-            "the numbers of frames jump", where, f"{MOST_FRAMES} frames or fewer", frames, code="frames_jump"
+            "the frame numbers have a very large gap",
+            where,
+            f"{MAX_FRAMES} frames or fewer",
+            frames,
+            code="frames_jump",
         )
     require_points(len(rows), counts[0], where)
     values = np.array([row for _, _, row in rows], float)
     points, confidence = values[..., :2], values[..., 2]
     with np.errstate(invalid="ignore"):
-        missing = ~np.isfinite(points).all(axis=-1) | (np.abs(points) > LARGEST_PX).any(axis=-1)
+        missing = ~np.isfinite(points).all(axis=-1) | (np.abs(points) > MAX_PX).any(axis=-1)
         missing |= (points == 0.0).all(axis=-1) | (points == -1.0).all(axis=-1)
     notes, sure = list(notes), confidence[~missing]
     if sure.size and not (sure > 0).any():
-        notes.append("The confidence is empty or 0 throughout, and taken as not given.")
+        notes.append("The confidence is empty or 0 throughout, and is ignored.")
         confidence[:] = 1.0
-    elif ((sure < 0) | (sure >= DEPTH)).sum() > DEPTHS * sure.size:
-        notes.append(f"The third numbers of keypoints are depths, which are no confidence.  {IN_3D}")
+    elif ((sure < 0) | (sure >= DEPTH)).sum() > MAX_DEPTH_SHARE * sure.size:
+        notes.append(f"The third numbers of keypoints are depths, not confidences, and are ignored.  {IN_3D}")
         confidence[:] = 1.0
     points[missing | ~(confidence > 0)] = np.nan
     notes += _leave_out_placeholders(points)
@@ -158,17 +162,17 @@ def detections(
     if missing.all():
         expected, empty = "coordinates of a person", "0, -1 or nothing"
         raise damaged("every keypoint is missing", where, expected, empty, code="nothing_measured")
-    seen = ~missing.all(axis=1)
-    frame = frame[seen]
+    visible = ~missing.all(axis=1)
+    frame = frame[visible]
     if (gone := int(frame[-1] - frame[0]) + 1 - len(np.unique(frame))) > 0:
-        notes.append(f"{gone} frames between the first and the last are missing, or without people.")
+        notes.append(f"{gone} frames between the first and the last are missing or without people.")
     return Detections(
         format=format,
         names=tuple(map(harmless, names)) if len(names) == counts[0] else (),
         frame=frame,
-        identity=np.array([harmless(who[:80]) for _, who, _ in rows], str)[seen],
-        points=points[seen],
-        confidence=confidence[seen],
+        identity=np.array([harmless(identity[:80]) for _, identity, _ in rows], str)[visible],
+        points=points[visible],
+        confidence=confidence[visible],
         n_frames=frames,
         frame_rate_hz=frame_rate_hz,
         image_size=image_size,
@@ -177,17 +181,16 @@ def detections(
 
 
 def timed(table: Rows, column: int, frames: np.ndarray | None, rate: float) -> tuple[np.ndarray, float]:
-    """Frames of rows by their times, not whole where these are uneven, and frames a second.
+    """Return the frames of rows by their times, not whole if the times are uneven, and the frames per second.
 
     Parameters
     ----------
     table : Rows
     column : int
-        Of the times.
+        Column of the times.
     frames : (R,) int or None
-        As numbered or in turn; they decide which rows are of one time.  None: their times do.
-    rate : float
-        That is declared, which stays where the times tell none; 0: none is.
+        Frames as numbered or in order of the rows: rows of one frame have one time.  None: rows of one time are a
+        frame. Declared frames per second, which are kept if there are no usable times; 0: none are declared.
     """
     try:
         set_to_seconds(table, column)
@@ -195,43 +198,45 @@ def timed(table: Rows, column: int, frames: np.ndarray | None, rate: float) -> t
             frames = np.unique(table.column(column), return_inverse=True)[1]
         numbers, first, which = np.unique(frames, return_index=True, return_inverse=True)
         times = table.numbers([column])[first, 0]
-        known = np.flatnonzero(np.isfinite(times))  # a frame without people may have none
-        if not known.size:
+        stamped = np.flatnonzero(np.isfinite(times))  # frames without people may have no time
+        if not stamped.size:
             raise damaged("no row has a time", table.where, code="no_times")
-        twice = np.flatnonzero(np.diff(times[known]) == 0) + 1
-        if 0 < len(twice) <= TWICE * len(known):
+        repeated = np.flatnonzero(np.diff(times[stamped]) == 0) + 1
+        if 0 < len(repeated) <= MAX_REPEATED_SHARE * len(stamped):
             table.notes.append(
-                f"{len(twice)} times are those of the row before, the first in {table.place(first[known[twice[0]]])}, "
-                "and are not used: the rows are put between their neighbours."
+                f"{len(repeated)} times repeat those of the row before, the first in"
+                f" {table.place(first[stamped[repeated[0]]])}, and are ignored: these rows are interpolated."
             )
-            known = np.delete(known, twice)
-        at, own = frames_of(times[known], None, lambda k: table.place(first[known[k]]), table.notes)
-    except ValueError as error:  # InvalidInput, or of numpy: a date that is none
+            stamped = np.delete(stamped, repeated)
+        at, measured_rate = frames_of(
+            times[stamped], None, lambda k: table.place(first[stamped[k]]), table.notes
+        )
+    except ValueError as error:  # InvalidInput, or numpy's error for an invalid date
         if frames is None:
             raise
-        table.notes.append(Remark(f"The times are not used: {error}.", "times"))
+        table.notes.append(Remark(f"The times are ignored: {error}.", "times"))
         return frames, rate
-    if rate and abs(own / rate - 1.0) > 1e-3:
-        table.notes.append(f"By the times there are {own:g} frames a second, not {rate:g} as is declared.")
+    if rate and abs(measured_rate / rate - 1.0) > 1e-3:
+        table.notes.append(f"The times give {measured_rate:g} frames per second, not the declared {rate:g}.")
         rate = 0.0
-    late = numbers[known[0]] + at - numbers[known]
-    return (numbers + np.interp(numbers, numbers[known], late)).round(5)[which], rate or own
+    late = numbers[stamped[0]] + at - numbers[stamped]
+    return (numbers + np.interp(numbers, numbers[stamped], late)).round(5)[which], rate or measured_rate
 
 
 def _leave_out_placeholders(points: np.ndarray) -> list[str]:
-    """Make points (N, K, 2) of one number that is no place NaN, in place; return notes on them."""
+    """Set placeholders among points (N, K, 2) to NaN, in place, and return notes on them."""
     at = points[..., 0] == points[..., 1]
     numbers, which, count = np.unique(points[at][:, 0], return_inverse=True, return_counts=True)
     at[at] = (count > 1)[which]
-    seen = ~at & np.isfinite(points).all(axis=-1)
-    weight = seen[..., None] / np.maximum(seen.sum(axis=1), 1)[:, None, None]
+    plausible = ~at & np.isfinite(points).all(axis=-1)
+    weight = plausible[..., None] / np.maximum(plausible.sum(axis=1), 1)[:, None, None]
     off = np.nan_to_num(points) - (weight * np.nan_to_num(points)).sum(axis=1, keepdims=True)
     spread = np.sqrt((weight * off**2).sum(axis=(1, 2)))
-    at &= np.linalg.norm(off, axis=-1) > FAR * spread[:, None]
+    at &= np.linalg.norm(off, axis=-1) > PLACEHOLDER_DISTANCE * spread[:, None]
     numbers, count = np.unique(points[at][:, 0], return_counts=True)
     points[at] = np.nan
     return [
-        f"{n} keypoints are {number:.6g} in both coordinates and are taken as missing."
+        f"{n} keypoints are {number:.6g} in both coordinates and count as missing."
         for number, n in zip(numbers.tolist(), count.tolist(), strict=True)
     ]
 
@@ -244,4 +249,4 @@ _BODY = (
     "shoulder", "elbow", "wrist", "pinky", "index", "thumb", "hip", "knee", "ankle", "heel", "foot_index",
 )  # fmt: skip
 MEDIAPIPE = (*_FACE, *(f"{side}_{part}" for part in _BODY for side in ("left", "right")))
-"""The 33 landmarks in order."""
+"""Names of MediaPipe's 33 landmarks, in order."""

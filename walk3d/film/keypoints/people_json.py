@@ -1,7 +1,7 @@
-"""Keypoints as JSON: a folder, one file a frame (OpenPose, OpenPifPaf, EasyMocap), or one file (AlphaPose, MMPose, …).
+"""Keypoints as JSON: a folder with a file per frame (OpenPose, OpenPifPaf, EasyMocap), or one file (AlphaPose, …).
 
-A file holds frames, a frame people, a person points, under whatever keys; points are numbers in turn, lists, objects.
-In a folder they may also be lines of text, as YOLO writes labels of poses.
+A file contains frames, a frame people, a person points, under any keys; points are flat numbers, lists or objects.
+Files of a folder may also be lines of text, as YOLO writes pose labels.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from pipeline.formats.contract import damaged
 from pipeline.formats.points.cells import Rows
 from pipeline.formats.points.csv.table import coordinates, role_of
 from pipeline.formats.text import number, read_text
-from walk3d.film.keypoints.contract import CROWD, DEPTH, MEDIAPIPE, Detections, detections, timed
+from walk3d.film.keypoints.contract import DEPTH, MAX_PEOPLE, MEDIAPIPE, Detections, detections, timed
 
 
 def load(path: Path) -> Any:
-    """Content of a JSON file; a list, where each line has a JSON text of its own, within settings in the first.
+    """Return the content of a JSON file; JSON lines become a list, or frames of the settings in the first line.
 
     Raises
     ------
     InvalidInput
-        If it is not JSON; the sentence gives the character.
+        If it is not JSON; the message gives the character.
     """
     text = read_text(path)[0]
     try:
@@ -48,31 +48,31 @@ def load(path: Path) -> Any:
 
 
 def numbers(values: Any, where: str, columns: int = 3) -> np.ndarray:
-    """Points (K, columns) of a flat list of numbers.
+    """Return points (K, columns) from a flat list of numbers.
 
     Raises
     ------
     InvalidInput
-        If it is not a list of numbers, or their count is no multiple of `columns`.
+        If it is not a list of numbers, or their count is not a multiple of `columns`.
     """
     try:
-        found = np.array([np.nan if value is None else value for value in values], float)
+        flat = np.array([np.nan if value is None else value for value in values], float)
     except (TypeError, ValueError, OverflowError):
         raise damaged(
             "keypoints must be numbers", where, received=f"{values!r:.40}", code="not_number"
         ) from None
-    if found.ndim != 1 or not found.size or found.size % columns:
+    if flat.ndim != 1 or not flat.size or flat.size % columns:
         raise damaged(
-            "keypoints must be x, y, confidence in turn",
+            "keypoints must be a flat list of x, y, confidence",
             where,
-            received=f"{found.size} numbers",
+            received=f"{flat.size} numbers",
             code="not_in_threes",
         )
-    return found.reshape(-1, columns)
+    return flat.reshape(-1, columns)
 
 
 def identity_of(value: Any) -> str:
-    """Identity as a text; a list is its first member, and a negative or missing one is none.
+    """Return an identity as text: the first member of a list; empty if negative or missing.
 
     Examples
     --------
@@ -89,27 +89,27 @@ def identity_of(value: Any) -> str:
 
 
 def _has(item: Any, *keys: str) -> bool:
-    """Whether something is an object with these keys."""
+    """Return whether a value is an object with these keys."""
     return isinstance(item, dict) and set(keys) <= set(item)
 
 
 def frames_by_name(names: Iterable[str]) -> tuple[dict[str, int], list[str]]:
-    """Frame of each file or image, the first 0, by the last number in the names that differs from name to name.
+    """Return the frame of each file or image from 0, by the last number that differs between all names, and notes.
 
-    ``walk_000012_keypoints.json``, ``12_keypoints_25.json``
+    Examples of names: ``walk_000012_keypoints.json``, ``12_keypoints_25.json``.
     """
-    found = {name: re.findall(r"\d+", Path(name).stem)[::-1] for name in names}
-    for digits in zip(*found.values(), strict=False):
+    digits_of = {name: re.findall(r"\d+", Path(name).stem)[::-1] for name in names}
+    for digits in zip(*digits_of.values(), strict=False):
         numbers = list(map(int, digits))
-        if len(set(numbers)) == len(found):
+        if len(set(numbers)) == len(digits_of):
             first = min(numbers)
-            return {name: number - first for name, number in zip(found, numbers, strict=True)}, []
-    note = "Frames are taken in the order of their names, which do not number them."
-    return {name: n for n, name in enumerate(found)}, [note]
+            return {name: number - first for name, number in zip(digits_of, numbers, strict=True)}, []
+    note = "The names do not number the frames, which are taken in the order of the names."
+    return {name: n for n, name in enumerate(digits_of)}, [note]
 
 
 def read_folder(path: Path) -> Detections:
-    """Read a folder with a file to each frame, by the numbers in their names; or the one file in it."""
+    """Read a folder with a file per frame, numbered by their names, or the one file in it."""
     files = sorted(path.glob("[!.]*.json"))
     labels = sorted(path.glob("*[0-9].txt"))
     if labels and not any(map(holds_keypoints, files)):
@@ -119,9 +119,9 @@ def read_folder(path: Path) -> Detections:
         return read(files[0])
     if not files:
         raise damaged(
-            "no JSON file in the folder",
+            "there is no JSON file in the folder",
             path.name,
-            "one file a frame, as OpenPose writes them",
+            "one file per frame, as OpenPose writes them",
             code="no_recordings",
         )
     frames = [(file.name, load(file)) for file in files]
@@ -129,42 +129,49 @@ def read_folder(path: Path) -> Detections:
         name
         for name, content in frames
         if content
-        and (not _is_frame(content) or any(_first(one, _WHICH_FRAME) for one in _crowd(content) or content))
+        and (
+            not _is_frame(content)
+            or any(_first(person, _WHICH_FRAME) for person in _crowd(content) or content)
+        )
     ]
     if wrong:
         raise damaged(
-            "not a file of OpenPose",
+            "this is not a file of OpenPose",
             wrong[0],
-            "the people of one frame, a file to each frame; of other programs name the one file",
+            "the people of one frame per file; for other programs, the path of the one file",
             code="not_openpose",
         )
     return _detections("openpose", path.name, frames, {})
 
 
 def _labelled(path: Path) -> list[dict[str, Any]]:
-    """The people of a file of YOLO's labels: class, box, 17 points in shares of the image; then a score, who it is."""
+    """Return the people in a file of YOLO's labels: class, box, 17 points in shares of the image, score, identity."""
     people = []
     for line, words in enumerate(read_text(path)[0].splitlines(), 1):
         values = np.array(list(map(number, words.split())))[5:]
         width, more = divmod(len(values), 17)
         if width not in (2, 3) or more > 2 or np.isinf(values).any():
-            place = f"{path.name}, line {line}"
+            where = f"{path.name}, line {line}"
             raise damaged(
-                "not a label of a pose", place, "class, box and 17 points", words[:40], code="not_pose_label"
+                "this is not a pose label",
+                where,
+                "class, box and 17 points",
+                words[:40],
+                code="not_pose_label",
             )
-        who = values[-1] if more and values[-1] % 1 == 0 else None
-        people.append({"keypoints": values[: 17 * width].reshape(17, width).tolist(), "idx": who})
+        identity = values[-1] if more and values[-1] % 1 == 0 else None
+        people.append({"keypoints": values[: 17 * width].reshape(17, width).tolist(), "idx": identity})
     return people
 
 
 def holds_keypoints(path: Path) -> bool:
-    """Whether a JSON file is more than what is known of a table beside it."""
+    """Return whether a JSON file contains keypoints, not only the settings of a table next to it."""
     content = load(path)
     return bool(_frames(content, path.name)) or _is_frame(content)
 
 
 def read(path: Path) -> Detections:
-    """Read one JSON file, or a JSON text in each line, by its structure; one frame is no walk."""
+    """Read one JSON file, or one with a JSON text per line, by its structure; it must have several frames."""
     content, where = load(path), path.name
     settled = content if _has(content) else {}
     if frames := _frames(content, where):
@@ -172,9 +179,9 @@ def read(path: Path) -> Detections:
         return _detections(_first(_PROGRAMS, keys) or "json", where, frames, settled)
     if _people(content, where) or _has(content, "people"):
         raise damaged(
-            "one frame is no walk",
+            "a single frame is not a walk",
             where,
-            "all frames of a film; of OpenPose the folder of its files",
+            "all frames of a film; for OpenPose, the folder of its files",
             code="one_frame",
         )
     raise damaged(
@@ -185,7 +192,7 @@ def read(path: Path) -> Detections:
 
 
 _PROGRAMS = {"images": "coco", "image_id": "alphapose", "bodies": "alphapose", "instances": "mmpose"}
-"""Who writes files with these keys."""
+"""Programs that write files with these keys."""
 _FRAMES = ("instance_info", "frames", "annotations", "results", "data", "predictions")
 _PEOPLE = (
     "people", "instances", "bodies", "annots", "persons", "poses", "pose", "detections", "predictions", "tracks",
@@ -216,21 +223,22 @@ _SCORES = ("keypoint_scores", "scores", "confidence", "confidences", "score")
 _WIDTHS = {34: 2, 50: 2, 52: 2, 4 * len(MEDIAPIPE): 4}
 _NAME = ("name", "part", "body_part", "label", "keypoint")
 _NUMBER = ("id", "index", "landmark_id")
-"""Keys of all frames, of the people in one, of somebody's points; of a frame's name, of a person's, of how sure a
-point is, of all points; numbers of each point where these in turn are not 3; keys of a point's name, of its number."""
+"""Keys in files: of all frames, people, points; of a frame's name, an identity, a point's confidence, all confidences.
+
+Then the numbers per point for lengths of lists that are not 3 per point, and keys of a point's name and number."""
 
 
 def _first(item: Any, keys: Iterable[str]) -> Any:
-    """What an object has under the first of some keys; None if it has none of them."""
+    """Return the value of the first of some keys that an object has, or None."""
     return next((item[key] for key in keys if key in item), None) if _has(item) else None
 
 
 def _frames(content: Any, where: str) -> list[tuple[str, Any]]:
-    """The frames of a file, or the detections in them, each with the name of its frame; nothing if it holds nobody.
+    """Return the frames of a file, or their detections, each with the name of its frame; empty without people.
 
-    Of a table with columns such as left_knee_x the numbers of a point are put together.
+    In a table with columns such as left_knee_x, the coordinates of each point are combined.
     """
-    if _has(content, "columns", "data"):  # of pandas
+    if _has(content, "columns", "data"):  # written by pandas
         content = [dict(zip(content["columns"], row, strict=False)) for row in content["data"]]
     frames = _listed(content, where)
     if any(_is_frame(item) for _, item in frames):
@@ -240,128 +248,134 @@ def _frames(content: Any, where: str) -> list[tuple[str, Any]]:
         titles = [] if any(map(_is_points, rows)) else [*{title: 0 for row in rows for title in row}]
         for point, axis, _, column in coordinates(titles, "xy", ("z", *_SURE)):
             for row in rows:
-                held = row.get(point, {})  # or how sure the point is
-                row[point] = (held if _has(held) else {"score": held}) | {axis: row.pop(titles[column], None)}
+                point_values = row.get(point, {})  # or the confidence of the point
+                row[point] = (point_values if _has(point_values) else {"score": point_values}) | {
+                    axis: row.pop(titles[column], None)
+                }
         if any(map(_is_points, rows)):
             return table
     return []
 
 
 def _by_frames(content: Any) -> list[dict[str, Any]]:
-    """Frames of an object that has a list of all frames, or an object with a key to each, of each number or point."""
+    """Return the frames of an object that has, for each number or point, all frames as a list or an object."""
     frames = defaultdict[str, dict[str, Any]](dict)
-    for name, of in content.items() if _has(content) else ():
-        each: Any = _by_frames(of) if _has(of, "x", "y") else of
-        for frame, one in each.items() if _has(each) else enumerate(each if isinstance(each, list) else []):
-            frames[str(frame)][name] = one
-    return [{"frame": frame} | one for frame, one in frames.items()]
+    for name, value in content.items() if _has(content) else ():
+        each: Any = _by_frames(value) if _has(value, "x", "y") else value
+        for frame, entry in each.items() if _has(each) else enumerate(each if isinstance(each, list) else []):
+            frames[str(frame)][name] = entry
+    return [{"frame": frame} | entry for frame, entry in frames.items()]
 
 
 def _listed(content: Any, where: str) -> list[tuple[str, Any]]:
-    """The frames of a file, or the detections in them, each with the name of its frame."""
+    """Return the frames of a file, or their detections, each with the name of its frame."""
     if _has(content, "images", "annotations"):
         names = {image["id"]: str(image.get("file_name", image["id"])) for image in content["images"]}
-        found = [(names.get(item.get("image_id"), ""), item) for item in content["annotations"]]
-        if unknown := [k for k, (name, _) in enumerate(found) if not name]:
+        listed = [(names.get(item.get("image_id"), ""), item) for item in content["annotations"]]
+        if unknown := [k for k, (name, _) in enumerate(listed) if not name]:
             raise damaged(
-                "the annotation is of no image",
+                "the annotation belongs to no image",
                 f"{where}, annotation {unknown[0]}",
                 "image_id",
                 code="no_image",
             )
-        return [*((name, {"people": []}) for name in names.values()), *found]
+        return [*((name, {"people": []}) for name in names.values()), *listed]
     people = _first(content, _PEOPLE)
-    if people and isinstance(people, list) and all(_has(one, "frames") for one in people):
+    if people and isinstance(people, list) and all(_has(person, "frames") for person in people):
         content = {
-            identity_of(_first(one, (*_WHO, "id", "name"))) or str(k): one for k, one in enumerate(people)
+            identity_of(_first(person, (*_WHO, "id", "name"))) or str(k): person
+            for k, person in enumerate(people)
         }
     if _has(content):
         if isinstance(inner := _first(content, _FRAMES), dict | list):
             return _listed(inner, where)
         if (points := _first(content, _POINTS)) and (inner := _frames(points, where)):
-            return inner  # frames, not points
-        found = [
-            (name, {"idx": who, "keypoints": item} | (item if _has(item) else {}))
-            for who, of_one in content.items()
-            if who not in _POINTS and not _is_points(of_one)
-            for frames in [_listed(of_one, where)]
-            # Of people, who are few, and fewer than their frames; not the people of frames.
-            if len(content) <= min(CROWD, len(frames) - 1) and "3d" not in who.lower()
+            return inner  # these are frames, not points
+        listed = [
+            (name, {"idx": identity, "keypoints": item} | (item if _has(item) else {}))
+            for identity, track in content.items()
+            if identity not in _POINTS and not _is_points(track)
+            for frames in [_listed(track, where)]
+            # People are few, and fewer than their frames; these are not the people of frames.
+            if len(content) <= min(MAX_PEOPLE, len(frames) - 1) and "3d" not in identity.lower()
             for name, item in frames
         ]
-        if any(_is_frame(item["keypoints"]) for _, item in found):
-            return found
+        if any(_is_frame(item["keypoints"]) for _, item in listed):
+            return listed
         numbered = content and all(re.search(r"\d", key) for key in content)
         return list(content.items()) if numbered and not _is_points(content) else []
     if not isinstance(content, list) or _is_points(content):
         return []
-    given = [_first(item, _WHICH_FRAME) for item in content]
-    named = all(isinstance(name, int | float | str) for name in given)
+    frame_names = [_first(item, _WHICH_FRAME) for item in content]
+    named = all(isinstance(name, int | float | str) for name in frame_names)
     if not named and any(_has(item, "image_id") for item in content):
         raise damaged(
             "a detection has no image_id or keypoints",
-            f"{where}, detection {given.index(None)}",
+            f"{where}, detection {frame_names.index(None)}",
             code="no_image",
         )
     return [
-        (str(name if named else k), item) for k, (name, item) in enumerate(zip(given, content, strict=True))
+        (str(name if named else k), item)
+        for k, (name, item) in enumerate(zip(frame_names, content, strict=True))
     ]
 
 
 def _is_mark(value: Any) -> bool:
-    """Whether something is one point."""
+    """Return whether a value is one point."""
     if isinstance(value, list):
         return 2 <= len(value) <= 4 and not any(isinstance(number, list | dict | str) for number in value)
     return _has(value, "x", "y") or _has(value, "position")
 
 
 def _is_points(value: Any) -> bool:
-    """Whether something is all points of somebody, not one of them."""
+    """Return whether a value is all points of a person, not one point."""
     if _has(value):
         if _has(value, "x", "y"):
             return isinstance(value["x"], list)
-        return sum(map(_is_mark, value.values())) > 5  # joints, and whatever else
+        return sum(map(_is_mark, value.values())) > 5  # joints, next to other entries
     if not isinstance(value, list) or _is_mark(value):
         return False
-    flat = not any(isinstance(one, list | dict | str) for one in value or [[]])
+    flat = not any(isinstance(member, list | dict | str) for member in value or [[]])
     return flat or (len(value) > 1 and _is_mark(value[0]))
 
 
 def _crowd(item: Any) -> Any:
-    """The people in a frame, whom keys may name; None if it is none."""
-    found = _first(item, _PEOPLE)
-    if found is None and item and _has(item):
+    """Return the people in a frame, whose keys may be their identities; None if this is not a frame."""
+    people = _first(item, _PEOPLE)
+    if people is None and item and _has(item):
         numbered = all(map(str.isdigit, item)) and any(map(_is_frame, item.values()))
         if numbered or all(map(_is_points, item.values())):
-            found = [{"idx": who, "keypoints": points} for who, points in item.items()]
-    return found
+            people = [{"idx": identity, "keypoints": points} for identity, points in item.items()]
+    return people
 
 
 def _is_frame(item: Any) -> bool:
-    """Whether something holds people, even if none is in it."""
+    """Return whether a value is a frame, even without people."""
     if isinstance(item, list) and not _is_points(item):
         return any(map(_is_frame, item))
     return _is_points(item) or _crowd(item) is not None or _first(item, _POINTS) is not None
 
 
-def _people(item: Any, place: str) -> list[tuple[str, list[str], np.ndarray]]:
-    """Who is in a frame: identity, names of the points if they have some, and points (K, 3)."""
+def _people(item: Any, where: str) -> list[tuple[str, list[str], np.ndarray]]:
+    """Return the people in a frame: identity, names of the points if there are any, and points (K, 3)."""
     if isinstance(item, list) and not _is_points(item):
-        return [person for inner in item for person in _people(inner, place)]
+        return [person for inner in item for person in _people(inner, where)]
     points = _first(item, _POINTS)
     if points is None:
-        return [("", *_points(item, None, place))] if _is_points(item) else _people(_crowd(item) or [], place)
-    if not points:  # pipelines that match people between cameras leave empty ones
+        return [("", *_points(item, None, where))] if _is_points(item) else _people(_crowd(item) or [], where)
+    if not points:  # pipelines that match people between cameras leave these empty
         return []
-    who = identity_of(_first(item, _WHO))
+    identity = identity_of(_first(item, _WHO))
     if not _is_points(points) and _is_frame(points):
-        return [(inner or who, names, found) for inner, names, found in _people(points, place)]
+        return [
+            (inner or identity, names, inner_points) for inner, names, inner_points in _people(points, where)
+        ]
     scores = next((item[key] for key in _SCORES if np.size(item.get(key)) > 1), None)  # not the person's
-    return [(who, *_points(points, scores, place))]
+    return [(identity, *_points(points, scores, where))]
 
 
-def _points(value: Any, scores: Any, place: str) -> tuple[list[str], np.ndarray]:
-    """Names, if points have some, and column, row, confidence (K, 3), 1 where none is said; depths are left out."""
+def _points(value: Any, scores: Any, where: str) -> tuple[list[str], np.ndarray]:
+    """Return names, if points have any, and column, row, confidence (K, 3); confidence 1 if none, without depths."""
     names: list[str] = []
     if _has(value, "x", "y"):
         value = _by_frames(value)
@@ -384,13 +398,13 @@ def _points(value: Any, scores: Any, place: str) -> tuple[list[str], np.ndarray]
     else:
         count = len(value) if isinstance(value, list) else 0
         width = 2 if count == 2 * len(scores or ()) else _WIDTHS.get(count, 3)
-    table = numbers(value, place, width)[:, [0, 1, *([] if width < 3 else [-1])]]
+    table = numbers(value, where, width)[:, [0, 1, *([] if width < 3 else [-1])]]
     if scores or table.shape[1] == 2:
         sure = np.asarray(scores or np.ones(len(table)), float).ravel()
         if len(sure) != len(table):
             raise damaged(
                 "scores and keypoints differ in number",
-                place,
+                where,
                 len(table),
                 len(sure),
                 code="wrong_count",
@@ -404,7 +418,7 @@ def _points(value: Any, scores: Any, place: str) -> tuple[list[str], np.ndarray]
 def _detections(
     program: str, where: str, frames: list[tuple[str, Any]], content: dict[str, Any]
 ) -> Detections:
-    """The people in all frames; those of a list of detections come one by one."""
+    """Return the people of all frames as detections."""
     number, notes = frames_by_name(name for name, _ in frames)
     rate, size = settings((content.get("images") or [{}])[0] | content)
     keys = (key for _, item in frames if _has(item) for key in item)
@@ -412,29 +426,33 @@ def _detections(
         stamps = {name: str(_first(item, [title])) for name, item in frames}
         lines = range(1, len(stamps) + 1)
         table = Rows(f"{where}, times", [[stamp] for stamp in stamps.values()], lines, notes, header=[title])
-        # Somebody's points without a frame's number are of the frame that their time says.
-        in_turn = all(_first(one, _WHO) is None or _first(one, _WHICH_FRAME) is not None for _, one in frames)
+        # Points of a person without a frame number belong to the frame of their time.
+        in_turn = all(
+            _first(entry, _WHO) is None or _first(entry, _WHICH_FRAME) is not None for _, entry in frames
+        )
         at, rate = timed(table, 0, np.array([*number.values()]) if in_turn else None, rate)
         number = dict(zip(number, at, strict=True))
-    found = [(number[name], *one) for name, item in frames for one in _people(item, f"{where}, frame {name}")]
+    people = [
+        (number[name], *entry) for name, item in frames for entry in _people(item, f"{where}, frame {name}")
+    ]
     listed = _first(content.get("meta_info"), ["keypoint_id2name"]) or content.get("skeleton")
     if isinstance(listed, dict) and all(map(str.isdigit, listed)):
         names = [listed[key] for key in sorted(listed, key=int)]
     else:
         names = _first((*(content.get("categories") or ()), None)[0], ["keypoints"])
-        names = names or list(dict.fromkeys(name for _, _, of_one, _ in found for name in of_one))
+        names = names or list(dict.fromkeys(name for _, _, point_names, _ in people for name in point_names))
     rows = []
-    for frame, who, of_one, points in found:
-        if of_one and of_one != names and (of_one[0] in names or not of_one[0].isdigit()):
-            points, own = np.full((len(names), 3), np.nan), points
-            points[[names.index(name) for name in of_one]] = own
+    for frame, identity, point_names, points in people:
+        if point_names and point_names != names and (point_names[0] in names or not point_names[0].isdigit()):
+            points, file_points = np.full((len(names), 3), np.nan), points
+            points[[names.index(name) for name in point_names]] = file_points
         if _has(content.get("skeleton")):  # easy_ViTPose has rows before columns
             points = points[:, [1, 0, 2]]
-        rows.append((frame, who, points))
+        rows.append((frame, identity, points))
     count = len(rows[0][2]) if rows else 0
-    parts = [content, *filter(_has, content.values())]  # where names of all points may stand
-    lists = (one for part in parts for one in part.values() if isinstance(one, list))
-    names = names or next((one for one in lists if [*map(type, one)] == [str] * count), [])
+    parts = [content, *filter(_has, content.values())]  # may have the names of all points
+    lists = (entry for part in parts for entry in part.values() if isinstance(entry, list))
+    names = names or next((entry for entry in lists if [*map(type, entry)] == [str] * count), [])
     if count == len(MEDIAPIPE) and {*names} <= {*map(str, range(count))}:
         program, names = "mediapipe", [MEDIAPIPE[int(name)] for name in names] or list(MEDIAPIPE)
     return detections(program, where, rows, int(max(number.values())) + 1, names=list(map(str, names)),
@@ -442,7 +460,7 @@ def _detections(
 
 
 def settings(content: dict[str, Any]) -> tuple[float, tuple[int, int]]:
-    """Frame rate and image size that an object or one in it (meta, metadata, …) states; 0 where none does."""
+    """Return frame rate and image size from an object or one within it (meta, metadata, …); 0 if not stated."""
     within = [part for part in content.values() if _has(part, "fps") or _has(part, "width")]
     stating = {key: value for part in [*within, content] for key, value in part.items()}
 

@@ -19,49 +19,49 @@ from pipeline.formats.points.even_times import frames_of
 from pipeline.formats.text import number
 from pipeline.skeleton.complaint import Remark
 from pipeline.validation import InvalidInput
-from walk3d.film.keypoints.contract import IN_3D, MEDIAPIPE, MOST_FRAMES, Detections, detections, timed
+from walk3d.film.keypoints.contract import IN_3D, MAX_FRAMES, MEDIAPIPE, Detections, detections, timed
 from walk3d.film.keypoints.people_json import frames_by_name, load, settings
 
 _CONFIDENCE = ("confidence", "score", "visibility", "likelihood", "conf", "vis", "prob", "c", "p", "v")
 
 _ROLES = {
-    "video": "person",  # films one below the other
+    "video": "person",  # films one after the other
     "video_name": "person",
     "image": "frame",
     "image_id": "frame",
     "image_name": "frame",
 }
-"""What columns are that are none of these in tables of markers."""
+"""Roles of further columns, which tables of markers do not have."""
 
 
 _NUMBER = re.compile(r"(?<!\w)-?(?:nan|None|[\d.]+(?:e[+-]?\d+)?)")
 _KINDS = {2: "xy", 3: "xyc", 4: "xyzc"}
-"""What the numbers of a point in one cell are."""
+"""Coordinates of a point in one cell, by their number."""
 _SOMEBODY = re.compile(
     r"^(?:.*?\d|(?!left|right|filt|smooth|(?:[lr]|raw)[ _.:-])[^\W\d_]+)[ _.:-]+(?=\D)", re.IGNORECASE
 )
-"""Who begins a name: with a number, or not with a side."""
+"""Prefix that names a person: it ends with a number, or is not a side."""
 
 
 def read_csv(path: Path) -> Detections:
     """Read CSV: wide (``left_knee_x, left_knee_y``, …) or long (``frame, keypoint, x, y``).
 
-    Frame rate and image size come from a ``.json`` of the same name beside it, if there is one.
+    Frame rate and image size come from a ``.json`` of the same name next to it, if it exists.
     """
     table = read_table(path)
-    beside = path.with_suffix(".json")
-    content = load(beside) if beside.is_file() else None
+    sidecar = path.with_suffix(".json")
+    content = load(sidecar) if sidecar.is_file() else None
     rate, size = settings(content if isinstance(content, dict) else {})
     if rate or size[0]:
-        table.notes.append(f"Frame rate and image size are those of {beside.name}.")
+        table.notes.append(f"Frame rate and image size are those of {sidecar.name}.")
     _split_points(table)
     titled = list(enumerate(map(role_of, table.header)))[::-1]
-    titled.sort(key=lambda one: not UNSURE.fullmatch(one[1][1]))
+    titled.sort(key=lambda entry: not UNSURE.fullmatch(entry[1][1]))
     roles = {role or _ROLES.get(plain, ""): column for column, (role, plain) in titled}
     columns = _columns(table, "point" in roles)
     kinds = set[str]().union(*columns.values())
     if "z" in kinds and "c" not in kinds:
-        table.notes.append(f"Columns z are not used.  {IN_3D}")
+        table.notes.append(f"Columns z are ignored.  {IN_3D}")
     names, is_long, rows = list(columns), "" in columns, np.arange(len(table.cells))
     if is_long and not ("point" in roles and {"frame", "time"} & set(roles)):
         received = ", ".join(table.header[:8])
@@ -77,39 +77,39 @@ def read_csv(path: Path) -> Detections:
         unnumbered = "frame" not in roles and (is_long or "person" in roles)
         frames, rate = timed(table, roles["time"], None if unnumbered else frames, rate)
     elif "frame" not in roles:
-        table.notes.append("Rows are taken as frames, there being no column frame.")
+        table.notes.append("Rows are taken as frames, because there is no column frame.")
     _note_cut(frames, table.notes)
     points = np.ones((len(rows), len(names), 3))
-    for k, of in enumerate(columns.values()):
-        read = [of[kind] for kind in "xyc" if kind in of]
+    for k, axes in enumerate(columns.values()):
+        read = [axes[kind] for kind in "xyc" if kind in axes]
         points[:, k, : len(read)] = table.numbers(read)
     bodies = [*zip(frames.tolist(), people, points, strict=True)]
     if is_long:
         names, bodies = _side_by_side(bodies, table.texts(roles["point"]), table.where)
     crowd, names = _crowd(names)
-    found = [
-        (frame, inner or who, marks)
-        for frame, who, body in bodies
+    people_rows = [
+        (frame, inner or identity, marks)
+        for frame, identity, body in bodies
         for inner, marks in zip(crowd, body.reshape(len(crowd), -1, 3), strict=True)
     ]
     kind = "mediapipe" if set(MEDIAPIPE) <= set(names) else "csv"
-    return detections(kind, table.where, found, int(frames.max()) + 1, names=names, frame_rate_hz=rate,
+    return detections(kind, table.where, people_rows, int(frames.max()) + 1, names=names, frame_rate_hz=rate,
                       image_size=size, notes=table.notes)  # fmt: skip
 
 
 def _note_cut(frames: np.ndarray, notes: list[str]) -> None:
-    """Note that fewer rows are of the last frame than of any other: the file may be cut."""
+    """Note a last frame with fewer rows than any other: the file may be cut."""
     *others, last = np.unique(frames, return_counts=True)[1].tolist()
     if others and last < min(others):
         notes.append(
-            f"The last frame has {last} rows, every other {min(others)} or more: the file may be cut."
+            f"The last frame has {last} rows, every other {min(others)} or more: the file may be cut off."
         )
 
 
 def _split_points(table: Rows) -> None:
-    """Give each number of cells that hold a point, as ``[0.7, 0.1]`` or ``(0.7, 0.1, 0.9)``, a column, in place."""
-    held = {k for row in table.cells for k, cell in enumerate(row) if cell.startswith(("[", "("))}
-    for column in sorted(held, reverse=True):
+    """Split columns of points, as ``[0.7, 0.1]`` or ``(0.7, 0.1, 0.9)``, into one column per number, in place."""
+    point_columns = {k for row in table.cells for k, cell in enumerate(row) if cell.startswith(("[", "("))}
+    for column in sorted(point_columns, reverse=True):
         title, marks = table.header[column], list(map(_NUMBER.findall, table.texts(column)))
         if (kinds := _KINDS.get(max(map(len, marks)))) and "box" not in title.lower():
             table.header[column : column + 1] = [f"{title}_{kind}" for kind in kinds]
@@ -118,58 +118,64 @@ def _split_points(table: Rows) -> None:
 
 
 def _columns(table: Rows, is_long: bool) -> dict[str, dict[str, int]]:
-    """Columns x, y and, if there are some, z and c, the confidence, of each point, ``""`` in a long table."""
+    """Return the columns x, y and, if present, z and c (confidence) of each point, named ``""`` in a long table."""
     columns: dict[str, dict[str, int]] = {}
     for point, kind, _, column in coordinates(table.header, "xy", ("z", *_CONFIDENCE)):
         columns.setdefault(point, {})[kind if kind in "xyz" else "c"] = column
-    whole = {name: of for name, of in columns.items() if {"x", "y"} <= set(of)}
-    if not whole:
+    complete = {name: axes for name, axes in columns.items() if {"x", "y"} <= set(axes)}
+    if not complete:
         expected = "columns such as left_knee_x and left_knee_y, or keypoint, x and y"
         raise damaged(
-            "no keypoints in the table", table.where, expected, ", ".join(table.header[:6]), code="no_points"
+            "there are no keypoints in the table",
+            table.where,
+            expected,
+            ", ".join(table.header[:6]),
+            code="no_points",
         )
-    if len(whole) > 1 and not is_long:
-        whole.pop("", None)  # of a box around somebody
-    return {"": whole[""]} if "" in whole else whole
+    if len(complete) > 1 and not is_long:
+        complete.pop("", None)  # a person's bounding box
+    return {"": complete[""]} if "" in complete else complete
 
 
 def _side_by_side(bodies: list[Any], parts: list[str], where: str) -> tuple[list[str], list[Any]]:
-    """Names of points, and bodies (frame, identity, points) whose points, one each, stand one below the other.
+    """Combine rows of one point each into names of points and bodies (frame, identity, points).
 
-    A point that comes again in a frame is another body's, though nobody says whose.
+    A point that recurs in a frame belongs to another body, even without an identity.
     """
-    place = {name: k for k, name in enumerate(dict.fromkeys(parts))}
+    column_of = {name: k for k, name in enumerate(dict.fromkeys(parts))}
     keys, before = [], Counter[Any]()
-    for (frame, who, _), part in zip(bodies, parts, strict=True):
-        keys.append((frame, who, before[frame, who, part]))
-        before[frame, who, part] += 1
-    require_points(len({*keys}), len(place), where)
-    whole = {key: np.full((len(place), 3), np.nan) for key in dict.fromkeys(keys)}
+    for (frame, identity, _), part in zip(bodies, parts, strict=True):
+        keys.append((frame, identity, before[frame, identity, part]))
+        before[frame, identity, part] += 1
+    require_points(len({*keys}), len(column_of), where)
+    merged = {key: np.full((len(column_of), 3), np.nan) for key in dict.fromkeys(keys)}
     for key, part, (*_, marks) in zip(keys, parts, bodies, strict=True):
-        whole[key][place[part]] = marks[0]
-    return list(place), [(frame, who, marks) for (frame, who, _), marks in whole.items()]
+        merged[key][column_of[part]] = marks[0]
+    return list(column_of), [(frame, identity, marks) for (frame, identity, _), marks in merged.items()]
 
 
 def _crowd(names: list[str]) -> tuple[list[str], list[str]]:
-    """Who is in a table and the names of everybody's points, where names begin with somebody: ``person1_nose``.
+    """Return the people in a table and the names of their points, if names begin with a person: ``person1_nose``.
 
-    Without a number these may be sides, unless each has two knees: ``near_knee``, ``far_knee``.
+    A prefix without a number may be a side, unless each person has two knees: ``near_knee``, ``far_knee``.
     """
     parts = [_SOMEBODY.sub("", name) for name in names]
-    own = parts[: len({*parts})]
-    crowd = [name.removesuffix(own[0])[:-1] for name in names[:: len(own)]]
-    told = crowd[0][-1:].isdigit() or (len(crowd) > 1 and "".join(own).lower().count("knee") > 1)
-    return (crowd, own) if told and parts == own * len(crowd) else ([""], names)
+    point_names = parts[: len({*parts})]
+    people = [name.removesuffix(point_names[0])[:-1] for name in names[:: len(point_names)]]
+    has_people = people[0][-1:].isdigit() or (
+        len(people) > 1 and "".join(point_names).lower().count("knee") > 1
+    )
+    return (people, point_names) if has_people and parts == point_names * len(people) else ([""], names)
 
 
 def _frames(table: Rows, column: int) -> np.ndarray:
     names = table.texts(column)
-    if all(number(name.replace(",", ".")) == np.inf for name in names):  # of images
+    if all(number(name.replace(",", ".")) == np.inf for name in names):  # names of images
         numbers, notes = frames_by_name(names)
         table.notes += notes
         return np.array([numbers[name] for name in names])
     frames = table.column(column)
-    wrong = np.flatnonzero((frames != np.round(frames)) | (frames < 0) | (frames >= MOST_FRAMES))
+    wrong = np.flatnonzero((frames != np.round(frames)) | (frames < 0) | (frames >= MAX_FRAMES))
     if wrong.size:
         k = int(wrong[0])
         raise damaged(
@@ -183,7 +189,7 @@ def _frames(table: Rows, column: int) -> np.ndarray:
 
 
 def read_trc(path: Path) -> Detections:
-    """Read TRC in pixels, as Sports2D and Pose2Sim write it; the third coordinate is left out."""
+    """Read TRC in pixels, as Sports2D and Pose2Sim write it, without the third coordinate."""
     table = trc.read_table(path)
     units = table.settings.get("units", "").lower()
     if units not in ("px", "pixel", "pixels"):
@@ -197,7 +203,7 @@ def read_trc(path: Path) -> Detections:
         try:
             frames, rate = frames_of(table.times, rate, table.rows.place, notes)
         except InvalidInput as error:
-            notes.append(Remark(f"The times are not used: {error}.", "times"))
+            notes.append(Remark(f"The times are ignored: {error}.", "times"))
     rows = [(frame, "", points) for frame, points in zip(frames.round(5).tolist(), values, strict=True)]
     return detections(
         "trc", path.name, rows, int(frames[-1]) + 1, names=table.names, frame_rate_hz=rate or 0.0, notes=notes
@@ -205,9 +211,9 @@ def read_trc(path: Path) -> Detections:
 
 
 def read_array(path: Path) -> Detections:
-    """Read an array of numpy, (frame, point, 2 or 3), the third being the confidence, or with a person after the frame.
+    """Read an array of numpy: (frame, point, 2 or 3) with the confidence third, or with a person after the frame.
 
-    In an NPZ file it is called ``keypoints`` or is the only one of such a shape; beside it may stand ``names``,
+    In an NPZ file it is called ``keypoints`` or is the only array of such a shape.  The file may also have ``names``,
     ``scores`` or ``confidence``, ``fps``, ``width`` and ``height``.
     """
     arrays = (
@@ -215,27 +221,29 @@ def read_array(path: Path) -> Detections:
     )
     fitting = [
         name
-        for name, array in arrays.items()
-        if array.ndim in (3, 4) and array.shape[-1] in (2, 3, 4) and array.dtype.kind in "fiu"
+        for name, values_of in arrays.items()
+        if values_of.ndim in (3, 4) and values_of.shape[-1] in (2, 3, 4) and values_of.dtype.kind in "fiu"
     ]
     if "keypoints" not in fitting and len(fitting) != 1:
-        shapes = ", ".join(f"{name} {array.shape}".strip() for name, array in arrays.items())
+        shapes = ", ".join(f"{name} {values_of.shape}".strip() for name, values_of in arrays.items())
         expected = "(frame, point, 2 or 3) or (frame, person, point, 2 or 3)"
         raise damaged(
             "keypoints must be one array", path.name, expected, f"{shapes:.200}", code="not_one_array"
         )
-    found = arrays["keypoints" if "keypoints" in fitting else fitting[0]].astype(float)
-    sure = found[..., -1] if found.shape[-1] > 2 else np.ones(found.shape[:-1])
+    keypoints = arrays["keypoints" if "keypoints" in fitting else fitting[0]].astype(float)
+    sure = keypoints[..., -1] if keypoints.shape[-1] > 2 else np.ones(keypoints.shape[:-1])
     sure = next((arrays[name] for name in ("scores", "confidence") if name in arrays), sure)
-    values = np.concatenate([found[..., :2], sure.reshape(*found.shape[:-1], 1)], axis=-1)
+    values = np.concatenate([keypoints[..., :2], sure.reshape(*keypoints.shape[:-1], 1)], axis=-1)
     if values.ndim == 4 and len(values) < values.shape[1]:
-        values = values.swapaxes(0, 1)  # people first
+        values = values.swapaxes(0, 1)  # people were first
     rows = [
         (number, "", points)
         for number, frame in enumerate(values)
-        for points in frame.reshape(-1, *found.shape[-2:-1], 3)
+        for points in frame.reshape(-1, *keypoints.shape[-2:-1], 3)
     ]
-    rate, size = settings({name: array.item() for name, array in arrays.items() if array.size == 1})
+    rate, size = settings(
+        {name: values_of.item() for name, values_of in arrays.items() if values_of.size == 1}
+    )
     names = arrays["names"].astype(str).ravel().tolist() if "names" in arrays else []
     return detections(
         path.suffix[1:].lower(),

@@ -1,1 +1,1 @@
-"""One person's 2D keypoints in, a 3D walk with error bars out."""
+"""Reconstruction of a 3D walk with error bars from one person's 2D keypoints."""

@@ -1,7 +1,7 @@
-"""Layouts of keypoints: which point is which joint, and how far from it (``conf/keypoints/*.yaml``).
+"""Layouts of keypoints (``conf/keypoints/*.yaml``): the joint of each point, and offsets between them.
 
-A layout is recognised by the names in the file, or by the number of points; two layouts of one number are told apart by
-where the points lie in the image.
+A layout is recognised by the names in the file, or by the number of points.  Layouts with the same number are
+distinguished by the positions of their points in the image.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from pipeline.validation import InvalidInput, require_choice
 from walk3d.film.keypoints import Detections
 from walk3d.film.walk import Detector
 
-LONGER = {23: 17, 75: 33, 133: 17, 136: 26, 308: 70, 501: 33, 543: 33}
-"""Layouts with feet, or of whole bodies, that begin with a smaller one: number of points and of those that are used."""
-SHORTER = {29: 33, 31: 33}
-"""MediaPipe's without toes, or heels: one more than the last number of a point, and the points of the layout."""
-FEWEST = 12
-"""Names that differ in their number alone, from which on points are told by it: kp0, kp1, …"""
-LEAST_SEEN = 0.2
-"""Joints that fewer detections have say nothing of the order: a head may be out of the picture."""
+PREFIX_POINTS = {23: 17, 75: 33, 133: 17, 136: 26, 308: 70, 501: 33, 543: 33}
+"""Sizes of layouts with feet, hands or face, and the number of their first points that are used."""
+COMPLETED_POINTS = {29: 33, 31: 33}
+"""Sizes of MediaPipe layouts that lack toes or heels (last point number plus one), and the size of the full layout."""
+MIN_NUMBERED_NAMES = 12
+"""Fewest names with one stem (kp0, kp1, …) for which points are identified by number."""
+MIN_VISIBLE_SHARE = 0.2
+"""Share of detections below which a joint is ignored when the order is checked: heads may be out of the picture."""
 _NEEDED = [f"{side}_{joint}" for side in ("left", "right") for joint in ("hip", "knee", "ankle")]
 
 
@@ -42,10 +42,10 @@ class Layout:
     points : tuple of str
         Names in order.
     joints : dict of str to tuple of str
-        Joint of WALKER15 and the points whose middle it is, as far as seen.
+        Joint of WALKER15 and the points whose mean it is; unseen points are skipped.
     detector : Detector
     measured : bool
-        Whether offsets and floor were measured; if not, bars are those for anybody.
+        True if offsets and floor were measured; otherwise the bars for any person are shown.
     """
 
     name: str
@@ -56,12 +56,12 @@ class Layout:
 
 
 def load(path: Path) -> Layout:
-    """Load one layout.
+    """Load one layout from its file.
 
     Raises
     ------
     InvalidInput
-        If the file contradicts itself.
+        If the file is inconsistent.
     """
     content = read_mapping(path)
     points = tuple(content["points"])
@@ -71,41 +71,41 @@ def load(path: Path) -> Layout:
         )
     joints: dict[str, tuple[str, ...]] = {joint: (joint,) for joint in WALKER15.joints if joint in points}
     joints["head"] = tuple(require_choice(f"{path.name}, head", point, points) for point in content["head"])
-    for derived in ("sternum", "pelvis"):  # middles of others, unless simulated
+    for derived in ("sternum", "pelvis"):  # means of other points, except in simulated layouts
         if derived not in content["floor_mm"]:
             joints.pop(derived, None)
     offset, floor = np.zeros((len(WALKER15.joints), 3)), np.full(len(WALKER15.joints), 10.0)
-    seen = np.zeros(len(WALKER15.joints), bool)
+    visible = np.zeros(len(WALKER15.joints), bool)
     for number, joint in enumerate(WALKER15.joints):
         kind = joint.split("_")[-1]
-        seen[number] = joint in joints
+        visible[number] = joint in joints
         floor[number] = content["floor_mm"].get(kind, 10.0)
         right, forwards, up = content["offset_mm"].get(kind, (0.0, 0.0, 0.0))
-        # Of limbs the table has the left side; the right one is its mirror image.
+        # The table gives the left limb; the right one is its mirror image.
         offset[number] = (-right if joint.startswith("right") else right), forwards, up
-    detector = Detector(offset_mm=offset, floor_mm=floor, seen=seen)
+    detector = Detector(offset_mm=offset, floor_mm=floor, visible=visible)
     return Layout(content["name"], points, joints, detector, content["measured"])
 
 
 def layouts() -> dict[str, Layout]:
-    """All layouts by name."""
+    """Return all layouts by name."""
     return {name: load(path) for name, path in plugins.conf_files("keypoints").items()}
 
 
-_OF_APPLE = {
+_JOINT_BY_NAME = {
     "head_joint": "nose", "shoulder_1_joint": "shoulder", "forearm_joint": "elbow", "hand_joint": "wrist",
     "up_leg_joint": "hip", "leg_joint": "knee", "foot_joint": "ankle", "sho": "shoulder", "elb": "elbow",
     "wr": "wrist", "wri": "wrist", "ank": "ankle",
 }  # fmt: skip
-"""Names of Apple's Vision, which are those of the segments below the joints; OpenCV's short ones."""
+"""Joints by their names in Apple's Vision, which names the segment below a joint, and by OpenCV's short names."""
 
 
 _PARTS = {"eye", "ear", "shoulder", "elbow", "wrist", "hip", "knee", "ankle", "heel"}
-"""What follows an l or r that is written small and without a separator: ``rhip``."""
+"""Joints that may follow a lower-case l or r without a separator, as in ``rhip``."""
 
 
 def canonical(name: str) -> str:
-    """A name of a point as layouts write it.
+    """Return the name of a point in the spelling of the layouts.
 
     Examples
     --------
@@ -124,71 +124,80 @@ def canonical(name: str) -> str:
         and (words[0][:2].isupper() or joined[0][1:] in _PARTS)
     ):
         joined = [joined[0][0], joined[0][1:], *joined[1:]]
-    if len(joined) == 2 and joined[0] in _PARTS:  # DeepLabCut's people
+    if len(joined) == 2 and joined[0] in _PARTS:  # DeepLabCut numbers the sides of people
         joined[1] = {"1": "right", "2": "left"}.get(joined[1], joined[1])
     side = [sides[word] for word in joined if word in sides]
     rest = "_".join(word for word in joined if word not in sides)
-    return "_".join([*side[:1], _OF_APPLE.get(rest, rest)])
+    return "_".join([*side[:1], _JOINT_BY_NAME.get(rest, rest)])
 
 
-def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, str]:
+def recognise(source: Detections, layout_name: str = "") -> tuple[Layout, np.ndarray, str]:
     """Recognise the layout of keypoints.
 
     Parameters
     ----------
-    found : Detections
-    wanted : str
-        Name of the layout, if the user knows it.
+    source : Detections
+    layout_name : str
+        Name of the layout; empty: recognise it.
 
     Returns
     -------
     layout : Layout
     order : (K,) int
-        Point of the file for each point of the layout; -1 where the file has none.
+        Index of the file's point for each point of the layout; -1 if the file has none.
     why : str
-        One sentence.
+        Reason, one sentence.
 
     Raises
     ------
     InvalidInput
         If no layout fits.
     """
-    known = layouts()
-    if wanted:
-        require_choice("input.layout", wanted, known)
-    stems = [name.rstrip("0123456789") for name in found.names]
+    layouts_by_name = layouts()
+    if layout_name:
+        require_choice("input.layout", layout_name, layouts_by_name)
+    stems = [name.rstrip("0123456789") for name in source.names]
     groups = [
-        {int(found.names[k][len(stem) :] or -1): k for k, own in enumerate(stems) if own == stem}
+        {
+            int(source.names[k][len(stem) :] or -1): k
+            for k, point_stem in enumerate(stems)
+            if point_stem == stem
+        }
         for stem in dict.fromkeys(stems)
-        if stems.count(stem) >= FEWEST
-    ]  # kp0, kp1, … beside others; a body's, not hands'
-    sizes = {*map(len, (layout.points for layout in known.values())), *LONGER}
+        if stems.count(stem) >= MIN_NUMBERED_NAMES
+    ]  # kp0, kp1, … of the body; hands have their own stem
+    sizes = {*map(len, (layout.points for layout in layouts_by_name.values())), *PREFIX_POINTS}
     numbered = max(groups, key=lambda group: max(group) + 1 in sizes, default={})
-    in_turn = np.array([k for _, k in sorted(numbered.items())] or range(found.points.shape[1]))
+    in_turn = np.array([k for _, k in sorted(numbered.items())] or range(source.points.shape[1]))
     count = max(numbered, default=0) + 1
     left_out = count > len(numbered) + (0 not in numbered)
-    if numbered and left_out and (count := SHORTER.get(count, count)) in sizes:
+    if numbered and left_out and (count := COMPLETED_POINTS.get(count, count)) in sizes:
         in_turn = np.array([numbered.get(number, -1) for number in range(count)])
-    points = np.where(in_turn[:, None] < 0, np.nan, found.points[:, in_turn])
+    points = np.where(in_turn[:, None] < 0, np.nan, source.points[:, in_turn])
     K = len(in_turn)
-    if found.names and not numbered:
-        return _by_names(found, known, wanted)
-    used = LONGER.get(K, K)
-    fitting = [layout for layout in known.values() if len(layout.points) == used]
-    if wanted:
-        if len(known[wanted].points) != used:
-            what, expected = "the number of points is not that of input.layout", len(known[wanted].points)
+    if source.names and not numbered:
+        return _by_names(source, layouts_by_name, layout_name)
+    used = PREFIX_POINTS.get(K, K)
+    fitting = [layout for layout in layouts_by_name.values() if len(layout.points) == used]
+    if layout_name:
+        if len(layouts_by_name[layout_name].points) != used:
+            what, expected = (
+                "the number of points is not that of input.layout",
+                len(layouts_by_name[layout_name].points),
+            )
             raise InvalidInput(
                 what,
-                expected=f"{expected} for {wanted}",
+                expected=f"{expected} for {layout_name}",
                 received=K,
                 code="wrong_count",
                 needed=expected,
                 count=K,
             )
-        return known[wanted], in_turn[:used], f"{wanted}: as input.layout says"
+        return layouts_by_name[layout_name], in_turn[:used], f"{layout_name}: as input.layout says"
     if not fitting:
-        counts = ", ".join(sorted({f"{len(layout.points)} ({layout.name})" for layout in known.values()}))
+        counts = ", ".join(
+            sorted({f"{len(layout.points)} ({layout.name})" for layout in layouts_by_name.values()})
+        )
         raise InvalidInput(
             "no layout has this number of points", expected=counts, received=K, code="unknown_layout", count=K
         )
@@ -197,14 +206,14 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
     best = fitting[np.argmax(scores)]
     why = f"{best.name}: {K} points"
     if used != K:
-        why += f", of which the first {used} are used"
+        why += f"; the first {used} are used"
     if len(fitting) > 1:
         others = ", ".join(layout.name for layout in fitting if layout is not best)
-        why += f", and heads above hips above ankles as in no other order ({others})"
+        why += f"; heads are above hips above ankles, unlike in {others}"
     first, second = sorted([0.0, *scores])[:-3:-1]
     if (first < 0.5 or first - second < 0.2) and not (len(fitting) == 1 and np.isnan(upright[0])):
         raise InvalidInput(
-            "the order of the points is not clear: heads must be above hips above ankles in one layout alone",
+            "the layout is ambiguous: no single order of the points has heads above hips above ankles",
             expected="points with names, or input.layout=" + " or ".join(layout.name for layout in fitting),
             received=f"{K} points",
             code="unclear_layout",
@@ -213,64 +222,68 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
     return best, in_turn[:used], why
 
 
-def _by_names(found: Detections, known: Mapping[str, Layout], wanted: str) -> tuple[Layout, np.ndarray, str]:
+def _by_names(
+    source: Detections, layouts_by_name: Mapping[str, Layout], layout_name: str
+) -> tuple[Layout, np.ndarray, str]:
     """Return the layout whose points have the names in the file, as `recognise` does."""
-    sided = [name for name in found.names if canonical(name).startswith(("left_", "right_"))]
-    apart = (k for k, letters in enumerate(zip(*sided, strict=False)) if len(set(letters)) > 1)
-    before = "".join(sided[:1])[: next(apart, 0)]  # anna:, PoseLandmark.
-    names = {canonical(name.removeprefix(before)): k for k, name in enumerate(found.names)}
+    sided = [name for name in source.names if canonical(name).startswith(("left_", "right_"))]
+    differing = (k for k, letters in enumerate(zip(*sided, strict=False)) if len(set(letters)) > 1)
+    before = "".join(sided[:1])[: next(differing, 0)]  # anna:, PoseLandmark.
+    names = {canonical(name.removeprefix(before)): k for k, name in enumerate(source.names)}
     best, order, rank = None, np.empty(0, int), (0, 0)
-    for layout in [known[wanted]] if wanted else known.values():
+    for layout in [layouts_by_name[layout_name]] if layout_name else layouts_by_name.values():
         where = np.array([names.get(canonical(point), -1) for point in layout.points])
         if (
-            (own := ((where >= 0).sum(), -len(where))) > rank
+            (layout_rank := ((where >= 0).sum(), -len(where))) > rank
             and all(joint in names for joint in _NEEDED)
-            and not (layout.measured and -1 in where and not wanted)  # a part may be anybody's
+            and not (
+                layout.measured and -1 in where and not layout_name
+            )  # a measured layout must be complete
         ):
-            best, order, rank = layout, where, own  # the smallest that has as many of the names
+            best, order, rank = layout, where, layout_rank  # the smallest layout with the most names
     if best is None:
         raise InvalidInput(
             "hips, knees and ankles of both sides are not among the points",
             expected=", ".join(_NEEDED),
-            received=", ".join(found.names[:8]),
+            received=", ".join(source.names[:8]),
             code="no_legs",
         )
     return best, order, f"{best.name}: {rank[0]} of its {len(best.points)} names are in the file"
 
 
 def _upright(layout: Layout, points: np.ndarray) -> float:
-    """Share of detections with head, shoulder, hip, knee, ankle in vertical order, on the worse side; or NaN."""
+    """Return the share of detections with head to ankle in vertical order, on the worse side, or NaN."""
 
     def height(joint: str) -> np.ndarray:
         part = points[:, [layout.points.index(point) for point in layout.joints[joint]], 1]
-        known = np.isfinite(part)
-        with np.errstate(invalid="ignore"):  # nothing over nothing
-            return np.where(known, part, 0.0).sum(axis=1) / known.sum(axis=1)
+        visible = np.isfinite(part)
+        with np.errstate(invalid="ignore"):  # 0 / 0
+            return np.where(visible, part, 0.0).sum(axis=1) / visible.sum(axis=1)
 
     shares = []
     for side in ("left", "right"):
         joints = ("head", *(f"{side}_{kind}" for kind in ("shoulder", "hip", "knee", "ankle")))
         rows = np.column_stack([height(joint) for joint in joints])
-        rows = rows[:, np.isfinite(rows).mean(axis=0) > LEAST_SEEN]
+        rows = rows[:, np.isfinite(rows).mean(axis=0) > MIN_VISIBLE_SHARE]
         steps = np.diff(rows[np.isfinite(rows).all(axis=1)], axis=1)
         if rows.shape[1] >= 3 and len(steps):
             shares.append(max((steps > 0).all(axis=1).mean(), (steps < 0).all(axis=1).mean()))
     return float(min(shares, default=np.nan))
 
 
-def to_joints(layout: Layout, order: np.ndarray, found: Detections) -> tuple[np.ndarray, np.ndarray]:
-    """Joints (N, 15, 2) of detections and their confidence (N, 15), 0 where missing."""
-    pixels = np.full((len(found.points), len(WALKER15.joints), 2), np.nan)
+def to_joints(layout: Layout, order: np.ndarray, source: Detections) -> tuple[np.ndarray, np.ndarray]:
+    """Return joints (N, 15, 2) of detections and their confidence (N, 15), 0 where missing."""
+    pixels = np.full((len(source.points), len(WALKER15.joints), 2), np.nan)
     confidence = np.zeros(pixels.shape[:2])
     for number, joint in enumerate(WALKER15.joints):
         columns = [order[layout.points.index(point)] for point in layout.joints.get(joint, ())]
         columns = [column for column in columns if column >= 0]
         if not columns:
             continue
-        part, sure = found.points[:, columns], found.confidence[:, columns]
-        seen = np.isfinite(part).all(axis=-1) & (sure > 0)
-        count = seen.sum(axis=1)
+        part, sure = source.points[:, columns], source.confidence[:, columns]
+        visible = np.isfinite(part).all(axis=-1) & (sure > 0)
+        count = visible.sum(axis=1)
         some = count > 0
-        pixels[some, number] = np.where(seen[..., None], part, 0.0).sum(axis=1)[some] / count[some, None]
-        confidence[some, number] = (sure * seen).sum(axis=1)[some] / count[some]
+        pixels[some, number] = np.where(visible[..., None], part, 0.0).sum(axis=1)[some] / count[some, None]
+        confidence[some, number] = (sure * visible).sum(axis=1)[some] / count[some]
     return pixels, confidence

@@ -1,4 +1,4 @@
-"""The model of walkers as a file: eigenwalkers and structured rest, multipliers of error bars, where they come from."""
+"""Reader and writer of the model of walkers: moments, multipliers of error bars, and sources."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SHIPPED = Path(__file__).resolve().parent / "walkers"
 """Folder of the model that comes with the package: ``model.npz``, ``manifest.json``, ``CARD.md``."""
 VERSION = 4
 ENTRY = "walkers"
-"""Entry of the manifest by which the folder of a model is known."""
+"""Entry of the manifest that identifies the folder of a model."""
 
 
 _SHAPES: dict[str, tuple[int | str, ...]] = {
@@ -34,25 +34,25 @@ _SHAPES: dict[str, tuple[int | str, ...]] = {
     "within": ((BLOCKS + 1) // 2, 3 * JOINTS, 3 * JOINTS), "bone_variance": (len(BONES),),
     "pair_variance": (len(PAIRS),), "aperiodic_variance": (JOINTS, 3), "log_frequency": (2,),
 }  # fmt: skip
-"""Arrays of `CompactMoments`."""
+"""Shapes of the arrays of `CompactMoments`."""
 _MULTIPLIERS: dict[str, tuple[int, ...]] = {
     "joints": (len(GROUPS), 3, len(LEVELS)), "angles": (len(KINDS), len(LEVELS)),
     "cycle": (len(CYCLE_KINDS), len(LEVELS)), "view": (2, len(LEVELS)),
 }  # fmt: skip
-"""Arrays of a calibration; those of `AS_OURS` and, behind them, of `ANYBODY` lie in one array of the file."""
+"""Shapes of the arrays of a calibration; the file stacks those of `AS_OURS` and `ANYBODY`."""
 
 
 @dataclass(frozen=True)
 class TrainedModel:
-    """A model of walkers and its calibrations.
+    """Model of walkers with its calibrations.
 
     Attributes
     ----------
     compact : CompactMoments
     calibrations : dict of str to Calibration
-        For a person measured as ours; for anybody, if laboratories are known that can be left out.
+        Multipliers of error bars: `AS_OURS`, and `ANYBODY` if enough people of other laboratories are known.
     about : dict
-        Sources, people, settings.
+        Sources, numbers of people and settings, for the manifest.
     """
 
     compact: CompactMoments
@@ -61,7 +61,7 @@ class TrainedModel:
 
     @property
     def model(self) -> WalkerModel:
-        """The model with its whole covariance."""
+        """Model of walkers with its full covariance."""
         return model_of(expand(self.compact))
 
     @property
@@ -72,16 +72,21 @@ class TrainedModel:
 
     @property
     def unfamiliar(self) -> float:
-        """Share of what sets laboratories apart that the model lacks; of one with known people, each one's own part."""
+        """Share of the variance between laboratories that the model lacks.
+
+        A calibrated model lacks only the part that each person has alone.
+        """
         return self.concentration * (1.0 - COMMON if "calibrated_on" in self.about else 1.0)
 
 
 def save(trained: TrainedModel, folder: Path) -> None:
-    """Publish a model: the arrays in single precision, and the manifest with their digest, both or none."""
+    """Publish a model atomically: arrays in single precision, and a manifest with their digest."""
     content = io.BytesIO()
     arrays = {name: getattr(trained.compact, name) for name in _SHAPES}
     arrays |= {
-        f"{name}_multipliers": np.stack([getattr(one, name) for one in trained.calibrations.values()])
+        f"{name}_multipliers": np.stack(
+            [getattr(calibration, name) for calibration in trained.calibrations.values()]
+        )
         for name in _MULTIPLIERS
     }
     arrays = {name: np.asarray(array, np.float32) for name, array in arrays.items()}
@@ -98,35 +103,37 @@ def save(trained: TrainedModel, folder: Path) -> None:
 
 
 def load(folder: Path = SHIPPED) -> TrainedModel:
-    """Read a model.
+    """Read a model of walkers.
 
     Raises
     ------
     InvalidInput
-        If it is missing, of another version, damaged, or not what its manifest says.
+        If files are missing or damaged, the version differs, or the digest is not that of the manifest.
     """
-    if not folder.is_dir():  # a training was killed between two renames
+    if not folder.is_dir():  # left by a training that was killed between two renames
         remove_stale(folder.parent)
     for name in ("manifest.json", "model.npz"):
         if not (folder / name).is_file():
-            raise InvalidInput("no model of walkers", folder / name, "`make model`", code="no_model")
+            raise InvalidInput("there is no model of walkers", folder / name, "`make model`", code="no_model")
     return read_one(folder, _load)
 
 
 def _load(folder: Path) -> TrainedModel:
     manifest = read_manifest(folder)
     if manifest.get("version") != VERSION:
-        raise InvalidInput("the model is of another version", folder, VERSION, code="wrong_version")
+        raise InvalidInput(
+            "this version of the model is not supported", folder, VERSION, code="wrong_version"
+        )
     data = read_bytes(folder / "model.npz")
     if digest(data) != manifest.get("sha256"):
         raise InvalidInput(
-            "the model is not what its manifest says", folder / "model.npz", code="wrong_digest"
+            "the digest of the model differs from its manifest", folder / "model.npz", code="wrong_digest"
         )
     stored, _ = load_npz(data, "model.npz")
     arrays = {name: np.asarray(array, float) for name, array in stored.items()}
     for name, shape in (_SHAPES | {f"{k}_multipliers": ("K", *s) for k, s in _MULTIPLIERS.items()}).items():
-        place = f"model.npz, {name}"
-        require_finite(place, require_shape(place, arrays.get(name), shape))
+        where = f"model.npz, {name}"
+        require_finite(where, require_shape(where, arrays.get(name), shape))
     require_shape("model.npz, eigenvalues", arrays["eigenvalues"], arrays["components"].shape[:1])
     people = require_count("manifest.json, walkers", manifest["walkers"])
     compact = CompactMoments(walkers=people, **{name: arrays[name] for name in _SHAPES})
@@ -134,15 +141,17 @@ def _load(folder: Path) -> TrainedModel:
     for name, array in zip(_MULTIPLIERS, multipliers, strict=True):
         require_count(f"model.npz, {name}: kinds of bars", len(array), at_most=2)
     calibrations = {
-        whom: Calibration(*of)
-        for whom, *of in zip((AS_OURS, ANYBODY), *multipliers)  # noqa: B905
+        audience: Calibration(*parts)
+        for audience, *parts in zip((AS_OURS, ANYBODY), *multipliers)  # noqa: B905
     }
     of_the_file = ("version", "sha256", "bytes", "walkers", "files", "seal")
     about = {k: v for k, v in manifest.items() if k not in of_the_file}
     sources = about.get("people_by_source")
     if not isinstance(sources, dict) or not sources:
         raise InvalidInput(
-            "must tell how many people each source has", "manifest.json, people_by_source", code="no_sources"
+            "must give the number of people of each source",
+            "manifest.json, people_by_source",
+            code="no_sources",
         )
     for source, count in sources.items():
         require_count(f"manifest.json, people_by_source, {source}", count)

@@ -1,4 +1,4 @@
-"""The reconstructed walk as points in space, for files of motion and for recordings."""
+"""Reconstructed walk as points in space, for motion files and recordings."""
 
 from __future__ import annotations
 
@@ -33,35 +33,34 @@ class Format(StrEnum):
     """One column for each coordinate."""
 
 
-def keypoints_px(found: Reconstruction) -> np.ndarray:
-    """Keypoints (T, 15, 2) as used, relative to the principal point; NaN where missing."""
-    return np.where(found.keypoints.weights[..., None] > 0, found.filmed_px, np.nan)
+def keypoints_px(reconstruction: Reconstruction) -> np.ndarray:
+    """Return the keypoints (T, 15, 2) that were used, px from the principal point; NaN where missing."""
+    return np.where(reconstruction.keypoints.weights[..., None] > 0, reconstruction.filmed_px, np.nan)
 
 
 def upright(level: np.ndarray) -> np.ndarray:
-    """Level camera axes (right, down, away) as right, away, up."""
+    """Convert level camera axes (right, down, away) to (right, away, up)."""
     return np.stack([level[..., 0], level[..., 2], -level[..., 1]], axis=-1)
 
 
-def in_walkers_axes(found: Reconstruction) -> np.ndarray:
-    """Positions (T, 15, 3): x to the walker's right, y along the walk, z up from the lowest ankle, mm of the model.
+def in_walkers_axes(reconstruction: Reconstruction) -> np.ndarray:
+    """Return positions (T, 15, 3), mm of the model: x to the right, y along the walk, z above the lowest ankle.
 
-    The axes are those of the heading in the middle of the stretch, where the pelvis is at x = y = 0; the path is
-    included.
+    The heading in the middle of the stretch defines the axes; there the pelvis is at x = y = 0.  The path is included.
     """
-    walked = world_mm(found) @ level_axes(found.fit.x[HEADING])
+    walked = world_mm(reconstruction) @ level_axes(reconstruction.fit.x[HEADING])
     walked[..., 2] -= walked[:, ANKLES, 2].min()
     return walked
 
 
-def written(walk: Walk) -> list[Stretch]:
-    """Stretches that are, or may be, a walk: the best first, then by length."""
+def usable_stretches(walk: Walk) -> list[Stretch]:
+    """Return the stretches that are or may be a walk: the best first, then by length."""
     usable = [s for s in walk.stretches if s.walks]
     return sorted(usable, key=lambda s: s is not walk.best)
 
 
 def to_motion(walk: Walk, stretch: Stretch, names: Names, *, in_place: bool) -> motion.Motion:
-    """Points of a stretch; `names` and whether the walker stays in place are of a BVH."""
+    """Convert a stretch to a motion; only BVH uses `names` and `in_place`."""
     positions = in_walkers_axes(stretch.fitted) * scale_mm(walk)
     if in_place:
         pelvis = positions[:, PELVIS, None, :2]
@@ -70,20 +69,22 @@ def to_motion(walk: Walk, stretch: Stretch, names: Names, *, in_place: bool) -> 
 
 
 def one_cycle(walk: Walk, stretch: Stretch, names: Names, *, in_place: bool) -> motion.Motion:
-    """Points of one exact cycle from the left foot's contact, at about the rate of the video.
+    """Return one exact cycle from the left foot's contact, at about the frame rate of the video.
 
-    The last frame is the first one again, ahead by a stride unless in place, so that the motion loops.
+    The last frame repeats the first, one stride ahead unless in place, so that the motion loops.
     """
-    found = stretch.fitted
-    frequency = found.fit.frequency_hz
+    reconstruction = stretch.fitted
+    frequency = reconstruction.fit.frequency_hz
     frames = max(round(walk.frame_rate_hz / frequency), 8)
     share = np.arange(frames + 1) / frames
-    basis = cycle_basis(found.cycle.phases[0, 0] + 2.0 * np.pi * share, BLOCKS)
+    basis = cycle_basis(reconstruction.cycle.phases[0, 0] + 2.0 * np.pi * share, BLOCKS)
     basis[-1] = basis[0]
-    positions = np.moveaxis(found.posterior.walker @ basis.T, -1, 0)
+    positions = np.moveaxis(reconstruction.posterior.walker @ basis.T, -1, 0)
     positions[..., 2] -= positions[:, ANKLES, 2].min()
     if not in_place:
-        stride = 2.0 * np.pi * (found.fit.objective.prior.belt @ found.posterior.walker.ravel())
+        stride = (
+            2.0 * np.pi * (reconstruction.fit.objective.prior.belt @ reconstruction.posterior.walker.ravel())
+        )
         positions[..., 1] += stride * share[:, None]
     return motion.Motion(
         WALKER15.joints, positions * scale_mm(walk), frames * frequency, WALKER15.parents, character=names
@@ -91,20 +92,20 @@ def one_cycle(walk: Walk, stretch: Stretch, names: Names, *, in_place: bool) -> 
 
 
 ABOUT = """\
-Joints that were never seen, estimated from the others: {unseen}.
-Feet, hands, spine and collars of a BVH are carried along with their limbs: they were not observed.
-BVH: centimetres, y up, z forwards, {moving}, names of {names}, a T-pose at rest, rotations alone below one root;
-limbs have their mean lengths, so that joints are some centimetres off those of the other files.
-walk_cycle.bvh: one exact cycle from the left foot's contact to its next; its last frame is its first one{ahead}.
+Joints that were never seen and are estimated from the others: {unseen}.
+Feet, hands, spine and collars of a BVH follow their limbs: they were not observed.
+BVH: centimetres, y up, z forwards, {moving}, names of {names}, a T-pose at rest, rotations only below one root.
+Limbs of a BVH have their mean lengths, so its joints are some centimetres off those of the other files.
+walk_cycle.bvh: one exact cycle from the left foot's contact to its next; the last frame repeats the first{ahead}.
 TRC: millimetres, y up, x forwards (OpenSim). C3D and CSV: millimetres, x to the right, y along the walk, z up.
 Lengths are in {units}.
 """
-"""What the files of motion hold that they cannot say themselves."""
+"""Text of ``motion.txt``: conventions and limits of the motion files."""
 
 
 def write_motion(walk: Walk, formats: list[Format], folder: Path, names: Names, *, in_place: bool) -> None:
-    """Write every stretch in every format, ``walk.c3d`` the best and ``walk_2.c3d`` the next, and what they hold."""
-    stretches = written(walk) if formats else []
+    """Write every stretch in every format, with ``motion.txt``: ``walk.c3d`` is the best, ``walk_2.c3d`` the next."""
+    stretches = usable_stretches(walk) if formats else []
     for number, stretch in enumerate(stretches, start=1):
         stem = "walk" if number == 1 else f"walk_{number}"
         for kind in dict.fromkeys(formats):
@@ -116,9 +117,13 @@ def write_motion(walk: Walk, formats: list[Format], folder: Path, names: Names, 
             cycle = one_cycle(walk, stretch, names, in_place=in_place)
             motion.write(folder / f"{stem}_cycle.bvh", cycle)
     if stretches:
-        seen = observed(stretches[0].fitted)
+        visible = observed(stretches[0].fitted)
         text = ABOUT.format(
-            unseen=", ".join(joint for joint, of in zip(WALKER15.joints, seen, strict=True) if not of)
+            unseen=", ".join(
+                joint
+                for joint, joint_visible in zip(WALKER15.joints, visible, strict=True)
+                if not joint_visible
+            )
             or "none",
             moving="in place" if in_place else "moving forwards",
             names=names,

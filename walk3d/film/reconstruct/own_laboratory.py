@@ -1,4 +1,4 @@
-"""The model that comes with the package, for people of another laboratory of whom a few are known in 3D."""
+"""Calibration of the shipped model on a few 3D walks of people of another laboratory."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from walk3d.film.walk import CompactMoments, expand, model_of
 
 
 def calibrate(trained: TrainedModel, walks: Walks) -> TrainedModel:
-    """Move the joints of a model to where a laboratory puts them, as far as persons do not differ by as much.
+    """Move the joints of a model to where a laboratory places them, by the walks of a few of its people.
 
     Parameters
     ----------
     trained : TrainedModel
-        Of other laboratories.
+        Model of other laboratories.
     walks : Walks
-        Of one person or more.
+        Walks of one or more people of the new laboratory.
 
     Notes
     -----
-    The average walker alone moves, by its constant coefficients; what people differ by, and the multipliers of error
-    bars, stay those of the model.  Size is left to the distance.
+    Only the average walker moves, in its constant coefficients.  Differences between people and the multipliers of
+    error bars stay those of the model.  Size is not calibrated, since one camera cannot distinguish it from distance.
     """
     people = list(dict.fromkeys(walks.person.tolist()))
     each = anatomical.by_block(np.stack([walk.walker for walk in training_walks(walks)]))
@@ -37,25 +37,25 @@ def calibrate(trained: TrainedModel, walks: Walks) -> TrainedModel:
         np.stack([both[walks.person == person].mean(axis=0) for person in people]),
         trained.concentration,
     )
-    known = {"people": len(people), "walks": len(walks)}
-    return replace(trained, compact=moved, about={**trained.about, "calibrated_on": known})
+    counts = {"people": len(people), "walks": len(walks)}
+    return replace(trained, compact=moved, about={**trained.about, "calibrated_on": counts})
 
 
-def calibrated(compact: CompactMoments, known: np.ndarray, share: float) -> CompactMoments:
-    """Return moments whose average walker is that of a laboratory with the known walkers, mm.
+def calibrated(compact: CompactMoments, walkers: np.ndarray, share: float) -> CompactMoments:
+    """Return moments whose average walker is calibrated on walkers of one laboratory.
 
     Parameters
     ----------
     compact : CompactMoments
-    known : (K, 9, 15, 3)
-        Fourier representations, one to each person, mean of left and right.
+    walkers : (K, 9, 15, 3)
+        Fourier coefficients, mm, one entry per person, mean of left and right.
     share : float
-        Of the laboratories of the model, as `walk3d.anatomy.prior.concentration` gives it.
+        Concentration of the laboratories of the model, see `walk3d.anatomy.prior.concentration`.
     """
     model = model_of(expand(compact))
     shape = (*model.mean.shape, *model.mean.shape)
     prior = anatomical.Prior(
         model.mean, model.covariance.reshape(shape), model.bone_variance, model.pair_variance
     )
-    found = anatomical.unfamiliar(prior, anatomical.Differences(size=0.0), share, list(known))
-    return replace(compact, mean=found.mean)
+    calibrated_prior = anatomical.unfamiliar(prior, anatomical.Differences(size=0.0), share, list(walkers))
+    return replace(compact, mean=calibrated_prior.mean)

@@ -1,4 +1,4 @@
-"""The page of one reconstructed walk: what it shows, from the reconstruction and the summary."""
+"""Content of the page of one reconstructed walk."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ from walk3d.film.walk.sagittal_angles import KINDS
 
 
 def page_of(walk: Walk, summary: dict[str, Any], path: str, files: Sequence[str]) -> WalkPage:
-    """Return what the page of the best stretch shows.
+    """Return the content of the page of the best stretch.
 
     Parameters
     ----------
     walk : Walk
     summary : dict
-        As `walk3d.film.reconstruct.summary.summarise` returns it.
+        Result of `walk3d.film.reconstruct.summary.summarise`.
     path : str
-        Of the keypoints or film.
+        File of keypoints, or film.
     files : sequence of str
-        Beside the page.
+        Names of the files next to the page.
     """
-    stretch, found = walk.best, walk.best.fitted
+    stretch, reconstruction = walk.best, walk.best.fitted
     view, cadence = summary["view_angle_deg"], summary["cadence"]
-    positions = upright(found.posterior.positions_mm) * scale_mm(walk)
-    half = half_widths_mm(walk, found)[..., [0, 2, 1]]
-    heading = found.fit.x[HEADING]
-    reach = NORMAL[LEVEL_95] * view_sd_rad(walk, found)
+    positions = upright(reconstruction.posterior.positions_mm) * scale_mm(walk)
+    half = half_widths_mm(walk, reconstruction)[..., [0, 2, 1]]
+    heading = reconstruction.fit.x[HEADING]
+    reach = NORMAL[LEVEL_95] * view_sd_rad(walk, reconstruction)
     first, last = summary["frames"]
     return WalkPage(
         title=f"Walk of person {walk.track.identity}" if walk.track.identity else "Walk of one person",
@@ -45,23 +45,29 @@ def page_of(walk: Walk, summary: dict[str, Any], path: str, files: Sequence[str]
         f" {cadence['steps_per_min']:g} steps a minute. {' '.join(summary['usable'])}",
         source=f"{Path(path).resolve().name}, frames {first} to {last} ({summary['strides']:g} strides)",
         view_words=f"the walker goes {view['words']}",
-        terms=f"Walkers are {summary['terms']}.",
+        terms=f"The model was {summary['terms']}.",
         facts=words.facts(summary),
         files=files,
         frames=Frames(
             numbers=stretch.frames,
             rate_hz=walk.frame_rate_hz,
-            observed=observed(found),
-            keypoints_px=keypoints_px(found) + walk.centre_px,
-            reprojection_px=found.image_px + walk.centre_px,
+            observed=observed(reconstruction),
+            keypoints_px=keypoints_px(reconstruction) + walk.centre_px,
+            reprojection_px=reconstruction.image_px + walk.centre_px,
             image_px=2.0 * walk.centre_px,
             positions_mm=positions,
             half_mm=half,
             cycle_percent=100.0
-            * ((found.fit.phases_rad[:, None] - found.cycle.phases[0]) / (2.0 * np.pi) % 1.0),
+            * (
+                (reconstruction.fit.phases_rad[:, None] - reconstruction.cycle.phases[0])
+                / (2.0 * np.pi)
+                % 1.0
+            ),
         ),
         cycle=Cycle(
-            numbers=summary["gait_cycle"]["numbers"], curves=cycle.curves(walk, found), curve_names=KINDS
+            numbers=summary["gait_cycle"]["numbers"],
+            curves=cycle.curves(walk, reconstruction),
+            curve_names=KINDS,
         ),
         heading=Heading(
             deg=np.degrees(heading),

@@ -1,4 +1,4 @@
-"""Recording of one reconstructed walk for the viewer: image with reprojection, 3D with uncertainty, view, residuals."""
+"""Recording of one reconstructed walk for the viewer: image, reprojection, 3D with uncertainty, view, residuals."""
 
 from __future__ import annotations
 
@@ -18,19 +18,21 @@ from walk3d.film.walk.calibration import NORMAL, angle_half_widths, joint_half_w
 from walk3d.film.walk.posterior import sample_positions
 from walk3d.film.walk.sagittal_angles import ANGLES
 
-MOST_SAMPLES, SAMPLED_POSTURES = 12, 4000
-"""Walks drawn from the posterior; fewer of a long clip, so that the file stays below 5 MB."""
+MAX_SAMPLES, MAX_SAMPLED_POSTURES = 12, 4000
+"""Largest numbers of walks and of postures drawn from the posterior, so that the file stays below 5 MB."""
 KNEE_COLOURS = {"left_knee": "blue", "right_knee": "orange"}
 _PELVIS = WALKER15.index("pelvis")
 
 
-def drawn_walks(walk: Walk, found: Reconstruction, count: int) -> np.ndarray:
-    """Walks (S, T, 15, 3) from the posterior, as wide as the calibrated bars: about the pelvis, camera axes, mm."""
+def drawn_walks(walk: Walk, reconstruction: Reconstruction, count: int) -> np.ndarray:
+    """Draw walks (S, T, 15, 3), mm, widened to the calibrated bars: about the pelvis, camera axes."""
     generator = derive_generator(0, "posterior samples")
-    samples = sample_positions(found.posterior, found.fit.x, found.fit.times, generator, count)
+    samples = sample_positions(
+        reconstruction.posterior, reconstruction.fit.x, reconstruction.fit.times, generator, count
+    )
     wider = joint_half_widths(walk.calibration, np.ones((len(WALKER15.joints), 3)), LEVEL_95)
     factor = wider / NORMAL[LEVEL_95]
-    mean = found.posterior.positions_mm
+    mean = reconstruction.posterior.positions_mm
     return mean + factor * (samples - mean)
 
 
@@ -41,31 +43,31 @@ def write_recording(walk: Walk, summary_text: str, path: Path) -> None:
     ----------
     walk : Walk
     summary_text : str
-        What was found, Markdown.
+        Summary of the walk, Markdown.
     path : Path
     """
-    stretch, found = walk.best, walk.best.fitted
+    stretch, reconstruction = walk.best, walk.best.fitted
     T = len(stretch.pixels)
     seconds = stretch.frames / walk.frame_rate_hz
-    # The viewer's images are in pixels, which a recording takes for millimetres; its rows count upwards.
+    # A recording takes pixels for millimetres, and its rows count upwards.
     flip = np.array([1.0, -1.0])
     image = {
-        "keypoints": (keypoints_px(found) + walk.centre_px) * flip,
-        "reprojection": (found.image_px + walk.centre_px) * flip,
+        "keypoints": (keypoints_px(reconstruction) + walk.centre_px) * flip,
+        "reprojection": (reconstruction.image_px + walk.centre_px) * flip,
     }
-    mean = upright(found.posterior.positions_mm)
+    mean = upright(reconstruction.posterior.positions_mm)
     mean[..., 2] -= mean[..., 2].min()
-    count = int(np.clip(SAMPLED_POSTURES // T, 2, MOST_SAMPLES))
-    samples = upright(drawn_walks(walk, found, count))
+    count = int(np.clip(MAX_SAMPLED_POSTURES // T, 2, MAX_SAMPLES))
+    samples = upright(drawn_walks(walk, reconstruction, count))
     samples += mean[:, _PELVIS, None] - samples[:, :, _PELVIS, None]
-    size = found.height_px
+    size = reconstruction.height_px
     residual = np.linalg.norm(image["keypoints"] - image["reprojection"], axis=-1)
-    known = np.isfinite(residual)
-    rms = np.sqrt(np.where(known, residual**2, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1) / 2.0)
-    half = angle_half_widths(walk.calibration, found.posterior.angles_sd_rad, LEVEL_95)
-    headings = (np.degrees(found.starts.headings_rad) + 180.0) % 360.0 - 180.0
+    visible = np.isfinite(residual)
+    rms = np.sqrt(np.where(visible, residual**2, 0.0).sum(axis=1) / np.maximum(visible.sum(axis=1), 1) / 2.0)
+    half = angle_half_widths(walk.calibration, reconstruction.posterior.angles_sd_rad, LEVEL_95)
+    headings = (np.degrees(reconstruction.starts.headings_rad) + 180.0) % 360.0 - 180.0
     order = np.argsort(headings)
-    evidence = found.starts.heading_cost.max() - found.starts.heading_cost
+    evidence = reconstruction.starts.heading_cost.max() - reconstruction.starts.heading_cost
     knees = ", ".join(f"{name.removesuffix('_knee')} {colour}" for name, colour in KNEE_COLOURS.items())
     with recordings.Recording(path, name="keypoint_walk", about=summary_text, at=seconds) as recording:
         recording.image_points("image/observed", image["keypoints"], [(0, 0)], thickness_mm=0.006 * size)
@@ -81,7 +83,7 @@ def write_recording(walk: Walk, summary_text: str, path: Path) -> None:
         for name, colour in KNEE_COLOURS.items():
             k = ANGLES.index(name)
             recording.curve(
-                f"curves/angles/{name}", seconds, np.degrees(found.posterior.angles_rad[:, k]),
+                f"curves/angles/{name}", seconds, np.degrees(reconstruction.posterior.angles_rad[:, k]),
                 sd=np.degrees(half[:, k]) / NORMAL[LEVEL_95], label=name.replace("_", " "), colour=colour,
             )  # fmt: skip
         recording.curve("curves/residual/rms", seconds, rms, label="rms", colour="black")

@@ -1,4 +1,4 @@
-"""Training of the model that reconstructs walks: eigenwalkers, and error bars learnt on people who were left out."""
+"""Training of the model of walkers: eigenwalkers, and error bars learnt on left-out people."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ from walk3d.film.walk import (
 from walk3d.film.walk.calibration import ANYBODY, AS_OURS, LEVELS, StandardErrors, learn
 
 HEADINGS_DEG = (0, 30, -30, 60, -60, 90, -90, 180)
-"""Of simulated clips, overground and on a treadmill each; a person's walks take turns."""
-LEAST_KNOWN = 3
-"""People of other laboratories of whom bars for anybody may be learnt."""
+"""Headings of the simulated clips, overground and on a treadmill; the walks of a person alternate."""
+MIN_OTHER_PEOPLE = 3
+"""Fewest people outside the largest laboratory from which bars for any person are learnt."""
 
 
 class Training(Options):
@@ -41,9 +41,9 @@ class Training(Options):
     Attributes
     ----------
     components : int
-        Eigenwalkers that are kept.
+        Number of eigenwalkers.
     seed : int
-        Of the simulated clips on which error bars are learnt.
+        Seed of the simulated clips on which error bars are learnt.
     """
 
     components: int = 14
@@ -53,13 +53,13 @@ class Training(Options):
 def left_out_errors(
     walks: Walks, groups: np.ndarray, options: Training, error: DetectorError
 ) -> Iterator[tuple[str, StandardErrors]]:
-    """Yield each person's errors over standard deviations in simulated clips, by a model without his or her group.
+    """Yield each person's standardised errors in simulated clips, by a model without the person's group.
 
     Parameters
     ----------
     walks : Walks
     groups : (R,)
-        Of each walk: who walked, or where it was recorded.
+        Group of each walk: its person, or its laboratory.
     options : Training
     error : DetectorError
     """
@@ -73,25 +73,30 @@ def left_out_errors(
         share = concentration(person_weights(walks.person[others]), walks.source[others])
         prior = prepare(model, Detector(floor_mm=np.full(15, error.bias_mm)), unfamiliar=share)
         for person in dict.fromkeys(walks.person[~others].tolist()):
-            number, mine = people.index(person), np.flatnonzero(walks.person == person)
+            number, walks_of_person = people.index(person), np.flatnonzero(walks.person == person)
             for case, (overground, heading) in enumerate(cases):
-                k = int(mine[case % len(mine)])
+                k = int(walks_of_person[case % len(walks_of_person)])
                 generator = derive_generator(options.seed, f"{number} {case}")
                 speed = belt_speed_mm_s(trained[k]) if overground else 0.0
                 filming = Filming(heading_rad=np.radians(heading), speed_mm_s=speed)
                 sim = film(generator, walks, k, error, filming)
-                seen = np.ones(sim.pixels.shape[:2])
-                found = reconstruct(
-                    sim.pixels, seen, sim.frame_rate_hz, sim.focal_px, prior, Fitting(both_labellings=False)
+                weights = np.ones(sim.pixels.shape[:2])
+                reconstruction = reconstruct(
+                    sim.pixels,
+                    weights,
+                    sim.frame_rate_hz,
+                    sim.focal_px,
+                    prior,
+                    Fitting(both_labellings=False),
                 )
-                of_truth = found, sim.positions_mm, sim.heading_rad
+                of_truth = reconstruction, sim.positions_mm, sim.heading_rad
                 events = errors.event_errors(*of_truth)
                 yield person, errors.standard_errors(*of_truth, trained[k], events)
 
 
-def _compacted(found: Moments, options: Training) -> CompactMoments:
-    """As many eigenwalkers as are asked for, if they are fewer than half the people."""
-    return compact(found, min(options.components, (found.walkers - 1) // 2))
+def _compacted(full_moments: Moments, options: Training) -> CompactMoments:
+    """Return moments with the requested number of eigenwalkers, but fewer than half the people."""
+    return compact(full_moments, min(options.components, (full_moments.walkers - 1) // 2))
 
 
 def train(walks: Walks, options: Training, tell: Callable[[str], None] = lambda _: None) -> TrainedModel:
@@ -102,33 +107,35 @@ def train(walks: Walks, options: Training, tell: Callable[[str], None] = lambda 
     walks : Walks
     options : Training
     tell : callable
-        Told of progress.
+        Called with lines of progress.
     """
     require_count("training.components", options.components)
-    whole = moments(training_walks(walks), walks.person)
-    small = compact(whole, options.components)
+    full_moments = moments(training_walks(walks), walks.person)
+    compact_moments = compact(full_moments, options.components)
     sources = Counter(dict(zip(walks.person.tolist(), walks.source.tolist(), strict=True)).values())
     left_out = {AS_OURS: walks.person}
-    if whole.walkers - max(sources.values()) >= LEAST_KNOWN:
+    if full_moments.walkers - max(sources.values()) >= MIN_OTHER_PEOPLE:
         left_out[ANYBODY] = walks.source
     calibrations, clips = {}, 0
-    for whom, groups in left_out.items():
-        found: list[StandardErrors] = []
+    for audience, groups in left_out.items():
+        clip_errors: list[StandardErrors] = []
         people: set[str] = set()
-        for person, of_clip in left_out_errors(walks, groups, options, DetectorError()):
-            found.append(of_clip)
+        for person, errors_of_clip in left_out_errors(walks, groups, options, DetectorError()):
+            clip_errors.append(errors_of_clip)
             if person not in people:
                 people.add(person)
                 tell(
-                    f"error bars, {whom.replace('_', ' ')}: {len(people)} of {whole.walkers} people left out"
+                    f"error bars, {audience.replace('_', ' ')}: {len(people)} of {full_moments.walkers} people left out"
                 )
-        calibrations[whom] = learn(found)
-        clips += len(found)
+        calibrations[audience] = learn(clip_errors)
+        clips += len(clip_errors)
     about = {
         "people_by_source": dict(sorted(sources.items())),
         "walks": len(walks),
         "components": options.components,
-        "variance_kept": round(float(small.eigenvalues.sum() / np.trace(whole.covariance)), 4),
+        "variance_kept": round(
+            float(compact_moments.eigenvalues.sum() / np.trace(full_moments.covariance)), 4
+        ),
         "calibration": {
             "clips": clips,
             "for": list(calibrations),
@@ -136,4 +143,4 @@ def train(walks: Walks, options: Training, tell: Callable[[str], None] = lambda 
             "seed": options.seed,
         },
     }
-    return TrainedModel(small, calibrations, about)
+    return TrainedModel(compact_moments, calibrations, about)

@@ -1,4 +1,4 @@
-"""The page of one walk that was reconstructed from keypoints: one HTML file with a player."""
+"""Page of one reconstructed walk: one HTML file with a player."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from pipeline.report import templates
 from pipeline.report.templates import encoded, quantised
 from pipeline.validation import InvalidInput
 
-MOST_BYTES = 1_000_000
-MOST_FRAMES = 600
-"""More frames are thinned out, which the eye does not see."""
+MAX_BYTES = 1_000_000
+MAX_FRAMES = 600
+"""Largest number of frames on the page; longer clips are thinned out."""
 _FOLDER = Path(__file__).resolve().parents[2] / "page"
 """Template, style and script of this page."""
 _SCRIPTS = ("walker.js", "players.js", "theme.js", _FOLDER / "walk.js")
@@ -31,7 +31,7 @@ class Frames:
     Attributes
     ----------
     numbers : (T,) int
-        In the video.
+        Frame numbers in the video.
     rate_hz : float
     observed : (15,) bool
         False for joints that were never seen.
@@ -42,7 +42,7 @@ class Frames:
     positions_mm, half_mm : (T, 15, 3)
         About the pelvis, right, away and up; half widths of 95 % bars.
     cycle_percent : (T, 2)
-        Where in its cycle each side is.
+        Position of each side in its gait cycle, per cent.
     """
 
     numbers: np.ndarray
@@ -58,18 +58,19 @@ class Frames:
 
 @dataclass(frozen=True)
 class Cycle:
-    """The gait cycle.
+    """Gait cycle on the page.
 
     Attributes
     ----------
     numbers : dict
-        As ``summary.json`` has them.
+        Numbers as in ``summary.json``.
     curves : dict of str to array
-        Over the cycle, by percent, degrees: ``angles`` (C, 2, K), left and right, each from its own foot's contact, and
-        ``angles_half``, widths of their 95 % bars; ``walkers`` (C, K), the average walker, and ``walkers_half``, which
-        contain 95 % of walkers.  ``stance`` (2,): per cent at which each foot is taken off.
+        Curves over the cycle, by per cent, degrees.  ``angles`` (C, 2, K): left and right, each from its foot's
+        contact;
+        ``angles_half``: half widths of their 95 % bars.  ``walkers`` (C, K): the average walker; ``walkers_half``: half
+        widths of the range of 95 % of walkers.  ``stance`` (2,): per cent of each foot's toe-off.
     curve_names : sequence of str
-        Of C angles.
+        Names of the C angles.
     """
 
     numbers: Mapping[str, Mapping[str, Any]]
@@ -86,7 +87,7 @@ class Heading:
     deg : float
     interval_deg : (float, float)
     alternatives_deg : sequence of float
-        Other headings that are possible.
+        Other headings that the keypoints allow.
     """
 
     deg: float
@@ -104,12 +105,12 @@ class WalkPage:
     facts : sequence of (str, sequence of str)
         Titles and sentences.
     files : sequence of str
-        Names of files beside the page.
+        Names of the files next to the page.
     frames : Frames
     cycle : Cycle
     heading : Heading
     pictures : sequence of (int, str)
-        Frames of the film with the skeleton over it: number, and address of data.
+        Frames of the film with the skeleton over it: number and data URI.
     """
 
     title: str
@@ -131,7 +132,7 @@ def write_walk_page(path: Path, page: WalkPage) -> None:
     Raises
     ------
     InvalidInput
-        If it would be larger than `MOST_BYTES`.
+        If the page would be larger than `MAX_BYTES`.
     """
     style, script = templates.style(_FOLDER / "walk.css"), templates.scripts(_SCRIPTS)
     shared = templates.in_every_page(style, script)
@@ -151,9 +152,9 @@ def write_walk_page(path: Path, page: WalkPage) -> None:
         packed=templates.packed_json(_packed(page)),
     )
     content = text.encode()
-    if len(content) > MOST_BYTES:
+    if len(content) > MAX_BYTES:
         raise InvalidInput(
-            "the page would be too large", path.name, f"at most {MOST_BYTES} bytes",
+            "the page would be too large", path.name, f"at most {MAX_BYTES} bytes",
             len(content), code="file_too_large"
         )  # fmt: skip
     path.write_bytes(content)
@@ -203,23 +204,23 @@ def _fact(title: str, sentences: Sequence[str]) -> str:
 
 
 def _packed(page: WalkPage) -> dict[str, Any]:
-    """Return what the browser draws, every so many frames of a long clip."""
+    """Return the data that the browser draws, thinned out for a long clip."""
     frames, cycle, heading = page.frames, page.cycle, page.heading
-    every = -(-len(frames.numbers) // MOST_FRAMES)
+    every = -(-len(frames.numbers) // MAX_FRAMES)
     numbers = frames.numbers[::every]
 
     def packed(values: np.ndarray) -> dict[str, str]:
         return quantised(values[::every].reshape(len(numbers), -1))
 
-    seen = np.isfinite(frames.keypoints_px).all(axis=-1)
+    visible = np.isfinite(frames.keypoints_px).all(axis=-1)
     return {
         "frames": len(numbers),
         "frame_numbers": numbers.tolist(),
         "times_s": [round(float(number) / frames.rate_hz, 4) for number in numbers],
         "rate_hz": frames.rate_hz / every,
         "observed": frames.observed.tolist(),
-        "seen": encoded(seen[::every], "u1"),
-        "keypoints": packed(np.where(seen[..., None], frames.keypoints_px, frames.reprojection_px)),
+        "seen": encoded(visible[::every], "u1"),
+        "keypoints": packed(np.where(visible[..., None], frames.keypoints_px, frames.reprojection_px)),
         "image": packed(frames.reprojection_px),
         "positions": packed(frames.positions_mm),
         "half": packed(frames.half_mm),

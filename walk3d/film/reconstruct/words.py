@@ -1,4 +1,4 @@
-"""What was found, in sentences: for the page and the recording."""
+"""Summary in sentences, for the terminal, the page and the recording."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ from typing import Any
 
 from walk3d.film.walk.sagittal_angles import SIDES
 
-_WHOM = {"measured_as_ours": "somebody measured as the model's people", "anybody": "anybody"}
+_AUDIENCE = {"measured_as_ours": "people measured as the model's were", "anybody": "any person"}
 VERDICTS = {"walk": "A walk.", "doubtful": "Perhaps a walk.", "not_a_walk": "Not a walk."}
 
 
 def facts(summary: dict[str, Any]) -> list[tuple[str, list[str]]]:
-    """Return titles and sentences, from the content of ``summary.json``.
+    """Return titles and sentences from the content of ``summary.json``.
 
     Examples
     --------
-    >>> found = {"verdict": "not_a_walk", "why": ["the legs hardly move"], "notes": []}
-    >>> facts({**found, "recognised": {"layout": "coco17"}})
-    [('Verdict', ['Not a walk.', 'The legs hardly move.']), ('Recognised', ['Keypoints are coco17.'])]
+    >>> summary = {"verdict": "not_a_walk", "why": ["the legs hardly move"], "notes": []}
+    >>> facts({**summary, "recognised": {"layout": "coco17"}})
+    [('Verdict', ['Not a walk.', 'The legs hardly move.']), ('Recognised', ['Keypoint layout coco17.'])]
     """
     sections = [("Verdict", [VERDICTS[summary["verdict"]], *summary["why"], *summary.get("usable", ())])]
     if "view_angle_deg" in summary:
@@ -28,14 +28,14 @@ def facts(summary: dict[str, Any]) -> list[tuple[str, list[str]]]:
         if summary["estimated_joints"]:
             names = ", ".join(joint.replace("_", " ") for joint in summary["estimated_joints"])
             sections.append(("Estimated", [f"never seen, estimated from the other joints: {names}"]))
-    sections.append(("Recognised", [f"keypoints are {summary['recognised']['layout']}", *summary["notes"]]))
+    sections.append(("Recognised", [f"keypoint layout {summary['recognised']['layout']}", *summary["notes"]]))
     if summary.get("next_time"):
         sections.append(("Next time", summary["next_time"]))
     return [(title, [_sentence(text) for text in texts]) for title, texts in sections]
 
 
 def as_markdown(summary: dict[str, Any]) -> str:
-    """The same as Markdown."""
+    """Return the sentences as Markdown."""
     parts = [f"**{title}.** {' '.join(texts)}" for title, texts in facts(summary)]
     return "\n\n".join(["# A walk from keypoints of one camera", *parts])
 
@@ -48,19 +48,23 @@ def _sentence(text: str) -> str:
 def _view(summary: dict[str, Any]) -> list[str]:
     view = summary["view_angle_deg"]
     low, high = view["interval_95"]
-    sentences = [f"the walker goes {view['words']}; 95 %: ±{(high - low) / 2:.0f}°"]
+    sentences = [f"the walker goes {view['words']}; 95 % interval: ±{(high - low) / 2:.0f}°"]
     return [*sentences, *(alternative(other) for other in view["alternatives"])]
 
 
 def alternative(other: dict[str, Any]) -> str:
-    """Another view that the keypoints allow."""
+    """Return the sentence on another view that the keypoints allow."""
     exchanged = " with left and right exchanged" if other["left_and_right_exchanged"] else ""
-    return f"also possible{exchanged}: {other['words']}, at a cost higher by {other['cost_above_best']:g}"
+    return f"also possible{exchanged}: {other['words']}, with a cost {other['cost_above_best']:g} higher"
 
 
 def _bars(bars: dict[str, Any]) -> list[str]:
-    wide = [f"±{wide:g} mm for {_WHOM[whom]}" for whom, wide in bars["mean_half_width_95_mm"].items()]
-    return [f"95 % bars of joints, in the mean: {', '.join(wide)}; shown are those for {_WHOM[bars['for']]}"]
+    wide = [
+        f"±{wide:g} mm for {_AUDIENCE[audience]}" for audience, wide in bars["mean_half_width_95_mm"].items()
+    ]
+    return [
+        f"95 % bars of joints, in the mean: {', '.join(wide)}; shown are those for {_AUDIENCE[bars['for']]}"
+    ]
 
 
 def _cycle(summary: dict[str, Any]) -> list[str]:
@@ -75,10 +79,10 @@ def _cycle(summary: dict[str, Any]) -> list[str]:
     ]
     larger = [
         name.replace("_", " ")
-        for name, of in numbers.items()
-        if of.get("difference", {}).get("larger_than_its_bar")
+        for name, sides in numbers.items()
+        if sides.get("difference", {}).get("larger_than_its_bar")
     ]
-    differ = f"left and right differ by more than the bar in: {', '.join(larger) or 'nothing'}"
+    differ = f"left-right differences larger than their bars: {', '.join(larger) or 'none'}"
     return [
         ", ".join(knees),
         f"stance {', '.join(stance)} % of the cycle, double support {numbers['double_support']['both']['value']:g} %",
@@ -105,10 +109,10 @@ def _labels(summary: dict[str, Any]) -> list[str]:
     labels = summary["labels"]
     sentences = []
     if labels["exchanged_throughout"]:
-        sentences.append("the detector's left and right were exchanged throughout, and are put right")
+        sentences.append("the detector's left and right labels were exchanged throughout and are corrected")
     if labels["unsure"]:
         sentences.append("left and right exchanged would explain the keypoints about as well")
     for limb, frames in labels["exchanged_frames"].items():
         if frames:
-            sentences.append(f"{limb} exchanged, and put right; frames: {len(frames)}")
-    return sentences or ["left and right as the detector gave them"]
+            sentences.append(f"{limb}: labels exchanged in {len(frames)} frames and corrected")
+    return sentences or ["left and right are as the detector labelled them"]

@@ -19,21 +19,21 @@ from walk3d.film.reconstruct.clip import Input, Walk, reconstruct_clip
 from walk3d.film.reconstruct.model_file import SHIPPED
 from walk3d.film.reconstruct.motion import Format
 from walk3d.film.reconstruct.summary import summarise, table_rows
-from walk3d.film.video import kept
+from walk3d.film.video import cached
 
 PAGE = "walk.html"
 
 
 class Output(Options):
-    """What is written where."""
+    """Options of the output: the folder and its files."""
 
-    path: str = ""  # folder; empty: results/reconstructed/<its folder>_<its name>
-    formats: list[Format] = [Format.c3d, Format.trc, Format.bvh, Format.csv]  # of the walk in 3D
-    names: Names = Names.ours  # of a BVH's joints, for retargeting: ours, mixamo, rokoko
-    in_place: bool = False  # a BVH without the path
-    recording: bool = True  # for the rerun viewer
-    page: bool = True  # HTML with a player
-    overlay: bool = True  # of a video: the skeleton over it
+    path: str = ""  # folder of the output; empty: results/reconstructed/<its folder>_<its name>
+    formats: list[Format] = [Format.c3d, Format.trc, Format.bvh, Format.csv]  # file formats of the 3D walk
+    names: Names = Names.ours  # joint names of the BVH, for retargeting: ours, mixamo, rokoko
+    in_place: bool = False  # write the BVH without the path
+    recording: bool = True  # write a recording for the rerun viewer
+    page: bool = True  # write an HTML page with a player
+    overlay: bool = True  # write the video with the skeleton over it
 
 
 class Reconstruct(Options):
@@ -41,7 +41,7 @@ class Reconstruct(Options):
 
     input: Input = Input()
     output: Output = Output()
-    model_folder: str = ""  # of a model of one's own; empty: the one that comes with the package
+    model_folder: str = ""  # folder of your own model; empty: the model that comes with the package
 
 
 def run(
@@ -49,30 +49,30 @@ def run(
     tell: Callable[[str], None] = lambda _: None,
     progress: Callable[[int, int], None] = lambda *_: None,
 ) -> tuple[Walk, dict[str, Any], Path]:
-    """Reconstruct a video, or a file or folder of keypoints, and write what was found.
+    """Reconstruct a video, or a file or folder of keypoints, and write the results.
 
     Parameters
     ----------
     options : Reconstruct
     tell, progress : callable
-        Of a video: told what is fetched, and how many of how many frames are done.
+        For a video: called with messages on downloads, and with the numbers of processed and of all frames.
 
     Returns
     -------
     walk : Walk
     summary : dict
-        As written to ``summary.json``.
+        Content of ``summary.json``.
     folder : Path
 
     Raises
     ------
     InvalidInput
-        If the input cannot be used, or the folder holds it, or files of others.
+        If the input cannot be used, or the output folder contains the input or unrelated files.
     """
-    given = Path(options.input.path).resolve()
+    source = Path(options.input.path).resolve()
     folder = Path(options.output.path) if options.output.path else _default_folder(options.input.path)
-    if options.input.path and folder.resolve() in (given, *given.parents):
-        raise InvalidInput("must not hold the input", "output.path", received=folder, code="holds_input")
+    if options.input.path and folder.resolve() in (source, *source.parents):
+        raise InvalidInput("must not contain the input", "output.path", received=folder, code="holds_input")
     require_replaceable(folder, having="verdict")
     model = Path(options.model_folder) if options.model_folder else SHIPPED
     with video.with_keypoints(options.input, folder, tell, progress) as keypoints:
@@ -80,7 +80,7 @@ def run(
         summary = summarise(walk)
         with publish(folder, having="verdict") as publication:
             if video.is_video(options.input):
-                kept.copy(Path(keypoints.path).parent, publication.folder)
+                cached.copy(Path(keypoints.path).parent, publication.folder)
             _fill(publication.folder, walk, summary, options)
             publication.facts = {"command": "reconstruct", "verdict": summary["verdict"]}
     return walk, summary, folder
@@ -89,7 +89,7 @@ def run(
 def _default_folder(path: str) -> Path:
     resolved = Path(path).resolve()
     name = resolved.name if resolved.is_dir() else resolved.stem
-    # Many are called alike: the folder above tells them apart.
+    # Many files share a name: the folder above distinguishes them.
     return Path("results") / "reconstructed" / require_name("output.path", f"{resolved.parent.name}_{name}")
 
 
@@ -117,27 +117,27 @@ def _fill(folder: Path, walk: Walk, summary: dict[str, Any], options: Reconstruc
         from walk3d.film.reconstruct.walk_page import write_walk_page
 
         files = sorted(file.name for file in folder.iterdir())
-        shown = page_of(walk, summary, options.input.path, files)
+        content = page_of(walk, summary, options.input.path, files)
         if (film := folder / video.OVERLAY).is_file():
             from walk3d.film.video.overlay import key_frames
 
-            shown = replace(
-                shown, pictures=key_frames(film, shown.frames.numbers, shown.frames.reprojection_px)
+            content = replace(
+                content, pictures=key_frames(film, content.frames.numbers, content.frames.reprojection_px)
             )
-        write_walk_page(path, shown)
+        write_walk_page(path, content)
 
     def overlay(path: Path) -> None:
         if video.is_video(options.input):
             video.overlay(walk, Path(options.input.path), path)
 
-    # Imported where they are used: these libraries take longer to load than most walks to reconstruct.
-    for name, wanted, write in (
+    # Imported here: these libraries take longer to load than most walks take to reconstruct.
+    for name, enabled, write in (
         (video.OVERLAY, out.overlay, overlay),
         ("recording.rrd", out.recording, recording),
         (PAGE, out.page, page),
     ):
         try:
-            if wanted:
+            if enabled:
                 write(folder / name)
         except ModuleNotFoundError as error:
             if not (package := missing_package(error)):

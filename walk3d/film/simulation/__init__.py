@@ -1,1 +1,1 @@
-"""Simulated films: cameras, detectors and people as they make them."""
+"""Simulated films: cameras, detectors, and people in front of the camera."""

@@ -1,7 +1,7 @@
-"""What people do before a camera besides walking: squats, sitting down, running, turning on the spot; and standing.
+"""Simulated activities besides walking: squats, sitting down, running, turning on the spot, and standing.
 
-Bodies have the limbs of somebody who stands; thighs, shanks and arms turn in the sagittal plane by smooth courses of
-the joint angles, and the lower ankle stays on the ground (a runner's leaves it).
+Bodies have the limbs of a standing person.  Thighs, shanks and arms turn in the sagittal plane with smooth joint
+angles. The lower ankle stays on the ground, except in running.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ _ARMS = [
     for side in ("left", "right")
 ]
 FLIGHT_MM = 60.0
-"""How far a runner's pelvis rises and falls about its mean."""
+"""Amplitude of a runner's pelvis about its mean height."""
 
 
 class Activity(StrEnum):
-    """What somebody does who does not walk."""
+    """Activity of a person who does not walk."""
 
     squat = "squat"
     sit = "sit"
@@ -33,24 +33,24 @@ class Activity(StrEnum):
 
 
 def _below(length: float, angle_rad: np.ndarray) -> np.ndarray:
-    """Vectors (T, 3) downwards that are turned forwards."""
+    """Return vectors (T, 3) that point downwards, turned forwards by angles (T,)."""
     return length * np.stack([0.0 * angle_rad, np.sin(angle_rad), -np.cos(angle_rad)], axis=-1)
 
 
 def _pose(standing: np.ndarray, angles: dict[str, list[np.ndarray]], lean_rad: np.ndarray) -> np.ndarray:
-    """Positions (T, 15, 3) about the pelvis of joint angles, each for left and right, rad."""
-    found = np.repeat((standing - standing[PELVIS])[None], len(lean_rad), axis=0)
+    """Return positions (T, 15, 3) about the pelvis from joint angles, each for left and right, rad."""
+    positions = np.repeat((standing - standing[PELVIS])[None], len(lean_rad), axis=0)
     for joint in (_STERNUM, _HEAD, _ARMS[0][0], _ARMS[1][0]):
-        found[:, joint, 1:] = -_below(standing[joint, 2] - standing[PELVIS, 2], -lean_rad)[:, 1:]
+        positions[:, joint, 1:] = -_below(standing[joint, 2] - standing[PELVIS, 2], -lean_rad)[:, 1:]
     for limbs, upper, bend, sign in ((_LEGS, "hip", "knee", -1.0), (_ARMS, "shoulder", "elbow", 1.0)):
         for side, (root, middle, end) in enumerate(limbs):
             lengths = (np.linalg.norm(standing[b] - standing[a]) for a, b in ((root, middle), (middle, end)))
             raised = angles[upper][side]
-            found[:, middle] = found[:, root] + _below(float(next(lengths)), raised)
-            found[:, end] = found[:, middle] + _below(
+            positions[:, middle] = positions[:, root] + _below(float(next(lengths)), raised)
+            positions[:, end] = positions[:, middle] + _below(
                 float(next(lengths)), raised + sign * angles[bend][side]
             )
-    return found
+    return positions
 
 
 def perform(
@@ -60,15 +60,15 @@ def perform(
     frame_rate_hz: float,
     duration_s: float,
 ) -> np.ndarray:
-    """Positions (T, 15, 3), mm, of somebody with the limbs of a walker who does something else.
+    """Return positions (T, 15, 3), mm, of a person with a walker's limbs who does something else.
 
     Parameters
     ----------
     activity : Activity
     generator : numpy.random.Generator
-        Of rates and depths.
+        Random numbers for rates and depths.
     walk : (n, 15, 3)
-        Of the walker, whose mean posture is taken for standing; who turns on the spot steps as in it.
+        Positions of the walker.  The mean posture is used for standing; turning on the spot uses its steps.
     frame_rate_hz, duration_s : float
     """
     standing = walk.mean(axis=0)
@@ -88,12 +88,12 @@ def perform(
             "shoulder": [0.5 * np.sin(side + np.pi) for side in sides],
             "elbow": [np.full_like(t, 1.5)] * 2,
         }
-        found = _pose(standing, angles, np.full_like(t, 0.12))
-        found[..., 2] -= FLIGHT_MM * np.cos(2.0 * turned)[:, None]
-        return found
+        positions = _pose(standing, angles, np.full_like(t, 0.12))
+        positions[..., 2] -= FLIGHT_MM * np.cos(2.0 * turned)[:, None]
+        return positions
     rate = generator.uniform(0.3, 0.6)
     depth = generator.uniform(0.7, 1.0) * 0.5 * (1.0 - np.cos(2.0 * np.pi * rate * t))
-    if activity is Activity.sit:  # down, a while, and up again
+    if activity is Activity.sit:  # down, a pause, and up again
         depth = np.clip(1.6 * depth - 0.3, 0.0, 0.9)
     angles = {
         "hip": [1.5 * depth] * 2,
@@ -101,24 +101,24 @@ def perform(
         "shoulder": [(1.2 if activity is Activity.squat else 0.3) * depth] * 2,
         "elbow": [0.2 + 0.0 * t] * 2,
     }
-    found = _pose(standing, angles, 0.5 * depth)
-    return found - found[:, [_LEGS[0][2]]] + found[0, _LEGS[0][2]]
+    positions = _pose(standing, angles, 0.5 * depth)
+    return positions - positions[:, [_LEGS[0][2]]] + positions[0, _LEGS[0][2]]
 
 
 def with_standing(
     walk: np.ndarray, frame_rate_hz: float, speed_mm_s: float, still_s: float, start_s: float = 0.4
 ) -> np.ndarray:
-    """Positions (T, 15, 3) of somebody who stands, walks, and stands again.
+    """Return positions (T, 15, 3) of a person who stands, walks, and stands again.
 
     Parameters
     ----------
     walk : (n, 15, 3)
-        Treadmill equivalent.
+        Treadmill equivalent of the walk, mm.
     frame_rate_hz : float
     speed_mm_s : float
-        At which the walker moves along +y.
+        Speed of the walker along +y.
     still_s, start_s : float
-        Time of standing before and after; time in which the legs come into motion.
+        Time of standing before and after, and time in which the legs start to move.
     """
     n = round(still_s * frame_rate_hz)
     padded = np.concatenate([np.repeat(walk[:1], n, axis=0), walk, np.repeat(walk[-1:], n, axis=0)])
@@ -126,7 +126,7 @@ def with_standing(
     ramp = start_s * frame_rate_hz
     moving = np.clip((frames - n) / ramp, 0.0, 1.0) * np.clip((len(frames) - 1 - n - frames) / ramp, 0.0, 1.0)
     standing = walk.mean(axis=0)
-    found = standing + moving[:, None, None] * (padded - standing)
+    positions = standing + moving[:, None, None] * (padded - standing)
     path = np.cumsum(moving) * speed_mm_s / frame_rate_hz
-    found[..., 1] += (path - path.mean())[:, None]
-    return found
+    positions[..., 1] += (path - path.mean())[:, None]
+    return positions

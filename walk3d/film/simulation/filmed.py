@@ -1,4 +1,4 @@
-"""Walks of a corpus before a simulated camera: who is filmed how, and what a detector makes of it."""
+"""Simulated films of the walks of a corpus."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from walk3d.film.walk import HARMONICS, HEIGHT_MM, TrainingWalk, training_walk
 
 
 def about_pelvis(walks: Walks, number: int) -> np.ndarray:
-    """Positions (T, 15, 3) of one walk about the mean pelvis, mm."""
+    """Return positions (T, 15, 3) of one walk about the mean pelvis, mm."""
     return walking.set_origin(walks.motion(number), origin="pelvis_mean")
 
 
 def training_walks(walks: Walks) -> list[TrainingWalk]:
-    """Walks of a corpus as the model is trained on them."""
+    """Return the walks of a corpus in the form in which the model is trained on them."""
     motions = [about_pelvis(walks, k) for k in range(len(walks))]
     return [
         training_walk(motion, float(rate), walking.stature(motion))
@@ -26,15 +26,15 @@ def training_walks(walks: Walks) -> list[TrainingWalk]:
 
 
 def belt_speed_mm_s(walk: TrainingWalk) -> float:
-    """Speed of the ground under a walker, by his own feet, in his own size."""
+    """Return the speed of the ground under a walker's feet, in the walker's own size, mm/s."""
     _, belt = stance_rows(walk.walker)
     return float(2 * np.pi * walk.frequency_hz * (belt @ walk.walker.ravel()) * walk.height_mm / HEIGHT_MM)
 
 
 def lasting(positions: np.ndarray, frame_rate_hz: float, strides: float) -> np.ndarray:
-    """The first so many strides (T, J, 3) of a walk, continued where it was recorded for fewer.
+    """Return the first strides (T, J, 3) of a walk, which is continued if the recording has fewer.
 
-    Its Fourier series goes on; what the series leaves is played back and forth.
+    The Fourier series continues; its residual is played back and forth.
     """
     series = fourier.represent(positions, frame_rate_hz, harmonics=HARMONICS)
     start = series.phase_rad / (2.0 * np.pi * series.frequency_hz)
@@ -57,19 +57,19 @@ def film(
     longest_s: float = np.inf,
     strides: float = 0.0,
 ) -> SimulatedKeypoints:
-    """Film one walk of a corpus: at most the middle `longest_s` seconds of it, or so many strides.
+    """Film one walk of a corpus: at most its middle `longest_s` seconds, or a number of strides.
 
     Parameters
     ----------
     generator : numpy.random.Generator
     walks : Walks
     number : int
-        Of the walk.
+        Number of the walk.
     error : DetectorError
     filming : Filming
     longest_s : float
     strides : float
-        0: as many as were recorded.
+        Number of strides; 0: as recorded.
     """
     positions, rate = about_pelvis(walks, number), float(walks.frame_rate_hz[number])
     if strides:

@@ -1,9 +1,9 @@
-"""Keypoints as a detector would give them of a recorded walk: perspective, and the errors that detectors make.
+"""Simulated keypoints of a recorded walk: perspective projection and the errors of detectors.
 
-The walk is placed before a pinhole camera, on a straight path overground or on a treadmill; its joints are projected,
-and then come, each of them an option: a fixed bias of every joint (what a detector calls a hip is not the joint
-centre), white error, slow error (AR(1)), missing keypoints, and short times in which left and right are exchanged.
-The truth is the posture of every frame, so any method may be tried on it.
+The walk is placed in front of a pinhole camera, on a straight path overground or on a treadmill, and its joints are
+projected.  Each error is an option: a fixed bias of every joint (a detector's hip is not the joint centre), white
+error, slow error (AR(1)), missing keypoints, and short times with left and right exchanged.  The ground truth is
+the posture in every frame, so any method can be tested.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ class DetectorError:
     Attributes
     ----------
     white_px, slow_px : float
-        Standard deviation per image axis of independent error, and of error with memory.
+        Standard deviation per image axis of independent error, and of autocorrelated error.
     slow_s : float
-        Time in which the slow error forgets, by a factor of e.
+        Time in which the slow error decorrelates by a factor of e.
     bias_mm : float
         Standard deviation per axis of each joint's fixed offset, in the walker's frame.
     missing : float
         Share of keypoints that are missing.
     swaps_per_s : float
-        Beginnings of exchanged labels per second, for legs and for arms.
+        Rate at which labels become exchanged, per second, for legs and for arms.
     swap_s : tuple of float
-        Shortest and longest of these times.
+        Shortest and longest time of exchanged labels.
     shake_px, shake_s : float
-        Standard deviation per image axis of what a hand that holds the camera adds to all keypoints of a frame; time in
-        which it forgets.
+        Standard deviation per image axis of the camera's shake, common to all keypoints of a frame; time in which it
+        decorrelates.
     """
 
     white_px: float = 3.0
@@ -55,12 +55,12 @@ class DetectorError:
 
 @dataclass(frozen=True, kw_only=True)
 class Filming:
-    """How a walk is filmed.
+    """Camera and path of a filmed walk.
 
     Attributes
     ----------
     heading_rad : float
-        0 towards the camera, +90° to the image's right.
+        Heading: 0 towards the camera, +90° to the image's right.
     speed_mm_s : float
         Speed of the straight path along the heading; 0 on a treadmill.
     drift_mm_s : float
@@ -68,7 +68,7 @@ class Filming:
     distance_mm, height_mm : tuple of float
         Ranges of the camera's distance and height.
     nearest_mm : float
-        The walker comes no nearer: the camera stands further away instead.
+        Smallest distance of the walker; the camera is moved away if necessary.
     aim_sd_rad : float
         Standard deviation of the pitch about aiming at the pelvis.
     person_px : float
@@ -89,7 +89,7 @@ class Filming:
 
 @shortened
 class SimulatedKeypoints:
-    """Keypoints and the truth behind them.
+    """Simulated keypoints with their ground truth.
 
     Attributes
     ----------
@@ -98,7 +98,7 @@ class SimulatedKeypoints:
     exchanged : dict of str to (T,) bool
         Frames in which legs and arms were exchanged.
     positions_mm : (T, 15, 3)
-        Truth, relative to the pelvis, in level camera axes (right, down, away).
+        Ground truth, relative to the pelvis, in level camera axes (right, down, away).
     heading_rad, focal_px, frame_rate_hz : float
     """
 
@@ -111,29 +111,29 @@ class SimulatedKeypoints:
 
 
 def slow_error(generator: np.random.Generator, shape: tuple[int, ...], sd: float, decay: float) -> np.ndarray:
-    """Gaussian errors (T, …) of which each is `decay` times the one before plus something new."""
+    """Draw autocorrelated Gaussian errors (T, …): each is `decay` times the one before plus independent noise."""
     fresh = generator.normal(size=shape)
-    found = np.empty(shape)
-    found[0] = fresh[0]
-    for t in range(1, len(found)):
-        found[t] = decay * found[t - 1] + np.sqrt(1.0 - decay**2) * fresh[t]
-    return sd * found
+    errors = np.empty(shape)
+    errors[0] = fresh[0]
+    for t in range(1, len(errors)):
+        errors[t] = decay * errors[t - 1] + np.sqrt(1.0 - decay**2) * fresh[t]
+    return sd * errors
 
 
 def swap_times(
     generator: np.random.Generator, frames: int, frame_rate_hz: float, error: DetectorError
 ) -> np.ndarray:
-    """Frames (T,) bool in which labels are exchanged."""
-    found = np.zeros(frames, bool)
+    """Draw the frames (T,) bool in which labels are exchanged."""
+    swapped = np.zeros(frames, bool)
     starts = np.flatnonzero(generator.random(frames) < error.swaps_per_s / frame_rate_hz)
     for start in starts:
         length = generator.uniform(*error.swap_s) * frame_rate_hz
-        found[start : start + max(round(length), 1)] = True
-    return found
+        swapped[start : start + max(round(length), 1)] = True
+    return swapped
 
 
 def resample(positions: np.ndarray, frame_rate_hz: float, wanted_hz: float) -> np.ndarray:
-    """Positions at another frame rate, by linear interpolation."""
+    """Return positions at another frame rate, by linear interpolation."""
     times = np.arange(0.0, (len(positions) - 1) / frame_rate_hz + 1e-9, 1.0 / wanted_hz) * frame_rate_hz
     before = np.minimum(times.astype(int), len(positions) - 2)
     share = (times - before)[:, None, None]
@@ -155,19 +155,19 @@ def simulate_keypoints(
     positions_mm : (T, 15, 3)
         Treadmill equivalent of a walk about the mean pelvis, mm, z up, along +y.
     frame_rate_hz : float
-        Of the positions.
+        Frame rate of the positions.
     filming : Filming
     error : DetectorError
     """
     require_shape("positions", positions_mm, ("T", len(WALKER15.joints), 3))
     require_range("the frame rate", frame_rate_hz, above=0, unit="Hz")
-    own = resample(positions_mm, frame_rate_hz, filming.frame_rate_hz)
-    T = len(own)
+    motion = resample(positions_mm, frame_rate_hz, filming.frame_rate_hz)
+    T = len(motion)
     times = (np.arange(T) - (T - 1) / 2.0) / filming.frame_rate_hz
-    ground = np.percentile(own[:, ANKLES, 2], 2)
-    stature = own[:, 0, 2].mean() - ground
+    ground = np.percentile(motion[:, ANKLES, 2], 2)
+    stature = motion[:, 0, 2].mean() - ground
     A = level_axes(filming.heading_rad)
-    drawn = own + generator.normal(0.0, error.bias_mm, size=(1, *own.shape[1:]))
+    drawn = motion + generator.normal(0.0, error.bias_mm, size=(1, *motion.shape[1:]))
     path = np.zeros((T, 3))
     if filming.speed_mm_s > 0:
         path += np.outer(times * filming.speed_mm_s, A[:, 1])
@@ -177,7 +177,7 @@ def simulate_keypoints(
     distance = generator.uniform(*filming.distance_mm)
     distance = max(distance, filming.nearest_mm - path[:, 2].min())
     height = generator.uniform(*filming.height_mm)
-    # The camera is `height` above the ground: the pelvis (the origin) is lower in the image by the difference.
+    # The camera is `height` above the ground: the pelvis (the origin) is lower than it by the difference.
     below = height + ground
     pitch = np.arctan2(below, distance) + generator.normal(0.0, filming.aim_sd_rad)
     focal = filming.person_px * distance / stature
@@ -195,7 +195,7 @@ def simulate_keypoints(
     return SimulatedKeypoints(
         pixels=pixels,
         exchanged=swapped,
-        positions_mm=(own - own[:, PELVIS : PELVIS + 1]) @ A.T,
+        positions_mm=(motion - motion[:, PELVIS : PELVIS + 1]) @ A.T,
         heading_rad=filming.heading_rad,
         focal_px=focal,
         frame_rate_hz=filming.frame_rate_hz,

@@ -1,4 +1,4 @@
-"""Walks from keypoints of one camera, on simulated clips whose truth is known; of no paper."""
+"""Study of walks from keypoints of one camera, on simulated clips with ground truth; it belongs to no paper."""
 
 from pipeline.studies.study import Study
 from walk3d.film.study.changes import KeypointChanges

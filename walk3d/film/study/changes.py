@@ -1,4 +1,4 @@
-"""The same simulated clips under several conditions: a worse film, or less to go on; and films as people make them."""
+"""The same simulated clips under several conditions: worse films, ablations, and usual kinds of amateur film."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class ChangedErrors(FilmedErrors):
     Attributes
     ----------
     kinds : DataFrame
-        A row to each clip of each kind; none where ingredients are taken away.
+        One row per clip of each kind; empty for the ablation.
     """
 
     kinds: pd.DataFrame
@@ -34,26 +34,26 @@ class ChangedErrors(FilmedErrors):
 class KeypointChanges(FilmedClips):
     """Simulated clips, each under every condition with the same random numbers."""
 
-    changes: Changes  # kind of changes: degradations, or parts taken away
-    takes: Several = scaled(value={"full": 16, "smoke": 2})  # clips of the usual condition
+    changes: Changes  # kind of changes: degradations, or ablation
+    takes: Several = scaled(value={"full": 16, "smoke": 2})  # number of clips under each condition
     levels: CountOrAll = scaled(
         value={"full": 0, "smoke": 1}
-    )  # of each kind of change, the last so many; 0: all
+    )  # number of levels of each kind of change, from the largest change; 0: all
     films: Several = scaled(
         value={"full": 40, "smoke": 2}
-    )  # simulated clips of each kind of film as people make it
+    )  # number of simulated clips of each kind of amateur film
 
     @property
     def conditions(self) -> list[Condition]:
-        """Return the conditions with the levels that are wanted."""
+        """Return the conditions with the requested levels."""
         every = CONDITIONS[self.changes]
-        kept = []
+        selected = []
         for kind in dict.fromkeys(condition.kind for condition in every):
-            kept += [condition for condition in every if condition.kind == kind][-self.levels :]
-        return kept
+            selected += [condition for condition in every if condition.kind == kind][-self.levels :]
+        return selected
 
     def measure(self, inputs: Inputs) -> ChangedErrors:
-        """Return the errors of all clips, and what was made of each kind of film."""
+        """Return the errors of all clips, and the results for each kind of film."""
         of_kinds = self._kinds(inputs) if self.changes is Changes.degradations else pd.DataFrame()
         return ChangedErrors(**vars(super().measure(inputs)), kinds=of_kinds)
 
@@ -62,16 +62,16 @@ class KeypointChanges(FilmedClips):
         cases = self._takes(dataset, self.films)
         models = inputs.model.group[[case.person for case in cases]].tolist()
 
-        def one(model: int) -> list[tuple[int, dict[str, object]]]:
+        def rows_of_model(model: int) -> list[tuple[int, dict[str, object]]]:
             prior = inputs.model.prior(model, Knowledge())
-            mine = [case for case, of_case in zip(cases, models, strict=True) if of_case == model]
+            model_cases = [case for case, of_case in zip(cases, models, strict=True) if of_case == model]
             return [
                 (number * len(cases) + case.take, self._seen(number, case, prior, inputs))
                 for number in range(len(FILM_KINDS))
-                for case in mine
+                for case in model_cases
             ]
 
-        parts = map_processes(one, sorted(set(models)), inputs.workers)
+        parts = map_processes(rows_of_model, sorted(set(models)), inputs.workers)
         rows = sorted((row for part in parts for row in part), key=lambda row: row[0])
         return pd.DataFrame([row for _, row in rows])
 
@@ -85,7 +85,7 @@ class KeypointChanges(FilmedClips):
             other = (case.walk + len(dataset.person) // 2) % len(dataset.person)
             walked.append(dataset.training_walk(other))
             people = crossing(generator, inputs.clips, other, walked[1], filmed)
-        seen = see(people, [one.frequency_hz for one in walked], kind.stated, prior)
+        outcome = see(people, [walker.frequency_hz for walker in walked], kind.stated, prior)
         return {
             "number": number,
             "person": dataset.people[case.person],
@@ -93,29 +93,29 @@ class KeypointChanges(FilmedClips):
             "heading_deg": float(case.heading_deg),
             "overground": int(case.overground),
             "walks": int(kind.activity is None),
-            "wrong_frequency_percent": 100.0 * seen.wrong_frequency,
-            "refused_percent": 100.0 * (seen.verdict == Verdict.not_a_walk),
-            "accepted_percent": 100.0 * (seen.verdict != Verdict.not_a_walk),
-            "error_mm": seen.error_mm,
-            "knee_error_deg": seen.knee_error_deg,
+            "wrong_frequency_percent": 100.0 * outcome.wrong_frequency,
+            "refused_percent": 100.0 * (outcome.verdict == Verdict.not_a_walk),
+            "accepted_percent": 100.0 * (outcome.verdict != Verdict.not_a_walk),
+            "error_mm": outcome.error_mm,
+            "knee_error_deg": outcome.knee_error_deg,
         }
 
     def cases(self, dataset: FilmedWalkers) -> list[Case]:
-        """Return the clips: as many people as there are takes, or all, and each take from another side.
+        """Return the clips: the takes are spread over people and over sides.
 
-        Where too few people of other sources are left to learn from, that condition is left out.
+        A condition that needs other sources is left out if too few people would remain.
         """
-        found: list[Case] = []
+        cases: list[Case] = []
         for number, condition in enumerate(self.conditions):
             if not condition.knowledge.other_sources or dataset.sources_left_out:
-                found += self._takes(dataset, self.takes, len(found), number)
-        return found
+                cases += self._takes(dataset, self.takes, len(cases), number)
+        return cases
 
     def _takes(self, dataset: FilmedWalkers, takes: int, first: int = 0, condition: int = 0) -> list[Case]:
-        people, found = dataset.people, list[Case]()
+        people, cases = dataset.people, list[Case]()
         for take in range(takes):
             person = take * len(people) // takes if takes < len(people) else take % len(people)
-            mine = np.flatnonzero(dataset.person == people[person])
-            walk = mine[take // len(people) % len(mine)]
-            found.append(Case(first + take, take, person, walk, *side(take), condition))
-        return found
+            walks_of_person = np.flatnonzero(dataset.person == people[person])
+            walk = walks_of_person[take // len(people) % len(walks_of_person)]
+            cases.append(Case(first + take, take, person, walk, *side(take), condition))
+        return cases

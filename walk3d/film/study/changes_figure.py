@@ -1,4 +1,4 @@
-"""Errors of walks from keypoints of a worse film, or with less to reconstruct them with."""
+"""Errors of walks from keypoints under worse conditions, or with parts of the reconstruction left out."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from walk3d.film.study.shown import Inputs, KeypointFigure
 from walk3d.film.study.tables import errors_by, views_by
 
 ROW_HEIGHT = 0.17
-"""Of a condition, inches."""
+"""Height of a condition's row, inches."""
 OURS, AVERAGE = "keypoint_walk", "average_walker"
-MOST_SHOWN = (("error_mm", "joints", 40.0), ("knee_error_deg", "knees", 10.0))
-MOST_OF_VIEW_DEG = 10.0
-"""Ends of the axes: a view taken for another would press all else together."""
+AXIS_ENDS = (("error_mm", "joints", 40.0), ("knee_error_deg", "knees", 10.0))
+MAX_VIEW_DEG = 10.0
+"""Ends of the axes; single mistaken views would otherwise compress the rest."""
 
 
 class KeypointChangesFigure(KeypointFigure):
@@ -36,17 +36,19 @@ class KeypointChangesFigure(KeypointFigure):
     sweep = KeypointChanges
 
     def tables(self, inputs: Inputs) -> Tables:
-        """``table``: errors by condition and method; ``table_changes``: less those of the same clips as usual.
+        """``table``: errors by condition and method; ``table_changes``: their difference from the usual condition.
 
-        ``table_views``: view, cadence, coverage, verdicts, labels; ``table_clips``: clips; ``table_kinds`` and
-        ``table_films``: films as people make them, by kind and one by one.
+        ``table_views``: view, cadence, coverage, verdicts, labels.  ``table_clips``: clips.  ``table_kinds`` and
+        ``table_films``: amateur films, by kind and one by one.
         """
         options = cast(KeypointChanges, inputs.experiment.sweep)
         changes = {"change": "kind", "level": "level"}
 
         def with_words(rows: pd.DataFrame) -> pd.DataFrame:
             of_row = [options.conditions[number] for number in rows["condition"]]
-            return rows.assign(**{n: [getattr(c, of) for c in of_row] for n, of in changes.items()})
+            return rows.assign(
+                **{n: [getattr(c, attribute) for c in of_row] for n, attribute in changes.items()}
+            )
 
         clips, people = with_words(inputs.sweep.clips), with_words(inputs.sweep.people)
         by = ["condition", *changes, "method"]
@@ -71,7 +73,7 @@ class KeypointChangesFigure(KeypointFigure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """What each condition adds to the errors of joints and knees; error of the view, and shares of clips."""
+        """Draw the errors that each condition adds, the error of the view, and shares of clips."""
         options = cast(KeypointChanges, inputs.experiment.sweep)
         words = _words([options.conditions[n] for n in tables["table_views"]["condition"].tolist()])
         condition = partial(Chart, x="condition", abscissa=Axis(words=words))
@@ -87,12 +89,12 @@ class KeypointChangesFigure(KeypointFigure):
                         Reference(y=usual[column][AVERAGE] - usual[column][OURS], label="average walker"),
                     ],
                 )
-                for column, label, most in MOST_SHOWN
+                for column, label, most in AXIS_ENDS
             ),
             condition(
                 table="table_views", y="view_error_median_deg", styles={"median": Style("median of clips", "sky")},
                 also=[of_views(y="view_error_90_deg", styles={"90": Style("90 % of clips", "purple")})],
-                label="view", limits=(0.0, MOST_OF_VIEW_DEG),
+                label="view", limits=(0.0, MAX_VIEW_DEG),
             ),
             condition(
                 table="table_views", y="covered_95_percent",
@@ -108,15 +110,15 @@ class KeypointChangesFigure(KeypointFigure):
             charts=charts,
             columns=4,
             panel_size=(1.85, 0.8 + ROW_HEIGHT * len(words)),
-            caption=f"{options.takes} simulated clips, the same for every condition, of people whom the model does not"
-            " know, from all sides, overground and on a treadmill. (a), (b) Mean difference from the same clips as"
-            " usual, whose own error stands at the line, with "
-            f"{OVER_PEOPLE}. What lies beyond the axes is in the tables.",
+            caption=f"{options.takes} simulated clips, the same for every condition, of people left out of the model,"
+            " from all sides, overground and on a treadmill. (a), (b) Mean difference from the same clips under the"
+            " usual condition, whose own error is written at the line, with "
+            f"{OVER_PEOPLE}. Values beyond the axes are in the tables.",
         )
 
 
 def _of_kinds(films: pd.DataFrame) -> Tables:
-    """Tables of films as people make them, of each kind and of each film; none where there are no such films."""
+    """Return the tables of amateur films by kind and by film; none without such films."""
     if films.empty:
         return {}
     kinds = [FILM_KINDS[number] for number in films["number"]]
@@ -132,7 +134,7 @@ def _of_kinds(films: pd.DataFrame) -> Tables:
 
 
 def _words(conditions: Sequence[Condition]) -> dict[str, str]:
-    """Rows of conditions by number: those of one kind below a head, which has no number."""
+    """Return the labels of conditions by number; conditions of one kind are below a heading without a number."""
     kinds = Counter(condition.kind for condition in conditions)
     words: dict[str, str] = {}
     for number, condition in enumerate(conditions):

@@ -1,4 +1,4 @@
-"""One simulated clip of somebody whom the model does not know: filmed, reconstructed, compared with the truth."""
+"""One simulated clip of a left-out person: reconstruction and comparison with the ground truth."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ class ClipErrors:
     Attributes
     ----------
     view_error_deg : float
-        Heading found less true, within ±180.
+        Estimated minus true heading, within ±180.
     cadence_error_percent : float
     distance_mm : (3,)
         Mean distance of the joints, by `METHODS`.
     angle_deg : (3, 6)
         Root mean square error of knees, hips, shanks, elbows, shoulders and the trunk.
     event_ms : (2,)
-        Median distance of contacts and of toe-offs from the true ones; NaN if the clip holds none.
+        Median distance of contacts and of toe-offs from the true ones; NaN if the clip contains none.
     over_sd : StandardErrors
     residual_percent : float
-        Of the height in the image.
+        Residual, per cent of the height in the image.
     verdict : str
-        Whether this is a walk.
+        Verdict on the clip.
     labels_right, labels_unsure : bool
-        Whether left and right are the walker's; whether both labellings would be returned.
+        True if left and right are the walker's; True if both labellings would be returned.
     """
 
     view_error_deg: float
@@ -55,50 +55,54 @@ class ClipErrors:
 
 
 def reconstruct_clip(simulated: SimulatedKeypoints, prior: Prior, condition: Condition) -> Reconstruction:
-    """Reconstruct a simulated clip of which nothing is known but focal length and frame rate."""
+    """Reconstruct a simulated clip, given only focal length and frame rate."""
     pixels = exchange_all(simulated.pixels) if condition.wrong_labels else simulated.pixels.copy()
     pixels[:, [WALKER15.index(joint) for joint in condition.hidden]] = np.nan
     return reconstruct(
         pixels,
         np.ones(pixels.shape[:2]),
         simulated.frame_rate_hz,
-        simulated.focal_px * condition.focal_told,
+        simulated.focal_px * condition.focal_factor,
         prior,
         condition.fitting,
     )
 
 
 def compare(
-    found: Reconstruction, simulated: SimulatedKeypoints, walk: TrainingWalk, condition: Condition
+    reconstruction: Reconstruction, simulated: SimulatedKeypoints, walk: TrainingWalk, condition: Condition
 ) -> ClipErrors:
-    """Compare a reconstruction with the truth.
+    """Compare a reconstruction with the ground truth.
 
     Parameters
     ----------
-    found : Reconstruction
+    reconstruction : Reconstruction
     simulated : SimulatedKeypoints
     walk : TrainingWalk
         The whole walk that was filmed.
     condition : Condition
     """
     truth, heading = simulated.positions_mm, simulated.heading_rad
-    true_angles, headings = errors.level_angles(truth, heading), errors.headings(found)
-    events = errors.event_errors(found, truth, heading)
-    estimates = (found.posterior.positions_mm, errors.average_walker_mm(found), errors.image_kept_mm(found))
+    true_angles, headings = errors.level_angles(truth, heading), errors.headings(reconstruction)
+    events = errors.event_errors(reconstruction, truth, heading)
+    estimates = (
+        reconstruction.posterior.positions_mm,
+        errors.average_walker_mm(reconstruction),
+        errors.image_kept_mm(reconstruction),
+    )
     angle = np.empty((len(estimates), KIND_OF.max() + 1))
     for m, estimate in enumerate(estimates):
         squares = np.degrees(errors.level_angles(estimate, headings) - true_angles) ** 2
         angle[m] = [np.sqrt(squares[:, kind == KIND_OF].mean()) for kind in range(angle.shape[1])]
-    off = np.degrees(found.fit.x[HEADING] - simulated.heading_rad)
+    off = np.degrees(reconstruction.fit.x[HEADING] - simulated.heading_rad)
     return ClipErrors(
         view_error_deg=(off + 180.0) % 360.0 - 180.0,
-        cadence_error_percent=100.0 * (np.exp(found.fit.x[LOG_F]) / walk.frequency_hz - 1.0),
+        cadence_error_percent=100.0 * (np.exp(reconstruction.fit.x[LOG_F]) / walk.frequency_hz - 1.0),
         distance_mm=np.array([errors.mean_distance_mm(estimate, truth) for estimate in estimates]),
         angle_deg=angle,
         event_ms=np.array([1000.0 * np.median(np.abs(z[:, 0])) if len(z) else np.nan for z in events]),
-        over_sd=errors.standard_errors(found, truth, heading, walk, events),
-        residual_percent=found.relative_residual,
-        verdict=str(judge(found).verdict),
-        labels_right=found.labels_exchanged == condition.wrong_labels,
-        labels_unsure=found.labels_unsure,
+        over_sd=errors.standard_errors(reconstruction, truth, heading, walk, events),
+        residual_percent=reconstruction.relative_residual,
+        verdict=str(judge(reconstruction).verdict),
+        labels_right=reconstruction.labels_exchanged == condition.wrong_labels,
+        labels_unsure=reconstruction.labels_unsure,
     )

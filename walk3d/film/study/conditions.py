@@ -1,7 +1,7 @@
-"""What is changed about a simulated clip or about the reconstruction, one thing at a time.
+"""Conditions of a simulated clip or of its reconstruction, each with one change.
 
-Degradations make the film worse: the detector's errors, how long, how fast and from where it was filmed.  The ablation
-takes from the reconstruction an ingredient, joints, the right labels, or people like the walker to learn from.
+Degradations make the film worse: errors of the detector; length, rate, distance and height of filming.  The ablation
+leaves out an ingredient of the reconstruction, joints, correct labels, or people like the walker.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ class Changes(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Knowledge:
-    """What the reconstruction believes of walkers and detector.
+    """Assumptions of the reconstruction about walkers and detector.
 
     Attributes
     ----------
     floor_mm : float
-        Standard deviation of a joint's fixed offset; 0: there is none, and none is given back.
+        Assumed standard deviation of a joint's fixed offset; 0: no offset is assumed or removed.
     harmonics : int
-        Of the walker; higher ones are zero.
+        Number of harmonics of the walker; higher ones are zero.
     bones : bool
-        Whether bones keep their lengths.
+        True: bones keep their lengths.
     other_sources : bool
-        Whether the model knows people of the other sources only.
+        True: the model is learnt only from people of other sources.
     """
 
     floor_mm: float = 10.0
@@ -54,26 +54,26 @@ _as_labelled = partial(Fitting, both_labellings=False)
 
 @dataclass(frozen=True, kw_only=True)
 class Condition:
-    """One change, or none.
+    """One change of the usual condition, or none.
 
     Attributes
     ----------
     kind, level : str
-        What is changed, and how far.
+        Kind and size of the change.
     error : DetectorError
     filming : dict
         Fields of `walk3d.film.simulation.keypoints.Filming` in place of the usual ones.
     strides : float
-        Length of the clip; a shorter recording is continued.  0: as long as it was recorded, up to a limit.
-    focal_told : float
-        Focal length that the reconstruction is told, over the true one.
+        Length of the clip, to which a shorter recording is continued; 0: as recorded, up to a limit.
+    focal_factor : float
+        Focal length that is given to the reconstruction, over the true one.
     hidden : tuple of str
         Joints that are never seen.
     wrong_labels : bool
-        Left and right are exchanged throughout.
+        True: left and right are exchanged throughout.
     knowledge : Knowledge
     fitting : Fitting
-        As labelled, unless a condition says otherwise.
+        Options of the fit; by default, labels are used as given.
     """
 
     kind: str = USUAL
@@ -81,7 +81,7 @@ class Condition:
     error: DetectorError = field(default_factory=DetectorError)
     filming: dict[str, Any] = field(default_factory=dict)
     strides: float = 0.0
-    focal_told: float = 1.0
+    focal_factor: float = 1.0
     hidden: tuple[str, ...] = ()
     wrong_labels: bool = False
     knowledge: Knowledge = field(default_factory=Knowledge)
@@ -134,10 +134,10 @@ CONDITIONS: dict[Changes, list[Condition]] = {
             "camera height", lambda m: {"filming": {"height_mm": (1000 * m, 1000 * m)}}, {"0.3 m": 0.3, "2.5 m": 2.5}
         ),
         *_several(
-            "focal length told", lambda times: {"focal_told": times}, {"25 % too long": 1.25, "20 % too short": 0.8}
+            "focal length told", lambda times: {"focal_factor": times}, {"25 % too long": 1.25, "20 % too short": 0.8}
         ),
         *_several(
-            "focal length found", lambda times: {"focal_told": times, "fitting": _as_labelled(focal_sd=FOCAL_SD)},
+            "focal length found", lambda times: {"focal_factor": times, "fitting": _as_labelled(focal_sd=FOCAL_SD)},
             {"from 40 % too short": 0.6, "from 40 % too long": 1.4},
         ),
     ],
@@ -153,7 +153,7 @@ CONDITIONS: dict[Changes, list[Condition]] = {
         *_several(
             "without", lambda fitting: {"fitting": fitting},
             {
-                "several starts": _as_labelled(most_starts=1), "search for swaps": _as_labelled(relabel=False),
+                "several starts": _as_labelled(max_starts=1), "search for swaps": _as_labelled(relabel=False),
                 "long tails of errors": _as_labelled(nu=1e6), "path as fast as feet": _as_labelled(overground=False),
             },
         ),
@@ -170,4 +170,4 @@ CONDITIONS: dict[Changes, list[Condition]] = {
         Condition(kind="learnt from", level="other sources", knowledge=Knowledge(other_sources=True)),
     ],
 }  # fmt: skip
-"""All conditions, the usual one first; of each kind the farthest from it last."""
+"""All conditions: the usual one first, and within each kind the largest change last."""

@@ -1,4 +1,4 @@
-"""Walks as the model of walkers is trained on them: four harmonics, every walker scaled to one height."""
+"""Walks on which the model of walkers is trained: four harmonics, all scaled to one height."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from pipeline.validation import InvalidInput
 from walk3d.film.simulation.filmed import training_walks
 from walk3d.film.walk import TrainingWalk
 
-LEAST_PEOPLE = 4
+MIN_PEOPLE = 4
 
 
 @dataclass(frozen=True)
 class FilmedWalkers:
-    """Walks to be learnt from, and to be filmed.
+    """Walks for training and for filming.
 
     Attributes
     ----------
     walks : TrainingWalk
-        As the training takes them, W of them stacked.
+        W training walks, stacked.
     person, clip, source : (W,) text
     words : str
     """
@@ -35,38 +35,38 @@ class FilmedWalkers:
 
     @property
     def people(self) -> list[str]:
-        """Everybody, in the order of the walks."""
+        """Names of all people, in the order of the walks."""
         return list(dict.fromkeys(self.person.tolist()))
 
     @property
     def sources(self) -> np.ndarray:
         """Source of each of `people`, (P,) text."""
         person = self.person.tolist()
-        return self.source[[person.index(who) for who in self.people]]
+        return self.source[[person.index(name) for name in self.people]]
 
     @property
     def sources_left_out(self) -> list[str]:
-        """Sources, if enough people are left without any of them; else none."""
+        """Sources, if enough people remain without any one of them; else none."""
         of_people = self.sources
         names = list(dict.fromkeys(of_people.tolist()))
-        return names if all((of_people != name).sum() >= LEAST_PEOPLE for name in names) else []
+        return names if all((of_people != name).sum() >= MIN_PEOPLE for name in names) else []
 
     def training_walk(self, number: int) -> TrainingWalk:
-        """Return one walk as the training takes it."""
+        """Return one training walk."""
         return part(self.walks, number)
 
 
 class FilmedWalkersDataset(Dataset):
-    """All steady walks of everybody."""
+    """Dataset of all steady walks of all people."""
 
     corpus = WALKS
 
     def build(self, clips: Walks, *, workers: int) -> FilmedWalkers:
         """Return the walks with four harmonics.  Raises InvalidInput if there are too few people."""
         people = len(set(clips.person))
-        if people < LEAST_PEOPLE:
+        if people < MIN_PEOPLE:
             raise InvalidInput(
-                "people are filmed who were left out of the model", expected=f"{LEAST_PEOPLE} people or more",
+                "too few people to film some who are left out of the model", expected=f"{MIN_PEOPLE} people or more",
                 received=people, code="too_few_people", count=people,
             )  # fmt: skip
         walks = training_walks(clips)

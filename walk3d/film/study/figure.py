@@ -1,4 +1,4 @@
-"""Errors of walks from keypoints and coverage of their bars: by direction of the walk, and by unseen laboratory."""
+"""Errors of walks from keypoints and coverage of their bars, by heading and by unseen laboratory."""
 
 from __future__ import annotations
 
@@ -26,27 +26,31 @@ class KeypointLaboratoriesFigure(KeypointFigure):
     sweep = KeypointLaboratories
 
     def tables(self, inputs: Inputs) -> Tables:
-        """``table``: errors by laboratory and method, and of everybody; ``table_views``: view, cadence, coverage."""
+        """``table``: errors by laboratory and method, and of all people; ``table_views``: view, cadence, coverage."""
         people, dataset, by = inputs.sweep.people, inputs.dataset, ["laboratory", "method"]
         laboratory = dict(zip(dataset.people, dataset.sources.tolist(), strict=True))
         clips = inputs.sweep.clips.drop(columns=["condition", *VERDICTS])
-        of = clips["person"].map(laboratory).rename("laboratory")
+        laboratory_of_clip = clips["person"].map(laboratory).rename("laboratory")
         errors = [
             errors_by(people.assign(laboratory=names), by)
             for names in (people["person"].map(laboratory), EVERYBODY)
         ]
-        views = [*views_by(clips, of), *views_by(clips, of.where(of.isna(), EVERYBODY))]
+        views = [
+            *views_by(clips, laboratory_of_clip),
+            *views_by(clips, laboratory_of_clip.where(laboratory_of_clip.isna(), EVERYBODY)),
+        ]
         return {
             "table": tidy(pd.concat(errors), by=by),
             "table_views": tidy(views, by=["laboratory"]),
             "table_clips": tidy(
-                clips.assign(laboratory=of), by=["person", "walk", "heading_deg", "overground"]
+                clips.assign(laboratory=laboratory_of_clip),
+                by=["person", "walk", "heading_deg", "overground"],
             ),
             "table_people": tidy(people[["person", "method", *ERRORS]], by=["person", "method"]),
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Errors of joints and knees by laboratory; coverage of 95 % bars as computed and calibrated."""
+        """Draw errors of joints and knees by laboratory, and coverage of 95 % bars as computed and calibrated."""
         words = {name: name.replace("_", " ") for name in tables["table"]["laboratory"]}
         chart = partial(Chart, x="laboratory", abscissa=Axis(words=words))
         covered = partial(
@@ -83,7 +87,7 @@ class KeypointHeadingsFigure(KeypointFigure):
     def tables(self, inputs: Inputs) -> Tables:
         """``table``: errors by heading and method; ``table_views``: view, cadence, coverage; ``table_clips``: clips.
 
-        Headings to either side are pooled; an angle's error is the mean over clips of its root mean square.
+        Headings to either side are pooled.  An angle's error is the mean over clips of its root mean square error.
         """
         clips = inputs.sweep.clips.drop(columns=["condition", *VERDICTS])
         by = ["heading_deg", "method"]
@@ -97,7 +101,7 @@ class KeypointHeadingsFigure(KeypointFigure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Errors of joints and knees by heading; error of the view; coverage of bars."""
+        """Draw errors of joints and knees by heading, error of the view, and coverage of bars."""
         options = cast(KeypointHeadings, inputs.experiment.sweep)
         heading = partial(
             Chart, x="heading_deg",
@@ -130,14 +134,14 @@ class KeypointHeadingsFigure(KeypointFigure):
                 also=[of_view], label="error of the view",
             ),
             heading(
-                **covered[0], also=[Lines(**one) for one in covered[1:]], label="covered by bars",
+                **covered[0], also=[Lines(**kwargs) for kwargs in covered[1:]], label="covered by bars",
                 limits=(0.0, 100.0), references=[Reference(y=float(p), label=f"{p} %") for p in LEVELS_PERCENT],
             ),
         ]  # fmt: skip
         return Sheet(
             charts=charts,
             columns=2,
-            caption=f"{len(tables['table_clips'])} simulated clips of people whom the model does not know: perspective,"
+            caption=f"{len(tables['table_clips'])} simulated clips of people left out of the model: perspective,"
             f" white and slow error, a bias of {options.bias_mm:g} mm of each joint, missing and exchanged keypoints;"
             " distance, path, view, phase and cadence unknown; overground and on a treadmill, either side."
             f" Bands: {OVER_PEOPLE}. Bars: of {', '.join(map(str, LEVELS_PERCENT))} %.",

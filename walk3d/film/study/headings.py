@@ -1,4 +1,4 @@
-"""Simulated clips from all sides with everything unknown: errors, and whether bars calibrated on others hold."""
+"""Errors and coverage of bars in simulated clips from all sides, with everything unknown."""
 
 from __future__ import annotations
 
@@ -21,30 +21,30 @@ class KeypointHeadings(FilmedClips):
     clips: Annotated[int, bounded(at_least=len(HEADINGS_DEG))] = scaled(
         value={"full": 800, "smoke": 8}
     )  # number of simulated clips
-    # Of each joint of the simulated detector; what the model believes, too.
+    # The reconstruction assumes the same bias as the simulated detector has.
     bias_mm: Annotated[float, bounded(at_least=0, at_most=100)] = (
-        10.0  # of the detector, standard deviation over joints
+        10.0  # bias of the detector, standard deviation over joints
     )
 
     @property
     def conditions(self) -> list[Condition]:
-        """Return the usual condition with this bias."""
+        """Return the usual condition with this bias of the detector."""
         error = replace(DetectorError(), bias_mm=self.bias_mm)
         return [Condition(error=error, knowledge=Knowledge(floor_mm=self.bias_mm))]
 
     def cases(self, dataset: FilmedWalkers) -> list[Case]:
-        """Return the clips: people take turns, each from as many sides as there are clips for."""
+        """Return the clips: people alternate, each from as many sides as there are clips for."""
         people = dataset.people
-        found = []
+        cases = []
         for c in range(self.clips):
             person, turn = c % len(people), c // len(people)
-            mine = np.flatnonzero(dataset.person == people[person])
-            found.append(Case(c, c, person, mine[turn % len(mine)], *side(c + turn)))
-        return found
+            walks_of_person = np.flatnonzero(dataset.person == people[person])
+            cases.append(Case(c, c, person, walks_of_person[turn % len(walks_of_person)], *side(c + turn)))
+        return cases
 
 
 class KeypointLaboratories(KeypointHeadings):
-    """Simulated clips of people whose laboratory no model has seen; of a single source, each person is left out."""
+    """Simulated clips of people whose laboratory is left out of the model; with one source, the person is left out."""
 
     clips: Annotated[int, bounded(at_least=len(HEADINGS_DEG))] = scaled(
         value={"full": 80, "smoke": 8}
@@ -52,10 +52,10 @@ class KeypointLaboratories(KeypointHeadings):
 
     @property
     def conditions(self) -> list[Condition]:
-        """Return the usual condition without the walker's laboratory."""
+        """Return the usual condition without the walker's laboratory in the model."""
         (usual,) = super().conditions
         return [replace(usual, knowledge=replace(usual.knowledge, other_sources=True))]
 
     def left_out_with(self, dataset: FilmedWalkers) -> list[str]:
-        """Return the laboratory of each person, or the person."""
+        """Return the laboratory of each person, or the person if there is one source."""
         return dataset.sources.tolist() if dataset.sources_left_out else dataset.people

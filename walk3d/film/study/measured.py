@@ -1,4 +1,4 @@
-"""Many simulated clips: filmed, reconstructed by models that do not know the walkers, and compared with the truth."""
+"""Sweep over simulated clips: filmed, reconstructed without the walkers in the model, and compared with the truth."""
 
 from __future__ import annotations
 
@@ -34,17 +34,17 @@ from walk3d.film.walk.verdict import Verdict
 from walk3d.film.walk.view import project
 
 Inputs = SweepInputs[Walks, FilmedWalkers, KeypointWalkers]
-LONGEST_S = 3.0
-"""Of a simulated clip."""
+MAX_CLIP_S = 3.0
+"""Longest duration of a simulated clip, s."""
 HEADINGS_DEG = (0, 30, 60, 90, 180, -30, -60, -90)
-"""0 is towards the camera, +90 to the image's right."""
+"""Headings of the clips: 0 is towards the camera, +90 to the image's right."""
 _SCORED = GROUP_OF >= 0
 
 ERRORS = ["error_mm", *(f"{kind}_error_deg" for kind in KINDS)]
 LEVELS_PERCENT = tuple(round(100 * level) for level in LEVELS)
 LABELS = ("labels_right_percent", "labels_unsure_percent", "labels_wrong_unsaid_percent")
 VERDICTS = [*(f"{verdict}_percent" for verdict in Verdict), *LABELS]
-"""What is known of the walk and of left and right, as 0 or 100 per cent of a clip."""
+"""Columns of the verdict and of the labels, as 0 or 100 per cent for one clip."""
 
 
 @dataclass(frozen=True)
@@ -54,15 +54,16 @@ class FilmedErrors:
     Attributes
     ----------
     clips : DataFrame
-        A row to each; condition 0 is the usual one.  Bars hold shares of joint coordinates: calibrated
-        on other people under the usual condition, and as computed (raw).
+        One row per clip; condition 0 is the usual one.  Coverage is the share of joint coordinates within bars,
+        calibrated on
+            other people under the usual condition, or as computed (raw).
     people : DataFrame
-        A row to each clip and method: mean distance of the joints, root mean square errors of angles.
+        One row per clip and method: mean distance of the joints, root mean square errors of angles.
     shown : int
-        The clip of median error, whose motion follows.
+        Number of the clip of median error, whose motion follows.
     shown_rate_hz : float
     shown_image_px, shown_reprojection_px : (T, 15, 2)
-        About the principal point; NaN where missing.
+        px from the principal point; NaN where missing.
     shown_true_mm, shown_estimate_mm, shown_average_mm, shown_half_mm : (T, 15, 3)
         About the pelvis, level camera axes; half widths of calibrated 95 % bars.
     """
@@ -81,9 +82,9 @@ class FilmedErrors:
 
 @dataclass(frozen=True)
 class Case:
-    """One clip to be filmed: whose, from where, and whether the walker moves through space.
+    """One clip to be filmed: person, walk, heading, and whether the walker moves through space.
 
-    Clips of one `take` are filmed with the same random numbers under several conditions.
+    Clips of one `take` have the same random numbers under all conditions.
     """
 
     number: int
@@ -96,7 +97,7 @@ class Case:
 
 
 def side(number: int) -> tuple[int, bool]:
-    """Heading in degrees and whether the walker moves through space, of clips that take turns."""
+    """Return the heading in degrees and whether the walker moves through space, for the clip of this number."""
     number %= 2 * len(HEADINGS_DEG)
     return HEADINGS_DEG[number % len(HEADINGS_DEG)], number < len(HEADINGS_DEG)
 
@@ -108,17 +109,17 @@ class FilmedClips(Sweep):
 
     @property
     def reads_clips(self) -> bool:
-        """Whether the clips are read: their motion is filmed."""
+        """True: the motion of the clips is filmed."""
         return True
 
     @property
     @abstractmethod
     def conditions(self) -> list[Condition]:
-        """Return what is changed; the first one is the usual one."""
+        """Return the conditions, the usual one first."""
 
     @abstractmethod
     def cases(self, dataset: FilmedWalkers) -> list[Case]:
-        """Return the clips."""
+        """Return the clips to be filmed."""
 
     def measure(self, inputs: Inputs) -> FilmedErrors:
         """Return the errors of all clips."""
@@ -126,9 +127,9 @@ class FilmedClips(Sweep):
         cases = self.cases(dataset)
         models = [self._model(case, inputs) for case in cases]
 
-        def one(model: int) -> list[tuple[int, ClipErrors]]:
+        def errors_of_model(model: int) -> list[tuple[int, ClipErrors]]:
             priors: dict[Any, Prior] = {}
-            found = []
+            clip_errors = []
             for case in (case for case, of_case in zip(cases, models, strict=True) if of_case == model):
                 condition = self.conditions[case.condition]
                 if condition.knowledge not in priors:
@@ -136,16 +137,16 @@ class FilmedClips(Sweep):
                 simulated = self._filmed(case, inputs)
                 walk = reconstruct_clip(simulated, priors[condition.knowledge], condition)
                 truth = dataset.training_walk(case.walk)
-                found.append((case.number, compare(walk, simulated, truth, condition)))
-            return found
+                clip_errors.append((case.number, compare(walk, simulated, truth, condition)))
+            return clip_errors
 
-        parts = map_processes(one, sorted(set(models)), inputs.workers)
+        parts = map_processes(errors_of_model, sorted(set(models)), inputs.workers)
         measured = [item[1] for item in sorted((i for part in parts for i in part), key=lambda item: item[0])]
-        who = [dataset.people[case.person] for case in cases]
+        names = [dataset.people[case.person] for case in cases]
         usual = [number for number, case in enumerate(cases) if case.condition == 0]
-        alike = [self.left_out_with(dataset)[case.person] for case in cases]
-        by_label = calibrations_by_person(np.array(alike)[usual], [measured[number] for number in usual])
-        calibrations = {person: by_label[label] for person, label in zip(who, alike, strict=True)}
+        labels = [self.left_out_with(dataset)[case.person] for case in cases]
+        by_label = calibrations_by_person(np.array(labels)[usual], [measured[number] for number in usual])
+        calibrations = {person: by_label[label] for person, label in zip(names, labels, strict=True)}
         keys = [
             {
                 "condition": case.condition,
@@ -154,7 +155,7 @@ class FilmedClips(Sweep):
                 "heading_deg": float(case.heading_deg),
                 "overground": int(case.overground),
             }
-            for case, person in zip(cases, who, strict=True)
+            for case, person in zip(cases, names, strict=True)
         ]
         clips = [
             {**key, **of_clip(m, calibrations[key["person"]])} for key, m in zip(keys, measured, strict=True)
@@ -165,20 +166,20 @@ class FilmedClips(Sweep):
             for method, distance, angles in zip(METHODS, m.distance_mm, m.angle_deg, strict=True)
         ]
         distances = [measured[number].distance_mm[0] for number in usual]
-        shown = usual[np.argsort(distances, kind="stable")[len(usual) // 2]]
+        median_clip = usual[np.argsort(distances, kind="stable")[len(usual) // 2]]
         return FilmedErrors(
             clips=pd.DataFrame(clips),
             people=pd.DataFrame(people),
-            shown=shown,
-            **self._shown(cases[shown], calibrations[who[shown]], inputs),
+            shown=median_clip,
+            **self._shown(cases[median_clip], calibrations[names[median_clip]], inputs),
         )
 
     def left_out_with(self, dataset: FilmedWalkers) -> list[str]:
-        """Return for each person a name; whose clips have the same one are left out of each other's bars."""
+        """Return a label for each person; clips with one label are left out of each other's bars."""
         return dataset.people
 
     def _model(self, case: Case, inputs: Inputs) -> int:
-        """Return the number of the model that does not know the walker, nor the source if there is another."""
+        """Return the number of the model without the walker's group, or without the walker's source if required."""
         other_sources = self.conditions[case.condition].knowledge.other_sources
         source = inputs.model.source[case.person]
         return source if other_sources and source >= 0 else inputs.model.group[case.person]
@@ -193,40 +194,41 @@ class FilmedClips(Sweep):
             **condition.filming,
         )
         return film(
-            generator, inputs.clips, case.walk, condition.error, filming, LONGEST_S, condition.strides
+            generator, inputs.clips, case.walk, condition.error, filming, MAX_CLIP_S, condition.strides
         )
 
     def _shown(self, case: Case, calibration: Calibration, inputs: Inputs) -> dict[str, Any]:
-        """The motion of one clip."""
+        """Return the recorded arrays of one clip."""
         condition = self.conditions[case.condition]
         simulated = self._filmed(case, inputs)
         prior = inputs.model.prior(self._model(case, inputs), condition.knowledge)
-        found: Reconstruction = reconstruct_clip(simulated, prior, condition)
-        average = errors.average_walker_mm(found)
-        points = found.fit.objective.camera_points(found.fit.x)
-        scale = errors.fitted_scale(found.posterior.positions_mm, simulated.positions_mm)
+        reconstruction: Reconstruction = reconstruct_clip(simulated, prior, condition)
+        average = errors.average_walker_mm(reconstruction)
+        points = reconstruction.fit.objective.camera_points(reconstruction.fit.x)
+        scale = errors.fitted_scale(reconstruction.posterior.positions_mm, simulated.positions_mm)
         return {
             "shown_rate_hz": simulated.frame_rate_hz,
             "shown_image_px": simulated.pixels,
             "shown_reprojection_px": project(points, simulated.focal_px),
             "shown_true_mm": simulated.positions_mm,
-            "shown_estimate_mm": scale * found.posterior.positions_mm,
+            "shown_estimate_mm": scale * reconstruction.posterior.positions_mm,
             "shown_average_mm": errors.fitted_scale(average, simulated.positions_mm) * average,
-            "shown_half_mm": scale * joint_half_widths(calibration, found.posterior.sd_mm, len(LEVELS) - 1),
+            "shown_half_mm": scale
+            * joint_half_widths(calibration, reconstruction.posterior.sd_mm, len(LEVELS) - 1),
         }
 
 
 def calibrations_by_person(person: np.ndarray, measured: list[ClipErrors]) -> dict[str, Calibration]:
-    """Multipliers of bars for each person, or laboratory, learnt on all clips of the others."""
-    found = {}
-    for who in dict.fromkeys(person):
-        others = [m for name, m in zip(person, measured, strict=True) if name != who]
-        found[who] = learn([m.over_sd for m in others])
-    return found
+    """Return the multipliers of bars for each person or laboratory, learnt on all clips of the others."""
+    calibrations = {}
+    for label in dict.fromkeys(person):
+        others = [m for name, m in zip(person, measured, strict=True) if name != label]
+        calibrations[label] = learn([m.over_sd for m in others])
+    return calibrations
 
 
 def covered(measured: ClipErrors, calibration: Calibration | None) -> np.ndarray:
-    """Share of joint coordinates within bars, by level, (3,); None: bars as computed."""
+    """Return the share of joint coordinates within bars by level, (3,); without a calibration, bars as computed."""
     off = np.abs(measured.over_sd.joints[:, _SCORED])
     unit = np.ones((len(GROUP_OF), 3))
     half = [
@@ -239,7 +241,7 @@ def covered(measured: ClipErrors, calibration: Calibration | None) -> np.ndarray
 
 
 def covered_cycle(measured: ClipErrors, calibration: Calibration) -> dict[str, float]:
-    """Errors of events, ms, and shares of angles and of what is read of the cycle that their 95 % bars hold."""
+    """Return errors of events, ms, and the coverage of 95 % bars of angles and of gait-cycle quantities."""
     half = NORMAL[-1] * calibration.angles[KIND_OF, -1], NORMAL[-1] * calibration.cycle[:, -1]
     cycle = np.concatenate([z <= wide for z, wide in zip(measured.over_sd.cycle, half[1], strict=True)])
     return {
@@ -250,7 +252,7 @@ def covered_cycle(measured: ClipErrors, calibration: Calibration) -> dict[str, f
 
 
 def of_clip(measured: ClipErrors, calibration: Calibration) -> dict[str, float]:
-    """Errors of view and cadence, residual, coverage of bars, verdict and labels of one clip."""
+    """Return errors of view and cadence, residual, coverage of bars, verdict and labels of one clip."""
     labels = (
         measured.labels_right,
         measured.labels_unsure,
@@ -268,5 +270,5 @@ def of_clip(measured: ClipErrors, calibration: Calibration) -> dict[str, float]:
         },
         **covered_cycle(measured, calibration),
         **{f"{verdict}_percent": 100.0 * (measured.verdict == verdict) for verdict in Verdict},
-        **{name: 100.0 * bool(held) for name, held in zip(LABELS, labels, strict=True)},
+        **{name: 100.0 * bool(true) for name, true in zip(LABELS, labels, strict=True)},
     }

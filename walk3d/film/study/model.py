@@ -1,4 +1,4 @@
-"""Models of walkers without each group of people, or without a source, whose walks are reconstructed from them."""
+"""Models of walkers, each learnt without one group of people or one source, for the walks of those left out."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ from walk3d.film.walk import (
 from walk3d.film.walk.prior import BONE_FACTOR
 from walk3d.film.walk.training import BLOCKS
 
-NO_BONES = 1e3
-"""Factor on the tolerances of lengths with which these say nothing."""
-LEAST_VARIANCE = 1e-6
-"""Of a harmonic that walkers have not, mm²."""
+LOOSE_BONE_FACTOR = 1e3
+"""Factor on the tolerances of bone lengths that makes them ineffective."""
+MIN_VARIANCE = 1e-6
+"""Variance of a harmonic that is left out, mm²."""
 
 
 @dataclass(frozen=True)
@@ -39,12 +39,12 @@ class KeypointWalkers:
     Attributes
     ----------
     group, source : (P,) int
-        Model without the group of each person, in the order of `FilmedWalkers.people`, and without his or her source;
-        -1 if there is no other source.
+        Number of the model without each person's group, in the order of `FilmedWalkers.people`, and without the
+        person's source; -1 if there is no other source.
     moments : CompactMoments
-        G of them, stacked.
+        Moments of the G models, stacked.
     unfamiliar : (G,)
-        Share of what sets laboratories apart that the model lacks; 0 of those without a group.
+        Share of the variance between laboratories that each model lacks; 0 for those without a group.
     words : str
     """
 
@@ -59,62 +59,64 @@ class KeypointWalkers:
         return prepare(
             with_harmonics(model_of(expand(part(self.moments, left_out))), knowledge.harmonics),
             Detector(floor_mm=np.full(JOINTS, knowledge.floor_mm)),
-            bone_factor=BONE_FACTOR if knowledge.bones else NO_BONES,
+            bone_factor=BONE_FACTOR if knowledge.bones else LOOSE_BONE_FACTOR,
             unfamiliar=self.unfamiliar[left_out],
         )
 
 
 def with_harmonics(model: WalkerModel, harmonics: int) -> WalkerModel:
-    """The model whose walkers have no harmonics above these."""
-    kept = np.arange(BLOCKS) < 1 + 2 * harmonics
-    every = np.tile(kept, JOINTS * 3)
+    """Return the model without harmonics above this number."""
+    present = np.arange(BLOCKS) < 1 + 2 * harmonics
+    every = np.tile(present, JOINTS * 3)
     covariance = np.where(np.outer(every, every), model.covariance, 0.0)
-    covariance[~every, ~every] = LEAST_VARIANCE
-    return replace(model, mean=model.mean * kept, covariance=covariance)
+    covariance[~every, ~every] = MIN_VARIANCE
+    return replace(model, mean=model.mean * present, covariance=covariance)
 
 
 class KeypointWalkersModel(Model):
-    """Eigenwalkers and the structured rest, as the model that ships has them."""
+    """Eigenwalkers and the structured rest, as in the model that ships."""
 
     dataset = FilmedWalkersDataset
 
     components: Count = 14  # number of eigenwalkers
-    groups: Several = 8  # people are left out in so many groups, each with everybody of it
+    groups: Several = 8  # number of groups of people; each group is left out as a whole
 
     def learn(self, dataset: FilmedWalkers, *, workers: int) -> KeypointWalkers:
         """Return the models without each group, and without each source if there are two or more."""
         people = dataset.people
         groups = min(self.groups, len(people))
         group = np.arange(len(people)) % groups
-        at = np.array([people.index(who) for who in dataset.person])
+        at = np.array([people.index(person) for person in dataset.person])
         source, names = dataset.sources, dataset.sources_left_out
         left_out = [group == number for number in range(groups)] + [source == name for name in names]
 
         def without(number: int) -> CompactMoments:
             rest = np.flatnonzero(~left_out[number][at])
             learnt = moments([dataset.training_walk(int(k)) for k in rest], dataset.person[rest])
-            # More than half as many eigenwalkers as people would hold the people themselves.
+            # With more eigenwalkers than half the people, people could be reconstructed from their span.
             return compact(learnt, min(self.components, (learnt.walkers - 1) // 2))
 
         def lacking(name: str) -> float:
-            kept = dataset.source != name
-            return concentration(person_weights(dataset.person[kept]), dataset.source[kept])
+            others = dataset.source != name
+            return concentration(person_weights(dataset.person[others]), dataset.source[others])
 
-        found = map_processes(without, range(len(left_out)), workers)
-        kept = min(len(small.eigenvalues) for small in found[:groups])
+        models = map_processes(without, range(len(left_out)), workers)
+        components = min(len(small.eigenvalues) for small in models[:groups])
 
-        def whole(values: np.ndarray) -> np.ndarray:
-            # Those of a single source may be fewer: the others are nothing.
-            return np.pad(values[:kept], [(0, max(kept - len(values), 0)), *[(0, 0)] * (values.ndim - 1)])
+        def padded(values: np.ndarray) -> np.ndarray:
+            # A model may have fewer components: it is padded with zeros.
+            return np.pad(
+                values[:components], [(0, max(components - len(values), 0)), *[(0, 0)] * (values.ndim - 1)]
+            )
 
-        found = [
-            replace(small, components=whole(small.components), eigenvalues=whole(small.eigenvalues))
-            for small in found
+        models = [
+            replace(small, components=padded(small.components), eigenvalues=padded(small.eigenvalues))
+            for small in models
         ]
         return KeypointWalkers(
             group=group,
             source=np.array([groups + names.index(name) if name in names else -1 for name in source]),
-            moments=stack(found),
+            moments=stack(models),
             unfamiliar=np.array([0.0] * groups + [lacking(name) for name in names]),
-            words=f"{kept} eigenwalkers, people left out in {groups} groups",
+            words=f"{components} eigenwalkers, people left out in {groups} groups",
         )

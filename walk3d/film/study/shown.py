@@ -1,4 +1,4 @@
-"""The recording of one simulated clip: image and reprojection, truth, reconstruction and average walker."""
+"""Recording of one simulated clip: image and reprojection, truth, reconstruction and average walker."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ METHODS = {
 
 
 class KeypointFigure(Figure):
-    """A figure of simulated clips, whose recording shows one of them."""
+    """Figure of simulated clips, whose recording shows one of them."""
 
     model = KeypointWalkersModel
 
@@ -31,9 +31,9 @@ class KeypointFigure(Figure):
         sweep = inputs.sweep
         T = len(sweep.shown_true_mm)
         times = np.arange(T) / sweep.shown_rate_hz
-        shown = sweep.clips.iloc[sweep.shown]
+        clip = sweep.clips.iloc[sweep.shown]
         words = (
-            f"\nA clip of `{shown['person']}`, heading {shown['heading_deg']:g}°, of median error."
+            f"\nA clip of `{clip['person']}`, heading {clip['heading_deg']:g}°, of median error."
             " Image: keypoints (dots), reprojection (lines). 3D about the pelvis: "
             f"{name_on_dark('original')}: truth, {name_on_dark('map')}: reconstruction, {name_on_dark('baseline')}: "
             "average walker with the heading and phase that were found.\n"

@@ -1,4 +1,4 @@
-"""Tables of simulated clips: each clip, each person, and both by heading or by condition."""
+"""Tables of simulated clips: per clip, per person, and grouped by heading or condition."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from walk3d.film.study.measured import ERRORS, VERDICTS
 from walk3d.film.walk.cycle import EVENTS
 
 TURNED_DEG = 30.0
-"""A view that is farther off has been mistaken for another."""
+"""Error of the view above which it was mistaken for another view."""
 WRONG_CADENCE_PERCENT = 15.0
-"""A frequency that is farther off is another harmonic's."""
+"""Error of the cadence above which it belongs to another harmonic."""
 
 
 def errors_by(people: pd.DataFrame, by: list[str]) -> pd.DataFrame:
-    """Mean errors over clips, with their intervals over people, by some columns."""
+    """Return mean errors over clips, with intervals over people, grouped by columns."""
     means = {name: (name, "mean") for name in ERRORS}
     table = aggregate(people, by, means, ERRORS, cluster="person", count="clips")
     return table[[*by, "clips", *(f"{name}{end}" for name in ERRORS for end in ("", "_low", "_high"))]]
 
 
-def views_by(clips: pd.DataFrame, of: pd.Series) -> list[dict[str, Any]]:
-    """Errors of view and cadence, and coverage, of clips grouped by a column."""
+def views_by(clips: pd.DataFrame, group: pd.Series) -> list[dict[str, Any]]:
+    """Return errors of view and cadence, and coverage, of clips grouped by a column."""
     rows = []
-    for key, part in clips.groupby(of, sort=True):
+    for key, part in clips.groupby(group, sort=True):
         off, cadence = part["view_distance_deg"], part["cadence_error_percent"].abs()
         rows.append(
             {
-                of.name: key,
+                group.name: key,
                 "clips": len(part),
                 "view_error_median_deg": off.median(),
                 "view_error_90_deg": off.quantile(0.9),

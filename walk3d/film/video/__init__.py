@@ -1,4 +1,4 @@
-"""Film in: 2D keypoints of everybody in a video, by two networks that are fetched once; and the skeleton over it.
+"""2D keypoints of all people in a video, by two networks that are fetched once, and the skeleton over the video.
 
-OpenCV and LiteRT are needed (``pip install ".[video]"``) where pictures are touched, and imported there alone.
+OpenCV and LiteRT (``pip install ".[video]"``) are imported only where pictures are processed.
 """

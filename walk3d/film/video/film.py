@@ -1,7 +1,7 @@
-"""Keypoints of everybody in a video: people found, followed from frame to frame, and their landmarks.
+"""Keypoints of all people in a video: detection, tracking from frame to frame, and landmarks.
 
-A person is followed by a square about the body that the landmarks of one frame give for the next; every so many frames,
-and whenever nobody is followed, the detector looks for others.
+The landmarks of one frame give the square about the person in the next.  Every `DETECT_EVERY` frames, and whenever no
+person is tracked, the detector looks for others.
 """
 
 from __future__ import annotations
@@ -13,35 +13,35 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.validation import InvalidInput
-from walk3d.film.video.pose import LEAST_SCORE, Pose, silent
+from walk3d.film.video.pose import MIN_SCORE, Pose, silent
 
 DETECT_EVERY = 15
-"""Frames between two looks for people who are not followed yet."""
-MOST_PEOPLE = 4
-SAME = 0.25
-"""Share of the square's side below which the middles of two are those of one person."""
-UNEVEN = 0.2
-"""Share of the usual step by which a step in time may differ before the frames are put on an even grid."""
-LONGEST_GAP = 3.0
-"""Steps over which a keypoint is interpolated on that grid."""
+"""Frames between two searches for people who are not tracked yet."""
+MAX_PEOPLE = 4
+SAME_PERSON_SHARE = 0.25
+"""Share of the square's side, below which squares whose centres are this close belong to one person."""
+STEP_TOLERANCE = 0.2
+"""Relative deviation of a time step from the median, above which the frames are resampled to an even grid."""
+MAX_GAP_FRAMES = 3.0
+"""Longest gap, in steps, over which a keypoint is interpolated on that grid."""
 _SHOULDERS, _HIPS = slice(11, 13), slice(23, 25)
-"""Places of these landmarks among the 33."""
+"""Indices of these landmarks among the 33."""
 
 
 @dataclass(frozen=True)
 class Filmed:
-    """Keypoints of a video.
+    """Keypoints of all people in a video.
 
     Attributes
     ----------
     frame_rate_hz : float
     width, height : int
-        px, of the upright picture.
+        Size of the upright picture, px.
     frame, person : (N,) int
     points : (N, 33, 3)
         Column, row, px, and visibility, 0 to 1.
     uneven : bool
-        Whether the frames were not evenly spaced, and were put on an even grid.
+        True if the frames were unevenly spaced and were resampled to an even grid.
     """
 
     frame_rate_hz: float
@@ -54,12 +54,12 @@ class Filmed:
 
 
 def pictures(path: Path) -> Iterator[tuple[float, np.ndarray]]:
-    """Seconds and upright RGB pictures (H, W, 3) of a video.
+    """Yield the time, s, and the upright RGB picture (H, W, 3) of each frame of a video.
 
     Raises
     ------
     InvalidInput
-        If it cannot be opened.
+        If the video cannot be opened.
     """
     import cv2
 
@@ -71,8 +71,8 @@ def pictures(path: Path) -> Iterator[tuple[float, np.ndarray]]:
                 "the video cannot be opened", path.name, "a film that FFmpeg reads", code="unreadable"
             )
         while True:
-            there, picture = video.read()
-            if not there:
+            has_picture, picture = video.read()
+            if not has_picture:
                 return
             yield video.get(cv2.CAP_PROP_POS_MSEC) / 1000.0, cv2.cvtColor(picture, cv2.COLOR_BGR2RGB)
     finally:
@@ -80,75 +80,80 @@ def pictures(path: Path) -> Iterator[tuple[float, np.ndarray]]:
 
 
 def frames_of(path: Path) -> tuple[int, float]:
-    """Frames, as far as the file tells, and frames a second as it states them."""
+    """Return the stated number of frames, 0 if unknown, and the stated frames per second."""
     import cv2
 
     with silent():
         video = cv2.VideoCapture(str(path))
-    found = max(int(video.get(cv2.CAP_PROP_FRAME_COUNT)), 0), float(video.get(cv2.CAP_PROP_FPS))
+    count_and_rate = max(int(video.get(cv2.CAP_PROP_FRAME_COUNT)), 0), float(video.get(cv2.CAP_PROP_FPS))
     video.release()
-    return found
+    return count_and_rate
 
 
 def followed(path: Path, pose: Pose) -> Iterator[tuple[float, np.ndarray, dict[int, np.ndarray]]]:
-    """Seconds, pictures, and landmarks (33, 3) of everybody in them by number, from one picture to the next."""
+    """Yield the time, s, the picture, and the landmarks (33, 3) of all people by number, for each frame."""
     regions: dict[int, np.ndarray] = {}
-    known = 0
+    next_number = 0
     for number, (time_s, picture) in enumerate(pictures(path)):
         if not regions or number % DETECT_EVERY == 0:
             for region in pose.detect(picture, closer=number % DETECT_EVERY == 0):
-                if len(regions) < MOST_PEOPLE and not any(_same(region, other) for other in regions.values()):
-                    regions[known] = region
-                    known += 1
-        found: dict[int, np.ndarray] = {}
-        kept: dict[int, np.ndarray] = {}
+                if len(regions) < MAX_PEOPLE and not any(_same(region, other) for other in regions.values()):
+                    regions[next_number] = region
+                    next_number += 1
+        landmarks: dict[int, np.ndarray] = {}
+        next_regions: dict[int, np.ndarray] = {}
         for person, region in regions.items():
             points, following, score = pose.place(picture, region)
-            if score >= LEAST_SCORE and not any(_same(following, other) for other in kept.values()):
-                kept[person], found[person] = following, points
-        regions = kept
-        yield time_s, picture, found
+            if score >= MIN_SCORE and not any(_same(following, other) for other in next_regions.values()):
+                next_regions[person], landmarks[person] = following, points
+        regions = next_regions
+        yield time_s, picture, landmarks
 
 
-def _same(one: np.ndarray, other: np.ndarray) -> bool:
-    return bool(np.hypot(*(one[:2] - other[:2])) < SAME * max(one[2], other[2]))
+def _same(region: np.ndarray, other: np.ndarray) -> bool:
+    return bool(np.hypot(*(region[:2] - other[:2])) < SAME_PERSON_SHARE * max(region[2], other[2]))
 
 
 def keypoints_of(path: Path, pose: Pose, progress: Callable[[int], None] = lambda _: None) -> Filmed:
-    """Keypoints of everybody in a video.
+    """Return the keypoints of all people in a video.
 
     Parameters
     ----------
     path : Path
     pose : Pose
     progress : callable
-        Told the number of frames that are done.
+        Called with the number of processed frames.
 
     Raises
     ------
     InvalidInput
-        If the video cannot be read, shows nobody, or people upside down: their mirror images would be found.
+        If the video cannot be read, shows no person, or shows people upside down, whose mirror images would be
+        detected.
     """
     times: list[float] = []
-    seen: list[tuple[int, int, np.ndarray]] = []
+    detections: list[tuple[int, int, np.ndarray]] = []
     size = (0, 0)
     for number, (time_s, picture, people) in enumerate(followed(path, pose)):
         times.append(time_s)
         size = picture.shape[1], picture.shape[0]
-        seen += [(number, person, points) for person, points in people.items()]
+        detections += [(number, person, points) for person, points in people.items()]
         progress(number + 1)
-    if not seen:
+    if not detections:
         expected = "people of a tenth of its longer side or more"
         raise InvalidInput(
-            "nobody is seen in the video", path.name, expected, f"{len(times)} frames", code="nobody_seen"
+            "no person is visible in the video",
+            path.name,
+            expected,
+            f"{len(times)} frames",
+            code="nobody_seen",
         )
     rate, uneven = frame_rate(np.array(times), frames_of(path)[1])
-    frame, person = (np.array([one[k] for one in seen]) for k in (0, 1))
-    points = np.stack([one[2] for one in seen])
+    frame, person = (np.array([detection[k] for detection in detections]) for k in (0, 1))
+    points = np.stack([detection[2] for detection in detections])
     trunk = points[:, _SHOULDERS] - points[:, _HIPS]
-    if np.median(trunk[..., 1] - np.abs(trunk[..., 0])) > 0:  # who lies would lie turned by half, too
+    if np.median(trunk[..., 1] - np.abs(trunk[..., 0])) > 0:  # except people who lie
         raise InvalidInput(
-            "people are upside down in the film", path.name, "the film, turned by half", code="upside_down"
+            "people are upside down in the film", path.name, "the film, rotated by 180°", code="upside_down"
         )
     if uneven:
         at = (np.array(times)[frame] - times[0]) * rate
@@ -157,7 +162,7 @@ def keypoints_of(path: Path, pose: Pose, progress: Callable[[int], None] = lambd
 
 
 def frame_rate(times: np.ndarray, stated_hz: float) -> tuple[float, bool]:
-    """Frames a second by the time stamps (n,), s, and whether these are uneven; as stated where there are none.
+    """Return frames per second from time stamps (n,), s, and whether these are uneven; as stated without stamps.
 
     Examples
     --------
@@ -170,7 +175,7 @@ def frame_rate(times: np.ndarray, stated_hz: float) -> tuple[float, bool]:
     usual = float(np.median(steps)) if len(steps) else 0.0
     if usual <= 0:
         return stated_hz, False
-    uneven = bool((np.abs(steps - usual) > UNEVEN * usual).any())
+    uneven = bool((np.abs(steps - usual) > STEP_TOLERANCE * usual).any())
     rate = 1.0 / usual if uneven else (len(times) - 1) / float(times[-1] - times[0])
     return round(rate, 4), uneven
 
@@ -178,20 +183,20 @@ def frame_rate(times: np.ndarray, stated_hz: float) -> tuple[float, bool]:
 def on_even_grid(
     at: np.ndarray, person: np.ndarray, points: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Frames, people and points on whole frames, interpolated between those at the places `at` (N,), frames."""
+    """Return frames, people and points on whole frames, interpolated from those at times `at` (N,), in frames."""
     parts = []
-    for who in np.unique(person):
-        mine = np.flatnonzero(person == who)
-        own = at[mine]
-        grid = np.arange(int(np.ceil(own[0] - 1e-6)), int(np.floor(own[-1] + 1e-6)) + 1)
-        after = np.clip(np.searchsorted(own, grid - 1e-6), 1, max(len(own) - 1, 1))
-        if len(own) == 1:
+    for number in np.unique(person):
+        rows = np.flatnonzero(person == number)
+        stamps = at[rows]
+        grid = np.arange(int(np.ceil(stamps[0] - 1e-6)), int(np.floor(stamps[-1] + 1e-6)) + 1)
+        after = np.clip(np.searchsorted(stamps, grid - 1e-6), 1, max(len(stamps) - 1, 1))
+        if len(stamps) == 1:
             continue
-        gap = own[after] - own[after - 1]
-        near = gap <= LONGEST_GAP
-        share = np.clip((grid - own[after - 1]) / gap, 0.0, 1.0)[:, None, None]
-        between = (1.0 - share) * points[mine[after - 1]] + share * points[mine[after]]
-        parts.append((grid[near], np.full(int(near.sum()), who), between[near]))
-    frame, who, found = (np.concatenate([part[k] for part in parts]) for k in range(3))
-    order = np.lexsort((who, frame))
-    return frame[order], who[order], found[order]
+        gap = stamps[after] - stamps[after - 1]
+        near = gap <= MAX_GAP_FRAMES
+        share = np.clip((grid - stamps[after - 1]) / gap, 0.0, 1.0)[:, None, None]
+        between = (1.0 - share) * points[rows[after - 1]] + share * points[rows[after]]
+        parts.append((grid[near], np.full(int(near.sum()), number), between[near]))
+    frame, number, points_on_grid = (np.concatenate([part[k] for part in parts]) for k in range(3))
+    order = np.lexsort((number, frame))
+    return frame[order], number[order], points_on_grid[order]

@@ -1,6 +1,7 @@
-"""The two networks that find people in pictures: fetched once from a published package, verified, then kept.
+"""The two networks that detect people in pictures: fetched once from a published package, verified, and cached.
 
-They are those of MediaPipe Pose (Apache-2.0), taken out of its wheel, which itself cannot be installed beside numpy 2.
+They are those of MediaPipe Pose (Apache-2.0), extracted from its wheel, which cannot be installed together with numpy
+2.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from pipeline.validation import InvalidInput
 
 PACKAGE = "mediapipe==0.10.21"
 WHEEL = "mediapipe-0.10.21-cp311-cp311-manylinux_2_28_x86_64.whl"
-"""Any platform's wheel holds the same networks; one is named so that its digest is known."""
+"""Wheel with the networks: all platforms have the same ones, but only this wheel's digest is known."""
 WHEEL_SHA256 = "05dc4a9e593655a79558d05d6227d31018c2537a4bd3362b51e230cf22aecfe3"
 FILES = {
     "pose_detection.tflite": (
@@ -34,51 +35,51 @@ FILES = {
         "8707eef0533987efc5b155d64761eeb6e20793f50b9bd1a68dad1cf4719d0ed8",
     ),
 }
-"""File, its place in the wheel, and its sha256."""
+"""Files, with their paths in the wheel and their sha256."""
 CACHE = "GAIT_PIPELINE_CACHE"
-"""Environment variable that names the folder above the one where they are kept, if not the user's cache."""
+"""Environment variable that names the parent of the cache folder, in place of the user's cache."""
 WAIT_S = 600
 
 
 def folder() -> Path:
-    """Where the networks are kept."""
+    """Return the folder in which the networks are cached."""
     above = os.environ.get(CACHE)
     return (Path(above) if above else Path.home() / ".cache" / "gait-pipeline") / "pose-0.10.21"
 
 
 def networks(tell: Callable[[str], None] = lambda _: None) -> Path:
-    """Folder of the verified networks, fetched if they are not there.
+    """Return the folder of the verified networks, which are fetched if they are missing.
 
     Raises
     ------
     InvalidInput
-        If they cannot be fetched, or a file is not the one that was published.
+        If they cannot be fetched, or a file differs from the published one.
     """
-    kept = folder()
-    if not all((kept / name).is_file() for name in FILES):
-        tell(f"fetching the pose networks of {PACKAGE} once, into {kept}")
-        _fetch(kept)
+    cache = folder()
+    if not all((cache / name).is_file() for name in FILES):
+        tell(f"fetching the pose networks of {PACKAGE} once, into {cache}")
+        _fetch(cache)
     for name, (_, digest) in FILES.items():
-        _require(kept / name, digest)
-    return kept
+        _require(cache / name, digest)
+    return cache
 
 
 def _require(path: Path, digest: str) -> None:
-    found = hashlib.sha256(path.read_bytes()).hexdigest()
-    if found != digest:
-        raise InvalidInput("is not the file that was published; delete it to fetch it again", path,
-                           f"sha256 {digest}", found, code="wrong_digest")  # fmt: skip
+    actual = hashlib.sha256(path.read_bytes()).hexdigest()
+    if actual != digest:
+        raise InvalidInput("the file differs from the published one; delete it to fetch it again", path,
+                           f"sha256 {digest}", actual, code="wrong_digest")  # fmt: skip
 
 
-def _fetch(kept: Path) -> None:
+def _fetch(cache: Path) -> None:
     try:
-        kept.mkdir(parents=True, exist_ok=True)
+        cache.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InvalidInput(
-            "no folder for the pose networks can be made", kept,
+            "the folder for the pose networks cannot be made", cache,
             f"a folder that {CACHE} names", error.strerror, code="cannot_write"
         ) from None  # fmt: skip
-    with tempfile.TemporaryDirectory(dir=kept) as name:
+    with tempfile.TemporaryDirectory(dir=cache) as name:
         command = [
             sys.executable, "-m", "pip", "download", "--no-deps", "--quiet", "--only-binary=:all:",
             "--python-version", "3.11", "--platform", "manylinux_2_28_x86_64", "--dest", name, PACKAGE,
@@ -91,14 +92,14 @@ def _fetch(kept: Path) -> None:
         wheel = Path(name) / WHEEL
         if not wheel.is_file():
             raise InvalidInput(
-                "the pose networks are not here and could not be fetched", kept,
-                f"{', '.join(FILES)}, or a network from which pip gets {PACKAGE}", output[-1],
+                "the pose networks are not installed and could not be fetched", cache,
+                f"{', '.join(FILES)}, or an internet connection for pip to get {PACKAGE}", output[-1],
                 code="not_fetched", output=output[-1]
             )  # fmt: skip
         _require(wheel, WHEEL_SHA256)
         with zipfile.ZipFile(wheel) as packed:
-            for own, (place, digest) in FILES.items():
-                part = Path(name) / own
-                part.write_bytes(packed.read(place))
+            for name_in_cache, (name_in_wheel, digest) in FILES.items():
+                part = Path(name) / name_in_cache
+                part.write_bytes(packed.read(name_in_wheel))
                 _require(part, digest)
-                part.replace(kept / own)
+                part.replace(cache / name_in_cache)

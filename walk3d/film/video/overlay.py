@@ -1,4 +1,4 @@
-"""The skeleton over the video: what was seen (dots) and the reconstructed walk as it would be seen (lines)."""
+"""Overlay on the video: detected keypoints (dots) and the reprojection of the reconstructed walk (lines)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from walk3d.film.video.film import pictures
 FOURCC = "mp4v"
 KEY_FRAMES = 4
 KEY_PX = 400
-"""Longer side of a key frame."""
+"""Longer side of a key frame, px."""
 
 
 def write_overlay(
@@ -26,7 +26,7 @@ def write_overlay(
     seen_px: Mapping[int, np.ndarray],
     drawn_px: Mapping[int, np.ndarray],
 ) -> None:
-    """Write the video with keypoints and skeleton in the frames that have them.
+    """Write the video with keypoints and skeleton drawn in the frames that have them.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def write_overlay(
     Raises
     ------
     InvalidInput
-        If no film can be written.
+        If the film cannot be written.
     """
     import cv2
 
@@ -53,15 +53,15 @@ def write_overlay(
                 writer = cv2.VideoWriter(str(path), code, frame_rate_hz, (width, height))
                 if not writer.isOpened():
                     raise InvalidInput(
-                        "no film can be written here", path.name, "OpenCV with MPEG-4", code="cannot_write"
+                        "the film cannot be written", path.name, "OpenCV with MPEG-4", code="cannot_write"
                     )
             canvas = cv2.cvtColor(picture, cv2.COLOR_RGB2BGR)
             thick = max(round(height / 300), 2)
             for a, b in bones if number in drawn_px else ():
                 ends = drawn_px[number][[a, b]]
                 if np.isfinite(ends).all():
-                    one, other = ends.round().astype(int).tolist()
-                    cv2.line(canvas, one, other, lines, thick, cv2.LINE_AA)
+                    start, end = ends.round().astype(int).tolist()
+                    cv2.line(canvas, start, end, lines, thick, cv2.LINE_AA)
             for point in seen_px.get(number, np.empty((0, 2))):
                 if np.isfinite(point).all():
                     cv2.circle(canvas, point.round().astype(int).tolist(), thick, dots, -1, cv2.LINE_AA)
@@ -72,29 +72,29 @@ def write_overlay(
 
 
 def key_frames(film: Path, numbers: np.ndarray, points_px: np.ndarray) -> list[tuple[int, str]]:
-    """Number and JPEG, as an address of data, of some frames of a film about who walks.
+    """Return some frames of a film, cropped to the walker: numbers, and JPEG as data URIs.
 
     Parameters
     ----------
     film : Path
     numbers : (T,) int
-        Frames to choose from.
+        Numbers of the frames to choose from.
     points_px : (T, J, 2)
-        Of the walker, whom the pictures show with a margin.
+        Points of the walker; the pictures show them with a margin.
     """
     import cv2
 
-    chosen = np.linspace(0, len(numbers) - 1, KEY_FRAMES).round().astype(int)
-    shown = points_px[chosen].reshape(-1, 2)
-    margin = 0.2 * np.ptp(points_px[chosen, :, 1], axis=1).max()
-    left, top = np.maximum(shown.min(axis=0) - margin, 0).astype(int)
-    right, bottom = (shown.max(axis=0) + margin).astype(int)
-    found = []
+    indices = np.linspace(0, len(numbers) - 1, KEY_FRAMES).round().astype(int)
+    drawn = points_px[indices].reshape(-1, 2)
+    margin = 0.2 * np.ptp(points_px[indices, :, 1], axis=1).max()
+    left, top = np.maximum(drawn.min(axis=0) - margin, 0).astype(int)
+    right, bottom = (drawn.max(axis=0) + margin).astype(int)
+    images = []
     for number, (_, picture) in enumerate(pictures(film)):
-        if number in numbers[chosen] and (part := picture[top:bottom, left:right]).size:
+        if number in numbers[indices] and (part := picture[top:bottom, left:right]).size:
             part = cv2.cvtColor(part, cv2.COLOR_RGB2BGR)
             scale = min(KEY_PX / max(part.shape[:2]), 1.0)
             small = cv2.resize(part, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
             content = base64.b64encode(cv2.imencode(".jpg", small)[1].tobytes()).decode()
-            found.append((number, f"data:image/jpeg;base64,{content}"))
-    return found
+            images.append((number, f"data:image/jpeg;base64,{content}"))
+    return images

@@ -1,4 +1,4 @@
-"""People in one picture: a detector that finds them, and a network that places 33 landmarks on each.
+"""People in one picture: a network that detects them, and one that places 33 landmarks on each.
 
 Symbols
 -------
@@ -24,32 +24,32 @@ from walk3d.film.video.networks import FILES
 
 DETECTOR_PX, LANDMARK_PX = 224, 256
 GRIDS = ((28, 2), (14, 2), (7, 6))
-"""Cells along a side, and anchors in each."""
-LEAST_SCORE = 0.5
+"""Cells along a side of each grid, and anchors per cell."""
+MIN_SCORE = 0.5
 OVERLAP = 0.3
-"""Detections whose squares share more than this are one."""
+"""Overlap of two squares above which their detections are one person."""
 MARGIN = 1.25
 LANDMARKS = 33
 AUXILIARY = (33, 34)
-"""Middle of the hips and a point on the circle about the body, beside the landmarks."""
+"""Indices of the middle of the hips and of a point on the circle about the body, after the landmarks."""
 
 
 @contextmanager
 def silent() -> Iterator[None]:
-    """Without what libraries write to the standard error themselves: what matters of it is raised."""
+    """Suppress what libraries write to the standard error; their failures are still raised."""
     sys.stderr.flush()
-    kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    stderr, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 2)
     try:
         yield
     finally:
-        os.dup2(kept, 2)
-        os.close(kept)
+        os.dup2(stderr, 2)
+        os.close(stderr)
         os.close(nowhere)
 
 
 def anchors() -> np.ndarray:
-    """Centres (2254, 2) of the detector's anchors, as shares of its picture."""
+    """Return the centres (2254, 2) of the detector's anchors, as shares of its picture."""
     parts = []
     for cells, times in GRIDS:
         middle = (np.arange(cells) + 0.5) / cells
@@ -59,13 +59,13 @@ def anchors() -> np.ndarray:
 
 
 def region_of(centre: np.ndarray, rim: np.ndarray) -> np.ndarray:
-    """Region about a circle given by its centre and a point above it on its rim, px."""
+    """Return the region about a circle given by its centre and a point above it on its rim, px."""
     away = rim - centre
     return np.array([*centre, 2.0 * MARGIN * np.hypot(*away), np.arctan2(away[0], -away[1])])
 
 
 def _to_square(region: np.ndarray, size: int) -> np.ndarray:
-    """Affine map (2, 3) from the picture to the upright square of a region."""
+    """Return the affine map (2, 3) from the picture to the upright square of a region."""
     x, y, side, turn = region
     scale = size / side
     c, s = scale * np.cos(turn), scale * np.sin(turn)
@@ -74,16 +74,16 @@ def _to_square(region: np.ndarray, size: int) -> np.ndarray:
 
 
 class Pose:
-    """Both networks, each on one thread.
+    """Both networks of the pose estimation, each on one thread.
 
     Parameters
     ----------
     folder : Path
-        Of the networks.
+        Folder of the networks.
     """
 
     def __init__(self, folder: Path) -> None:
-        # Imported here: the base install has neither, and the rest of this package is asked without them.
+        # Imported here: the base install has neither package, and other parts of this module work without them.
         import cv2
         from ai_edge_litert.interpreter import Interpreter
 
@@ -106,70 +106,70 @@ class Pose:
         ]
 
     def detect(self, picture: np.ndarray, *, closer: bool = False) -> list[np.ndarray]:
-        """Regions of the people in an RGB picture (H, W, 3), the surest first.
+        """Return the regions of the people in an RGB picture (H, W, 3), the most certain first.
 
-        If nobody is found, `closer` looks into squares of half the side, which overlap, for people who are small.
+        If none is found, `closer` searches overlapping squares of half the side for smaller people.
         """
         height, width = picture.shape[:2]
         side = float(max(width, height))
-        found = self._within(picture, np.array([width / 2.0, height / 2.0, side, 0.0]))
-        if closer and not found:
+        regions = self._within(picture, np.array([width / 2.0, height / 2.0, side, 0.0]))
+        if closer and not regions:
             middles = product(*(_middles(extent, side / 2.0) for extent in (width, height)))
-            found = [
+            regions = [
                 region for at in middles for region in self._within(picture, np.array([*at, side / 2.0, 0.0]))
             ]
-        return found
+        return regions
 
     def _within(self, picture: np.ndarray, window: np.ndarray) -> list[np.ndarray]:
-        """Regions of the people in a square region of a picture, the surest first."""
+        """Return the regions of the people in a square window of a picture, the most certain first."""
         square = self._cv2.warpAffine(picture, _to_square(window, DETECTOR_PX), (DETECTOR_PX, DETECTOR_PX))
         raw, score = self._run(self._detector, square.astype(np.float32) / 127.5 - 1.0)
         sure = 1.0 / (1.0 + np.exp(-np.clip(score[:, 0], -50.0, 50.0)))
-        found: list[tuple[np.ndarray, np.ndarray]] = []
+        people: list[tuple[np.ndarray, np.ndarray]] = []
         for number in np.argsort(-sure, kind="stable"):
-            if sure[number] < LEAST_SCORE:
+            if sure[number] < MIN_SCORE:
                 break
             points = raw[number].reshape(-1, 2) / DETECTOR_PX
             points[[0, 2, 3, 4, 5]] += self._anchors[number]
             centre, extent = points[:2]
             box = np.concatenate([centre - extent / 2.0, centre + extent / 2.0])
-            if all(_shared(box, other) < OVERLAP for other, _ in found):
-                place = (points[2:4] - 0.5) * window[2] + window[:2]
-                found.append((box, region_of(*place)))
-        return [region for _, region in found]
+            if all(_shared(box, other) < OVERLAP for other, _ in people):
+                circle = (points[2:4] - 0.5) * window[2] + window[:2]
+                people.append((box, region_of(*circle)))
+        return [region for _, region in people]
 
     def place(self, picture: np.ndarray, region: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-        """Landmarks of the person in a region.
+        """Place the landmarks of the person in a region.
 
         Returns
         -------
         points : (33, 3)
-            Column and row, px, and how sure each is seen, 0 to 1.
+            Column and row, px, and visibility, 0 to 1.
         region : (4,)
-            Of the same person, for the next picture.
+            Region of the same person, for the next picture.
         score : float
-            How sure there is a person.
+            Confidence that there is a person, 0 to 1.
         """
-        there = _to_square(region, LANDMARK_PX)
-        square = self._cv2.warpAffine(picture, there, (LANDMARK_PX, LANDMARK_PX))
+        to_square = _to_square(region, LANDMARK_PX)
+        square = self._cv2.warpAffine(picture, to_square, (LANDMARK_PX, LANDMARK_PX))
         flat, score = self._run(self._landmarks, square.astype(np.float32) / 255.0)
         rows = flat.reshape(-1, 5)
-        back = self._cv2.invertAffineTransform(there)
-        place = rows[:, :2] @ back[:, :2].T + back[:, 2]
-        # Visible, and in the picture at all: the lesser of the two.
-        seen = 1.0 / (1.0 + np.exp(-np.clip(rows[:, 3:5].min(axis=1), -50.0, 50.0)))
-        points = np.column_stack([place, seen])[:LANDMARKS]
-        return points, region_of(*place[list(AUXILIARY)]), score[0]
+        back = self._cv2.invertAffineTransform(to_square)
+        positions = rows[:, :2] @ back[:, :2].T + back[:, 2]
+        # The smaller of the two scores: visible, and present in the picture.
+        visibility = 1.0 / (1.0 + np.exp(-np.clip(rows[:, 3:5].min(axis=1), -50.0, 50.0)))
+        points = np.column_stack([positions, visibility])[:LANDMARKS]
+        return points, region_of(*positions[list(AUXILIARY)]), score[0]
 
 
 def _middles(extent: float, side: float) -> np.ndarray:
-    """Middles of windows of a side that cover an extent, each over half of the next."""
+    """Return the centres of windows that cover an extent, each overlapping the next by half or more."""
     spare = max(extent - side, 0.0)
     return extent / 2.0 + np.linspace(-spare / 2.0, spare / 2.0, 1 + int(np.ceil(2.0 * spare / side)))
 
 
-def _shared(one: np.ndarray, other: np.ndarray) -> float:
-    """Area that two boxes (left, top, right, bottom) share, over that of both."""
-    sides = np.minimum(one[2:], other[2:]) - np.maximum(one[:2], other[:2])
+def _shared(box: np.ndarray, other: np.ndarray) -> float:
+    """Return the intersection of two boxes (left, top, right, bottom) over their union."""
+    sides = np.minimum(box[2:], other[2:]) - np.maximum(box[:2], other[:2])
     both = np.prod(np.maximum(sides, 0.0))
-    return both / max(np.prod(one[2:] - one[:2]) + np.prod(other[2:] - other[:2]) - both, 1e-12)
+    return both / max(np.prod(box[2:] - box[:2]) + np.prod(other[2:] - other[:2]) - both, 1e-12)

@@ -1,7 +1,6 @@
-"""From 2D keypoints of one camera to a 3D walk with error bars.
+"""Reconstruction of a 3D walk with error bars from 2D keypoints of one camera.
 
-In the order of use: `train` learns what walkers are like, `prepare` adds how a detector draws them, `reconstruct` takes
-keypoints to a walk.
+Order of use: `train` learns the model of walkers, `prepare` adds a detector, `reconstruct` fits keypoints.
 
 Symbols are explained at the head of each module.
 """

@@ -1,7 +1,7 @@
-"""Error bars that cover what they say: multipliers learnt on people who were left out.
+"""Calibration of error bars: multipliers learnt on people who were left out of the model.
 
-The posterior's standard deviations are multiplied, for each level, by what made the bars cover that share of the errors
-of people whom the model had not seen: by group of joints and camera axis, and by kind of angle.
+The posterior's standard deviations are multiplied so that bars of each level cover that share of the errors of
+left-out people.  Joints have multipliers by group and camera axis, angles by kind.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from walk3d.film.walk.sagittal_angles import ANGLES, KINDS
 
 LEVELS = (0.5, 0.8, 0.95)
 NORMAL = (0.6744897501960817, 1.2815515655446004, 1.959963984540054)
-"""Half widths of a normal distribution's bars at these levels, in standard deviations."""
+"""Half widths of a normal distribution's central intervals at these levels, in standard deviations."""
 GROUPS = ("head", "sternum", "shoulder", "elbow", "wrist", "hip", "knee", "ankle")
 """Groups of joints; the pelvis is the origin and has no bar."""
 GROUP_OF = np.array([
@@ -25,16 +25,16 @@ GROUP_OF = np.array([
 ])  # fmt: skip
 KIND_OF = np.array([KINDS.index(name.split("_")[-1]) for name in ANGLES])
 CYCLE_KINDS = (*EVENTS, *SIDED, *(f"{kind}_difference" for kind in SIDED), *WHOLE)
-"""Kinds of what is read of the gait cycle: times of events, numbers of either side, their differences, of the walk."""
+"""Kinds of gait-cycle quantities: event times, numbers of either side, their differences, numbers of the walk."""
 CYCLE_KIND_OF = np.array([
     CYCLE_KINDS.index(f"{kind}_{side}" if side == "difference" else kind) for kind, side in NUMBERS
 ])  # fmt: skip
 VIEW_EXTRA_RAD = np.radians(2.5)
-"""Added to the standard deviation of the heading: people walk a few degrees crabwise."""
+"""Standard deviation added to that of the heading: people walk a few degrees crabwise."""
 CADENCE_EXTRA = 0.005
-"""Added to the relative standard deviation of the cadence."""
+"""Relative standard deviation added to that of the cadence."""
 AS_OURS, ANYBODY = "measured_as_ours", "anybody"
-"""For whom bars hold: a person left out of the laboratories that are known, or one of a laboratory left out."""
+"""Kinds of bars: for a person of one of the model's laboratories, and for a person of any other laboratory."""
 
 
 @dataclass(frozen=True)
@@ -48,9 +48,9 @@ class Calibration:
     angles : (6, 3)
         By kind of angle and level.
     cycle : (20, 3)
-        By kind of what is read of the gait cycle and level.
+        By `CYCLE_KINDS` and level.
     view : (2, 3)
-        Of heading and cadence, by level, before what is added to them.
+        By heading and cadence, and level, without `VIEW_EXTRA_RAD` and `CADENCE_EXTRA`.
     """
 
     joints: np.ndarray
@@ -61,7 +61,7 @@ class Calibration:
 
 @dataclass(frozen=True)
 class StandardErrors:
-    """Errors of one clip over their standard deviations.
+    """Errors of one clip, divided by their standard deviations.
 
     Attributes
     ----------
@@ -69,11 +69,11 @@ class StandardErrors:
         0 for the pelvis.
     angles : (T, 11)
     events : two of (n,)
-        Of contacts and of toe-offs.
+        Errors of contact and of toe-off times.
     numbers : (25,)
-        Of the gait cycle.
+        Errors of `NUMBERS` of the gait cycle.
     view : (2,)
-        Of the heading and the logarithm of the frequency.
+        Errors of the heading and of the logarithm of the frequency.
     """
 
     joints: np.ndarray
@@ -90,7 +90,7 @@ class StandardErrors:
 
 
 def learn(clips: Sequence[StandardErrors]) -> Calibration:
-    """Learn multipliers from errors over standard deviations, of clips of people who were left out."""
+    """Learn multipliers from the standardised errors in clips of left-out people."""
     joints_off = np.abs(np.concatenate([clip.joints for clip in clips]))
     angles_off = np.abs(np.concatenate([clip.angles for clip in clips]))
     joints = np.empty((len(GROUPS), 3, len(LEVELS)))
@@ -98,7 +98,7 @@ def learn(clips: Sequence[StandardErrors]) -> Calibration:
         part = joints_off[:, group == GROUP_OF]
         joints[group] = (np.quantile(part, LEVELS, axis=(0, 1)) / np.array(NORMAL)[:, None]).T
     angles = [np.quantile(angles_off[:, kind == KIND_OF], LEVELS) / NORMAL for kind in range(len(KINDS))]
-    # Of an event that no clip held nothing is learnt: as computed.
+    # An event that no clip contains keeps a multiplier of 1.
     by_kind = [np.concatenate(z) for z in zip(*(clip.cycle for clip in clips), strict=True)]
     cycle = [np.quantile(z, LEVELS) / NORMAL if z.size else np.ones(len(LEVELS)) for z in by_kind]
     view = np.quantile(np.abs([clip.view for clip in clips]), LEVELS, axis=0).T / NORMAL
@@ -106,15 +106,15 @@ def learn(clips: Sequence[StandardErrors]) -> Calibration:
 
 
 def joint_half_widths(calibration: Calibration, sd_mm: np.ndarray, level: int) -> np.ndarray:
-    """Half widths (…, 15, 3) of the bars of joints at one of `LEVELS`, from standard deviations (…, 15, 3)."""
+    """Return half widths (…, 15, 3) of joint bars at one of `LEVELS`, from standard deviations (…, 15, 3)."""
     return sd_mm * calibration.joints[GROUP_OF][:, :, level] * NORMAL[level]
 
 
 def angle_half_widths(calibration: Calibration, sd_rad: np.ndarray, level: int) -> np.ndarray:
-    """Half widths (…, 11) of the bars of angles at one of `LEVELS`."""
+    """Return half widths (…, 11) of angle bars at one of `LEVELS`, from standard deviations (…, 11)."""
     return sd_rad * calibration.angles[KIND_OF][:, level] * NORMAL[level]
 
 
 def cycle_half_widths(calibration: Calibration, sd: np.ndarray, level: int) -> np.ndarray:
-    """Half widths (…, 25) of the bars of `NUMBERS` at one of `LEVELS`."""
+    """Return half widths (…, 25) of the bars of `NUMBERS` at one of `LEVELS`, from standard deviations (…, 25)."""
     return sd * calibration.cycle[CYCLE_KIND_OF][:, level] * NORMAL[level]

@@ -1,11 +1,11 @@
-"""Events of the gait cycle and the numbers that are read of it, with derivatives with respect to the walker.
+"""Events and numbers of the gait cycle, with derivatives with respect to the walker.
 
-A foot is set down soon after its ankle is farthest in front of the pelvis, and taken off soon after it is farthest
-behind [Zeni 2008; of ankles from keypoints: Stenum 2021].  Everything is of the periodic walker: of one average cycle.
+A foot's contact is soon after its ankle is farthest in front of the pelvis.  Its toe-off is soon after the ankle is
+farthest behind [Zeni 2008; of ankles from keypoints: Stenum 2021].  The walker is periodic: one average cycle.
 
 Symbols
 -------
-``u``       walker W (405), phase in the middle of the clip, logarithm of the frequency: 407 unknowns
+``u``       407 unknowns: walker W (405), phase in the middle of the clip, logarithm of the frequency
 ``psi_e``   phase of an event: a root of ``y'(psi)``, ankle less pelvis;  ``d psi_e = -y'(psi_e; dW) / y''(psi_e)``
 ``belt``    speed of the ground, mm per radian of phase
 """
@@ -23,20 +23,22 @@ from walk3d.film.walk.sagittal_angles import ANGLES, SIDES, sagittal_angles, sag
 from walk3d.film.walk.training import BLOCKS, SIZE
 
 EVENTS = ("contact", "toe_off")
-LATER = (0.032, 0.012)
-"""Shares of a cycle by which events come after the ankle's turning points: means of 54 events that a laboratory marked
-of 12 children, whose other events they give to 7 and 11 ms in the median (`tests/benchmarks/gait_events.py`)."""
+EVENT_DELAYS = (0.032, 0.012)
+"""Delays of the events after the ankle's turning points, as shares of a cycle.
+
+They are means of 54 events that a laboratory marked for 12 children.  They predict the other events of these children
+with a median error of 7 and 11 ms (`tests/benchmarks/gait_events.py`)."""
 SIDED = ("step_time", "stance", "step_length", "hip_most", "hip_least", "knee_most", "knee_least")
-"""Numbers of either side: s, share of the cycle, mm, rad; of an angle its greatest and least value over the cycle."""
+"""Numbers of either side: s, share of the cycle, mm, rad; ``most`` and ``least`` are extremes of an angle."""
 WHOLE = ("stride_time", "double_support", "stride_length", "step_width")
 """Numbers of the walk: s, share of the cycle, mm, mm."""
 NUMBERS = (
     *((kind, side) for kind in SIDED for side in (*SIDES, "difference")),
     *((kind, "") for kind in WHOLE),
 )
-"""Kind and side of every number; a difference is left less right."""
+"""Kind and side of every number; a difference is left minus right."""
 _STEPS = 4
-"""Of Newton, from within a degree of the root."""
+"""Number of Newton steps, starting within a degree of the root."""
 _GRID = equal_phases(360)
 _BASIS = cycle_basis(_GRID, BLOCKS)
 _ORDER = np.repeat(np.arange(BLOCKS // 2 + 1), 2)[1:]
@@ -51,11 +53,11 @@ class GaitCycle:
     Attributes
     ----------
     phases : (2, 2)
-        Of contact and toe-off, left and right, rad.
+        Phases of contact and toe-off, left and right, rad.
     phase_slopes : (2, 2, 407)
         Derivatives with respect to u.
     values : (25,)
-        As `NUMBERS` names them.
+        Values in the order of `NUMBERS`.
     slopes : (25, 407)
     """
 
@@ -65,43 +67,43 @@ class GaitCycle:
     slopes: np.ndarray
 
 
-def _times(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Product of two numbers, each before its derivatives, (408,)."""
-    found = one[0] * other + other[0] * one
-    found[0] = one[0] * other[0]
-    return found
+def _product(factor: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return the product of two numbers; each is an array (408,) of a value and its derivatives."""
+    product = factor[0] * other + other[0] * factor
+    product[0] = factor[0] * other[0]
+    return product
 
 
-def _place(walker: np.ndarray, joint: int, axis: int, psi: np.ndarray) -> np.ndarray:
-    """Coordinate of a joint at a phase, before its derivatives, (408,); the phase likewise."""
+def _at(walker: np.ndarray, joint: int, axis: int, psi: np.ndarray) -> np.ndarray:
+    """Return a joint's coordinate at a phase; both are arrays (408,) of a value and its derivatives."""
     basis, along = cycle_basis(psi[0], BLOCKS), walker[joint, axis]
-    found = (cycle_slope(psi[0], BLOCKS) @ along) * psi
-    found[0] = basis @ along
-    found[1 + (3 * joint + axis) * BLOCKS :][:BLOCKS] += basis
-    return found
+    coordinate = (cycle_slope(psi[0], BLOCKS) @ along) * psi
+    coordinate[0] = basis @ along
+    coordinate[1 + (3 * joint + axis) * BLOCKS :][:BLOCKS] += basis
+    return coordinate
 
 
 def _event(walker: np.ndarray, ankle: int, sign: float, later: float) -> np.ndarray:
-    """Phase soon after an ankle is farthest in front of the pelvis (sign 1) or behind it, before its derivatives."""
+    """Return the phase of an event, with derivatives: soon after an ankle is farthest in front (sign 1) or behind."""
     y = walker[ankle, 1] - walker[PELVIS, 1]
     psi = _GRID[np.argmax(np.round(sign * (_BASIS @ y), 6))]
     for _ in range(_STEPS):
-        # Where nothing is bent as walkers are, the grid's phase is kept.
+        # The phase of the grid is kept if the curve lacks a walker's curvature.
         bent = min(sign * (-(_ORDER**2) * cycle_basis(np.array(psi), BLOCKS) @ y), -1e-6)
         slope = cycle_slope(np.array(psi), BLOCKS)
         psi -= sign * (slope @ y) / bent if bent < -1e-6 else 0.0
-    found = np.zeros(SIZE + 3)
-    found[0] = (psi + 2.0 * np.pi * later) % (2.0 * np.pi)
+    event = np.zeros(SIZE + 3)
+    event[0] = (psi + 2.0 * np.pi * later) % (2.0 * np.pi)
     for joint, weight in ((ankle, -1.0), (PELVIS, 1.0)):
-        found[1 + (3 * joint + 1) * BLOCKS :][:BLOCKS] = weight * slope * sign / bent
-    return found
+        event[1 + (3 * joint + 1) * BLOCKS :][:BLOCKS] = weight * slope * sign / bent
+    return event
 
 
 def _share(later: np.ndarray, earlier: np.ndarray) -> np.ndarray:
-    """Share of the cycle from one phase to the next other one, before derivatives."""
-    found = (later - earlier) / (2.0 * np.pi)
-    found[0] %= 1.0
-    return found
+    """Return the share of the cycle from the earlier to the next later phase, with derivatives."""
+    share = (later - earlier) / (2.0 * np.pi)
+    share[0] %= 1.0
+    return share
 
 
 def gait_cycle(walker: np.ndarray, frequency_hz: float, belt: np.ndarray) -> GaitCycle:
@@ -110,59 +112,59 @@ def gait_cycle(walker: np.ndarray, frequency_hz: float, belt: np.ndarray) -> Gai
     Parameters
     ----------
     walker : (15, 3, 9)
-        mm.
+        Fourier coefficients, mm.
     frequency_hz : float
     belt : (405,)
         Speed of the ground, mm per radian of phase, as a functional of the walker.
 
     Notes
     -----
-    A step's length is that of the foot's place on the ground before the other foot's, so that both make a stride.
+    A step length is the distance on the ground from the other foot to this one; left and right make a stride length.
     """
     events = np.array([
         [_event(walker, ankle, sign, later) for ankle in ANKLES]
-        for sign, later in zip((1.0, -1.0), LATER, strict=True)
+        for sign, later in zip((1.0, -1.0), EVENT_DELAYS, strict=True)
     ])  # fmt: skip
-    (contact, toe_off), found = events, dict[tuple[str, str], np.ndarray]()
+    (contact, toe_off), numbers = events, dict[tuple[str, str], np.ndarray]()
     period = np.zeros(SIZE + 3)
     period[[0, -1]] = 1.0 / frequency_hz, -1.0 / frequency_hz
     ground = 2.0 * np.pi * np.concatenate([[belt @ walker.ravel()], belt, [0.0, 0.0]])
-    across, ahead = ([_place(walker, *at, psi) for at, psi in zip(((a, axis) for a in ANKLES), contact, strict=True)]
+    across, ahead = ([_at(walker, *at, psi) for at, psi in zip(((a, axis) for a in ANKLES), contact, strict=True)]
                      for axis in (0, 1))  # fmt: skip
     for side, name in enumerate(SIDES):
         step = _share(contact[side], contact[1 - side])
-        found["step_time", name] = _times(period, step)
-        found["stance", name] = _share(toe_off[side], contact[side])
-        found["step_length", name] = ahead[side] - ahead[1 - side] + _times(ground, step)
+        numbers["step_time", name] = _product(period, step)
+        numbers["stance", name] = _share(toe_off[side], contact[side])
+        numbers["step_length", name] = ahead[side] - ahead[1 - side] + _product(ground, step)
     angles = sagittal_angles(np.moveaxis(walker @ _BASIS.T, -1, 0))
     rounded = np.round(angles[:, _ANGLES], 9)
     instants = np.concatenate([rounded.argmax(axis=0), rounded.argmin(axis=0)])
-    # At a greatest or least value the derivative with respect to the phase is zero.
+    # At an extreme the derivative with respect to the phase is zero.
     slopes = sagittal_slopes(np.moveaxis(walker @ _BASIS[instants].T, -1, 0))
     for n, (instant, number) in enumerate(zip(instants.tolist(), 2 * _ANGLES, strict=True)):
         name, kind = ANGLES[number].split("_")
         slope = slopes[n, number][..., None] * _BASIS[instant]
         row = np.concatenate([[angles[instant, number]], slope.ravel(), [0.0, 0.0]])
-        found[f"{kind}_{'most' if n < len(_ANGLES) else 'least'}", name] = row
+        numbers[f"{kind}_{'most' if n < len(_ANGLES) else 'least'}", name] = row
     for kind in SIDED:
-        found[kind, "difference"] = found[kind, "left"] - found[kind, "right"]
-    found["stride_time", ""], found["stride_length", ""] = period, ground
-    found["double_support", ""] = found["stance", "left"] + found["stance", "right"]
-    found["double_support", ""][0] -= 1.0
-    found["step_width", ""] = across[1] - across[0]
-    table = np.stack([found[number] for number in NUMBERS])
+        numbers[kind, "difference"] = numbers[kind, "left"] - numbers[kind, "right"]
+    numbers["stride_time", ""], numbers["stride_length", ""] = period, ground
+    numbers["double_support", ""] = numbers["stance", "left"] + numbers["stance", "right"]
+    numbers["double_support", ""][0] -= 1.0
+    numbers["step_width", ""] = across[1] - across[0]
+    table = np.stack([numbers[number] for number in NUMBERS])
     return GaitCycle(events[..., 0], events[..., 1:], table[:, 0], table[:, 1:])
 
 
 def deviations(slopes: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-    """Standard deviations (…) of numbers with these derivatives (…, 407)."""
+    """Return standard deviations (…) of numbers with derivatives (…, 407)."""
     return np.sqrt(np.maximum(((slopes @ covariance) * slopes).sum(axis=-1), 0.0))
 
 
 def event_times(
     cycle: GaitCycle, covariance: np.ndarray, phase_rad: float, frequency_hz: float, times: np.ndarray
 ) -> list[list[tuple[np.ndarray, np.ndarray]]]:
-    """Return the times at which each foot is set down and taken off in a clip, and their standard deviations, s.
+    """Return contact and toe-off times of each foot in a clip, and their standard deviations, s.
 
     Parameters
     ----------
@@ -171,15 +173,15 @@ def event_times(
     phase_rad, frequency_hz : float
         Phase at time 0.
     times : (T,)
-        Of the frames.
+        Times of the frames, s.
 
     Returns
     -------
     list of list of ((n,), (n,))
-        As `GaitCycle.phases`.
+        Times and standard deviations, in the order of `GaitCycle.phases`.
     """
     omega = 2.0 * np.pi * frequency_hz
-    found = []
+    times_of_events = []
     for phases, slopes in zip(cycle.phases, cycle.phase_slopes, strict=True):
         of_sides = []
         for psi, slope in zip(phases, slopes, strict=True):
@@ -190,24 +192,24 @@ def event_times(
             rows[:, SIZE] -= 1.0 / omega
             rows[:, SIZE + 1] -= at
             of_sides.append((at, deviations(rows, covariance)))
-        found.append(of_sides)
-    return found
+        times_of_events.append(of_sides)
+    return times_of_events
 
 
 def angle_curves(
     walker: np.ndarray, covariance: np.ndarray, cycle: GaitCycle, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return angles (2, K, 11) over the cycle and their standard deviations, rad, from each foot's contact to its next.
+    """Return angles (2, K, 11) from each foot's contact to its next, and their standard deviations, rad.
 
     Parameters
     ----------
     walker : (15, 3, 9)
     covariance : (407, 407)
-        Of one walker, or of walkers.
+        Covariance of one walker, or of a population of walkers.
     cycle : GaitCycle
-        Of the walker.
+        Gait cycle of the walker.
     count : int
-        Instants K, first and last contact included.
+        Number of instants K, including the first and the next contact.
     """
     share = np.linspace(0.0, 2.0 * np.pi, count)
     sides = [

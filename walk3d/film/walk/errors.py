@@ -1,4 +1,4 @@
-"""Errors of a reconstructed walk against the truth, and of two ways that learn nothing of the person."""
+"""Errors of a reconstructed walk and of two baselines against ground truth."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pipeline.skeleton import ANKLES, LEFT_LEG, PELVIS, RIGHT_LEG, WALKER15
 from pipeline.validation import InvalidInput
 from walk3d.anatomy.prior.stance import stance_rows
 from walk3d.film.walk.calibration import StandardErrors
-from walk3d.film.walk.cycle import LATER, deviations, gait_cycle
+from walk3d.film.walk.cycle import EVENT_DELAYS, deviations, gait_cycle
 from walk3d.film.walk.objective import HEADING, LOG_F, TURN
 from walk3d.film.walk.posterior import relative_positions
 from walk3d.film.walk.reconstruction import Reconstruction
@@ -19,116 +19,121 @@ from walk3d.film.walk.view import level_axes
 
 _HIPS = [LEFT_LEG[0], RIGHT_LEG[0]]
 SCORED = [joint for joint in range(len(WALKER15.joints)) if joint != PELVIS]
-"""Joints that can err: the pelvis is the origin."""
-_LEAST_SD_MM = 1e-9
+"""Joints that have errors: all but the pelvis, which is the origin."""
+_MIN_SD_MM = 1e-9
 
 
 def level_angles(positions_mm: np.ndarray, heading_rad: np.ndarray | float) -> np.ndarray:
-    """Angles (T, 11), rad, of positions (T, 15, 3) in level camera axes, of somebody of this heading (T,)."""
+    """Return the joint angles (T, 11), rad, of positions (T, 15, 3) in level camera axes and headings (T,)."""
     return sagittal_angles(positions_mm @ level_axes(heading_rad))
 
 
-def headings(found: Reconstruction) -> np.ndarray:
-    """Headings (T,) that were found."""
-    x = found.fit.x
-    return x[HEADING] + x[TURN] * found.fit.times
+def headings(reconstruction: Reconstruction) -> np.ndarray:
+    """Return the estimated headings (T,), rad."""
+    x = reconstruction.fit.x
+    return x[HEADING] + x[TURN] * reconstruction.fit.times
 
 
 def fitted_scale(estimate_mm: np.ndarray, truth_mm: np.ndarray) -> float:
-    """Least-squares factor on an estimate: one camera does not tell size from distance."""
+    """Return the least-squares scale of an estimate: one camera cannot distinguish size from distance."""
     return (estimate_mm * truth_mm).sum() / (estimate_mm**2).sum()
 
 
 def mean_distance_mm(estimate_mm: np.ndarray, truth_mm: np.ndarray) -> float:
-    """Mean distance of the joints over frames, the estimate (T, 15, 3) scaled to the truth once for the clip."""
+    """Return the mean distance of the joints, mm, with the estimate (T, 15, 3) scaled once to the ground truth."""
     off = fitted_scale(estimate_mm, truth_mm) * estimate_mm - truth_mm
     return np.linalg.norm(off[:, SCORED], axis=-1).mean()
 
 
-def joint_errors(found: Reconstruction, truth_mm: np.ndarray) -> np.ndarray:
-    """Errors (T, 15, 3) over the posterior's standard deviations; 0 for the pelvis."""
-    estimate, sd = found.posterior.positions_mm, found.posterior.sd_mm
+def joint_errors(reconstruction: Reconstruction, truth_mm: np.ndarray) -> np.ndarray:
+    """Return errors (T, 15, 3) divided by the posterior's standard deviations; 0 for the pelvis."""
+    estimate, sd = reconstruction.posterior.positions_mm, reconstruction.posterior.sd_mm
     scale = fitted_scale(estimate, truth_mm)
-    return (scale * estimate - truth_mm) / np.maximum(scale * sd, _LEAST_SD_MM)
+    return (scale * estimate - truth_mm) / np.maximum(scale * sd, _MIN_SD_MM)
 
 
-def event_errors(found: Reconstruction, truth_mm: np.ndarray, heading_rad: float) -> list[np.ndarray]:
-    """Errors of the times of contacts and of toe-offs, s, and over their standard deviations: two of (n, 2).
+def event_errors(
+    reconstruction: Reconstruction, truth_mm: np.ndarray, heading_rad: float
+) -> list[np.ndarray]:
+    """Return errors of contact and of toe-off times: two of (n, 2), in s and in standard deviations.
 
-    The true ones are those of the recorded ankles, step by step, between frames by a spline; every one of them is
-    compared with the nearest that was found, both feet pooled.
+    Each true event, from a spline through the recorded ankles, is compared with the nearest estimate.  Both feet are
+    pooled.
     """
-    times, frequency = found.fit.times, found.fit.frequency_hz
-    own = truth_mm @ level_axes(heading_rad)
+    times, frequency = reconstruction.fit.times, reconstruction.fit.frequency_hz
+    walker_mm = truth_mm @ level_axes(heading_rad)
     errors = []
-    for sign, later, of_sides in zip((1.0, -1.0), LATER, found.event_times, strict=True):
+    for sign, later, of_sides in zip((1.0, -1.0), EVENT_DELAYS, reconstruction.event_times, strict=True):
         off = []
         for ankle, (at, sd) in zip(ANKLES, of_sides, strict=True):
-            ahead = CubicSpline(times, sign * (own[:, ankle, 1] - own[:, PELVIS, 1]))
+            ahead = CubicSpline(times, sign * (walker_mm[:, ankle, 1] - walker_mm[:, PELVIS, 1]))
             turning = ahead.derivative().roots(extrapolate=False)
             true = turning[ahead(turning) > 0.5 * np.max(ahead(times))] + later / frequency
             if len(at) and len(true):
                 nearest = np.abs(at - true[:, None]).argmin(axis=1)
                 late = at[nearest] - true
-                # At the ends of a clip the nearest may be another step's.
+                # At the ends of a clip the nearest event may belong to another step.
                 close = np.abs(late) < 0.25 / frequency
                 off.append(np.stack([late, late / sd[nearest]], axis=1)[close])
         errors.append(np.concatenate(off) if off else np.empty((0, 2)))
     return errors
 
 
-def number_errors(found: Reconstruction, walk: TrainingWalk) -> np.ndarray:
-    """Errors (25,) of the numbers of the gait cycle against a whole walk's, over their standard deviations."""
+def number_errors(reconstruction: Reconstruction, walk: TrainingWalk) -> np.ndarray:
+    """Return errors (25,) of the gait-cycle numbers against those of the recorded walk, in standard deviations."""
     truth = gait_cycle(walk.walker, walk.frequency_hz, stance_rows(walk.walker)[1])
-    off = found.cycle.values - truth.values
-    return off / deviations(found.cycle.slopes, found.posterior.covariance)
+    off = reconstruction.cycle.values - truth.values
+    return off / deviations(reconstruction.cycle.slopes, reconstruction.posterior.covariance)
 
 
-def average_walker_mm(found: Reconstruction) -> np.ndarray:
-    """The average walker (T, 15, 3) with the heading, phase and frequency that were found."""
-    return relative_positions(found.fit.objective.prior.model.mean, found.fit.x, found.fit.times)
+def average_walker_mm(reconstruction: Reconstruction) -> np.ndarray:
+    """Return the baseline of the average walker (T, 15, 3) with the estimated heading, phase and frequency."""
+    return relative_positions(
+        reconstruction.fit.objective.prior.model.mean, reconstruction.fit.x, reconstruction.fit.times
+    )
 
 
-def image_kept_mm(found: Reconstruction) -> np.ndarray:
-    """The image as it is, with the average walker's depth (T, 15, 3); where a keypoint is missing, the average walker.
+def image_kept_mm(reconstruction: Reconstruction) -> np.ndarray:
+    """Return the baseline of the observed image with the average walker's depth (T, 15, 3).
 
-    The origin is the pelvis, or the middle of the hips if the pelvis is never seen.
+    Missing keypoints are those of the average walker.  The origin is the pelvis, or the middle of the hips if the
+    pelvis is never seen.
 
     Raises
     ------
     InvalidInput
-        If the hips are never seen, either.
+        If neither the pelvis nor the hips are ever seen.
     """
-    kept = average_walker_mm(found)
-    a, b = found.starts.path.distance
-    metric = found.keypoints.pixels * (a + b * found.fit.times)[:, None, None]
-    seen = found.keypoints.weights > 0
-    middle = [PELVIS] if seen[:, PELVIS].any() else _HIPS
-    frames = np.flatnonzero(seen[:, middle].all(axis=1))
+    estimate = average_walker_mm(reconstruction)
+    a, b = reconstruction.starts.path.distance
+    metric = reconstruction.keypoints.pixels * (a + b * reconstruction.fit.times)[:, None, None]
+    visible = reconstruction.keypoints.weights > 0
+    middle = [PELVIS] if visible[:, PELVIS].any() else _HIPS
+    frames = np.flatnonzero(visible[:, middle].all(axis=1))
     if not len(frames):
-        raise InvalidInput("the pelvis is never seen", code="pelvis_not_seen")
+        raise InvalidInput("neither the pelvis nor the hips are ever seen", code="pelvis_not_seen")
     origin = metric[:, middle].mean(axis=1)
     every = np.arange(len(metric))
     pelvis = np.stack([np.interp(every, frames, origin[frames, axis]) for axis in (0, 1)], axis=-1)
-    kept[..., :2] = np.where(seen[..., None], metric - pelvis[:, None], kept[..., :2])
-    return kept
+    estimate[..., :2] = np.where(visible[..., None], metric - pelvis[:, None], estimate[..., :2])
+    return estimate
 
 
 def standard_errors(
-    found: Reconstruction,
+    reconstruction: Reconstruction,
     truth_mm: np.ndarray,
     heading_rad: float,
     walk: TrainingWalk,
     events: list[np.ndarray],
 ) -> StandardErrors:
-    """Errors of a clip over their standard deviations, of somebody whose heading, whole walk and events these were."""
-    x, posterior = found.fit.x, found.posterior
+    """Return all errors of a clip in standard deviations, from its true positions, heading, walk and event errors."""
+    x, posterior = reconstruction.fit.x, reconstruction.posterior
     off = x[HEADING] - heading_rad
     away = [np.arctan2(np.sin(off), np.cos(off)), x[LOG_F] - np.log(walk.frequency_hz)]
     return StandardErrors(
-        joint_errors(found, truth_mm),
+        joint_errors(reconstruction, truth_mm),
         (posterior.angles_rad - level_angles(truth_mm, heading_rad)) / posterior.angles_sd_rad,
         [of_event[:, 1] for of_event in events],
-        number_errors(found, walk),
+        number_errors(reconstruction, walk),
         away / np.array([posterior.heading_sd_rad, posterior.log_frequency_sd]),
     )

@@ -1,6 +1,6 @@
-"""Frames in which a detector took left for right: the cheapest sequence of labels, for legs and arms each.
+"""Frames in which a detector exchanged left and right: the cheapest sequence of labels, for legs and arms separately.
 
-The two states of a frame are its labels as they are and exchanged; changing state costs `SWITCH`.
+A frame's labels are either as detected or exchanged; changing between the two costs `SWITCH`.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ LIMBS = {
 }  # fmt: skip
 """Pairs of left and right joints that a detector exchanges together."""
 SWITCH = 14.0
-"""Cost of one change between labels as they are and exchanged, twice a negative logarithm of a probability."""
+"""Cost of one change between detected and exchanged labels: twice a negative log probability."""
 
 
-def cheapest_labels(kept: np.ndarray, exchanged: np.ndarray) -> np.ndarray:
-    """Frames (T,) bool that are better exchanged, of costs (T,) as they are and exchanged.
+def cheapest_labels(unchanged: np.ndarray, exchanged: np.ndarray) -> np.ndarray:
+    """Return the frames (T,) bool to be exchanged, from costs (T,) of detected and of exchanged labels.
 
     Examples
     --------
@@ -28,11 +28,10 @@ def cheapest_labels(kept: np.ndarray, exchanged: np.ndarray) -> np.ndarray:
     >>> cheapest_labels(np.array([0.0, 20.0, 0.0]), np.array([20.0, 0.0, 20.0])).tolist()
     [False, False, False]
     """
-    # All that is told of the two costs so far is how much less the second is; beyond a change's cost, who is dearer
-    # came from the other.
-    gain, less, last = (kept - exchanged).tolist(), list[float](), 0.0
-    for one in gain:
-        last = (SWITCH if last > SWITCH else -SWITCH if last < -SWITCH else last) + one
+    # Dynamic programming on the difference of the two accumulated costs, which one change limits to ±SWITCH.
+    gain, less, last = (unchanged - exchanged).tolist(), list[float](), 0.0
+    for difference in gain:
+        last = (SWITCH if last > SWITCH else -SWITCH if last < -SWITCH else last) + difference
         less.append(last)
     state, labels = less[-1] > 0.0, [False] * len(gain)
     for t in range(len(gain) - 1, -1, -1):
@@ -42,7 +41,7 @@ def cheapest_labels(kept: np.ndarray, exchanged: np.ndarray) -> np.ndarray:
 
 
 def exchange(values: np.ndarray, frames: dict[str, np.ndarray]) -> np.ndarray:
-    """Keypoints or weights (T, 15, …) with left and right exchanged in the frames (T,) of each pair of limbs."""
+    """Return keypoints or weights (T, 15, …) with left and right exchanged in the frames (T,) of each limb pair."""
     which = np.zeros(values.shape[:2], bool)
     for limb, pairs in LIMBS.items():
         which[:, np.ravel(pairs)] = frames[limb][:, None]
@@ -50,5 +49,5 @@ def exchange(values: np.ndarray, frames: dict[str, np.ndarray]) -> np.ndarray:
 
 
 def exchange_all(values: np.ndarray) -> np.ndarray:
-    """Keypoints or weights (T, 15, …) with left and right exchanged throughout."""
+    """Return keypoints or weights (T, 15, …) with left and right exchanged throughout."""
     return values[:, list(WALKER15.mirror)]

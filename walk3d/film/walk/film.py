@@ -1,7 +1,7 @@
-"""A whole film of one person: the parts in which somebody walks, each reconstructed and judged, and the frame rate.
+"""Reconstruction of a film of one person: walking parts, their verdicts, and the frame rate.
 
-Who stands before or after is left out, a path is cut where it turns, and where a stretch is no walk as a whole, walking
-is looked for in windows.  If nobody walks at the frame rate that is told, others are tried.
+Standing before and after a walk is left out, and a path is cut where it turns.  If a stretch is not a walk as a whole,
+windows of it are tried.  If no stretch is a walk at the stated frame rate, other rates are tried.
 """
 
 from __future__ import annotations
@@ -16,73 +16,74 @@ from pipeline.validation import InvalidInput
 from walk3d.film.walk.objective import FOCAL_SD
 from walk3d.film.walk.prior import Prior
 from walk3d.film.walk.reconstruction import Reconstruction, reconstruct_followed
-from walk3d.film.walk.start import apart
+from walk3d.film.walk.start import absolute_angle
 from walk3d.film.walk.tracks import moving_parts, straight_stretches
-from walk3d.film.walk.verdict import MOST_DISTANCE, SLOW_STRIDE_HZ, Judgement, Verdict, judge
+from walk3d.film.walk.verdict import MAX_DISTANCE, SLOW_STRIDE_HZ, Judgement, Verdict, judge
 
-LONGEST_S = 20.0
-"""A longer stretch is cut to its middle part."""
-MOST_STRETCHES = 4
-WINDOW_S, MOST_WINDOWS = 3.0, 12
-"""Length and number of windows in which walking is looked for where a whole stretch is none; they overlap by half."""
-WINDOW_STRIDES = 1.5
-"""Strides that a window needs: of many windows one may fit a single stride by chance."""
-FAR_OFF = 2.0
-"""Times the largest distance of a walk: of windows, and at other frame rates, nothing farther is refined."""
-ONE_HEADING_RAD = np.radians(40.0)
-OTHER_RATES = (2.0, 4.0, 0.5)
-"""Factors on the frame rate that are tried if nobody walks: slow motion, and rates that were halved or doubled.
+MAX_STRETCH_S = 20.0
+"""Longest stretch that is reconstructed; a longer one is cut to its middle part."""
+MAX_STRETCHES = 4
+WINDOW_S, MAX_WINDOWS = 3.0, 12
+"""Length and largest number of windows of a stretch that is not a walk as a whole; windows overlap by half."""
+MIN_WINDOW_STRIDES = 1.5
+"""Fewest strides of an accepted window: among many windows one may fit a single stride by chance."""
+DISTANCE_FACTOR = 2.0
+"""Factor on the largest distance of a walk, above which windows and other frame rates are not refined."""
+HEADING_TOLERANCE_RAD = np.radians(40.0)
+"""Difference in heading below which neighbouring windows are joined."""
+ALTERNATIVE_RATES = (2.0, 4.0, 0.5)
+"""Factors on the frame rate that are tried if no person walks: slow motion, and doubled or halved rates.
 
-The walk that is nearest to its image counts; the last is tried if no other gives one."""
-MOST_TRIED = 2
-"""Stretches that are tried so."""
-MUCH_NEARER = 0.6
-"""Share of the residual of a doubtful walk, or of one of hardly a stride, below which another frame rate's counts."""
-SAME_PERIOD = 0.1
-"""Share by which two periods that are one may differ."""
+The walk with the smallest residual is chosen.  The last factor is tried only if no other gives a walk."""
+MAX_RETRIED_STRETCHES = 2
+"""Largest number of stretches that are tried at each of these rates."""
+MAX_RESIDUAL_SHARE = 0.6
+"""Share of the residual of a doubtful or very short walk, below which a walk at another frame rate replaces it."""
+PERIOD_TOLERANCE = 0.1
+"""Relative difference below which two stride periods, in frames, are equal."""
 RATE_STRIDE_HZ, RATE_STRIDES = (0.7, 1.3), 2.0
-"""Strides a second, and strides, that a walk at another frame rate must have to be believed."""
+"""Range of strides per second, and fewest strides, of an accepted walk at another frame rate."""
 
 
 @shortened
 class Stretch:
-    """One straight stretch of a walk.
+    """One straight stretch of a person's path.
 
     Attributes
     ----------
     first_frame, last_frame : int
-        Of the video, both included.
+        First and last frame in the video, both included.
     pixels : (T, 15, 2)
         Keypoints of the joints, relative to the principal point; NaN where missing.
-    found : Reconstruction or None
+    reconstruction : Reconstruction or None
         None if nothing could be fitted.
     judgement : Judgement
     feet_together : bool
-        Whether nothing was fitted because the feet move together.
+        True if nothing was fitted because the feet move together.
     """
 
     first_frame: int
     last_frame: int
     pixels: np.ndarray
-    found: Reconstruction | None
+    reconstruction: Reconstruction | None
     judgement: Judgement
     feet_together: bool = False
 
     @property
     def frames(self) -> np.ndarray:
-        """Frames (T,) of the video."""
+        """Frame numbers (T,) in the video."""
         return np.arange(self.first_frame, self.last_frame + 1)
 
     @property
     def walks(self) -> bool:
-        """Whether this is or may be a walk."""
+        """True if this is or may be a walk."""
         return self.judgement.verdict != Verdict.not_a_walk
 
     @property
     def fitted(self) -> Reconstruction:
-        """What was fitted, where something was, as it is of all that is or may be a walk."""
-        assert self.found is not None
-        return self.found
+        """Reconstruction of a stretch that has one, as every possible walk does."""
+        assert self.reconstruction is not None
+        return self.reconstruction
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,7 @@ class Film:
     Attributes
     ----------
     pixels : (T, 15, 2)
-        Relative to the principal point; NaN where missing.
+        px from the principal point; NaN where missing.
     confidence : (T, 15)
         0 where missing.
     frame_rate_hz, focal_px : float
@@ -100,9 +101,9 @@ class Film:
     first : int
         Number of the first frame.
     both_labellings : bool
-        Whether left and right exchanged throughout is tried, too.
+        True: left and right exchanged throughout are tried as well.
     focal_sd : float
-        Of the logarithm of the focal length; 0: it is known.
+        Standard deviation of the logarithm of the focal length; 0 if it is known.
     """
 
     pixels: np.ndarray
@@ -115,11 +116,11 @@ class Film:
     focal_sd: float = FOCAL_SD
 
     def stretch(self, start: int, stop: int, *, quick: bool = False) -> Stretch:
-        """Reconstruct frames from `start` to `stop` (exclusive); `quick`: as labelled, and nothing that is far off."""
+        """Reconstruct frames `start` to `stop` (exclusive); `quick` skips exchanged labels and distant images."""
         pixels = self.pixels[start:stop]
-        found, together = None, False
+        reconstruction, together = None, False
         try:
-            found = reconstruct_followed(
+            reconstruction = reconstruct_followed(
                 pixels,
                 (self.confidence[start:stop] > 0).astype(float),
                 self.frame_rate_hz,
@@ -127,71 +128,71 @@ class Film:
                 self.prior,
                 both_labellings=self.both_labellings and not quick,
                 focal_sd=self.focal_sd,
-                most_distance=FAR_OFF * MOST_DISTANCE if quick else np.inf,
+                max_distance=DISTANCE_FACTOR * MAX_DISTANCE if quick else np.inf,
             )
-            judgement = judge(found)
+            judgement = judge(reconstruction)
         except InvalidInput as refusal:
             judgement, together = (
                 Judgement(Verdict.not_a_walk, (str(refusal),)),
                 refusal.code == "feet_together",
             )
         first, last = self.first + start, self.first + stop - 1
-        return Stretch(first, last, pixels, found, judgement, together)
+        return Stretch(first, last, pixels, reconstruction, judgement, together)
 
     def parts(self) -> list[tuple[int, int]]:
-        """Parts in which the legs move and the path is straight: frames from and to (exclusive), the longest first."""
-        found = []
+        """Return the parts with moving legs and a straight path: frames from and to (exclusive), the longest first."""
+        parts = []
         for start, stop in moving_parts(self.pixels, self.frame_rate_hz):
             straight = straight_stretches(
                 self.pixels[start:stop], self.prior.mean[:, 2, 0], self.frame_rate_hz, self.focal_px
             )
-            found += [(start + a, start + b) for a, b in straight]
-        return sorted(found, key=lambda part: (part[0] - part[1], part[0]))
+            parts += [(start + a, start + b) for a, b in straight]
+        return sorted(parts, key=lambda part: (part[0] - part[1], part[0]))
 
     def walking_parts(self, start: int, stop: int) -> list[Stretch]:
-        """Parts that are a walk, of frames that are none as a whole: somebody turned before a camera that follows.
+        """Return the walking parts of frames that are not a walk as a whole, such as a turn while the camera follows.
 
-        Windows of some three strides are reconstructed alone; neighbours that are walks with one heading are joined.
+        Windows are reconstructed separately; neighbouring walks with one heading are joined.
         """
         length = round(WINDOW_S * self.frame_rate_hz)
         if stop - start < 1.5 * length:
             return []
-        count = min(int(np.ceil(2.0 * (stop - start - length) / length)) + 1, MOST_WINDOWS)
+        count = min(int(np.ceil(2.0 * (stop - start - length) / length)) + 1, MAX_WINDOWS)
         starts = np.linspace(start, stop - length, count).round().astype(int).tolist()
-        held = replace(self, focal_sd=0.0)  # three seconds say little of a focal length
-        windows = [held.stretch(a, a + length, quick=True) for a in starts]
+        fixed_focal = replace(self, focal_sd=0.0)  # a short window does not determine the focal length
+        windows = [fixed_focal.stretch(a, a + length, quick=True) for a in starts]
         groups: list[list[int]] = []
         for number, window in enumerate(windows):
-            if not window.walks or window.fitted.strides < WINDOW_STRIDES:
+            if not window.walks or window.fitted.strides < MIN_WINDOW_STRIDES:
                 continue
             last = groups[-1][-1] if groups else -2
-            if last == number - 1 and _turn(windows[last], window) < ONE_HEADING_RAD:
+            if last == number - 1 and _turn(windows[last], window) < HEADING_TOLERANCE_RAD:
                 groups[-1].append(number)
             else:
                 groups.append([number])
         groups.sort(key=lambda g: (-len(g), g[0]))
         parts = []
-        for group in groups[:MOST_STRETCHES]:
+        for group in groups[:MAX_STRETCHES]:
             part = self.stretch(starts[group[0]], starts[group[-1]] + length)
             if not part.walks:
                 part = self.stretch(starts[group[0]], starts[group[0]] + length)
-            if part.walks and part.fitted.strides >= WINDOW_STRIDES:
+            if part.walks and part.fitted.strides >= MIN_WINDOW_STRIDES:
                 parts.append(part)
         return sorted(parts, key=lambda s: (-len(s.pixels), s.first_frame))
 
 
 @dataclass(frozen=True)
-class Watched:
-    """What a film of one person shows.
+class FilmResult:
+    """Reconstructed stretches of a film of one person.
 
     Attributes
     ----------
     stretches : tuple of Stretch
         The longest first.
     frame_rate_hz : float
-        The one that was told, or another at which this is a walk.
+        The stated rate, or another one at which this is a walk.
     notes : tuple of str
-        What was left out or is odd, a sentence each.
+        Remarks on omitted or unusual parts, one sentence each.
     """
 
     stretches: tuple[Stretch, ...]
@@ -200,57 +201,59 @@ class Watched:
 
     @property
     def walks(self) -> bool:
-        """Whether one of the stretches is or may be a walk."""
+        """True if one of the stretches is or may be a walk."""
         return any(stretch.walks for stretch in self.stretches)
 
 
 def best_of(stretches: Sequence[Stretch]) -> Stretch:
-    """The first of the stretches with the best verdict."""
+    """Return the first of the stretches with the best verdict."""
     order = list(Verdict)
     return min(stretches, key=lambda stretch: order.index(stretch.judgement.verdict))
 
 
-def watch(film: Film) -> Watched:
-    """Find, reconstruct and judge the walking in a film; if there is none, at other frame rates, too.
+def reconstruct_film(film: Film) -> FilmResult:
+    """Find, reconstruct and judge the walking in a film; without a clear walk, also at other frame rates.
 
-    A walk that is too slow counts as none if one at another rate is nearer to the image and has another period: of slow
-    motion from the front a step may pass for a stride.  With the same period it may be slow, or slow motion.  So does
-    one that is doubtful or of hardly a stride, if another is much nearer: a third of a slow stride may pass for one.
+    A very slow walk is replaced by one at another rate if that fits better and has another period: in slow motion from
+    the front, a step may pass for a stride.  With the same period it stays, because it may be slow.  A doubtful or very
+    short walk is replaced if another rate fits much better: a third of a slow stride may pass for a stride.
     """
-    as_given = _watch(film)
+    as_given = _reconstruct_parts(film)
     walked = [stretch for stretch in as_given.stretches if stretch.walks]
     slow = bool(walked) and _stride_hz(walked[0]) < SLOW_STRIDE_HZ
-    if any(_sure(stretch) for stretch in walked) and not slow:
+    if any(_is_sure(stretch) for stretch in walked) and not slow:
         return as_given
     if all(stretch.feet_together for stretch in as_given.stretches):
         return as_given
-    others = [replace(film, frame_rate_hz=factor * film.frame_rate_hz) for factor in OTHER_RATES]
-    tried: list[tuple[Stretch, Film]] = []
+    others = [replace(film, frame_rate_hz=factor * film.frame_rate_hz) for factor in ALTERNATIVE_RATES]
+    retried: list[tuple[Stretch, Film]] = []
     for other in others:
-        if other.frame_rate_hz < film.frame_rate_hz and any(np.isfinite(_off(s)) for s, _ in tried):
+        if other.frame_rate_hz < film.frame_rate_hz and any(np.isfinite(_residual_px(s)) for s, _ in retried):
             break
-        tried += [
+        retried += [
             (other.stretch(start, stop, quick=True), other)
-            for start, stop in other.parts()[:MOST_TRIED]
+            for start, stop in other.parts()[:MAX_RETRIED_STRETCHES]
             if (stop - start - 1) / other.frame_rate_hz * RATE_STRIDE_HZ[1] >= RATE_STRIDES
         ]
-    stretch, other = min(tried, key=lambda rate: _off(rate[0]), default=(None, film))
-    if stretch is None or not np.isfinite(_off(stretch)):
+    stretch, other = min(retried, key=lambda rate: _residual_px(rate[0]), default=(None, film))
+    if stretch is None or not np.isfinite(_residual_px(stretch)):
         return as_given
     if walked:
-        nearer = _off(stretch) < (1.0 if slow else MUCH_NEARER) * walked[0].fitted.rms_residual_px
+        nearer = (
+            _residual_px(stretch) < (1.0 if slow else MAX_RESIDUAL_SHARE) * walked[0].fitted.rms_residual_px
+        )
         frames = film.frame_rate_hz / _stride_hz(walked[0]), other.frame_rate_hz / _stride_hz(stretch)
-        if not nearer or abs(frames[0] / frames[1] - 1.0) < SAME_PERIOD:
+        if not nearer or abs(frames[0] / frames[1] - 1.0) < PERIOD_TOLERANCE:
             return as_given
-    watched = _watch(other, stretch)
-    why = f"at {film.frame_rate_hz:g} frames a second nobody walks, at {other.frame_rate_hz:g} somebody does"
-    stretches = tuple(_doubted(stretch, why) for stretch in watched.stretches)
-    note = f"The frame rate is taken to be {other.frame_rate_hz:g} Hz: {why}. Give the true one."
-    return Watched(stretches, other.frame_rate_hz, (note, *watched.notes))
+    result = _reconstruct_parts(other, stretch)
+    why = f"no walk at {film.frame_rate_hz:g} frames per second, but one at {other.frame_rate_hz:g}"
+    stretches = tuple(_doubted(stretch, why) for stretch in result.stretches)
+    note = f"The frame rate is assumed to be {other.frame_rate_hz:g} Hz: {why}. Give input.frame_rate_hz."
+    return FilmResult(stretches, other.frame_rate_hz, (note, *result.notes))
 
 
-def _off(stretch: Stretch) -> float:
-    """Residual of a walk of a usual cadence that nothing speaks against, px; infinite of anything else."""
+def _residual_px(stretch: Stretch) -> float:
+    """Return the residual of a clear walk of usual cadence, px; infinity for anything else."""
     plain = (
         stretch.judgement.verdict == Verdict.walk
         and stretch.fitted.strides >= RATE_STRIDES
@@ -259,9 +262,9 @@ def _off(stretch: Stretch) -> float:
     return stretch.fitted.rms_residual_px if plain else np.inf
 
 
-def _sure(stretch: Stretch) -> bool:
-    """Whether this is a walk without doubt, of more than a stride."""
-    return stretch.judgement.verdict == Verdict.walk and stretch.fitted.strides >= WINDOW_STRIDES
+def _is_sure(stretch: Stretch) -> bool:
+    """Return whether this is a clear walk of more than a stride."""
+    return stretch.judgement.verdict == Verdict.walk and stretch.fitted.strides >= MIN_WINDOW_STRIDES
 
 
 def _stride_hz(stretch: Stretch) -> float:
@@ -274,39 +277,39 @@ def _doubted(stretch: Stretch, why: str) -> Stretch:
     return replace(stretch, judgement=Judgement(Verdict.doubtful, (why, *stretch.judgement.reasons)))
 
 
-def _watch(film: Film, quick: Stretch | None = None) -> Watched:
-    """Reconstruct the parts of a film; one that was looked at quickly is taken from there, if that was all."""
+def _reconstruct_parts(film: Film, quick: Stretch | None = None) -> FilmResult:
+    """Reconstruct the parts of a film; `quick` is reused for its part if no more was needed."""
     notes: list[str] = []
     T, first = len(film.pixels), film.first
     moving, parts = moving_parts(film.pixels, film.frame_rate_hz), film.parts()
     if moving != [(0, T)]:
-        notes.append(f"The legs move in frames {_frames(moving, first)}; the rest is left out.")
+        notes.append(f"The legs move in frames {_frames(moving, first)}; the rest was ignored.")
     if len(parts) > len(moving) or (moving == [(0, T)] and parts != moving):
         notes.append(
-            f"The path is not straight throughout: reconstructed are frames {_frames(parts, first)}."
+            f"The path is not straight throughout: frames {_frames(parts, first)} were reconstructed."
         )
-    known = {(s.first_frame, s.last_frame): s for s in (quick,) if s and not film.both_labellings}
-    longest = round(LONGEST_S * film.frame_rate_hz)
+    finished = {(s.first_frame, s.last_frame): s for s in (quick,) if s and not film.both_labellings}
+    longest = round(MAX_STRETCH_S * film.frame_rate_hz)
     stretches: list[Stretch] = []
-    for start, stop in parts[:MOST_STRETCHES]:
+    for start, stop in parts[:MAX_STRETCHES]:
         if stop - start > longest:
             spare = stop - start - longest
             start, stop = start + spare // 2, start + spare // 2 + longest
-            notes.append(f"Of a long stretch the middle {LONGEST_S:g} s are used.")
-        stretch = known.get((first + start, first + stop - 1)) or film.stretch(start, stop)
+            notes.append(f"Only the middle {MAX_STRETCH_S:g} s of a long stretch are used.")
+        stretch = finished.get((first + start, first + stop - 1)) or film.stretch(start, stop)
         walked = [] if stretch.walks else film.walking_parts(start, stop)
         if walked:
             words = ", ".join(f"{s.first_frame} to {s.last_frame}" for s in walked)
             notes.append(
-                f"Frames {first + start} to {first + stop - 1} are not one walk; parts of them are: {words}."
+                f"Frames {first + start} to {first + stop - 1} are not one walk, but these parts are: {words}."
             )
         stretches += walked or [stretch]
-    return Watched(tuple(stretches), film.frame_rate_hz, tuple(notes))
+    return FilmResult(tuple(stretches), film.frame_rate_hz, tuple(notes))
 
 
 def _frames(parts: Sequence[tuple[int, int]], first: int) -> str:
     return ", ".join(f"{first + a} to {first + b - 1}" for a, b in sorted(parts))
 
 
-def _turn(one: Stretch, other: Stretch) -> float:
-    return apart(one.fitted.candidates[0].heading_rad - other.fitted.candidates[0].heading_rad)
+def _turn(stretch: Stretch, other: Stretch) -> float:
+    return absolute_angle(stretch.fitted.candidates[0].heading_rad - other.fitted.candidates[0].heading_rad)

@@ -1,21 +1,21 @@
-"""What the refinement minimises, and its derivatives.
+"""Cost function of the refinement, and its derivatives.
 
 Symbols
 -------
 ``x``      417 unknowns: W' (405), then q = (X0, Y0, Z0, Vx, Vz, theta, phi, phase, log f, Ax, Az, turn rate);
-           for a path that wanders, then the coefficients of cosines in its coordinates; for a camera whose focal
-           length is not known, then the logarithm of its ratio to the one that is assumed
+           for a wandering path, then the coefficients of cosines in its coordinates; for an unknown focal length,
+                  then the logarithm of its ratio to the assumed one
 ``P``      ``A(theta + turn t) w(t) + (X0 + Vx t + Ax t~²/2, Y0, Z0 + Vz t + Az t~²/2)``, level camera axes, mm;
            t~² = t² minus its mean; ``w(t) = W' b(omega t + phase)``
 ``Q``      ``R_x(phi) P``; image ``f Q_xy / Q_z``
-``sigma``  robust scale of the residual, px;  ``kappa``  residuals that say the same again: slow errors of a detector
-``I``      information of a keypoint on its point P (3 x 3): of every unknown it asks only how P moves with it
-``d f(t)`` how P moves with an unknown of q: a direction d (one of the three axes, a turn, a later phase, a pitch,
-           or nearer, as a longer lens shows it) times a function of time f (1, t, the bend of an acceleration, cosines)
+``sigma``  robust scale of the residual, px;  ``kappa``  number of residuals that count as one: slow errors repeat
+``I``      information of a keypoint on its point P (3 x 3): every unknown enters through the motion of P with it
+``d f(t)`` motion of P with an unknown of q: a direction d (one of the three axes, a turn, a later phase, a pitch,
+       or nearer, as with a longer lens) times a function of time f (1, t, the bend of an acceleration, cosines)
 ``J(x)``   ``1/kappa sum (nu + 2) log(1 + r² / (nu sigma²)) + (W' - m)^T P0 (W' - m) + lengths + path + priors``:
-           twice a negative logarithm of a probability
+           twice a negative log probability
 
-Full perspective: within 0.4 m of depth at 3 to 6 m it tells front from back.
+The perspective is complete: 0.4 m of depth at 3 to 6 m distinguish front from back.
 """
 
 from __future__ import annotations
@@ -35,41 +35,42 @@ from walk3d.film.walk.view import pitched, to_level, to_walker
 
 X0, Y0, Z0, VX, VZ, HEADING, PITCH, PHASE, LOG_F, AX, AZ, TURN = range(SIZE, SIZE + 12)
 UNKNOWNS = SIZE + 12
-"""Without the coefficients of a wandering path, of which there are three for each cosine."""
+"""Number of unknowns without the three coefficients of each cosine and without the focal length."""
 
 CYCLE = cycle_basis(equal_phases(PHASES), BLOCKS)
-"""(20, 9): basis at the phases at which lengths are looked at."""
+"""Basis (20, 9) at the phases at which bone lengths are evaluated."""
 _MEAN = np.full(PHASES, 1.0 / PHASES)
 _AXES = np.triu_indices(3)
 _SYMMETRIC = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
-"""Number of the pair of axes, as `_AXES` has them, of any two."""
+"""Index in `_AXES` of each pair of axes."""
 RIGHT, DOWN, AWAY, TURNED, LATER, PITCHED, NEARER = range(7)
-"""Directions d; the functions of time are 1, t, the bend, and cosines."""
+"""Directions d of the unknowns; the functions of time are 1, t, the bend, and cosines."""
 _ALONG = np.zeros((BLOCKS, BLOCKS))
-"""Takes a walker's coefficients to those of his velocity along the phase."""
+"""Map from a walker's coefficients to those of the derivative with respect to the phase."""
 for _h in range(1, HARMONICS + 1):
     _ALONG[2 * _h - 1, 2 * _h], _ALONG[2 * _h, 2 * _h - 1] = _h, -_h
 _PAIRED = np.swapaxes(SIDES[..., None] * ENDS, 1, 2)
-"""(P, 15, 16): what each joint says of left less right, by bone."""
+"""Contribution (P, 15, 16) of each joint, by bone, to the left-right difference of each pair of bones."""
 NU = 4.0
-"""Degrees of freedom of Student's t."""
+"""Degrees of freedom of Student's t of the residuals."""
 PITCH_SD = np.radians(6.0)
 LOG_F_SD = 0.1
 ACCELERATION_SD = 150.0
 TURN_SD = np.radians(6.0)
 TREADMILL_SD = 100.0
-"""mm/s."""
+"""Standard deviation of the path's velocity on a treadmill, mm/s."""
 TIE_SD = (0.08, 40.0)
-"""Share of the average walker's speed, and mm/s: how closely path and belt speed agree."""
+"""Tolerance of path speed against belt speed: a share of the average walker's speed, plus mm/s."""
 TIE_TIMES = (-0.35, 0.0, 0.35)
-"""Instants at which they are compared, as shares of the clip."""
+"""Instants at which path and belt speed are compared, as shares of the clip."""
 FOCAL_SD = 0.35
-"""Of the logarithm of a focal length that is not known, about 0.75 of the image's longer side: most cameras have 0.38
-(wide) to 1.5 (long)."""
+"""Standard deviation of the logarithm of an unknown focal length, about 0.75 of the image's longer side.
+
+Most cameras have 0.38 (wide) to 1.5 (long)."""
 WANDER_MM = 400.0
-"""Standard deviation of the coefficient of the slowest cosine; that of the k-th is one k-th of it."""
-NEAREST_MM = 200.0
-"""Points nearer to the camera are taken to be so far."""
+"""Standard deviation of the slowest cosine's coefficient, mm; that of the k-th is 1 / k of it."""
+MIN_DEPTH_MM = 200.0
+"""Minimum depth; nearer points are clamped."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,7 @@ class Keypoints:
     Attributes
     ----------
     pixels : (T, 15, 2)
-        Relative to the principal point; any finite number where the weight is 0.
+        px from the principal point; any finite number where the weight is 0.
     weights : (T, 15)
         0 where missing.
     """
@@ -99,26 +100,26 @@ class Keypoints:
 
     @cached_property
     def seen(self) -> np.ndarray:
-        """Whether a joint is seen in a frame (15, T) bool."""
+        """Visibility (15, T) bool of each joint."""
         return self.by_joint > 0
 
 
 @dataclass(frozen=True)
 class Setting:
-    """When, with which camera and where a walk was filmed.
+    """Times, camera and path of a filmed walk.
 
     Attributes
     ----------
     times : (T,)
-        Seconds, 0 in the middle.
+        Times of the frames, s, 0 in the middle.
     focal_px : float
     overground : bool
     cosines : int
-        Cosines of time in each coordinate of the path: for a camera that follows, or a path that is not straight.
+        Number of cosines in each coordinate of the path, for a following camera or a path that is not straight.
     nu : float
-        Degrees of freedom of Student's t, which the residuals have; infinitely many are a normal distribution.
+        Degrees of freedom of the residuals' Student's t; infinity gives a normal distribution.
     focal_sd : float
-        Standard deviation of the logarithm of the focal length; 0: it is known.
+        Standard deviation of the logarithm of the focal length; 0 if it is known.
     """
 
     times: np.ndarray
@@ -131,7 +132,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class Noise:
-    """Scale of the residuals and how often each is counted.
+    """Scale of the residuals, and the number of residuals that count as one.
 
     Attributes
     ----------
@@ -144,14 +145,14 @@ class Noise:
 
 @dataclass(frozen=True)
 class Quadratic:
-    """J at a point, half its gradient and half its Gauss-Newton matrix.
+    """Cost J at a point, half its gradient and half its Gauss-Newton matrix.
 
     Attributes
     ----------
     cost : float
     gradient : (417,)
     matrix : (417, 417)
-        The lower triangle, in the order of Fortran.
+        Lower triangle, in Fortran order.
     """
 
     cost: float
@@ -160,19 +161,19 @@ class Quadratic:
 
 
 def point_costs(residual: np.ndarray, sigma_px: float, nu: float = NU) -> np.ndarray:
-    """Student's t of residuals (2, …): twice a negative logarithm of a probability, (…)."""
+    """Return the costs (…) of residuals (2, …) under Student's t: twice a negative log probability."""
     return (nu + 2.0) * np.log1p((residual[0] ** 2 + residual[1] ** 2) / (nu * sigma_px**2))
 
 
 def wander_basis(times: np.ndarray, cosines: int) -> np.ndarray:
-    """Cosines (T, n) of 1, 2, … half periods over the clip, of mean zero."""
+    """Return cosines (T, n) of 1, 2, … half periods over the clip, each with mean zero."""
     share = (times - times[0]) / (times[-1] - times[0])
-    found = np.cos(np.pi * share[:, None] * np.arange(1, cosines + 1))
-    return found - found.mean(axis=0)
+    waves_of_path = np.cos(np.pi * share[:, None] * np.arange(1, cosines + 1))
+    return waves_of_path - waves_of_path.mean(axis=0)
 
 
 class Iterate:
-    """Unknowns, and what J has to know of them, worked out once.
+    """Unknowns, and the intermediate results of J, computed once.
 
     Attributes
     ----------
@@ -180,7 +181,7 @@ class Iterate:
     heading : (T,)
     basis : (9, T)
     body, level : (3, 15, T)
-        P about the path, and P.
+        P without the path, and P.
     depth : (15, T)
     tangent : (2, 15, T)
         Q_xy / Q_z.
@@ -196,28 +197,28 @@ class Iterate:
         self.body = self.along(self.basis)
         self.level = self.body + objective.path(x)[:, None]
         points = (pitched(x[PITCH]) @ self.level.reshape(3, -1)).reshape(self.level.shape)
-        self.depth = np.maximum(points[2], NEAREST_MM)
+        self.depth = np.maximum(points[2], MIN_DEPTH_MM)
         self.tangent = points[:2] / self.depth
         self.image = objective.focal_px(x) * self.tangent
 
     def along(self, basis: np.ndarray) -> np.ndarray:
-        """The walker (3, 15, T) in level camera axes with this basis (9, T) of time."""
-        own = (self.x[:SIZE].reshape(-1, BLOCKS) @ basis).reshape(JOINTS, 3, -1)
-        return to_level(own.swapaxes(0, 1), self.heading)
+        """Return the walker (3, 15, T) in level camera axes for a basis (9, T) of time."""
+        in_walker_axes = (self.x[:SIZE].reshape(-1, BLOCKS) @ basis).reshape(JOINTS, 3, -1)
+        return to_level(in_walker_axes.swapaxes(0, 1), self.heading)
 
     @cached_property
     def away(self) -> np.ndarray:
-        """W' less its mean, (405,)."""
+        """Deviation W' - m of the walker from the mean, (405,)."""
         return self.x[:SIZE] - self.objective.prior.mean.ravel()
 
     @cached_property
     def pull(self) -> np.ndarray:
-        """P0 (W' - m), (405,)."""
+        """Half the gradient of the walker's prior, P0 (W' - m), (405,)."""
         return self.objective.prior.precision @ self.away
 
     @cached_property
     def lengths(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Bones (16, 3, K), their lengths (16, K), what these are off their means, and left less right (P,)."""
+        """Bones (16, 3, K), their lengths (16, K), deviations from the mean lengths, and left minus right (P,)."""
         bones = (ENDS @ self.x[:SIZE].reshape(JOINTS, -1)).reshape(-1, BLOCKS)
         along = (bones @ CYCLE.T).reshape(len(BONES), 3, PHASES)
         length = np.sqrt(along[:, 0] ** 2 + along[:, 1] ** 2 + along[:, 2] ** 2)
@@ -226,7 +227,7 @@ class Iterate:
 
     @cached_property
     def ties(self) -> tuple[np.ndarray, np.ndarray]:
-        """Path minus belt velocity at three instants, (6,), and its derivatives (6, 417)."""
+        """Path velocity minus belt velocity at three instants, (6,), and its derivatives (6, 417)."""
         x, belt = self.x, self.objective.prior.belt
         omega = 2.0 * np.pi * np.exp(x[LOG_F])
         speed = omega * (belt @ x[:SIZE])
@@ -247,11 +248,11 @@ class Iterate:
 
     @cached_property
     def prior_cost(self) -> float:
-        """J without the data."""
+        """Cost J without the data."""
         objective = self.objective
-        _, _, off, apart = self.lengths
-        cost = self.away @ self.pull + objective.apart
-        cost += (off**2).sum(axis=-1) @ objective.length_weight + apart**2 @ objective.pair_weight
+        _, _, off, asymmetry = self.lengths
+        cost = self.away @ self.pull + objective.frequency_cost
+        cost += (off**2).sum(axis=-1) @ objective.length_weight + asymmetry**2 @ objective.pair_weight
         cost += (self.x[SIZE:] - objective.q_mean) ** 2 @ objective.q_precision
         if objective.setting.overground:
             cost += (self.ties[0] ** 2).sum() / objective.tie_variance
@@ -259,14 +260,14 @@ class Iterate:
 
 
 class Objective:
-    """J of one clip from one starting frequency.
+    """Cost function J of one clip for one initial frequency.
 
     Parameters
     ----------
     prior : Prior
     setting : Setting
     start_hz : float
-        Frequency about which the search stays.
+        Initial frequency, to which the search stays close.
     """
 
     def __init__(self, prior: Prior, setting: Setting, start_hz: float) -> None:
@@ -290,9 +291,9 @@ class Objective:
             mean[index - SIZE], variance[index - SIZE] = middle, sd**2
         if not setting.overground:
             variance[[VX - SIZE, VZ - SIZE]] = TREADMILL_SD**2
-        # Two priors on the logarithm of the frequency make one.
+        # The product of two normal priors on the logarithm of the frequency is normal.
         both = 1.0 / LOG_F_SD**2, 1.0 / (2.0 * population[1]) ** 2
-        self.apart = (np.log(start_hz) - population[0]) ** 2 * both[0] * both[1] / sum(both)
+        self.frequency_cost = (np.log(start_hz) - population[0]) ** 2 * both[0] * both[1] / sum(both)
         mean[LOG_F - SIZE] = (both[0] * np.log(start_hz) + both[1] * population[0]) / sum(both)
         variance[LOG_F - SIZE] = 1.0 / sum(both)
         self.q_mean, self.q_precision = mean, 1.0 / variance
@@ -314,51 +315,51 @@ class Objective:
         self.pair_weight = 1.0 / prior.pair_sd**2
 
     def at(self, x: np.ndarray) -> Iterate:
-        """Unknowns with what follows from them."""
+        """Return the unknowns with their intermediate results."""
         return Iterate(self, x)
 
     def camera_points(self, x: np.ndarray) -> np.ndarray:
-        """Points Q (T, 15, 3) in camera axes, mm."""
+        """Return the points Q (T, 15, 3) in camera axes, mm."""
         at = self.at(x)
         return np.concatenate([at.tangent * at.depth, at.depth[None]]).T
 
     def path(self, x: np.ndarray) -> np.ndarray:
-        """Path (3, T) in level camera axes, mm."""
+        """Return the path (3, T) in level camera axes, mm."""
         along = np.zeros((3, len(self._times)))
         along[self._direction[self._on_path], self._time[self._on_path]] = x[SIZE:][self._on_path]
         return along @ self._times
 
     def focal_px(self, x: np.ndarray) -> float:
-        """Focal length, px."""
+        """Return the focal length, px."""
         return self.setting.focal_px * np.exp(x[-1]) if self.setting.focal_sd else self.setting.focal_px
 
     def moved(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """Unknowns after a step.
+        """Return the unknowns after a step.
 
-        With an unknown focal length depths follow it, so that the image keeps its size to more than first order.
+        With an unknown focal length, the depths change with it, which keeps the size in the image beyond first order.
         """
-        found = x + step
+        unknowns = x + step
         if self.setting.focal_sd:
             depths = [Z0, VZ, AZ]
-            found[depths] = np.exp(step[-1]) * (found[depths] - step[-1] * x[depths])
-        return found
+            unknowns[depths] = np.exp(step[-1]) * (unknowns[depths] - step[-1] * x[depths])
+        return unknowns
 
     def image(self, x: np.ndarray) -> np.ndarray:
-        """Image of the walker (T, 15, 2), px."""
+        """Return the image of the walker (T, 15, 2), px."""
         return self.at(x).image.T
 
     def residual(self, x: np.ndarray, keypoints: Keypoints) -> np.ndarray:
-        """Image of the walker minus keypoints (T, 15, 2), px."""
+        """Return the image of the walker minus keypoints (T, 15, 2), px."""
         return self.image(x) - keypoints.pixels
 
     def cost(self, at: Iterate, keypoints: Keypoints, noise: Noise) -> float:
-        """Return J."""
+        """Return the cost J."""
         costs = point_costs(at.image - keypoints.by_axis, noise.sigma_px, self.setting.nu)
         return np.vdot(costs, keypoints.by_joint) / noise.kappa + at.prior_cost
 
     def quadratic(self, at: Iterate, keypoints: Keypoints, noise: Noise) -> Quadratic:
-        """J, half its gradient and half its Gauss-Newton matrix."""
-        blocks, border, corner = self._of_image(at, keypoints, noise)
+        """Return J, half its gradient and half its Gauss-Newton matrix."""
+        blocks, border, corner = self._data_terms(at, keypoints, noise)
         matrix = np.empty((self.unknowns, self.unknowns), order="F")
         matrix[:SIZE, :SIZE], matrix[:SIZE, SIZE:] = self.prior.precision.T, 0.0
         matrix[SIZE:, :SIZE] = border[:-1]
@@ -368,21 +369,22 @@ class Objective:
             [at.pull + border[-1], corner[-1, :-1] + (at.x[SIZE:] - self.q_mean) * self.q_precision]
         )
         slopes = self._add_lengths(at, blocks, gradient, matrix)
-        weight, apart = self.pair_weight, at.lengths[-1]
+        weight, deviations = self.pair_weight, at.lengths[-1]
         if self.setting.overground:
             off, slope = at.ties
-            apart, slopes = np.concatenate([apart, off]), np.concatenate([slopes, slope])
+            deviations, slopes = np.concatenate([deviations, off]), np.concatenate([slopes, slope])
             weight = np.concatenate([weight, np.full(len(off), 1.0 / self.tie_variance)])
-        gradient += slopes.T @ (weight * apart)
-        # In place: the matrix is large, and these are few.
+        gradient += slopes.T @ (weight * deviations)
+        # A low-rank update in place, because the matrix is large.
         blas.dsyrk(1.0, slopes.T * np.sqrt(weight), 1.0, matrix, lower=1, overwrite_c=1)
         return Quadratic(self.cost(at, keypoints, noise), gradient, matrix)
 
-    def _of_image(
+    def _data_terms(
         self, at: Iterate, keypoints: Keypoints, noise: Noise
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The data's part of the matrix: of each joint (15, 27, 27), of q and walker, and of q; their last rows are
-        that of the gradient.
+        """Return the data's part of the matrix: joints (15, 27, 27), q with walker, and q.
+
+        The last rows are those of the gradient.
         """
         x, focal, nu = at.x, self.focal_px(at.x), self.setting.nu
         T, R = len(at.heading), pitched(x[PITCH])
@@ -390,27 +392,29 @@ class Objective:
         r2 = (residual[0] ** 2 + residual[1] ** 2) / noise.sigma_px**2
         w = np.sqrt(keypoints.by_joint * (nu + 2.0) / (nu + r2) / noise.kappa) / noise.sigma_px
 
-        # The weighted image's derivative by P: f / Z of (R's first rows less the tangent times its last).
+        # Derivative of the weighted image by P: f / Z times (first rows of R minus the tangent times its last row).
         along = np.empty((NEARER + 2, 2, JOINTS, T))
-        seen, moved = along[:TURNED], at.along(_ALONG @ at.basis)
+        by_axis, moved = along[:TURNED], at.along(_ALONG @ at.basis)
         np.multiply(
-            R[:2].T[..., None, None] - at.tangent * R[2][:, None, None, None], w * focal / at.depth, out=seen
+            R[:2].T[..., None, None] - at.tangent * R[2][:, None, None, None],
+            w * focal / at.depth,
+            out=by_axis,
         )
-        along[TURNED] = seen[2] * at.body[0] - seen[0] * at.body[2]
-        along[LATER] = seen[0] * moved[0] + seen[1] * moved[1] + seen[2] * moved[2]
-        along[PITCHED] = seen[2] * at.level[1] - seen[1] * at.level[2]
+        along[TURNED] = by_axis[2] * at.body[0] - by_axis[0] * at.body[2]
+        along[LATER] = by_axis[0] * moved[0] + by_axis[1] * moved[1] + by_axis[2] * moved[2]
+        along[PITCHED] = by_axis[2] * at.level[1] - by_axis[1] * at.level[2]
         along[NEARER] = w * focal * at.tangent
         along[-1] = w * residual
 
-        # By the walker's own axes: what a point's place says of itself, of every direction, and of the residual.
-        own = to_walker(seen, at.heading)
-        one, other = own[_AXES[0]], own[_AXES[1]]
-        itself = (one[:, 0] * other[:, 0] + one[:, 1] * other[:, 1]).reshape(-1, T)
+        # In the walker's axes: products of each point with itself, with every direction, and with the residual.
+        by_walker_axis = to_walker(by_axis, at.heading)
+        first, second = by_walker_axis[_AXES[0]], by_walker_axis[_AXES[1]]
+        itself = (first[:, 0] * second[:, 0] + first[:, 1] * second[:, 1]).reshape(-1, T)
         blocks = (itself @ (at.basis[:, None] * at.basis).reshape(-1, T).T).reshape(
             -1, JOINTS, BLOCKS, BLOCKS
         )
         blocks = blocks[_SYMMETRIC].transpose(2, 0, 3, 1, 4).reshape(JOINTS, 3 * BLOCKS, 3 * BLOCKS)
-        of_all = own[:, None, 0] * along[:, 0] + own[:, None, 1] * along[:, 1]
+        of_all = by_walker_axis[:, None, 0] * along[:, 0] + by_walker_axis[:, None, 1] * along[:, 1]
         timed = (self._times[:, None] * at.basis).reshape(-1, T)
         border = (of_all.reshape(-1, T) @ timed.T).reshape(3, NEARER + 2, JOINTS, -1, BLOCKS)
         direction, time = np.append(self._direction, -1), np.append(self._time, 0)
@@ -427,7 +431,7 @@ class Objective:
     def _add_lengths(
         self, at: Iterate, blocks: np.ndarray, gradient: np.ndarray, matrix: np.ndarray
     ) -> np.ndarray:
-        """Add the terms of constant lengths and of the joints' blocks in place; return slopes of pairs (6, 417)."""
+        """Add the terms of bone lengths and the joints' blocks in place, and return the slopes of pairs (6, 417)."""
         along, length, off, _ = at.lengths
         slope = ((along / length[:, None])[:, :, None] * CYCLE.T).reshape(len(BONES), 27, PHASES)
         mean = slope @ _MEAN

@@ -2,7 +2,7 @@
 
 Symbols
 -------
-``s(t)``  pixels per millimetre of the walker of 1500 mm; ``1 / s = a + b t`` for a straight path: distance over f
+``s(t)``  pixels per millimetre of a walker of 1500 mm; ``1 / s = a + b t`` on a straight path: distance over f
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
 from walk3d.film.walk.objective import wander_basis
 
-_LOOSE = [WALKER15.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("wrist", "ankle")]
+_SWINGING = [WALKER15.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("wrist", "ankle")]
 TRUNK = [
     WALKER15.index(j)
     for j in ("sternum", "left_shoulder", "right_shoulder", "pelvis", "left_hip", "right_hip")
 ]
-SEEN_SHARE = 0.2
-"""A joint seen in fewer frames is treated as never seen."""
+MIN_VISIBLE_SHARE = 0.2
+"""Share of frames below which a joint counts as never seen."""
 
 
 def often_seen(weights: np.ndarray) -> np.ndarray:
-    """Joints (15,) bool of weights (T, 15) that are seen in frames enough."""
-    return (weights > 0).mean(axis=0) >= SEEN_SHARE
+    """Return the joints (15,) bool that are seen often enough, by weights (T, 15)."""
+    return (weights > 0).mean(axis=0) >= MIN_VISIBLE_SHARE
 
 
 @dataclass(frozen=True)
@@ -37,11 +37,11 @@ class Path:
     Attributes
     ----------
     distance : (2,)
-        a and b of distance over focal length, mm per pixel and that per second.
+        a and b of distance over focal length, mm per pixel, and mm per pixel and second.
     place_mm : (2,)
         Centre of the trunk at the middle of the clip, right and down.
     velocity_mm_s : (2,)
-        To the right, and away per unit of focal length times focal length.
+        Velocity to the right, and away from the camera.
     metric : (T, 15, 2)
         Pixels times distance over focal length, minus the path, mm.
     """
@@ -52,16 +52,16 @@ class Path:
     metric: np.ndarray
 
 
-def median_of_seen(values: np.ndarray, seen: np.ndarray) -> np.ndarray:
-    """Medians (…) over the last axis of values (…, n) where these are seen (…, n): of each a few at least."""
-    ordered = np.sort(np.where(seen, values, np.inf))
-    count = np.broadcast_to(seen, values.shape).sum(axis=-1, keepdims=True)
+def median_of_seen(values: np.ndarray, visible: np.ndarray) -> np.ndarray:
+    """Return medians (…) over the last axis of the visible values (…, n); each needs at least one."""
+    ordered = np.sort(np.where(visible, values, np.inf))
+    count = np.broadcast_to(visible, values.shape).sum(axis=-1, keepdims=True)
     middle = [np.take_along_axis(ordered, at // 2, axis=-1)[..., 0] for at in (count - 1, count)]
     return (middle[0] + middle[1]) / 2.0
 
 
 def _robust_regression(columns: np.ndarray, values: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Coefficients of columns (T, n) by Cauchy weights, five rounds; the first column is constant."""
+    """Return coefficients (n,) of columns (T, n) by five rounds of Cauchy weights; the first column is constant."""
     robust = weights
     line = np.zeros(columns.shape[1])
     for _ in range(6):
@@ -74,7 +74,7 @@ def _robust_regression(columns: np.ndarray, values: np.ndarray, weights: np.ndar
 
 
 def image_scale(rows: np.ndarray, weights: np.ndarray, heights_mm: np.ndarray) -> np.ndarray:
-    """Pixels per millimetre (T,), by rows of joints (T, 15) over their heights (15,), weights (T, 15); 0 of none."""
+    """Return pixels per millimetre (T,) from the rows of joints (T, 15) over their heights (15,); 0 without joints."""
     total = weights.sum(axis=1)
     z = heights_mm - (weights @ heights_mm / np.where(total > 0, total, 1.0))[:, None]
     return -(weights * z * rows).sum(axis=1) / np.maximum((weights * z**2).sum(axis=1), 1e-9)
@@ -83,7 +83,7 @@ def image_scale(rows: np.ndarray, weights: np.ndarray, heights_mm: np.ndarray) -
 def distance_profile(
     pixels: np.ndarray, weights: np.ndarray, times: np.ndarray, heights_mm: np.ndarray, cosines: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Distance over focal length as a line in time, (2,): mm per pixel, and that per second; and in each frame (T,).
+    """Return distance over focal length as a line in time (2,), mm per pixel and per second, and by frame (T,).
 
     Parameters
     ----------
@@ -95,40 +95,40 @@ def distance_profile(
     heights_mm : (15,)
         Mean heights of the average walker's joints.
     cosines : int
-        Beyond the line, for a camera that follows.
+        Number of cosines beyond the line, for a following camera.
 
     Raises
     ------
     InvalidInput
-        If nobody stands upright in the image.
+        If no person is upright in the image.
     """
     w = weights.copy()
-    w[:, _LOOSE] *= 0.3
+    w[:, _SWINGING] *= 0.3
     scale = image_scale(pixels[..., 1], w, heights_mm)
     good = ((w > 0).sum(axis=1) >= 3) & (scale > 0)
     if good.sum() < max(5, 0.2 * len(times)):
         raise InvalidInput(
-            "nobody stands upright in the image",
+            "no upright person is visible in the image",
             expected="heads above feet, image rows counted downwards",
-            received=f"{good.sum()} of {len(times)} frames",
+            received=f"{good.sum()} of {len(times)} frames with an upright person",
             code="not_upright",
         )
     inverse = np.where(good, 1.0 / np.where(good, scale, 1.0), 0.0)
     waves = wander_basis(times, cosines)
     columns = np.column_stack([np.ones(len(times)), times, waves])
-    found = _robust_regression(columns, inverse, good.astype(float))
-    a, b = found[0], found[1]
+    coefficients = _robust_regression(columns, inverse, good.astype(float))
+    a, b = coefficients[0], coefficients[1]
     half = np.abs(times).max()
     a = a if a > 0 else np.median(inverse[good])
     b = np.clip(b, -0.8 * a / half, 0.8 * a / half)  # the walker stays in front of the camera
-    series = np.maximum(a + b * times + waves @ found[2:], 0.2 * a)
+    series = np.maximum(a + b * times + waves @ coefficients[2:], 0.2 * a)
     return np.array([a, b]), series
 
 
 def regress_tracks(
     columns: np.ndarray, values: np.ndarray, weights: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Regression of tracks (T, J, 2) on columns (F, T, n), weights (T, J): coefficients (F, J, n, 2), squares (F,)."""
+    """Regress tracks (T, J, 2) on columns (F, T, n); return coefficients (F, J, n, 2) and residual squares (F,)."""
     F, T, n = columns.shape
     outer = (columns[:, :, :, None] * columns[:, :, None]).reshape(F, T, n * n)
     gram = (weights.T @ outer).reshape(F, -1, n, n)
@@ -136,18 +136,18 @@ def regress_tracks(
     right = (values * weights[..., None]).reshape(T, -1)
     right = np.swapaxes(columns, 1, 2) @ right
     right = right.reshape(F, n, -1, 2).swapaxes(1, 2)
-    found = np.linalg.solve(gram, right)
-    squares = (weights[..., None] * values**2).sum() - (found * right).sum(axis=(1, 2, 3))
-    return found, np.maximum(squares, 1e-12)
+    coefficients = np.linalg.solve(gram, right)
+    squares = (weights[..., None] * values**2).sum() - (coefficients * right).sum(axis=(1, 2, 3))
+    return coefficients, np.maximum(squares, 1e-12)
 
 
 def lowest_hz(duration_s: float) -> float:
-    """Lowest stride frequency that is looked for in a clip.
+    """Return the lowest stride frequency that is searched in a clip, Hz.
 
     Raises
     ------
     InvalidInput
-        If the clip is shorter than half a stride of whoever walks fast.
+        If the clip is shorter than half a fast stride.
     """
     lowest = max(SEARCH_HZ[0], 0.8 / duration_s)
     if lowest >= SEARCH_HZ[1]:
@@ -168,7 +168,7 @@ def straighten(
     typical_hz: float,
     cosines: int,
 ) -> Path:
-    """Take distance and path out of the image: what is left is the walk about its trunk.
+    """Remove distance and path from the image, which leaves the walk about its trunk.
 
     Parameters
     ----------
@@ -179,14 +179,14 @@ def straighten(
     heights_mm : (15,)
     focal_px : float
     typical_hz : float
-        Typical stride frequency, which says how many cycles the clip has.
+        Typical stride frequency, which gives the number of cycles in the clip.
     cosines : int
-        Of a path that wanders; 0 for a cubic one.
+        Number of cosines of a wandering path; 0 for a polynomial path.
     """
     line, series = distance_profile(pixels, weights, times, heights_mm, cosines)
     metric = pixels * series[:, None, None]
-    seen = often_seen(weights)
-    trunk = [j for j in TRUNK if seen[j]] or np.flatnonzero(seen).tolist()
+    visible = often_seen(weights)
+    trunk = [j for j in TRUNK if visible[j]] or np.flatnonzero(visible).tolist()
     if not trunk:
         raise InvalidInput("no joint is seen in a fifth of the frames", code="joints_rarely_seen")
     duration = times[-1] - times[0]
@@ -198,17 +198,17 @@ def straighten(
     frequencies = np.exp(np.arange(np.log(lowest_hz(duration)), np.log(SEARCH_HZ[1]), 0.05))
     w = weights[:, trunk]
     values = metric[:, trunk]
-    # One path for all trunk joints, each about its own place: remove the places first, joint by joint.
-    place = np.stack([np.median(values[w[:, k] > 0, k], axis=0) for k in range(len(trunk))])
+    # One path for all trunk joints: remove the median position of each joint first.
+    centres = np.stack([np.median(values[w[:, k] > 0, k], axis=0) for k in range(len(trunk))])
     total = w.sum(axis=1)
-    mean = ((values - place) * w[..., None]).sum(axis=1) / np.where(total > 0, total, 1.0)[:, None]
+    mean = ((values - centres) * w[..., None]).sum(axis=1) / np.where(total > 0, total, 1.0)[:, None]
     powers_of_each = np.broadcast_to(powers, (len(frequencies), *powers.shape))
     columns = np.concatenate([design(frequencies[:, None], times, 2), powers_of_each], axis=2)
-    found, squares = regress_tracks(columns, mean[:, None], total[:, None])
-    best = found[np.argmin(squares), 0]
+    coefficients, squares = regress_tracks(columns, mean[:, None], total[:, None])
+    best = coefficients[np.argmin(squares), 0]
     path = powers @ best[5:] + best[0]
     slope = np.polyfit(times, path, 1)[0]
-    middle = best[0] + place.mean(axis=0)
+    middle = best[0] + centres.mean(axis=0)
     return Path(
         distance=line,
         place_mm=middle,

@@ -1,9 +1,9 @@
-"""The walker without the detector's bias, in every frame, with error bars.
+"""Estimated walker without the detector's bias, in every frame, with error bars.
 
 Symbols
 -------
 ``Sigma'``  inverse Gauss-Newton matrix of the refinement;  ``Sigma`` covariance of W = m + G (W' - offset - m)
-``R``       what four harmonics leave of each joint's motion
+``R``       variance of each joint's motion beyond four harmonics
 """
 
 from __future__ import annotations
@@ -35,18 +35,18 @@ ANGLE_FLOOR_RAD = np.radians(2.0)
 
 @dataclass(frozen=True)
 class Posterior:
-    """The walk in every frame, relative to the pelvis, in level camera axes, for a walker of 1500 mm.
+    """Estimated walk in every frame, relative to the pelvis, in level camera axes, for a walker of 1500 mm.
 
     Attributes
     ----------
     walker : (15, 3, 9)
-        W, bias given back, mm.
+        W, without the detector's bias, mm.
     covariance : (407, 407)
-        Of W (Sigma, mm²), of the phase in the middle of the clip and of the logarithm of the frequency.
+        Covariance of W (Sigma, mm²), of the phase in the middle of the clip and of the logarithm of the frequency.
     positions_mm : (T, 15, 3)
     sd_mm : (T, 15, 3)
     angles_rad, angles_sd_rad : (T, 11)
-        As `ANGLES` names them, in the walker's own plane of progression.
+        Angles in the order of `ANGLES`, in the walker's plane of progression.
     heading_sd_rad, log_frequency_sd : float
     """
 
@@ -61,7 +61,7 @@ class Posterior:
 
 
 def _spread(matrix: np.ndarray, onto: np.ndarray) -> np.ndarray:
-    """``onto^T M^-1 onto`` of a Gauss-Newton matrix M, of which the lower triangle is given."""
+    """Return ``onto^T M^-1 onto`` of a Gauss-Newton matrix M, given by its lower triangle."""
     factor, failed = lapack.dpotrf(matrix, lower=1)
     if failed:
         return onto.T @ np.linalg.pinv(np.tril(matrix) + np.tril(matrix, -1).T, hermitian=True) @ onto
@@ -69,16 +69,16 @@ def _spread(matrix: np.ndarray, onto: np.ndarray) -> np.ndarray:
     return half.T @ half
 
 
-def give_bias_back(prior: Prior, drawn: np.ndarray) -> np.ndarray:
-    """W (15, 3, 9) of the walker W' (405,) as the detector draws him."""
-    return prior.model.mean + (prior.giving_back @ (drawn - prior.mean.ravel())).reshape(JOINTS, 3, BLOCKS)
+def remove_bias(prior: Prior, drawn: np.ndarray) -> np.ndarray:
+    """Return the walker W (15, 3, 9) without the detector's bias, from W' (405,) as detected."""
+    return prior.model.mean + (prior.bias_gain @ (drawn - prior.mean.ravel())).reshape(JOINTS, 3, BLOCKS)
 
 
 def relative_positions(walker: np.ndarray, x: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Positions (T, 15, 3) relative to the pelvis in level camera axes, mm."""
+    """Return positions (T, 15, 3) relative to the pelvis in level camera axes, mm."""
     basis = cycle_basis(2.0 * np.pi * np.exp(x[LOG_F]) * times + x[PHASE], BLOCKS)
-    own = np.moveaxis((walker - walker[PELVIS]) @ basis.T, -1, 0)
-    return own @ np.swapaxes(level_axes(x[HEADING] + x[TURN] * times), 1, 2)
+    positions = np.moveaxis((walker - walker[PELVIS]) @ basis.T, -1, 0)
+    return positions @ np.swapaxes(level_axes(x[HEADING] + x[TURN] * times), 1, 2)
 
 
 def posterior(prior: Prior, fit: Fit, keypoints: Keypoints) -> Posterior:
@@ -89,14 +89,14 @@ def posterior(prior: Prior, fit: Fit, keypoints: Keypoints) -> Posterior:
     prior : Prior
     fit : Fit
     keypoints : Keypoints
-        With labels exchanged as `fit.exchanged` says.
+        Keypoints with labels exchanged as in `fit.exchanged`.
     """
     x, times = fit.x, fit.times
     T = len(times)
     matrix = fit.objective.quadratic(fit.objective.at(x), keypoints, fit.noise).matrix
-    walker = give_bias_back(prior, x[:SIZE])
+    walker = remove_bias(prior, x[:SIZE])
     back = np.eye(len(x), order="F")
-    back[:SIZE, :SIZE] = prior.giving_back.T
+    back[:SIZE, :SIZE] = prior.bias_gain.T
     covariance = _spread(matrix, back)
     covariance[:SIZE, :SIZE] += prior.remaining
 
@@ -143,13 +143,13 @@ def posterior(prior: Prior, fit: Fit, keypoints: Keypoints) -> Posterior:
 
 
 def sample_positions(
-    found: Posterior, x: np.ndarray, times: np.ndarray, generator: np.random.Generator, count: int
+    estimate: Posterior, x: np.ndarray, times: np.ndarray, generator: np.random.Generator, count: int
 ) -> np.ndarray:
-    """Walks (S, T, 15, 3) drawn from the posterior of walker and heading: about the pelvis, level camera axes, mm.
+    """Draw walks (S, T, 15, 3), mm, from the posterior of walker and heading: about the pelvis, level camera axes.
 
     Parameters
     ----------
-    found : Posterior
+    estimate : Posterior
     x : (417,)
         Unknowns of the fit.
     times : (T,)
@@ -158,39 +158,39 @@ def sample_positions(
 
     Notes
     -----
-    Of periodic walkers: what changes from step to step is in `Posterior.sd_mm`, not in these.
+    The samples are periodic: changes from step to step are part of `Posterior.sd_mm` only.
     """
-    values, vectors = np.linalg.eigh(found.covariance[:SIZE, :SIZE])
+    values, vectors = np.linalg.eigh(estimate.covariance[:SIZE, :SIZE])
     drawn = generator.standard_normal((count, SIZE + 1))
     off = (drawn[:, :SIZE] * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
     walks = []
-    for walker, turn in zip(off.reshape(count, *found.walker.shape), drawn[:, SIZE], strict=True):
+    for walker, turn in zip(off.reshape(count, *estimate.walker.shape), drawn[:, SIZE], strict=True):
         turned = x.copy()
-        turned[HEADING] += turn * found.heading_sd_rad
-        walks.append(relative_positions(found.walker + walker, turned, times))
+        turned[HEADING] += turn * estimate.heading_sd_rad
+        walks.append(relative_positions(estimate.walker + walker, turned, times))
     return np.stack(walks)
 
 
 def angles_with_deviations(
     walker: np.ndarray, covariance: np.ndarray, psi: np.ndarray, phase_slopes: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return a walker's angles (T, 11) at phases and their standard deviations, rad, the floor included.
+    """Return a walker's angles (T, 11) at phases, and their standard deviations with the floor, rad.
 
     Parameters
     ----------
     walker : (15, 3, 9)
     covariance : (407, 407)
-        Of the walker, its phase and the logarithm of its frequency.
+        Covariance of the walker, its phase and the logarithm of its frequency.
     psi : (T,)
         Phases.
     phase_slopes : (T, 407)
         Derivatives of the phases with respect to these unknowns.
     """
     basis = cycle_basis(psi, BLOCKS)
-    own, moving = (np.moveaxis(walker @ waves.T, -1, 0) for waves in (basis, cycle_slope(psi, BLOCKS)))
-    slopes = sagittal_slopes(own)
+    positions, moving = (np.moveaxis(walker @ waves.T, -1, 0) for waves in (basis, cycle_slope(psi, BLOCKS)))
+    slopes = sagittal_slopes(positions)
     rates = np.einsum("tajx,tjx->ta", slopes, moving)
-    # A row is what an angle says of its few joints, and what their phases say of all: each with its own part.
+    # An angle depends on a few joints directly, and on all unknowns through the phase: the parts are added separately.
     of_phases = phase_slopes @ covariance
     variance = rates**2 * (of_phases * phase_slopes).sum(axis=-1)[:, None]
     unknown = np.arange(SIZE).reshape(JOINTS, 3, BLOCKS)
@@ -199,4 +199,4 @@ def angles_with_deviations(
         rows = (slopes[:, number, joints, 1:, None] * basis[:, None, None]).reshape(len(psi), -1)
         of_rows = rows @ covariance[np.ix_(part, part)] + 2.0 * rates[:, [number]] * of_phases[:, part]
         variance[:, number] += (of_rows * rows).sum(axis=-1)
-    return sagittal_angles(own), np.sqrt(np.maximum(variance, 0.0) + ANGLE_FLOOR_RAD**2)
+    return sagittal_angles(positions), np.sqrt(np.maximum(variance, 0.0) + ANGLE_FLOOR_RAD**2)

@@ -1,11 +1,11 @@
-"""The walker as a detector draws him: the model, the detector's bias, and what is computed once for many clips.
+"""Prior of the walker as a detector sees him: the model, the detector's bias, and results shared by many clips.
 
 Symbols
 -------
-``F``      variance of a detector's constant bias and slow error: its floor
-``W'``     the walker as the detector draws him, ``N(m + offset, C + F)``; the answer is ``W = m + G (W' - offset - m)``
-``G``      ``C (C + F)^-1``: gives the bias back
-``C``      covariance of walkers, and of where a laboratory that the model does not know puts their joints
+``F``      floor of a detector: variance of its constant bias and slow error
+``W'``     the walker as detected, ``N(m + offset, C + F)``; the estimate is ``W = m + G (W' - offset - m)``
+``G``      ``C (C + F)^-1``: gain that removes the bias
+``C``      covariance of walkers, plus that of the joint definitions of an unknown laboratory
 ``P0``     prior precision of W': inverse of C + F, plus the stance rows
 """
 
@@ -23,21 +23,22 @@ from walk3d.film.walk.view import level_axes
 
 STANCE_WEIGHT = 0.3
 BONE_FACTOR = 2.0
-"""On the learnt tolerances of lengths."""
+"""Factor on the learnt tolerances of bone lengths."""
 HEADINGS = 72
 GRID_BLOCKS = 5
-"""Coefficients of two harmonics, which the grid looks at."""
+"""Number of coefficients of two harmonics, which the grid uses."""
 SLOW_MM = 2.0
-"""Error of a detector that follows the cycle, mm on each coefficient."""
+"""Standard deviation of a detector's error that follows the cycle, mm per coefficient."""
 
 GRID_CONSTANT_MM, GRID_HARMONIC_MM, GRID_SIZE, GRID_PITCH = 25.0, 12.5, 0.03, np.radians(4.0)
-"""What the grid allows for besides the population: bias, slow error, size, pitch of the camera."""
+"""Standard deviations that the grid adds to the population's: bias, slow error, relative size, pitch of the camera."""
 UNSEEN_MM = 5.0
+"""Standard deviation that the grid adds to constant coefficients if some joints are not visible."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Detector:
-    """How the keypoints of a detector differ from the joints.
+    """Differences between a detector's keypoints and the joints.
 
     Attributes
     ----------
@@ -45,13 +46,13 @@ class Detector:
         Mean of keypoint minus joint in the walker's frame, for a walker of 1500 mm.
     floor_mm : (15,)
         Standard deviation of the constant bias about that offset, per axis.
-    seen : (15,) bool
-        False for joints that the detector has not, or derives from others.
+    visible : (15,) bool
+        False for joints that the detector does not have, or derives from others.
     """
 
     offset_mm: np.ndarray = field(default_factory=lambda: np.zeros((JOINTS, 3)))
     floor_mm: np.ndarray = field(default_factory=lambda: np.full(JOINTS, 10.0))
-    seen: np.ndarray = field(default_factory=lambda: np.ones(JOINTS, bool))
+    visible: np.ndarray = field(default_factory=lambda: np.ones(JOINTS, bool))
 
     def __post_init__(self) -> None:
         require_shape("the offset of keypoints", self.offset_mm, (JOINTS, 3))
@@ -62,16 +63,16 @@ class Detector:
 
 @dataclass(frozen=True)
 class Grid:
-    """Projected walkers of two harmonics at all headings; from the opposite side image right changes its sign.
+    """Projections of walkers with two harmonics at all headings; opposite headings mirror the image.
 
     Attributes
     ----------
     headings_rad : (72,)
     inverse_factor : (36, n, n)
-        Inverse of the lower Cholesky factor of the covariance, by coefficient, joint seen and image axis (right, down),
-        the constant centred over joints.
+        Inverse of the lower Cholesky factor of the covariance, by coefficient, visible joint and image axis (right,
+        down). The constant is centred over joints.
     whitened_mean : (36, n)
-        The factor's product with the mean.
+        Product of this factor with the mean.
     log_determinant : (72,)
     """
 
@@ -83,22 +84,22 @@ class Grid:
 
 @dataclass(frozen=True)
 class Prior:
-    """Prior of the walker as one detector draws him.
+    """Prior of the walker as one detector sees him.
 
     Attributes
     ----------
     model : WalkerModel
     detector : Detector
     mean : (15, 3, 9)
-        Of W', mm.
+        Mean of W', mm.
     covariance : (405, 405)
-        C, mm².
+        Covariance C, mm².
     precision : (405, 405)
-        P0.
-    giving_back : (405, 405)
-        G.
+        Prior precision P0.
+    bias_gain : (405, 405)
+        Gain G.
     remaining : (405, 405)
-        ``C - G C``: what the bias hides, mm².
+        Covariance ``C - G C`` that the bias leaves unknown, mm².
     belt : (405,)
         Speed of the ground, mm per radian of phase.
     bone_sd, pair_sd : (16,), (P,)
@@ -111,7 +112,7 @@ class Prior:
     mean: np.ndarray
     covariance: np.ndarray
     precision: np.ndarray
-    giving_back: np.ndarray
+    bias_gain: np.ndarray
     remaining: np.ndarray
     belt: np.ndarray
     bone_sd: np.ndarray
@@ -122,7 +123,7 @@ class Prior:
 def prepare(
     model: WalkerModel, detector: Detector, *, bone_factor: float = BONE_FACTOR, unfamiliar: float = 0.0
 ) -> Prior:
-    """Prepare the prior of one detector.
+    """Prepare the prior for one detector.
 
     Parameters
     ----------
@@ -131,8 +132,8 @@ def prepare(
     bone_factor : float
         Factor on the learnt tolerances of bones.
     unfamiliar : float
-        Share of what sets laboratories apart that the model lacks, as `anatomical.concentration` gives it; 0: it knows
-        the walker's.
+        Share of the variance between laboratories that the model lacks, see `anatomical.concentration`; 0 if the
+        walker's laboratory is known.
     """
     covariance = model.covariance.reshape(JOINTS, 3, BLOCKS, JOINTS, 3, BLOCKS).copy()
     covariance[:, :, 0, :, :, 0] += unfamiliar * definitions(across=False)
@@ -142,45 +143,45 @@ def prepare(
     variance[:, :, 0] = floor**2
     with_floor = covariance + np.diag(variance.ravel())
     factor = cho_factor(with_floor, lower=True)
-    giving_back = cho_solve(factor, covariance).T
+    bias_gain = cho_solve(factor, covariance).T
     rows, belt = stance_rows(model.mean)
     precision = cho_solve(factor, np.eye(SIZE))
     precision += STANCE_WEIGHT * (rows.T / (model.stance_variance + 25.0)) @ rows
     mean = model.mean.copy()
     mean[:, :, 0] += detector.offset_mm
-    typical = np.sqrt(np.mean(detector.floor_mm[detector.seen] ** 2)) if detector.seen.any() else 0.0
+    typical = np.sqrt(np.mean(detector.floor_mm[detector.visible] ** 2)) if detector.visible.any() else 0.0
     return Prior(
         model=model,
         detector=detector,
         mean=mean,
         covariance=covariance,
         precision=(precision + precision.T) / 2.0,
-        giving_back=giving_back,
-        remaining=covariance - giving_back @ covariance,
+        bias_gain=bias_gain,
+        remaining=covariance - bias_gain @ covariance,
         belt=belt,
         bone_sd=np.sqrt(bone_factor**2 * model.bone_variance + 1.0 + 2.0 * SLOW_MM**2),
         pair_sd=np.sqrt(bone_factor**2 * model.pair_variance + 1.0 + 4.0 * typical**2),
-        grid=projected_grid(mean, covariance, detector.seen),
+        grid=projected_grid(mean, covariance, detector.visible),
     )
 
 
-def projected_grid(mean: np.ndarray, covariance: np.ndarray, seen: np.ndarray) -> Grid:
-    """Mean and covariance of the image of two harmonics, at all headings, of the joints seen.
+def projected_grid(mean: np.ndarray, covariance: np.ndarray, visible: np.ndarray) -> Grid:
+    """Return mean and covariance of the image of two harmonics of the visible joints, at all headings.
 
     Parameters
     ----------
     mean : (15, 3, 9)
     covariance : (405, 405)
-    seen : (15,) bool
+    visible : (15,) bool
     """
-    joints = np.flatnonzero(seen)
+    joints = np.flatnonzero(visible)
     count = len(joints)
     headings = 2.0 * np.pi * np.arange(HEADINGS) / HEADINGS
     axes = level_axes(headings[: HEADINGS // 2])
     part = covariance.reshape(JOINTS, 3, BLOCKS, JOINTS, 3, BLOCKS)
     part = part[joints][:, :, :GRID_BLOCKS][:, :, :, joints][:, :, :, :, :, :GRID_BLOCKS]
     size = count * 2 * GRID_BLOCKS
-    # Coefficients about the mean of the joints seen: the place in the image says nothing here.
+    # Relative to the mean of the visible joints: the position in the image carries no information here.
     centring = np.eye(count) - 1.0 / count
 
     def centred(values: np.ndarray) -> np.ndarray:
@@ -191,7 +192,7 @@ def projected_grid(mean: np.ndarray, covariance: np.ndarray, seen: np.ndarray) -
     average = centred(mean[joints][:, :, :GRID_BLOCKS])
     part = centred(centred(part).transpose(3, 4, 5, 0, 1, 2))
     extra = np.full((GRID_BLOCKS, count, 2), GRID_HARMONIC_MM**2)
-    extra[0] = GRID_CONSTANT_MM**2 + (0.0 if seen.all() else UNSEEN_MM**2)
+    extra[0] = GRID_CONSTANT_MM**2 + (0.0 if visible.all() else UNSEEN_MM**2)
     means = np.empty((len(axes), size))
     factors = np.empty((len(axes), size, size))
     determinants = np.empty(len(axes))
@@ -213,5 +214,5 @@ def projected_grid(mean: np.ndarray, covariance: np.ndarray, seen: np.ndarray) -
 
 
 def belt_speed(prior: Prior) -> float:
-    """Speed of the average walker's ground, mm per radian of phase."""
+    """Return the speed of the ground under the average walker, mm per radian of phase."""
     return prior.belt @ prior.model.mean.ravel()

@@ -1,15 +1,15 @@
-"""Signed angles in the plane of progression: what gait laboratories read of a walk.
+"""Signed joint angles in the plane of progression, as gait laboratories report them.
 
-In the walker's axes (right, forwards, up) the plane of progression is that of forwards and up.  Every angle is made of
-the inclinations of segments in it.  Flexion is positive and extension negative, as the ISB has hip and knee [Wu 2002]:
-a thigh, an upper arm or a forearm in front of the segment above it is flexed, a shank behind it.  Trunk and shank are
-against the vertical, positive where the upper end is in front.
+In the walker's axes (right, forwards, up), the plane of progression is that of forwards and up.  Every angle is an
+inclination of a segment in this plane, or a difference of two.  Flexion is positive and extension negative, as the ISB
+defines hip and knee [Wu 2002].  A thigh, an upper arm or a forearm is flexed in front of the segment above it, a shank
+behind it.  Trunk and shank are measured from the vertical, positive if the upper end is in front.
 
 Symbols
 -------
 ``v``  a segment, from its upper joint to its lower one
 ``e``  its inclination ``atan2(v_y, -v_z)``: 0 where it hangs, positive where its lower end is in front
-``M``  what each angle is of the inclinations: +1 and -1
+``M``  signs of the inclinations in each angle: +1 and -1
 """
 
 from __future__ import annotations
@@ -31,25 +31,25 @@ _SEGMENTS = {"trunk": ("sternum", "pelvis")} | {
     for side in SIDES
     for limb, (upper, lower) in _LIMBS.items()
 }
-_OF_KIND = {
+_SEGMENTS_OF_KIND = {
     "knee": ("thigh", "shank"), "hip": ("thigh", "trunk"), "shank": ("", "shank"), "elbow": ("forearm", "upper arm"),
     "shoulder": ("upper arm", "trunk"), "trunk": ("", "trunk"),
 }  # fmt: skip
-"""Inclination that is counted, less the one that it is counted from."""
+"""Segment whose inclination is measured, and the segment from which it is measured."""
 
 
-def _made_of() -> np.ndarray:
+def _signs() -> np.ndarray:
     names = list(_SEGMENTS)
-    found = np.zeros((len(ANGLES), len(names)))
-    for row, angle in zip(found, ANGLES, strict=True):
+    signs = np.zeros((len(ANGLES), len(names)))
+    for row, angle in zip(signs, ANGLES, strict=True):
         side, _, kind = angle.rpartition("_")
-        for sign, segment in zip((1.0, -1.0), _OF_KIND[kind], strict=True):
+        for sign, segment in zip((1.0, -1.0), _SEGMENTS_OF_KIND[kind], strict=True):
             if segment:
                 row[names.index(segment if segment == "trunk" else f"{side} {segment}")] = sign
-    return found
+    return signs
 
 
-_M = _made_of()
+_M = _signs()
 _ENDS = np.stack(
     [
         np.eye(len(WALKER15.joints))[WALKER15.index(lower)]
@@ -57,15 +57,15 @@ _ENDS = np.stack(
         for upper, lower in _SEGMENTS.values()
     ]
 )
-"""(9, 15): what a segment is of the joints."""
-_OF_SEGMENTS = (_M[:, None] * _ENDS.T).reshape(-1, len(_ENDS))
-"""(165, 9): what an angle says of a joint, of the segments."""
+"""Segments (9, 15) as differences of joints."""
+_SLOPE_MATRIX = (_M[:, None] * _ENDS.T).reshape(-1, len(_ENDS))
+"""Coefficients (165, 9) of each angle's derivative with respect to each joint, by segment."""
 JOINTS_OF = tuple(np.flatnonzero(row) for row in np.abs(_M) @ np.abs(_ENDS))
-"""Joints that each angle is made of; of them it asks forwards and up alone."""
+"""Joints of each angle; only their forward and upward coordinates matter."""
 
 
 def sagittal_angles(positions: np.ndarray) -> np.ndarray:
-    """Return the signed angles (…, 11), rad, as `ANGLES`, of joints (…, 15, 3) in the walker's axes.
+    """Return the signed angles (…, 11), rad, in the order of `ANGLES`, of joints (…, 15, 3) in the walker's axes.
 
     Examples
     --------
@@ -75,8 +75,8 @@ def sagittal_angles(positions: np.ndarray) -> np.ndarray:
     >>> at[WALKER15.index("sternum")] = [0, 0, 500]
     >>> at[WALKER15.index("left_knee")] = [0, 100, -100]
     >>> at[WALKER15.index("left_ankle")] = [0, 100, -200]
-    >>> found = dict(zip(ANGLES, np.degrees(sagittal_angles(at)).round(6) + 0.0, strict=True))
-    >>> [float(found[name]) for name in ("left_hip", "left_knee", "left_shank", "trunk")]
+    >>> angles = dict(zip(ANGLES, np.degrees(sagittal_angles(at)).round(6) + 0.0, strict=True))
+    >>> [float(angles[name]) for name in ("left_hip", "left_knee", "left_shank", "trunk")]
     [45.0, 45.0, 0.0, 0.0]
     """
     segments = _ENDS @ positions
@@ -89,4 +89,4 @@ def sagittal_slopes(positions: np.ndarray) -> np.ndarray:
     segments = _ENDS @ positions
     y, z = segments[..., 1], segments[..., 2]
     slope = np.stack([np.zeros_like(y), -z, y], axis=-1) / np.maximum(y**2 + z**2, 1e-12)[..., None]
-    return (_OF_SEGMENTS @ slope).reshape(*slope.shape[:-2], len(_M), -1, 3)
+    return (_SLOPE_MATRIX @ slope).reshape(*slope.shape[:-2], len(_M), -1, 3)

@@ -1,11 +1,11 @@
-"""Where to start: stride frequency, heading and phase on grids, after distance and path are taken out.
+"""Initial stride frequency, heading and phase of a walk, from grids, after removal of distance and path.
 
 Symbols
 -------
 ``y``     Fourier coefficients of the image, two harmonics, mm
-``J``     ``|L^-1 (y - mu)|² + log |Sigma|``: how unlikely the image is at a heading and phase
+``J``     ``|L^-1 (y - mu)|² + log |Sigma|``: cost of the image at a heading and phase
 
-Nothing is decided here: several frequencies, headings and phases go on to the refinement.
+Several frequencies, headings and phases go on to the refinement, which decides.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from walk3d.film.walk.prior import GRID_BLOCKS, Grid, Prior, belt_speed, project
 PHASES = 36
 _SIDES = [[WALKER15.index(f"{side}_{joint}") for joint in ("hip", "ankle")] for side in ("left", "right")]
 OVERGROUND_SHARE = 0.4
-"""A path faster than this share of the average walker's belt is overground."""
-MOST_STARTS = 4
-NEAREST = (np.radians(25.0), np.radians(50.0), 0.06)
-"""Two starts differ by so much in heading, phase or relative frequency."""
-_FOURTH_START = 150.0
-"""A fourth start is tried if its cost is within this of the best."""
+"""Share of the average walker's belt speed above which a path is overground."""
+MAX_STARTS = 4
+START_SEPARATION = (np.radians(25.0), np.radians(50.0), 0.06)
+"""Smallest differences of two starts in heading, phase and relative frequency."""
+_FOURTH_START_COST = 150.0
+"""Cost above the best, below which a fourth start is tried."""
 
 
 @dataclass(frozen=True)
-class Place:
-    """A place of the search: what its minima differ by."""
+class SearchPoint:
+    """Frequency, heading and phase of a point of the search."""
 
     frequency_hz: float
     heading_rad: float
@@ -41,13 +41,13 @@ class Place:
 
 
 @dataclass(frozen=True)
-class Start(Place):
-    """One place to start from.
+class Start(SearchPoint):
+    """One start of the refinement.
 
     Attributes
     ----------
     cost : float
-        J of the grid.
+        Cost J on the grid.
     """
 
     cost: float
@@ -55,7 +55,7 @@ class Start(Place):
 
 @dataclass(frozen=True)
 class Starts:
-    """Places to start from, best first.
+    """Starts of the refinement, best first.
 
     Attributes
     ----------
@@ -63,13 +63,13 @@ class Starts:
     path : Path
     overground : bool
     least_distance : float
-        The squared distance in the smallest J, without the path's say, over the number of coefficients: about 1 for an
-        average walker.
+        Squared distance in the smallest J, without the term of the path, over the number of coefficients: about 1 for
+        an average walker.
     ankles_together : float
         Correlation of the ankles' motion in the image, each about its hip, within ±1; 0 if a leg is not seen.
     headings_rad : (72,)
     heading_cost : (72,)
-        Smallest J at each heading, with the path's say.
+        Smallest J at each heading, with the term of the path.
     """
 
     starts: tuple[Start, ...]
@@ -84,7 +84,7 @@ class Starts:
 def frequency_candidates(
     metric: np.ndarray, weights: np.ndarray, times: np.ndarray, log_frequency: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Stride frequencies worth trying, the best first, with their costs and the image's Fourier coefficients.
+    """Return likely stride frequencies, the best first, with their costs and the image's Fourier coefficients.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def frequency_candidates(
     -------
     frequencies_hz : (n,)
     cost : (n,)
-        Twice a negative logarithm of a probability, of what the frequency leaves of the image.
+        Twice the negative log probability of the residual at each frequency.
     coefficients : (n, 15, 5, 2)
         By joint, coefficient and image axis, mm.
     """
@@ -110,40 +110,40 @@ def frequency_candidates(
         drift = np.broadcast_to((times / duration)[:, None], (len(frequencies), len(times), 1))
         return np.concatenate([design(frequencies[:, None], times, 2), drift], axis=2)
 
-    tried = columns(grid)
+    designs = columns(grid)
     count = 2.0 * (weights > 0).sum()
 
     def cost_of(frequencies: np.ndarray, squares: np.ndarray) -> np.ndarray:
         far = (np.log(frequencies) - log_frequency[0]) / (1.5 * log_frequency[1])
         return count / 16.0 * np.log(squares) + 0.5 * far**2
 
-    found, squares = regress_tracks(tried, metric, weights)
+    coefficients, squares = regress_tracks(designs, metric, weights)
     best = np.argmin(cost_of(grid, squares))
-    off = np.linalg.norm(metric - np.einsum("tn,jnd->tjd", tried[best], found[best]), axis=-1)
+    off = np.linalg.norm(metric - np.einsum("tn,jnd->tjd", designs[best], coefficients[best]), axis=-1)
     scale = max(np.median(off[weights > 0]) / 1.1774, 1e-9)
     w = weights / (1.0 + (off / (2.385 * scale)) ** 2)
-    cost = cost_of(grid, regress_tracks(tried, metric, w)[1])
+    cost = cost_of(grid, regress_tracks(designs, metric, w)[1])
     padded = np.concatenate([[np.inf], cost, [np.inf]])
     minima = np.flatnonzero((cost <= padded[:-2]) & (cost < padded[2:]))
     minima = minima[np.argsort(cost[minima], kind="stable")][:3]
-    wanted = [*grid[minima], 2.0 * grid[minima[0]], 0.5 * grid[minima[0]]]
-    chosen: list[float] = []
-    for frequency in wanted:
+    proposals = [*grid[minima], 2.0 * grid[minima[0]], 0.5 * grid[minima[0]]]
+    accepted: list[float] = []
+    for frequency in proposals:
         inside = max(0.9 * SEARCH_HZ[0], 0.4 / duration) <= frequency <= 1.25 * SEARCH_HZ[1]
-        if inside and all(abs(np.log(frequency / other)) > 0.05 for other in chosen):
-            chosen.append(float(frequency))
-    frequencies = np.array(chosen)
-    found, squares = regress_tracks(columns(frequencies), metric, w)
-    return frequencies, cost_of(frequencies, squares), found[:, :, :GRID_BLOCKS]
+        if inside and all(abs(np.log(frequency / other)) > 0.05 for other in accepted):
+            accepted.append(float(frequency))
+    frequencies = np.array(accepted)
+    coefficients, squares = regress_tracks(columns(frequencies), metric, w)
+    return frequencies, cost_of(frequencies, squares), coefficients[:, :, :GRID_BLOCKS]
 
 
 def _grid_cost(grid: Grid, images: np.ndarray, phases: np.ndarray) -> np.ndarray:
-    """J (F, 72, P) of image coefficients (F, n joints, 5, 2) at all headings and phases."""
+    """Return J (F, 72, P) of image coefficients (F, n joints, 5, 2) at all headings and phases."""
     y = np.swapaxes(images, 1, 2).copy()  # (F, 5, n, 2)
     y[:, 0] -= y[:, 0].mean(axis=1, keepdims=True)
-    # From the opposite side the image's right is its left, and all else the same.
+    # From the opposite side the image is mirrored.
     y = np.concatenate([y, y * [-1.0, 1.0]]).reshape(2 * len(images), GRID_BLOCKS, -1)
-    # A harmonic has none of the others' coefficients, and the factors, which are large, none above their diagonal.
+    # Zeros are skipped: a harmonic has only its own coefficients, and the factors are lower triangular.
     whitened = np.zeros((len(grid.whitened_mean), *y.shape[:2], grid.whitened_mean.shape[1]))
     for first, last in ((0, 1), (1, 3), (3, 5)):
         rows, start = y[:, first:last].reshape(len(y), 1, -1), first * y.shape[-1]
@@ -164,24 +164,24 @@ def _grid_cost(grid: Grid, images: np.ndarray, phases: np.ndarray) -> np.ndarray
 
 
 def _local_minima(cost: np.ndarray) -> np.ndarray:
-    """Cells (n, 2) of a grid on a torus that no neighbour undercuts."""
+    """Return the local minima (n, 2) of a grid on a torus, as cells."""
     around = cost
     for axis in (0, 1):
         around = np.minimum(around, np.minimum(np.roll(around, 1, axis), np.roll(around, -1, axis)))
     return np.argwhere(cost == around)
 
 
-def apart(angle: float) -> float:
-    """How far an angle is from none, 0 to pi, rad."""
+def absolute_angle(angle: float) -> float:
+    """Return the absolute value of an angle, wrapped to 0 to pi, rad."""
     return abs((angle + np.pi) % (2.0 * np.pi) - np.pi)
 
 
-def alike(one: Place, other: Place, within: tuple[float, float, float]) -> bool:
-    """Whether two differ by less than this in heading, phase and relative frequency."""
+def within_tolerance(point: SearchPoint, other: SearchPoint, within: tuple[float, float, float]) -> bool:
+    """Return whether two points differ by less than this in heading, phase and relative frequency."""
     return bool(
-        apart(one.heading_rad - other.heading_rad) < within[0]
-        and apart(one.phase_rad - other.phase_rad) < within[1]
-        and abs(np.log(one.frequency_hz / other.frequency_hz)) < within[2]
+        absolute_angle(point.heading_rad - other.heading_rad) < within[0]
+        and absolute_angle(point.phase_rad - other.phase_rad) < within[1]
+        and abs(np.log(point.frequency_hz / other.frequency_hz)) < within[2]
     )
 
 
@@ -193,7 +193,7 @@ def find_starts(
     prior: Prior,
     cosines: int = 0,
 ) -> Starts:
-    """Find up to four places to start from.
+    """Find up to four starts of the refinement.
 
     Parameters
     ----------
@@ -206,35 +206,35 @@ def find_starts(
     focal_px : float
     prior : Prior
     cosines : int
-        Of a path that wanders; such a path says nothing about the heading.
+        Number of cosines of a wandering path; such a path gives no evidence on the heading.
 
     Raises
     ------
     InvalidInput
-        If nobody stands upright, fewer than four joints are seen or the clip is shorter than half a stride.
+        If no person is upright, fewer than four joints are seen, or the clip is shorter than half a stride.
     """
     model = prior.model
-    seen = prior.detector.seen & often_seen(weights)
-    names = ", ".join(np.array(WALKER15.joints)[seen]) or "none"
-    if seen.sum() < 4:
+    visible = prior.detector.visible & often_seen(weights)
+    names = ", ".join(np.array(WALKER15.joints)[visible]) or "none"
+    if visible.sum() < 4:
         raise InvalidInput(
             "fewer than four joints are seen in a fifth of the frames", received=names, code="too_few_joints"
         )
-    shown, weights = weights > 0, weights * seen
+    given_weights, weights = weights > 0, weights * visible
     heights = prior.mean[:, 2, 0]
     typical = np.exp(model.log_frequency[0])
     path = straighten(pixels, weights, times, heights, focal_px, typical, cosines)
-    together = _ankles_together(path.metric, shown, times)
+    together = _ankles_together(path.metric, given_weights, times)
     frequencies, worse, image = frequency_candidates(path.metric, weights, times, model.log_frequency)
     worse = worse - worse.min()
-    whole = np.array_equal(seen, prior.detector.seen)
-    grid = prior.grid if whole else projected_grid(prior.mean, prior.covariance, seen)
-    z = heights[seen] - heights[seen].mean()
-    down = image[0, seen, 0, 1] - image[0, seen, 0, 1].mean()
+    all_joints = np.array_equal(visible, prior.detector.visible)
+    grid = prior.grid if all_joints else projected_grid(prior.mean, prior.covariance, visible)
+    z = heights[visible] - heights[visible].mean()
+    down = image[0, visible, 0, 1] - image[0, visible, 0, 1].mean()
     size = -(down @ z) / (z @ z)
     if size <= 0.2:
         raise InvalidInput(
-            "nobody stands upright in the image",
+            "no upright person is visible in the image",
             expected="heads above feet",
             received=names,
             code="not_upright",
@@ -246,9 +246,9 @@ def find_starts(
     s, c = np.sin(grid.headings_rad), np.cos(grid.headings_rad)
     along, across = velocity[0] * s - velocity[1] * c, velocity[0] * c + velocity[1] * s
     least, distance = np.inf, np.inf
-    found: list[Start] = []
+    minima: list[Start] = []
     heading_cost = np.full(len(grid.headings_rad), np.inf)
-    costs = _grid_cost(grid, image[:, seen] / size, phases)
+    costs = _grid_cost(grid, image[:, visible] / size, phases)
     for number, (frequency, cost) in enumerate(zip(frequencies, costs, strict=True)):
         lowest = np.argmin(cost.min(axis=1))
         if (lowest_cost := cost[lowest].min()) < least:
@@ -259,26 +259,30 @@ def find_starts(
             cost = cost + (((along - v) / (0.4 * v)) ** 2 + (across / (0.3 * v)) ** 2)[:, None]
         cost = cost + worse[number]
         heading_cost = np.minimum(heading_cost, cost.min(axis=1))
-        found += [
+        minima += [
             Start(float(frequency), grid.headings_rad[i], phases[j], cost[i, j])
             for i, j in _local_minima(cost)
         ]
-    found.sort(key=lambda start: start.cost)
-    # The frequency that leaves least of the image has a start of its own: labels exchanged for long make the image
-    # look like one of the double frequency.
+    minima.sort(key=lambda start: start.cost)
+    # The frequency with the smallest residual always has a start: labels that are exchanged for long mimic the double
+    # frequency.
     likeliest = frequencies[np.argmin(worse)]
-    chosen = [start for start in found if start.frequency_hz == likeliest][:1]
-    for start in found:
-        near = len(chosen) < MOST_STARTS - 1 or start.cost < found[0].cost + _FOURTH_START
-        if near and len(chosen) < MOST_STARTS and not any(alike(start, other, NEAREST) for other in chosen):
-            chosen.append(start)
+    selected = [start for start in minima if start.frequency_hz == likeliest][:1]
+    for start in minima:
+        near = len(selected) < MAX_STARTS - 1 or start.cost < minima[0].cost + _FOURTH_START_COST
+        if (
+            near
+            and len(selected) < MAX_STARTS
+            and not any(within_tolerance(start, other, START_SEPARATION) for other in selected)
+        ):
+            selected.append(start)
     scaled = Path(path.distance / size, path.place_mm / size, velocity, path.metric / size)
-    return Starts(tuple(chosen), scaled, overground, distance, together, grid.headings_rad, heading_cost)
+    return Starts(tuple(selected), scaled, overground, distance, together, grid.headings_rad, heading_cost)
 
 
-def _ankles_together(metric: np.ndarray, seen: np.ndarray, times: np.ndarray) -> float:
-    """Correlation of the ankles about their hips in the image (T, 15, 2), 0 where too little is seen (T, 15)."""
-    both = seen[:, np.ravel(_SIDES)].all(axis=1)
+def _ankles_together(metric: np.ndarray, visible: np.ndarray, times: np.ndarray) -> float:
+    """Return the correlation of the ankles about their hips in the image (T, 15, 2); 0 if too little is visible."""
+    both = visible[:, np.ravel(_SIDES)].all(axis=1)
     if both.sum() < 5:
         return 0.0
     columns = times[both, None] ** np.arange(3)

@@ -1,4 +1,4 @@
-"""Tracks of people through a video; of one track the parts in which somebody walks, and those that are straight."""
+"""Tracks of people through a video, and the walking and the straight parts of one track."""
 
 from __future__ import annotations
 
@@ -9,24 +9,26 @@ import numpy as np
 from pipeline.skeleton import LEFT_LEG, RIGHT_LEG
 from walk3d.film.walk.path import image_scale
 
-JUMP = (0.09, 2.2)
-"""Share of the height, and of it per second, that half of a person's joints may move from one frame to the next; who
-moves farther is another one, or another video."""
-GAP_S = 0.5
-"""A track ends where a person is unseen for longer."""
+MAX_JUMP = (0.09, 2.2)
+"""Largest median motion of a person's joints from one frame to the next: share of the height, and share per second.
+
+A larger motion means another person, or another shot of the video."""
+MAX_GAP_S = 0.5
+"""Longest time that a person may be unseen within a track."""
 JOIN_S, JOIN_ROWS, JOIN_OFF, JOIN_SIZE = 1.5, 5, 0.3, 1.2
-"""Longest time that a person is unseen between two joined tracks; fewest detections of either; how far apart their
-paths may be in the middle of that time, in heights; and the largest ratio of their heights."""
+"""Limits of the joining of two tracks: longest gap, fewest detections of either, path mismatch, and height ratio.
+
+The mismatch, in heights, is that of the extrapolated paths in the middle of the gap."""
 TURN_RAD_S = np.radians(50.0)
-SHORTEST_S = 0.9
-LEAST_STRAIGHT = 0.5
-"""If straight stretches hold a smaller share of the frames, the path was not measured well enough to cut by it."""
+MIN_WALK_S = 0.9
+MIN_STRAIGHT_SHARE = 0.5
+"""Share of the frames in straight stretches, below which the path is too noisy to be cut."""
 MOTION_S = 0.7
 """Time over which the motion of the legs is measured, about one step."""
 MOVING_SHARE = 0.45
-"""Share of the motion of the legs, of its 80 % quantile, above which somebody moves."""
-MOSTLY = 0.85
-"""Who moves in a larger share of the frames moves throughout: ends are not cut for nothing."""
+"""Share of the 80 % quantile of leg motion, above which a person moves."""
+MOVING_THROUGHOUT_SHARE = 0.85
+"""Share of moving frames above which the whole track counts as moving."""
 _LEGS = [(joint, leg[0]) for leg in (LEFT_LEG, RIGHT_LEG) for joint in leg[1:]]
 
 
@@ -37,11 +39,11 @@ class Track:
     Attributes
     ----------
     identity : str
-        As the file says, mostly; empty if it does not.
+        Most frequent identity in the file; empty if the file has none.
     frame : (n,) int
         Frames of the video.
     rows : (n,) int
-        Detections.
+        Indices of the detections.
     height_px : float
         Median height in the image.
     """
@@ -52,12 +54,12 @@ class Track:
     height_px: float
 
 
-def _moved(one: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Median distance (M,) of the joints (15, 2) of one detection from those of M others that have them, too.
+def _joint_distance(detection: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Return the median distances (M,) of the joints (15, 2) of one detection from those of M others.
 
-    Infinite where they share fewer than three.
+    The distance is infinite if two detections share fewer than three joints.
     """
-    distance = np.sort(np.linalg.norm(others - one, axis=-1))  # what is missing comes last
+    distance = np.sort(np.linalg.norm(others - detection, axis=-1))  # NaN comes last
     count = np.isfinite(distance).sum(axis=-1)
     each = np.arange(len(others))
     middle = (distance[each, np.maximum(count - 1, 0) // 2] + distance[each, np.minimum(count // 2, 14)]) / 2
@@ -65,17 +67,17 @@ def _moved(one: np.ndarray, others: np.ndarray) -> np.ndarray:
 
 
 def _heights(pixels: np.ndarray) -> np.ndarray:
-    """Heights (N,) of joints (N, 15, 2) in the image; NaN where too few are seen."""
-    seen = np.isfinite(pixels).all(axis=-1)
-    ends = [(np.where(seen[..., None], pixels, sign * np.inf) * sign).min(axis=1) for sign in (1.0, -1.0)]
+    """Return the heights (N,) of joints (N, 15, 2) in the image, px; NaN where too few are visible."""
+    visible = np.isfinite(pixels).all(axis=-1)
+    ends = [(np.where(visible[..., None], pixels, sign * np.inf) * sign).min(axis=1) for sign in (1.0, -1.0)]
     size = np.maximum(-(ends[0] + ends[1]).min(axis=-1), 1e-9)
-    return np.where(seen.sum(axis=1) >= 4, size, np.nan)
+    return np.where(visible.sum(axis=1) >= 4, size, np.nan)
 
 
 def find_tracks(
     frame: np.ndarray, identity: np.ndarray, pixels: np.ndarray, frame_rate_hz: float
 ) -> list[Track]:
-    """Tracks of people, those of the longest part without a gap first.
+    """Return the tracks of people, sorted by their longest part without a gap.
 
     Parameters
     ----------
@@ -86,9 +88,9 @@ def find_tracks(
 
     Notes
     -----
-    A detection continues the nearest track that ended not long ago, by place and size; one with the same identity is
-    preferred.  Identities are not trusted further: detectors exchange and lose them.  Tracks that continue each other
-    after a longer time are joined, see `_joined`.
+    A detection continues the nearest recent track, by position and size; the same identity is preferred.  Identities
+    are not trusted further, since detectors exchange and lose them.  Tracks that continue each other after a longer
+    time are joined, see `_joined`.
     """
     height = _heights(pixels)
     longest_gap = _gap(frame_rate_hz)
@@ -101,28 +103,28 @@ def find_tracks(
             closed.append(track)
         pairs = []
         last = np.array([track[-1] for track in open_], int)
-        allowed = np.maximum(JUMP[0], JUMP[1] * (now - frame[last]) / frame_rate_hz)
+        allowed = np.maximum(MAX_JUMP[0], MAX_JUMP[1] * (now - frame[last]) / frame_rate_hz)
         for n in rows:
-            away = _moved(pixels[n], pixels[last]) / np.maximum(height[last], height[n])
+            away = _joint_distance(pixels[n], pixels[last]) / np.maximum(height[last], height[n])
             cost = away + 0.25 * (identity[n] != identity[last])
-            pairs += [(cost[place], n, int(place)) for place in np.flatnonzero(away < allowed)]
+            pairs += [(cost[number], n, int(number)) for number in np.flatnonzero(away < allowed)]
         used_rows, used_tracks = set(), set()
-        for _, n, place in sorted(pairs):
-            if n not in used_rows and place not in used_tracks:
-                open_[place].append(n)
+        for _, n, number in sorted(pairs):
+            if n not in used_rows and number not in used_tracks:
+                open_[number].append(n)
                 used_rows.add(n)
-                used_tracks.add(place)
+                used_tracks.add(number)
         open_ += [[n] for n in rows if n not in used_rows]
     tracks = []
     for at in _joined([np.array(rows) for rows in closed + open_], frame, pixels, height, frame_rate_hz):
         names, counts = np.unique(identity[at], return_counts=True)
         tracks.append(Track(str(names[np.argmax(counts)]), frame[at], at, np.median(height[at])))
-    # Length without a gap, then size in the image, then the first frame decide.
+    # Sorted by length without a gap, then by size in the image, then by the first frame.
     return sorted(tracks, key=lambda t: (-_unbroken(t.frame, longest_gap), -t.height_px, int(t.frame[0])))
 
 
 def _unbroken(frame: np.ndarray, longest_gap: int) -> int:
-    """Number of detections of a track's longest part without a longer gap."""
+    """Return the number of detections of a track's longest part without a gap."""
     ends = np.flatnonzero(np.diff(frame, append=np.inf) > longest_gap)
     return int(np.diff(ends, prepend=-1).max())
 
@@ -130,10 +132,10 @@ def _unbroken(frame: np.ndarray, longest_gap: int) -> int:
 def _joined(
     tracks: list[np.ndarray], frame: np.ndarray, pixels: np.ndarray, height: np.ndarray, frame_rate_hz: float
 ) -> list[np.ndarray]:
-    """Rows of each person, from rows of tracks: those that continue each other by place and size are one.
+    """Return the rows of each person: tracks that continue each other by position and size are joined.
 
-    Both ends, by their place, height and rates, say where a person is in the middle of the time between.  Tracks stay
-    apart where a third, at the same time as one of them, would do as well.
+    Both ends are extrapolated to the middle of the gap.  Tracks stay separate if a third track that overlaps one of
+    them in time fits as well.
     """
     long = [rows for rows in tracks if len(rows) >= JOIN_ROWS]
     ends = max(_gap(frame_rate_hz), JOIN_ROWS)
@@ -151,7 +153,7 @@ def _joined(
         size = np.exp(np.maximum(begin[:, 0, 2], finish[k, 0, 2]))
         near = np.linalg.norm(off[:, :2], axis=1) < JOIN_OFF * size
         near &= np.abs(off[:, 2]) < np.log(JOIN_SIZE)
-        # Within a shorter time a detection would have continued the track, had it not moved too far.
+        # After a shorter gap the detection would have continued the track, unless it moved too far.
         near &= (unseen > _gap(frame_rate_hz)) & (unseen <= JOIN_S * frame_rate_hz)
         for n in np.flatnonzero(near).tolist():
             after[k].append(n)
@@ -176,19 +178,19 @@ def _joined(
 def _end(
     rows: np.ndarray, frame: np.ndarray, pixels: np.ndarray, height: np.ndarray, count: int
 ) -> np.ndarray:
-    """Column, row and logarithm of the height at the first of some rows, and their change per frame (2, 3)."""
+    """Return column, row and log height at the first of some rows, and their change per frame (2, 3)."""
     near = rows[:count]
     state = np.column_stack([np.nanmedian(pixels[near], axis=1), np.log(height[near])])
     return np.polyfit(frame[near] - frame[rows[0]], state, 1)[::-1]
 
 
 def _gap(frame_rate_hz: float) -> int:
-    """Frames that a person may be unseen within a track."""
-    return max(round(GAP_S * frame_rate_hz), 1)
+    """Return the number of frames that a person may be unseen within a track."""
+    return max(round(MAX_GAP_S * frame_rate_hz), 1)
 
 
 def moving_parts(pixels: np.ndarray, frame_rate_hz: float) -> list[tuple[int, int]]:
-    """Parts of a track in which the legs move: frames from and to (exclusive), the longest first.
+    """Return the parts of a track in which the legs move: frames from and to (exclusive), the longest first.
 
     Parameters
     ----------
@@ -198,22 +200,23 @@ def moving_parts(pixels: np.ndarray, frame_rate_hz: float) -> list[tuple[int, in
 
     Notes
     -----
-    Knees and ankles about their hips, so that neither path nor camera counts, over the height in the image.  Who
-    stands before or after a walk is left out; if the legs move nearly throughout, nothing is.
+    The motion is that of knees and ankles about their hips over the height in the image, so path and camera do not
+    matter. Standing before or after a walk is left out.  If the legs move nearly throughout, the whole track is
+    returned.
     """
     T = len(pixels)
     window = max(round(MOTION_S * frame_rate_hz) | 1, 3)
     height = _heights(pixels)
-    known = np.isfinite(height)
-    if 2 * window > T or known.sum() < window:
+    measured = np.isfinite(height)
+    if 2 * window > T or measured.sum() < window:
         return [(0, T)]
-    size = _running_mean(np.interp(np.arange(T), np.flatnonzero(known), height[known]), window)
+    size = _running_mean(np.interp(np.arange(T), np.flatnonzero(measured), height[measured]), window)
     power, count = np.zeros(T), np.zeros(T)
     for joint, hip in _LEGS:
         about = (pixels[:, joint] - pixels[:, hip]) / size[:, None]
-        seen = np.isfinite(about).all(axis=-1)
-        about = np.where(seen[:, None], about, 0.0)
-        share = np.maximum(_running_mean(seen.astype(float), window), 1.0 / window)
+        visible = np.isfinite(about).all(axis=-1)
+        about = np.where(visible[:, None], about, 0.0)
+        share = np.maximum(_running_mean(visible.astype(float), window), 1.0 / window)
         mean = np.stack([_running_mean(about[:, axis], window) for axis in (0, 1)], axis=-1) / share[:, None]
         square = _running_mean((about**2).sum(axis=-1), window) / share
         enough = share > 0.5
@@ -221,22 +224,22 @@ def moving_parts(pixels: np.ndarray, frame_rate_hz: float) -> list[tuple[int, in
         count += enough
     motion = np.sqrt(power / np.maximum(count, 1))
     moving = (motion > MOVING_SHARE * np.percentile(motion, 80)) | (count == 0)
-    if moving.mean() >= MOSTLY:
+    if moving.mean() >= MOVING_THROUGHOUT_SHARE:
         return [(0, T)]
-    parts = [part for part in _runs(moving) if part[1] - part[0] >= SHORTEST_S * frame_rate_hz]
+    parts = [part for part in _runs(moving) if part[1] - part[0] >= MIN_WALK_S * frame_rate_hz]
     return sorted(parts, key=lambda s: s[0] - s[1]) or [(0, T)]
 
 
-def _runs(held: np.ndarray) -> list[tuple[int, int]]:
-    """Runs of true values, from and to (exclusive)."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], held.astype(int), [0]])))
+def _runs(flags: np.ndarray) -> list[tuple[int, int]]:
+    """Return the runs of true values, from and to (exclusive)."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(int), [0]])))
     return [(int(start), int(stop)) for start, stop in edges.reshape(-1, 2)]
 
 
 def straight_stretches(
     pixels: np.ndarray, heights_mm: np.ndarray, frame_rate_hz: float, focal_px: float
 ) -> list[tuple[int, int]]:
-    """Straight stretches of a track: frames from and to (exclusive), the longest first.
+    """Return the straight stretches of a track: frames from and to (exclusive), the longest first.
 
     Parameters
     ----------
@@ -248,16 +251,16 @@ def straight_stretches(
 
     Notes
     -----
-    The path on the ground, from the size and the place in the image, smoothed over about a second; where its direction
-    turns, or somebody who else moves stands, a stretch ends.  On a treadmill, or before a camera that follows, there is
-    no path and all is one stretch.
+    The path on the ground follows from size and position in the image, smoothed over about a second.  A stretch ends
+    where the path turns or the person stops.  On a treadmill, or with a following camera, there is no path and the
+    track is one stretch.
     """
     T = len(pixels)
-    whole = [(0, T)]
+    full_track = [(0, T)]
     across, inverse, good = _ground_path(pixels, heights_mm)
     window = max(round(0.8 * frame_rate_hz) | 1, 3)
-    if good.sum() < SHORTEST_S * frame_rate_hz or window * 2 > T:
-        return whole
+    if good.sum() < MIN_WALK_S * frame_rate_hz or window * 2 > T:
+        return full_track
     smooth = _running_mean(inverse, window)
     away = smooth * focal_px
     right = _running_mean(across * smooth, window)
@@ -266,48 +269,47 @@ def straight_stretches(
     speed = np.hypot(*velocity.T)
     typical = np.percentile(speed, 75)
     if typical < 400.0:
-        return whole
+        return full_track
     heading = np.unwrap(np.arctan2(velocity[:, 1], velocity[:, 0]))
     turning = np.abs(_central(heading, step)) * frame_rate_hz > TURN_RAD_S
     moving = speed > 0.35 * typical
-    found = []
+    stretches = []
     for start, stop in _runs(moving & ~turning):
-        if stop - start < SHORTEST_S * frame_rate_hz:
+        if stop - start < MIN_WALK_S * frame_rate_hz:
             continue
         drift = np.abs(heading[start:stop] - np.median(heading[start:stop]))
         if np.percentile(drift, 90) < np.radians(60.0):
-            found.append((start, stop))
-    if sum(stop - start for start, stop in found) < LEAST_STRAIGHT * T:
-        return whole
-    return sorted(found, key=lambda s: s[0] - s[1])
+            stretches.append((start, stop))
+    if sum(stop - start for start, stop in stretches) < MIN_STRAIGHT_SHARE * T:
+        return full_track
+    return sorted(stretches, key=lambda s: s[0] - s[1])
 
 
 def _ground_path(pixels: np.ndarray, heights_mm: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Column of the body (T,), distance over focal length (T,), mm per pixel, and where they were measured (T,)."""
-    seen = np.isfinite(pixels).all(axis=-1)
-    slope = image_scale(np.where(seen, pixels[..., 1], 0.0), seen.astype(float), heights_mm)
-    good = (seen.sum(axis=1) >= 4) & (slope > 0)
+    """Return the body's column (T,), distance over focal length (T,), mm per pixel, and the measured frames (T,)."""
+    visible = np.isfinite(pixels).all(axis=-1)
+    slope = image_scale(np.where(visible, pixels[..., 1], 0.0), visible.astype(float), heights_mm)
+    good = (visible.sum(axis=1) >= 4) & (slope > 0)
     if not good.any():
         return np.zeros(len(pixels)), np.zeros(len(pixels)), good
     frames = np.arange(len(pixels))
-    across = (np.where(seen, pixels[..., 0], 0.0).sum(axis=1) / np.maximum(seen.sum(axis=1), 1))[good]
+    across = (np.where(visible, pixels[..., 0], 0.0).sum(axis=1) / np.maximum(visible.sum(axis=1), 1))[good]
     return (
         np.interp(frames, frames[good], across), 1.0 / np.interp(frames, frames[good], slope[good]), good,
     )  # fmt: skip
 
 
 def path_turn_rad(pixels: np.ndarray, heights_mm: np.ndarray, focal_px: float) -> float:
-    """Direction of the path on the ground at the end of a stretch (T, 15, 2) less that at its beginning.
+    """Return the direction of the path at the end of a stretch (T, 15, 2) minus that at its beginning, rad.
 
-    From place and size in the image alone: what a detector makes of a body that is seen from the side turns more than
-    the body.
+    Only position and size in the image are used: detectors exaggerate the turn of a body that is seen from the side.
     """
     across, inverse, good = _ground_path(pixels, heights_mm)
     if good.sum() < 8:
         return 0.0
     unit = np.linspace(-1.0, 1.0, len(pixels))
-    place = np.column_stack([across * inverse, focal_px * inverse])[good]
-    _, along, bent = np.polynomial.polynomial.polyfit(unit[good], place, 2)
+    positions = np.column_stack([across * inverse, focal_px * inverse])[good]
+    _, along, bent = np.polynomial.polynomial.polyfit(unit[good], positions, 2)
     start, end = (np.arctan2(*(along + side * 2.0 * bent)) for side in (-1.0, 1.0))
     return (end - start + np.pi) % (2.0 * np.pi) - np.pi
 
@@ -318,7 +320,7 @@ def _running_mean(values: np.ndarray, window: int) -> np.ndarray:
 
 
 def _central(values: np.ndarray, step: int) -> np.ndarray:
-    """Slopes per frame over `step` frames on either side, one-sided at the ends."""
+    """Return slopes per frame over `step` frames on either side, one-sided at the ends."""
     after = np.minimum(np.arange(len(values)) + step, len(values) - 1)
     before = np.maximum(np.arange(len(values)) - step, 0)
     return (values[after] - values[before]) / (after - before)

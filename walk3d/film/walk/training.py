@@ -1,14 +1,14 @@
-"""What is known of a walker before one is seen: learnt from recorded walks.
+"""Model of walkers, learnt from recorded walks.
 
 Symbols
 -------
-``W``      walker, (15, 3, 1 + 2H): the coefficients of a joint's coordinate stand together; H = 4, 405 numbers
+``W``      walker, (15, 3, 1 + 2H): coefficients of each joint's coordinates, adjacent; H = 4, 405 numbers
 ``m, S``   weighted mean and covariance of the training walks and their mirror images
 ``T, C``   as in `walk3d.anatomy.prior.prior`, which shrinks S as here
 ``n_eff``  ``1 / sum of squared weights``: walks of one person count as one person
 
-Every walker is scaled to a height of 1500 mm (centre of the head above the ankles): one camera cannot tell size from
-distance, so size is left to the distance.
+Every walker is scaled to a height of 1500 mm (centre of the head above the ankles): one camera cannot distinguish size
+from distance.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ SIZE = JOINTS * 3 * BLOCKS
 HEIGHT_MM = 1500.0
 """Height of the centre of the head above the ankles to which every walker is scaled."""
 
-MOST_WALKERS = 60.0
+MAX_WALKERS = 60.0
 """Largest effective number of walkers."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Population:
-    """What is counted over the training walks, scaled to 1500 mm, but for how the coefficients vary.
+    """Statistics of the training walks, scaled to 1500 mm, without the covariance of the coefficients.
 
     Attributes
     ----------
@@ -48,11 +48,11 @@ class Population:
     pair_variance : (P,)
         Mean squared difference of left and right bone, mm².
     aperiodic_variance : (15, 3)
-        Mean square of what four harmonics leave of each coordinate, mm².
+        Mean square of each coordinate beyond four harmonics, mm².
     log_frequency : (2,)
         Mean and standard deviation of the natural logarithm of the stride frequency in hertz.
     walkers : int
-        Number of people it was learnt from.
+        Number of people in the training walks.
     """
 
     mean: np.ndarray
@@ -64,13 +64,13 @@ class Population:
 
     @property
     def counted(self) -> dict[str, Any]:
-        """The fields that every kind of population has, by name."""
-        return {one.name: getattr(self, one.name) for one in fields(Population)}
+        """Fields that every kind of population has, by name."""
+        return {entry.name: getattr(self, entry.name) for entry in fields(Population)}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Moments(Population):
-    """A population before anything is shrunken.
+    """Population with the sample covariance.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ class Moments(Population):
 
 @dataclass(frozen=True, kw_only=True)
 class WalkerModel(Population):
-    """A population with what is shrunken.
+    """Population with the shrunken covariance.
 
     Attributes
     ----------
@@ -107,7 +107,7 @@ class TrainingWalk:
         Coefficients at phase zero, mm.
     frequency_hz : float
     aperiodic_variance : (15, 3)
-        Mean square of what the series leaves, mm².
+        Mean square of the motion beyond the series, mm².
     height_mm : float
         Height of the centre of the head above the ankles before scaling.
     """
@@ -139,14 +139,14 @@ def training_walk(positions: np.ndarray, frame_rate_hz: float, height_mm: float)
 
 
 def moments(walks: Sequence[TrainingWalk], people: np.ndarray) -> Moments:
-    """Mean, covariance and variations of the walks of several people and their mirror images.
+    """Return mean, covariance and variations of the walks of several people and their mirror images.
 
     Parameters
     ----------
     walks : sequence of TrainingWalk
         R walks.
     people : (R,)
-        Who walked.
+        Person of each walk.
 
     Raises
     ------
@@ -162,7 +162,7 @@ def moments(walks: Sequence[TrainingWalk], people: np.ndarray) -> Moments:
     walkers = require_finite("walkers", np.stack([walk.walker for walk in walks]))
     both = np.concatenate([walkers, anatomical.mirror_image(walkers)]).reshape(2 * len(walks), -1)
     half = np.concatenate([weights, weights]) / 2.0
-    effective = min(1.0 / (weights**2).sum(), MOST_WALKERS)
+    effective = min(1.0 / (weights**2).sum(), MAX_WALKERS)
     mean = half @ both
     centred = np.sqrt(half)[:, None] * (both - mean)
     lengths = anatomical.bone_lengths(walkers)
@@ -182,13 +182,13 @@ def moments(walks: Sequence[TrainingWalk], people: np.ndarray) -> Moments:
     )
 
 
-def model_of(found: Moments) -> WalkerModel:
-    """The model of walkers with these moments."""
-    rows, _ = anatomical.stance_rows(found.mean)
+def model_of(sample: Moments) -> WalkerModel:
+    """Return the model of walkers with these moments."""
+    rows, _ = anatomical.stance_rows(sample.mean)
     return WalkerModel(
-        **found.counted,
-        covariance=anatomical.structured_covariance(found.covariance, BLOCKS, Shrinkage()),
-        stance_variance=np.einsum("ra,ab,rb->r", rows, found.covariance, rows, optimize=True),
+        **sample.counted,
+        covariance=anatomical.structured_covariance(sample.covariance, BLOCKS, Shrinkage()),
+        stance_variance=np.einsum("ra,ab,rb->r", rows, sample.covariance, rows, optimize=True),
     )
 
 
@@ -199,10 +199,10 @@ def train(walks: Sequence[TrainingWalk], people: np.ndarray) -> WalkerModel:
 
 @dataclass(frozen=True, kw_only=True)
 class CompactMoments(Population):
-    """Moments of which only a few eigenwalkers are kept, and how joints go together within each harmonic.
+    """Moments with a few eigenwalkers and, beyond them, the covariance of joints within each harmonic.
 
-    No training person can be read from it: it holds fewer eigenwalkers than half the people, none of their
-    coefficients, and means over all people of everything else.
+    No training person can be read from them: there are fewer eigenwalkers than half the people, none of their
+    coefficients, and otherwise only means over all people.
 
     Attributes
     ----------
@@ -219,29 +219,29 @@ class CompactMoments(Population):
     within: np.ndarray
 
 
-def compact(found: Moments, components: int) -> CompactMoments:
-    """Keep `components` eigenwalkers and the structured rest.
+def compact(sample: Moments, components: int) -> CompactMoments:
+    """Reduce moments to `components` eigenwalkers and the structured rest.
 
     Raises
     ------
     InvalidInput
-        If the eigenwalkers are as many as half the people, or more: people could be read back from their span.
+        If there are as many eigenwalkers as half the people, or more: people could be reconstructed from their span.
     """
-    require_count("the number of eigenwalkers", components, below=found.walkers / 2.0)
-    values, vectors = np.linalg.eigh(found.covariance)
+    require_count("the number of eigenwalkers", components, below=sample.walkers / 2.0)
+    values, vectors = np.linalg.eigh(sample.covariance)
     order = np.argsort(values)[::-1][:components]
-    T = anatomical.within_harmonics(found.covariance, BLOCKS).reshape(JOINTS * 3, BLOCKS, JOINTS * 3, BLOCKS)
+    T = anatomical.within_harmonics(sample.covariance, BLOCKS).reshape(JOINTS * 3, BLOCKS, JOINTS * 3, BLOCKS)
     blocks = np.stack([T[:, k, :, k] for k in (0, *range(1, BLOCKS, 2))])
     return CompactMoments(
-        **found.counted, components=vectors[:, order].T, eigenvalues=values[order], within=blocks
+        **sample.counted, components=vectors[:, order].T, eigenvalues=values[order], within=blocks
     )
 
 
-def expand(found: CompactMoments) -> Moments:
-    """Moments with a whole covariance: eigenwalkers, and beyond them what joints do together in each harmonic."""
-    main = (found.components.T * found.eigenvalues) @ found.components
+def expand(sample: CompactMoments) -> Moments:
+    """Return moments with a full covariance: eigenwalkers, and the covariance within each harmonic beyond them."""
+    main = (sample.components.T * sample.eigenvalues) @ sample.components
     T = np.zeros((JOINTS * 3, BLOCKS, JOINTS * 3, BLOCKS))
     for block in range(BLOCKS):
-        T[:, block, :, block] = found.within[(block + 1) // 2]
+        T[:, block, :, block] = sample.within[(block + 1) // 2]
     covariance = main + T.reshape(SIZE, SIZE) - anatomical.within_harmonics(main, BLOCKS)
-    return Moments(**found.counted, covariance=(covariance + covariance.T) / 2.0)
+    return Moments(**sample.counted, covariance=(covariance + covariance.T) / 2.0)

@@ -39,7 +39,7 @@ def test_a_folder_of_openpose_with_empty_people_and_a_gap(tmp_path: Path) -> Non
     assert (found.format, found.n_frames, found.frame.tolist()) == ("openpose", 4, [0, 3])
     np.testing.assert_allclose(found.points[0], POINTS)
     assert found.identity.tolist() == ["", ""]
-    assert found.notes == ("2 frames between the first and the last are missing, or without people.",)
+    assert found.notes == ("2 frames between the first and the last are missing or without people.",)
 
 
 def test_folders_of_other_programs_with_a_file_to_each_frame(tmp_path: Path) -> None:
@@ -406,7 +406,7 @@ def test_rate_and_size_beside_a_table(tmp_path: Path) -> None:
     (tmp_path / "b.csv").mkdir()
     folder = keypoints.read(tmp_path)
     assert (folder.frame_rate_hz, folder.points.tolist()) == (25.0, found.points.tolist())
-    assert folder.notes[0] == "Of the folder a.csv is read; files without keypoints beside it: a.json."
+    assert folder.notes[0] == "Only a.csv in the folder is read; other files, without keypoints: a.json."
     (tmp_path / "a.csv").write_text("time,left_knee_x,left_knee_y\nat once,1,2\n,3,4\n", encoding="utf-8")
     assert keypoints.read(tmp_path / "a.csv").frame_rate_hz == 25.0  # times say nothing more
     (tmp_path / "a.csv").write_text("time,x,y\n0,1,2\n1,3,4\n", encoding="utf-8")
@@ -460,7 +460,7 @@ def test_gaps_in_time_are_missing_frames_and_uneven_times_are_places_between(
     found = timed(kind, [0.0, 0.04, 0.08, 0.6, 0.64], tmp_path)
     assert (found.frame_rate_hz, found.n_frames) == (25.0, 17 + first)
     assert (found.frame - first).tolist() == [0, 1, 2, 15, 16]
-    assert found.notes == ("12 frames between the first and the last are missing, or without people.",)
+    assert found.notes == ("12 frames between the first and the last are missing or without people.",)
     uneven = timed(kind, [0.0, 0.04, 0.0704, 0.12, 0.52, 0.56], tmp_path)
     assert uneven.frame_rate_hz == 25.0
     np.testing.assert_allclose(uneven.frame - first, [0.0, 1.0, 1.76, 3.0, 13.0, 14.0])
@@ -482,11 +482,11 @@ def test_a_time_that_stands_twice_is_not_used(kind: str, tmp_path: Path) -> None
     times[10] = times[9]
     found = timed(kind, times, tmp_path)
     assert (found.frame_rate_hz, np.diff(found.frame).tolist()) == (25.0, [1] * 39)
-    assert "1 times are those of the row before, the first in a." in found.notes[0]
+    assert "1 times repeat those of the row before, the first in a." in found.notes[0]
     times[20:24] = [times[19]] * 4
     with_rate = timed(kind, times, tmp_path, fps=30)
     assert with_rate.frame_rate_hz == 30.0
-    assert any("The times are not used" in note for note in with_rate.notes)
+    assert any("The times are ignored" in note for note in with_rate.notes)
 
 
 @pytest.mark.parametrize(
@@ -510,11 +510,11 @@ def test_times_count_before_a_rate_that_is_declared_unless_they_are_none(kind: s
     assert timed(kind, [0.0, 0.0333, 0.0667, 0.1], tmp_path, fps=29.98).frame_rate_hz == 29.98
     found = timed(kind, [0.0, 0.1, 0.2, 0.3], tmp_path, fps=30)  # every third frame
     assert (found.frame_rate_hz, len(set(np.diff(found.frame)))) == (10.0, 1)
-    assert "By the times there are 10 frames a second, not 30 as is declared." in found.notes
+    assert "The times give 10 frames per second, not the declared 30." in found.notes
     for times in ([0.2, 0.1, 0.0], [0.0, 0.0, 0.1], [np.nan] * 3, ["a:b"] * 3):
         found = timed(kind, times, tmp_path, fps=30)
         assert (found.frame_rate_hz, np.diff(found.frame).tolist()) == (30.0, [1, 1])
-        assert any("times are not used" in note for note in found.notes)
+        assert any("times are ignored" in note for note in found.notes)
 
 
 @pytest.mark.parametrize(
@@ -719,7 +719,7 @@ def test_trc_in_pixels_whose_rows_are_two_frames_apart(tmp_path: Path) -> None:
     path.write_text(head + "1\t0.1\t5\t6\t0\n2\t0.1\t7\t8\t0\n", encoding="utf-8")
     found = keypoints.read(path)
     assert (found.frame_rate_hz, found.n_frames) == (60.0, 2)
-    assert any(note.startswith("The times are not used: a.trc, line 7: ") for note in found.notes)
+    assert any(note.startswith("The times are ignored: a.trc, line 7: ") for note in found.notes)
 
 
 @pytest.mark.parametrize("people", [1, 2])
@@ -738,7 +738,7 @@ def test_a_table_whose_last_frame_is_cut(tmp_path: Path, people: int) -> None:
     found = keypoints.read(path)
     rest, every = 4 * people - 3, 4 * people
     assert found.notes == (
-        f"The last frame has {rest} rows, every other {every} or more: the file may be cut.",
+        f"The last frame has {rest} rows, every other {every} or more: the file may be cut off.",
     )
     assert found.n_frames == 6
 
@@ -807,7 +807,7 @@ def test_a_confidence_that_was_never_written_is_not_given(nothing: str, tmp_path
     )
     found = keypoints.read(tmp_path / "a.csv")
     assert found.confidence.tolist() == [[1.0], [1.0]]
-    assert "The confidence is empty or 0 throughout, and taken as not given." in found.notes
+    assert "The confidence is empty or 0 throughout, and is ignored." in found.notes
 
 
 @pytest.mark.parametrize("title", ["frame", "image", "Frame ID"])
@@ -839,7 +839,7 @@ def test_depths_are_no_confidence(tmp_path: Path) -> None:
     write(tmp_path / "a.json", [{"frame": k, "landmarks": MARKS[:, :3].tolist()} for k in (0, 1)])
     found = keypoints.read(tmp_path / "a.json")
     assert (found.confidence == 1).all()
-    assert any("depths, which are no confidence" in note for note in found.notes)
+    assert any("depths, not confidences" in note for note in found.notes)
 
 
 @pytest.mark.parametrize("objects", [False, True])
@@ -849,7 +849,7 @@ def test_points_in_3d_are_remarked_on(objects: bool, tmp_path: Path) -> None:
     points = [dict(zip("xyz", mark, strict=True)) for mark in marks] if objects else marks
     found = keypoints.read(write(tmp_path / "a.json", [{"frame": k, "joints": points} for k in (0, 1)]))
     assert (found.confidence == 1).all()
-    assert any("they are no film's: see `inspect`" in note for note in found.notes)
+    assert any("they are not keypoints of a film: see `inspect`" in note for note in found.notes)
 
 
 @pytest.mark.parametrize("missing", [(0.0, 0.0, 0.9), (-1.0, -1.0, 0.9), (5.0, 5.0, 0.0), (np.nan, 1.0, 1.0)])
@@ -916,7 +916,7 @@ def test_numbers_of_frames_and_people() -> None:
     of_layout = ["9_keypoints_25.json", "10_keypoints_25.json"]
     assert frames_by_name(of_layout) == (dict(zip(of_layout, (0, 1), strict=True)), [])
     in_order, (note,) = frames_by_name(["walk_7.json", "walk.json"])
-    assert (list(in_order.values()), "order of their names" in note) == ([0, 1], True)
+    assert (list(in_order.values()), "order of the names" in note) == ([0, 1], True)
     assert identity_of([[3]]) == "3"
     assert identity_of(True) == ""
 
@@ -931,7 +931,7 @@ def test_gaps_may_be_written_as_a_number_that_is_no_place(tmp_path: Path, number
     assert np.argwhere(np.isnan(found.points[:3, :, 0])).tolist() == [[1, 9], [2, 9]]
     assert np.isnan(found.points[3:]).all()
     assert (found.confidence[3:] == 0).all()
-    assert f"19 keypoints are {number:.6g} in both coordinates and are taken as missing." in found.notes
+    assert f"19 keypoints are {number:.6g} in both coordinates and count as missing." in found.notes
 
 
 def test_people_of_one_time_without_a_frames_number_are_in_one_frame(tmp_path: Path) -> None:

@@ -55,8 +55,8 @@ def test_a_walk_is_found_in_a_file(layout: str, model: Path, tmp_path: Path) -> 
     walk = reconstruct_clip(given(path, focal_px=sim.focal_px), model)
     assert walk.layout.name == layout
     assert walk.best.judgement.verdict in ("walk", "doubtful")
-    assert walk.best.found is not None
-    assert np.degrees(walk.best.found.candidates[0].heading_rad) == pytest.approx(60.0, abs=12.0)
+    assert walk.best.reconstruction is not None
+    assert np.degrees(walk.best.reconstruction.candidates[0].heading_rad) == pytest.approx(60.0, abs=12.0)
     assert any("not measured" in note for note in walk.notes)
 
 
@@ -95,7 +95,7 @@ def test_two_people_and_another_video_behind(model: Path, tmp_path: Path) -> Non
     walk = reconstruct_clip(given(path, focal_px=clip(90.0, ERROR).focal_px), model)
     assert len(walk.track.rows) == len(one)
     assert walk.track.frame[-1] == len(one) - 1
-    assert any("tracks of other people" in note for note in walk.notes)
+    assert any("Tracks of other people were ignored" in note for note in walk.notes)
     assert len(reconstruct_clip(given(path, person="2"), model).track.rows) == len(other)
     with rejects("unknown_person", "input.person"):
         reconstruct_clip(given(path, person="7"), model)
@@ -115,18 +115,16 @@ def test_who_is_not_seen_for_a_while_is_the_same_person(
     path = tmp_path / "a.json"
     path.write_text(json.dumps(rows), encoding="utf-8")
     walk = reconstruct_clip(given(path, focal_px=sim.focal_px), model)
-    assert not any("other people" in note for note in walk.notes)
+    assert not any("of other people" in note for note in walk.notes)
     if not one_track:
         assert len(walk.track.rows) == frames - first - unseen
-        sentence = f"Left out is another track, perhaps the same person, of {first} frames (frames 0 to {first - 1})."
+        sentence = f"Another track was ignored, perhaps of the same person: {first} frames (frames 0 to {first - 1})."
         assert sentence in walk.notes
         return
     assert len(walk.track.rows) == frames - unseen
     assert (walk.best.first_frame, walk.best.last_frame) == (0, frames - 1)
-    assert not any("Left out" in note for note in walk.notes)
-    sentence = (
-        f"The person is not seen in frames {first} to {first + unseen - 1}, and is the same one afterwards"
-    )
+    assert not any("ignored" in note for note in walk.notes)
+    sentence = f"The person is not seen in frames {first} to {first + unseen - 1}; position and size match"
     assert any(note.startswith(sentence) for note in walk.notes)
     whole = reconstruct_clip(given(alphapose(tmp_path / "b.json", values), focal_px=sim.focal_px), model)
     assert whole.best.walks
@@ -142,7 +140,7 @@ def test_shares_of_the_image_need_its_size(model: Path, tmp_path: Path) -> None:
     path = alphapose(tmp_path / "a.json", values)
     walk = reconstruct_clip(given(path, focal_px=sim.focal_px), model)
     assert any("shares of the image" in note for note in walk.notes)
-    assert np.degrees(walk.best.found.candidates[0].heading_rad) == pytest.approx(45.0, abs=12.0)  # type: ignore[union-attr]
+    assert np.degrees(walk.best.reconstruction.candidates[0].heading_rad) == pytest.approx(45.0, abs=12.0)  # type: ignore[union-attr]
     with rejects("unknown_size", "input.width, input.height"):
         reconstruct_clip(given(path, width=0), model)
 
@@ -165,15 +163,15 @@ def test_rows_counted_upwards_are_turned(model: Path, tmp_path: Path) -> None:
     values = in_layout(sim, "coco17")
     values[..., 1] = np.where(values[..., 2] > 0, SIZE[1] - values[..., 1], 0.0)
     walk = reconstruct_clip(given(alphapose(tmp_path / "a.json", values), focal_px=sim.focal_px), model)
-    assert any("counted upwards" in note for note in walk.notes)
+    assert any("count upwards" in note for note in walk.notes)
     assert walk.best.judgement.verdict != "not_a_walk"
 
 
 @pytest.mark.parametrize(
     ("turned", "size", "note"),
     [
-        (lambda p: p * [1, -1], SIZE, "counted upwards from the upper edge"),
-        (lambda p: p / SIZE * [1, -1], SIZE, "counted upwards from the upper edge"),
+        (lambda p: p * [1, -1], SIZE, "Rows are negative: image rows count upwards"),
+        (lambda p: p / SIZE * [1, -1], SIZE, "Rows are negative: image rows count upwards"),
         (lambda p: 2 * p / SIZE - 1, SIZE, "from -1 to 1"),
     ],
 )
@@ -224,17 +222,17 @@ def test_an_unknown_rate_is_asked_for_and_a_wrong_one_remarked_on(model: Path, t
         reconstruct_clip(given(slow, frame_rate_hz=0.0), model)
     walk = reconstruct_clip(given(path, frame_rate_hz=60.0, focal_px=sim.focal_px), model)
     assert walk.frame_rate_hz == 30.0
-    assert any("frame rate is taken to be 30 Hz" in note for note in walk.notes)
+    assert any("frame rate is assumed to be 30 Hz" in note for note in walk.notes)
     slow.write_text("time,left_knee_x,left_knee_y\n0,1,2\n0.04,3,4\n", encoding="utf-8")
     notes: list[str] = []
     assert _rate(given(slow, frame_rate_hz=25.03), keypoints.read(slow), notes) == 25.03
-    assert notes == ["The file says 25 frames a second; 25.03 was given and is used."]
-    # At half the rate it is a slow walk, of which times and speeds are as right as the rate.
+    assert notes == ["The file says 25 frames per second; 25.03 was given and is used."]
+    # At half the rate it is a slow walk, whose times and speeds depend on the rate.
     half = given(path, frame_rate_hz=15.0, focal_px=sim.focal_px)
     found = summarise(reconstruct_clip(half, model))
     assert found["verdict"] == "doubtful"
     assert "or the frame rate is wrong" in found["why"][0]
-    assert found["usable"] == ["Usable: heading; cadence, times and speeds are as right as the frame rate."]
+    assert found["usable"] == ["Usable: heading; cadence, times and speeds are wrong if the frame rate is."]
 
 
 def test_what_is_remarked_on_times_is_given_where_the_rate_is_unknown(tmp_path: Path) -> None:
@@ -290,7 +288,7 @@ def test_who_walks_is_found_behind_who_stands_for_longer(model: Path, tmp_path: 
     walk = reconstruct_clip(given(path, focal_px=sim.focal_px), model)
     assert len(walk.track.rows) == len(walking)
     assert walk.best.judgement.verdict != "not_a_walk"
-    assert any("The longest track" in note and "is no walk" in note for note in walk.notes)
+    assert any("The longest track" in note and "is not a walk" in note for note in walk.notes)
     named = reconstruct_clip(given(path, focal_px=sim.focal_px, person="1"), model)
     assert named.best.judgement.verdict == "not_a_walk"
 
@@ -302,21 +300,24 @@ def test_an_assumed_focal_length_widens_the_view_of_who_is_off_the_middle(
     path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
     known = reconstruct_clip(given(path, focal_px=sim.focal_px), model)
     assumed = replace(known, focal_known=False)  # as of a camera that follows, whose focal length is held
-    assert known.best.found is not None
-    off = off_middle_rad(known.best.found)
+    assert known.best.reconstruction is not None
+    off = off_middle_rad(known.best.reconstruction)
     across = np.nanmean(known.best.pixels[..., 0], axis=1) / sim.focal_px
     assert off == pytest.approx(np.sqrt(np.mean(np.arctan(across) ** 2)), rel=0.05)
-    widened = view_sd_rad(assumed, known.best.found) ** 2 - view_sd_rad(known, known.best.found) ** 2
+    widened = (
+        view_sd_rad(assumed, known.best.reconstruction) ** 2
+        - view_sd_rad(known, known.best.reconstruction) ** 2
+    )
     assert np.sqrt(widened) == pytest.approx(FOCAL_SD * off)
 
 
 def test_an_unknown_focal_length_is_found_with_the_walk(model: Path, tmp_path: Path) -> None:
     sim = clip(60.0, ERROR)
     walk = reconstruct_clip(given(alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))), model)
-    assert walk.best.found is not None
-    assert walk.best.found.focal_px != walk.focal_px
+    assert walk.best.reconstruction is not None
+    assert walk.best.reconstruction.focal_px != walk.focal_px
     said = summarise(walk)
-    assert said["focal_px"] == pytest.approx(walk.best.found.focal_px, abs=0.1)
+    assert said["focal_px"] == pytest.approx(walk.best.reconstruction.focal_px, abs=0.1)
     assert not said["recognised"]["focal_known"]
     assert said["view_angle_deg"]["heading_deg"] == pytest.approx(60.0, abs=12.0)
 
@@ -415,7 +416,7 @@ def test_uneven_times_are_resampled_track_by_track(model: Path, tmp_path: Path) 
     whole = reconstruct_clip(given(alphapose(tmp_path / "a.json", even), focal_px=sim.focal_px), model)
     assert any("not evenly spaced" in note for note in walk.notes)
     assert walk.best.judgement.verdict == whole.best.judgement.verdict
-    found, wanted = walk.best.found, whole.best.found
+    found, wanted = walk.best.reconstruction, whole.best.reconstruction
     assert found is not None
     assert wanted is not None
     assert found.candidates[0].frequency_hz == pytest.approx(wanted.candidates[0].frequency_hz, rel=0.01)
@@ -455,7 +456,7 @@ def _numbered(layout: str) -> Detections:
 def test_layouts_are_recognised_by_number_and_place(layout: str, longer: int) -> None:
     points = (whole := _numbered(layout)).points
     K = points.shape[1]
-    if longer and layouts.LONGER.get(K + longer) != K:
+    if longer and layouts.PREFIX_POINTS.get(K + longer) != K:
         return
     found, order, why = layouts.recognise(
         replace(whole, points=np.pad(points, ((0, 0), (0, longer), (0, 0)), mode="edge"))
@@ -628,16 +629,16 @@ def test_a_bend_of_the_path_is_told(model: Path, tmp_path: Path, monkeypatch: py
     sim = clip(60.0, ERROR)
     path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
     walk = reconstruct_clip(given(path, focal_px=sim.focal_px), model)
-    found = walk.best.found
+    found = walk.best.reconstruction
     assert found is not None
     assert abs(turned_deg(found)) < TURNED_DEG
     assert not any("bends" in sentence for sentence in advice(walk, walk.best))
     x = found.fit.x.copy()
     x[TURN] = np.radians(30.0)
-    bent = replace(walk.best, found=replace(found, fit=replace(found.fit, x=x)))
+    bent = replace(walk.best, reconstruction=replace(found, fit=replace(found.fit, x=x)))
     times = found.fit.objective.setting.times
-    assert bent.found is not None
-    assert turned_deg(bent.found) == pytest.approx(30.0 * (times[-1] - times[0]))
+    assert bent.reconstruction is not None
+    assert turned_deg(bent.reconstruction) == pytest.approx(30.0 * (times[-1] - times[0]))
     # Of a body that passes a detector makes one that turns: the path is asked, too.
     assert not any("bends" in sentence for sentence in advice(walk, bent))
     monkeypatch.setattr("walk3d.film.reconstruct.summary.path_turn_rad", lambda *_: np.radians(-30.0))
@@ -722,7 +723,9 @@ def recordings() -> Path:
 def test_towards_the_camera_and_away_again(recordings: Path) -> None:
     path = recordings / "alphapose_iphone_frontal" / "alphapose-results.json"
     walk = reconstruct_clip(Input(path=str(path), frame_rate_hz=30.0))
-    headings = [np.degrees(s.found.candidates[0].heading_rad) for s in walk.stretches if s.found]
+    headings = [
+        np.degrees(s.reconstruction.candidates[0].heading_rad) for s in walk.stretches if s.reconstruction
+    ]
     assert len(headings) == 2
     assert abs(headings[0]) < 12.0
     assert abs(abs(headings[1]) - 180.0) < 12.0

@@ -36,7 +36,7 @@ def walk(model: Path, tmp_path_factory: pytest.TempPathFactory) -> Walk:
 
 
 def test_angles_stand_under_their_own_names_with_their_own_bars(walk: Walk) -> None:
-    found = walk.best.found
+    found = walk.best.reconstruction
     assert found is not None
     own = found.posterior.positions_mm @ level_axes(errors.headings(found))
     at = dict(zip(WALKER15.joints, np.moveaxis(own, 1, 0), strict=True))
@@ -67,7 +67,7 @@ def test_angles_stand_under_their_own_names_with_their_own_bars(walk: Walk) -> N
 
 
 def test_numbers_of_the_cycle_are_those_of_the_walker_in_its_units(walk: Walk) -> None:
-    found = walk.best.found
+    found = walk.best.reconstruction
     assert found is not None
     said = summarise(walk)["gait_cycle"]
     numbers, truth = said["numbers"], clip_cycle()
@@ -109,7 +109,7 @@ def clip_cycle() -> dict[tuple[str, str], float]:
 
 
 def test_tables_hold_the_curves_and_the_angles(walk: Walk) -> None:
-    found = walk.best.found
+    found = walk.best.reconstruction
     assert found is not None
     drawn = cycle.curves(walk, found)
     rows = {name: np.array(column) for name, column in cycle.curve_rows(drawn).items()}
@@ -149,13 +149,13 @@ def test_nothing_is_said_of_sides_that_are_unsure(walk: Walk) -> None:
     for unsure in (False, True):
         found = replace(walk.best.fitted, labels_unsure=unsure)
         said = summarise(
-            replace(walk, calibrations=calibrations, stretches=(replace(walk.best, found=found),))
+            replace(walk, calibrations=calibrations, stretches=(replace(walk.best, reconstruction=found),))
         )
         numbers = said["gait_cycle"]["numbers"].values()
         differ = [of["difference"]["larger_than_its_bar"] for of in numbers if "difference" in of]
         assert any(differ) != unsure
         sentences = " ".join(dict(words.facts(said))["Gait cycle"]).lower()
-        assert ("left and right differ by more than the bar in: " in sentences) != unsure
+        assert ("left-right differences larger than their bars: " in sentences) != unsure
         assert ("left" in sentences or "right" in sentences) != unsure
         assert ("one knee" in sentences and "the other knee" in sentences) == unsure
 
@@ -214,7 +214,7 @@ def test_every_bar_is_of_the_calibration_that_is_named(walk: Walk) -> None:
 
 
 def test_rows_have_the_axes_that_they_are_called_by(walk: Walk) -> None:
-    found = walk.best.found
+    found = walk.best.reconstruction
     assert found is not None
     rows = {name: np.array(column) for name, column in table_rows(walk).items()}
     scale = half_widths_mm(walk, found).max() / half_widths_mm(replace(walk, stature_mm=0.0), found).max()
@@ -229,7 +229,7 @@ def test_rows_have_the_axes_that_they_are_called_by(walk: Walk) -> None:
 
 
 def test_a_walk_in_its_own_axes_stands_on_the_floor(walk: Walk) -> None:
-    found = walk.best.found
+    found = walk.best.reconstruction
     assert found is not None
     walked = in_walkers_axes(found)
     ankles = [WALKER15.index("left_ankle"), WALKER15.index("right_ankle")]

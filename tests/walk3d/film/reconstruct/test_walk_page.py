@@ -18,7 +18,7 @@ from tests.rejects import rejects
 from tests.walk3d.film.reconstruct.conftest import model
 from tests.walk3d.film.reconstruct.walks import ERROR, alphapose, given, in_layout
 from tests.walk3d.film.walk.walkers import clip
-from walk3d.film.reconstruct.walk_page import MOST_FRAMES, Cycle, Frames, Heading, WalkPage, write_walk_page
+from walk3d.film.reconstruct.walk_page import MAX_FRAMES, Cycle, Frames, Heading, WalkPage, write_walk_page
 from walk3d.film.reconstruct.writing import Output, Reconstruct, run
 
 __all__ = ["model"]
@@ -90,7 +90,7 @@ def test_a_page_is_small_escaped_and_loads_nothing(tmp_path: Path) -> None:
     assert "&lt;b&gt;&amp;amp;" in text
     assert not re.search(r'(src|href)="(https?:|//)', text)
     drawn = packed(path)
-    assert drawn["frames"] == 500 <= MOST_FRAMES  # every third
+    assert drawn["frames"] == 500 <= MAX_FRAMES  # every third
     assert drawn["frame_numbers"][:3] == [10, 13, 16]  # type: ignore[index]
     assert drawn["rate_hz"] == pytest.approx(50.0 / 3.0)
 

@@ -58,8 +58,8 @@ def test_motion_is_read_back(model: Path, tmp_path: Path) -> None:
         model_folder=str(model),
     )
     walk, summary, folder = run(options)
-    assert walk.best.found is not None
-    truth = in_walkers_axes(walk.best.found) * scale_mm(walk)
+    assert walk.best.reconstruction is not None
+    truth = in_walkers_axes(walk.best.reconstruction) * scale_mm(walk)
     # The walk goes along y, and the head is above the ankles.
     assert truth[-1, 8, 1] - truth[0, 8, 1] > 5 * abs(truth[-1, 8, 0] - truth[0, 8, 0])
     assert truth[:, 0, 2].min() > 1000.0

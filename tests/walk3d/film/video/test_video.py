@@ -20,7 +20,7 @@ from tests.rejects import rejects
 from walk3d.film import keypoints
 from walk3d.film.reconstruct.clip import Input, reconstruct_clip
 from walk3d.film.reconstruct.video import is_video, with_keypoints
-from walk3d.film.video import film, kept, networks
+from walk3d.film.video import cached, film, networks
 from walk3d.film.video.film import frame_rate, on_even_grid, pictures
 from walk3d.film.video.overlay import key_frames
 from walk3d.film.video.pose import LANDMARKS, Pose, _shared, _to_square, anchors, region_of
@@ -192,14 +192,14 @@ def test_keypoints_of_the_same_film_are_taken_from_an_earlier_run(tmp_path: Path
     earlier.mkdir()
     names = keypoints.MEDIAPIPE
     heading = ",".join(f"{name}_{what}" for name in names for what in ("x", "y", "visibility"))
-    (earlier / kept.TABLE).write_text(f"frame,person,{heading}\n0,0,{','.join(map(str, range(1, 100)))}\n")
+    (earlier / cached.TABLE).write_text(f"frame,person,{heading}\n0,0,{','.join(map(str, range(1, 100)))}\n")
     about = {
         "sha256": hashlib.sha256(film.read_bytes()).hexdigest(),
         "frame_rate_hz": 30.0,
         "width": 640,
         "height": 480,
     }
-    (earlier / kept.ABOUT).write_text(json.dumps(about))
+    (earlier / cached.ABOUT).write_text(json.dumps(about))
     given = Input(path=str(film))
     assert is_video(given)
     with with_keypoints(given, earlier) as found:
@@ -247,5 +247,5 @@ def test_a_film_of_a_walk_is_found_and_one_of_squats_is_none(tmp_path: Path) -> 
     with with_keypoints(Input(path=str(film))) as found:
         walk = reconstruct_clip(found)
     assert walk.best.judgement.verdict == "walk"
-    assert walk.best.found is not None
-    assert np.degrees(walk.best.found.candidates[0].heading_rad) == pytest.approx(-45.0, abs=8.0)
+    assert walk.best.reconstruction is not None
+    assert np.degrees(walk.best.reconstruction.candidates[0].heading_rad) == pytest.approx(-45.0, abs=8.0)

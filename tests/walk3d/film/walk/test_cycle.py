@@ -10,7 +10,7 @@ from tests.walk3d.film.walk.walkers import clip, prior, walks
 from walk3d.anatomy.prior import mirror_image, stance_rows
 from walk3d.film.walk import Fitting, TrainingWalk, errors, reconstruct
 from walk3d.film.walk.cycle import (
-    LATER,
+    EVENT_DELAYS,
     NUMBERS,
     GaitCycle,
     angle_curves,
@@ -45,14 +45,14 @@ def test_a_walker_whose_events_are_known() -> None:
     belt = np.zeros(405)
     belt[(3 * ANKLES[0] + 1) * 9 + 1] = 1.0  # 300 mm a radian
     found = gait_cycle(walker, 0.8, belt)
-    contact, toe_off = 2 * np.pi * np.array(LATER)
+    contact, toe_off = 2 * np.pi * np.array(EVENT_DELAYS)
     np.testing.assert_allclose(found.phases[0], [np.pi / 2 + contact, 3 * np.pi / 2 + contact])
     np.testing.assert_allclose(found.phases[1], [3 * np.pi / 2 + toe_off, np.pi / 2 + toe_off])
     said = numbers(found)
     assert said["stride_time", ""] == pytest.approx(1.25)
     assert said["step_time", "left"] == said["step_time", "right"] == pytest.approx(0.625)
-    assert said["stance", "left"] == pytest.approx(0.5 + LATER[1] - LATER[0])
-    assert said["double_support", ""] == pytest.approx(2 * (LATER[1] - LATER[0]))
+    assert said["stance", "left"] == pytest.approx(0.5 + EVENT_DELAYS[1] - EVENT_DELAYS[0])
+    assert said["double_support", ""] == pytest.approx(2 * (EVENT_DELAYS[1] - EVENT_DELAYS[0]))
     assert said["stride_length", ""] == pytest.approx(2 * np.pi * 300)
     assert said["step_width", ""] == pytest.approx(120)
     steps = said["step_length", "left"], said["step_length", "right"]
@@ -140,7 +140,7 @@ def test_a_reconstructed_walk_has_the_events_of_the_recorded_one() -> None:
         sim.frame_rate_hz,
         sim.focal_px,
         prior(),
-        Fitting(both_labellings=False, most_starts=1),
+        Fitting(both_labellings=False, max_starts=1),
     )
     contacts, toe_offs = errors.event_errors(found, sim.positions_mm, sim.heading_rad)
     assert len(contacts) >= 3

@@ -21,7 +21,7 @@ def found() -> tuple[SimulatedKeypoints, Reconstruction]:
         sim.frame_rate_hz,
         sim.focal_px,
         prior(),
-        Fitting(both_labellings=False, most_starts=1),
+        Fitting(both_labellings=False, max_starts=1),
     )
 
 

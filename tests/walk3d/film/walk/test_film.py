@@ -12,7 +12,7 @@ from walk3d.film.simulation.activities import Activity, perform, with_standing
 from walk3d.film.simulation.filmed import lasting
 from walk3d.film.simulation.keypoints import DetectorError, Filming, SimulatedKeypoints, simulate_keypoints
 from walk3d.film.walk import Fitting, errors, reconstruct
-from walk3d.film.walk.film import Film, Watched, watch
+from walk3d.film.walk.film import Film, FilmResult, reconstruct_film
 from walk3d.film.walk.tracks import moving_parts, path_turn_rad
 
 FAR_MM = (6000.0, 8000.0)
@@ -24,9 +24,9 @@ def filmed(positions: np.ndarray, seed: int, heading_deg: float, **filming: floa
     return simulate_keypoints(np.random.default_rng(seed), positions, RATE, placed, USUAL)
 
 
-def watched(sim: SimulatedKeypoints, told: float = 1.0) -> Watched:
+def watched(sim: SimulatedKeypoints, told: float = 1.0) -> FilmResult:
     seen = np.isfinite(sim.pixels).all(axis=-1).astype(float)
-    return watch(
+    return reconstruct_film(
         Film(
             sim.pixels, seen, told * sim.frame_rate_hz, sim.focal_px, prior(), both_labellings=False, focal_sd=0.0
         )
@@ -43,9 +43,11 @@ def test_who_stands_before_and_after_a_walk_is_cut_to_the_walk(heading_deg: floa
     assert still - 12 < stretch.first_frame < still + 20
     assert last - 20 < stretch.last_frame < last + 12
     assert stretch.judgement.verdict == "walk"
-    assert stretch.found is not None
-    assert stretch.found.candidates[0].frequency_hz == pytest.approx(walks()[0].frequency_hz, rel=0.03)
-    assert any("the rest is left out" in note for note in found.notes)
+    assert stretch.reconstruction is not None
+    assert stretch.reconstruction.candidates[0].frequency_hz == pytest.approx(
+        walks()[0].frequency_hz, rel=0.03
+    )
+    assert any("the rest was ignored" in note for note in found.notes)
 
 
 def test_a_walk_throughout_is_not_cut() -> None:
@@ -89,12 +91,12 @@ def test_a_walk_that_is_none_at_the_rate_that_was_told_is_found_at_another(told:
     sim = filmed(walk, 3, 60.0, speed_mm_s=1200.0, frame_rate_hz=30.0 / min(told, 1.0))
     found = watched(sim, told)
     best = found.stretches[0]
-    assert best.found is not None
+    assert best.reconstruction is not None
     assert best.walks
-    stride = best.found.candidates[0].frequency_hz * sim.frame_rate_hz / found.frame_rate_hz
+    stride = best.reconstruction.candidates[0].frequency_hz * sim.frame_rate_hz / found.frame_rate_hz
     if found.frame_rate_hz == pytest.approx(sim.frame_rate_hz):
         assert best.judgement.verdict == "doubtful"
-        assert any("frame rate is taken to be" in note for note in found.notes)
+        assert any("frame rate is assumed to be" in note for note in found.notes)
     else:  # half as many strides a second are those of a slow walk
         assert told == 0.5
         assert found.frame_rate_hz == told * sim.frame_rate_hz
@@ -106,7 +108,7 @@ def test_a_step_of_slow_motion_from_the_front_is_no_stride() -> None:
     walk = lasting(motions()[5], RATE, 4.0)
     sim = filmed(walk, 5, 180.0, speed_mm_s=1200.0, frame_rate_hz=120.0)
     found = watched(sim, 0.25)
-    best = found.stretches[0].found
+    best = found.stretches[0].reconstruction
     assert best is not None
     assert found.stretches[0].judgement.verdict == "doubtful"
     stride = best.candidates[0].frequency_hz * sim.frame_rate_hz / found.frame_rate_hz

@@ -102,7 +102,7 @@ def test_the_matrix_is_positive_and_of_the_derivatives_of_the_image(more: dict[s
 
 
 def test_a_generic_minimiser_finds_nothing_lower(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("walk3d.film.walk.refinement.MOST_STEPS", 30)
+    monkeypatch.setattr("walk3d.film.walk.refinement.MAX_STEPS", 30)
     sim = clip(40.0)
     times = (np.arange(len(sim.pixels)) - (len(sim.pixels) - 1) / 2) / sim.frame_rate_hz
     keypoints = Keypoints(sim.pixels, np.ones(sim.pixels.shape[:2]))

@@ -16,7 +16,7 @@ from walk3d.film.walk.view import level_axes
 
 def test_what_changes_from_step_to_step_widens_the_bars_with_the_pelvis_it_is_counted_from() -> None:
     sim = clip(40.0)
-    options = Fitting(both_labellings=False, most_starts=1)
+    options = Fitting(both_labellings=False, max_starts=1)
     seen = np.ones(sim.pixels.shape[:2])
     found = reconstruct(sim.pixels, seen, sim.frame_rate_hz, sim.focal_px, prior(), options)
     aperiodic = np.random.default_rng(0).uniform(10.0, 90.0, size=(15, 3))

@@ -119,7 +119,7 @@ def test_what_is_missing_has_no_say() -> None:
     sim = clip(45.0, DetectorError(missing=0.1))
     weights = np.isfinite(sim.pixels).all(axis=-1).astype(float)
     filled = np.where(weights[..., None] > 0, sim.pixels, 1e5)
-    options = Fitting(both_labellings=False, most_starts=1)
+    options = Fitting(both_labellings=False, max_starts=1)
     one = reconstruct(sim.pixels, weights, sim.frame_rate_hz, sim.focal_px, prior(), options)
     other = reconstruct(filled, weights, sim.frame_rate_hz, sim.focal_px, prior(), options)
     np.testing.assert_allclose(one.fit.x, other.fit.x, rtol=1e-9)
@@ -174,7 +174,7 @@ def test_nothing_is_refined_of_feet_that_move_together() -> None:
         pixels[:, right] = pixels[:, left] + [5.0, 0.0]
     given = np.ones(pixels.shape[:2]), sim.frame_rate_hz, sim.focal_px, prior()
     assert reconstruct(pixels, *given).starts.ankles_together > 0.9
-    assert reconstruct(sim.pixels, *given, Fitting(most_together=0.5)).starts.ankles_together < 0.0
+    assert reconstruct(sim.pixels, *given, Fitting(max_ankle_correlation=0.5)).starts.ankles_together < 0.0
     with rejects("feet_together"):
         reconstruct_followed(pixels, *given)
 

@@ -71,8 +71,8 @@ def test_a_detector_without_bias_gives_nothing_back() -> None:
     biased = prior()
     W = prior().mean.ravel() + 5.0
     assert (
-        np.abs(exact.giving_back @ (W - exact.mean.ravel()) - 5.0).max()
-        < np.abs(biased.giving_back @ (W - biased.mean.ravel()) - 5.0).max()
+        np.abs(exact.bias_gain @ (W - exact.mean.ravel()) - 5.0).max()
+        < np.abs(biased.bias_gain @ (W - biased.mean.ravel()) - 5.0).max()
     )
     assert np.linalg.eigvalsh(biased.remaining).min() > -1e-6
 

@@ -12,7 +12,7 @@ from walk3d.film.walk import verdict as verdicts
 from walk3d.film.walk.path import TRUNK
 from walk3d.film.walk.sagittal_angles import ANGLES
 from walk3d.film.walk.training import BLOCKS, HEIGHT_MM
-from walk3d.film.walk.verdict import FORGETS_S, bounce, judge
+from walk3d.film.walk.verdict import NOISE_MEMORY_S, bounce, judge
 
 SURE = {
     "relative_residual": 0.8,
@@ -34,7 +34,7 @@ SURE = {
         ("relative_residual", 1.66, "not_a_walk", "no walker moves like this"),
         ("distance", 1.69, "walk", ""),
         ("distance", 1.71, "doubtful", "the walker is unusual"),
-        ("distance", 2.61, "not_a_walk", "from no side"),
+        ("distance", 2.61, "not_a_walk", "no view of a walker fits the keypoints"),
         ("strides", 1.21, "walk", ""),
         ("strides", 1.19, "doubtful", "only 1.2 strides"),
         ("strides", 0.79, "not_a_walk", "nothing repeats"),
@@ -47,7 +47,7 @@ SURE = {
         ("stride_hz", 1.34, "walk", ""),
         ("stride_hz", 1.36, "not_a_walk", "a run: 163 steps a minute"),
         ("bounce", -0.49, "walk", ""),
-        ("bounce", -0.51, "not_a_walk", "a run: the body is highest between steps"),
+        ("bounce", -0.51, "not_a_walk", "a run: the body rises where a walker's falls"),
         ("knee_deg", -14.9, "walk", ""),
         ("knee_deg", -15.6, "doubtful", "a knee bends the wrong way, to -16° (walks: -15 or more)"),
     ],
@@ -95,7 +95,7 @@ def seen_trunk(times: np.ndarray, rise: float, noise_px: np.ndarray) -> SimpleNa
 
 @pytest.mark.parametrize("rise", [1.0, 0.0, -2.0])
 def test_a_bounce_is_raised_by_twice_its_standard_error(rise: float) -> None:
-    times = FORGETS_S * np.arange(80)  # every error is another
+    times = NOISE_MEMORY_S * np.arange(80)  # every error is another
     assert bounce(seen_trunk(times, rise, np.zeros(80))) == pytest.approx(rise, abs=1e-9)  # type: ignore[arg-type]
     generator = np.random.default_rng(0)
     noise = generator.normal(scale=20.0, size=(400, 80))

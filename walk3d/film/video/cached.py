@@ -1,4 +1,4 @@
-"""Keypoints of a video as a table that is kept: a second run reads it in place of the film."""
+"""Cache of the keypoints of a video as a table: a second run reads the table, not the film."""
 
 from __future__ import annotations
 
@@ -26,24 +26,24 @@ def keypoints_table(
     tell: Callable[[str], None],
     progress: Callable[[int, int], None],
 ) -> Path:
-    """Table of the keypoints of a video, ``frame,person,<landmark>_x,<landmark>_y,<landmark>_visibility``.
+    """Return the table of a video's keypoints: ``frame,person,<landmark>_x,<landmark>_y,<landmark>_visibility``.
 
     Parameters
     ----------
     video : Path
     folder : Path
-        Where the table, and what it was made of, are written.
+        Folder into which the table and the facts about the video are written.
     names : tuple of str
-        Of the landmarks.
+        Names of the landmarks.
     earlier : Path
-        Folder that may hold the same video's table already; then it is copied.
+        Folder that may already have the table of the same video, which is then copied.
     tell, progress : callable
-        Told what is fetched, and how many of how many frames are done.
+        Called with messages on downloads, and with the numbers of processed and of all frames.
 
     Raises
     ------
     InvalidInput
-        If the packages, the networks or the video cannot be used, or nobody is seen.
+        If the packages, the networks or the video cannot be used, or no person is visible.
     """
     if not video.is_file():
         raise InvalidInput("there is no such video", "input.path", received=video, code="no_file")
@@ -82,7 +82,7 @@ def keypoints_table(
 
 
 def copy(earlier: Path, folder: Path) -> None:
-    """Copy a table, and what it was made of, to another folder."""
+    """Copy a table and the facts about its video to another folder."""
     for name in (TABLE, ABOUT):
         shutil.copyfile(earlier / name, folder / name)
 
