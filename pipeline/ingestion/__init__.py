@@ -1,1 +1,1 @@
-"""Data sets and their recordings; other packages use formats, mappings and fetch only through this one."""
+"""Data sets and their recordings, read by formats, mappings and fetch."""

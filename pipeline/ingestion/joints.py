@@ -248,7 +248,7 @@ def carry(
 
 
 def _segment_of(point: np.ndarray, ends: np.ndarray) -> int:
-    """Index of the nearest segment (S, 2, 3) with the projection of a point between its ends; -1 if no segment qualifies."""
+    """Index of the nearest segment (S, 2, 3) with the projection of a point between its ends; -1 if none qualifies."""
     along = ends[:, 1] - ends[:, 0]
     share = ((point - ends[:, 0]) * along).sum(axis=-1) / (along**2).sum(axis=-1)
     away = np.linalg.norm(point - ends[:, 0] - share[:, None] * along, axis=-1)

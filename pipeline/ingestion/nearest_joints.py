@@ -1,7 +1,7 @@
 """Proposal of a mapping for an unknown marker set, from point names and distances to an average walker.
 
-The average walker of the synthetic population is aligned with the recording: scaled, and in each frame shifted,
-rotated about the vertical and set to the best phase of the step.  Then each joint gets the point, or the centre of two
+The average walker of the synthetic population is scaled to the recording.  In each frame, it is shifted, rotated about
+the vertical, and set to the best phase of the step.  Then each joint gets the point, or the centre of two
 points, with the best name and distance.  The two steps alternate a few times.  If names give no sides, the walker
 starts from several headings.
 """

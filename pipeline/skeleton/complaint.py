@@ -32,7 +32,7 @@ class Complaint:
 
 
 class Remark(str):
-    """Sentence about an oddity of a recording, with a code for other code.
+    """Sentence about an oddity of a recording, with a code that programs can test.
 
     Examples
     --------

@@ -3,9 +3,9 @@
 Exact properties
 ----------------
 `angular_limb`    has constant length, to rounding.  Its two angles, in its chart, lie in the span of the first K
-                  cosines (DCT-II): the limbs of [park2011 4].  Its x, y, z do **not** lie in the span of few cosines,
-                  but the remainder falls faster than geometrically with their number: with K = 3 and swings of
-                  0.8 rad, 28 of 100 cosines leave less than 1e-13 of it.
+                  cosines (DCT-II): the limbs of [park2011 4].  Its x, y, z do **not** lie in the span of few cosines.
+                  The remainder falls faster than geometrically with their number: with K = 3 and swings of 0.8 rad,
+                  28 of 100 cosines leave less than 1e-13 of it.
 
 A moving limb cannot have both constant length and x, y, z in the span of K cosines, if 2 K - 2 < F.  Its coordinates
 are polynomials of degree K - 1 in u = cos(pi (i + 1/2) / F).  Their squares sum to r^2 at F values of u, more than the

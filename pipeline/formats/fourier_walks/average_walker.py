@@ -144,8 +144,8 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
 def mean_walkers(path: Path) -> dict[str, FourierWalk]:
     """Read the walkers in a MAT file, by the names of their matrices (45, 5); other matrices are ignored.
 
-    Columns are mean, sine 1, cosine 1, sine 2, cosine 2; rows all x (to the right), all y (forwards), all z (up), of
-    fifteen joints from wrist to wrist and from ankle to ankle.  They have no period: one stride a second is assumed.
+    Columns are mean, sine 1, cosine 1, sine 2, cosine 2.  Rows are all x (to the right), all y (forwards), all z (up)
+    of fifteen joints.  The file has no period: one stride per second is assumed.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """Reader and writer of ``mm`` files of the BioMotion Lab: a walk as text.
 
-A file has 3 × markers + 1 rows (all x, all y, all z, and last period, size and speed) and five columns: mean, cosine 1,
-sine 1, cosine 2, sine 2.
+A file has 3 × markers + 1 rows: all x, all y, all z, and at the end period, size and speed.  The five columns are mean,
+cosine 1, sine 1, cosine 2, sine 2.
 """
 
 from __future__ import annotations

@@ -48,8 +48,8 @@ TIMING_SD, SKEW_SD = 0.02, 0.15
 TARGET_HEIGHT, STANCE_WIDTH, FOOT_AHEAD, BALANCE = (0.10, 0.03), (0.13, 0.03), (0.0, 0.05), (0.03, 0.006)
 """Mean and SD between people of four lengths, in statures.  Assumed.
 
-They are the lowest height of the wrists, the distance of the ankles, and how far the left ankle is ahead of the right
-and the centre of mass ahead of the ankles."""
+They are the lowest height of the wrists, the distance of the ankles, the distance of the left ankle ahead of the
+right, and that of the centre of mass ahead of the ankles."""
 
 MIN_ANGLES_DEG = {"knee": 12.0, "standing_knee": 5.0, "standing_elbows": 4.0, "opened_knees": 0.0}
 """Smallest angles, degrees."""

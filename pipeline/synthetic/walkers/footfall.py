@@ -45,8 +45,9 @@ def keep_to_floor(person: Person) -> Person:
     """Return the most similar person whose feet stay on the floor and move with the belt.
 
     Independently drawn angles do not satisfy this.  Gauss–Newton least squares adjusts the landmark values of thigh and
-    knee, the scale of the thigh's excursion (which sets the stride length), the excursions of the foot, and the surge
-    and bob of the pelvis, each in units of its standard deviation.  In the result, the ankles in stance are where a
+    knee, the scale of the thigh's excursion, the excursions of the foot, and the surge and bob of the pelvis.  The
+    scale of the thigh's excursion sets the stride length.  Each change is in units of its standard deviation.  In the
+    result, the ankles in stance are where a
     foot that rolls on the belt puts them.
     """
     stance = np.linspace(0.0, norm.FLOOR_UNTIL, 24)
